@@ -1,0 +1,69 @@
+"""The acoustic broadcast channel: who hears a packet, and when."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from exchange.acoustics import loss
+from exchange.acoustics.link import LinkModel
+from exchange.acoustics.modems import Modem
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """A packet as one receiver hears it, complete at ``time_s``."""
+
+    receiver: int
+    time_s: float
+    data: bytes
+
+
+class Channel(Protocol):
+    """Carries packets; it knows geometry and loss, never content."""
+
+    def transmit(
+        self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
+    ) -> list[Arrival]:
+        """Arrivals of ``data``, sent at ``now_s`` in ``slot``, at those who do not lose it.
+
+        Args:
+            positions_m: (x east, y north) of every node, shape (n_nodes, 2), metres.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class BroadcastChannel:
+    """One packet at a time in one sea: straight rays, one sound speed, a range, a loss model.
+
+    A packet is lost at a receiver if the draw of ``loss.uniform(seed, trial, slot, sender, receiver)``
+    lies below the link's probability, or if the receiver is farther away than ``range_m``.
+    """
+
+    modem: Modem
+    link: LinkModel
+    seed: int
+    trial: int = 0
+    sound_speed_mps: float = 1500.0
+    range_m: float = math.inf
+
+    def transmit(
+        self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
+    ) -> list[Arrival]:
+        x_m, y_m = positions_m[sender]
+        sent_s = now_s + self.modem.packet_s(8 * len(data))
+        arrivals = []
+        for receiver, (other_x_m, other_y_m) in enumerate(positions_m):
+            if receiver == sender:
+                continue
+            range_m = math.hypot(other_x_m - x_m, other_y_m - y_m)
+            if range_m > self.range_m:
+                continue
+            p_loss = self.link.p_loss(slot, sender, receiver, range_m)
+            if p_loss > 0.0 and loss.uniform(self.seed, self.trial, slot, sender, receiver) < p_loss:
+                continue
+            arrivals.append(Arrival(receiver, sent_s + range_m / self.sound_speed_mps, data))
+        return arrivals

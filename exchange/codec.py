@@ -1,0 +1,312 @@
+"""Packets as bits, by field tables that follow from the TBox.
+
+Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
+
+    packet    definition hash 8 | sender w(nodes) | acknowledgements (see policies.header_bits)
+              | number of fragments 5 | fragments | number of signals 4 | signals | padding to a byte
+    fragment  relayed 1 [origin w(nodes)] | sequence 14 | time w(duration / resolution)
+              | part of a larger block 1 [index 4, count - 1 4] | facts
+    fact      subject w(instances) | attribute w(attributes) | value | another fact follows 1
+    signal    role w(instances) | value 8, two's complement
+
+A number takes ``ceil(log2((max - min) / resolution + 1))`` bits, the rule of DCCL. The hash covers the
+TBox and every width, so that two vehicles with different definitions notice before they misread.
+A value out of range is refused with its name: it is never sent as something else.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import product
+from typing import cast
+
+from exchange.errors import ConfigurationError, PeerFault
+from exchange.packets import Fragment, InfluenceSignal, Packet
+from exchange.policies import Acknowledgement, AckPolicy, header_bits
+from worldmodel import Attribute, Field, PropertyValue, TBox, Value, ValueKind
+
+HASH_BITS = 8
+FRAGMENT_COUNT_BITS = 5
+SIGNAL_COUNT_BITS = 4
+SIGNAL_VALUE_BITS = 8
+SEQUENCE_BITS = 14
+INDEX_BITS = 4
+MAX_FRAGMENTS_PER_PACKET = (1 << FRAGMENT_COUNT_BITS) - 1
+MAX_SIGNALS = (1 << SIGNAL_COUNT_BITS) - 1
+
+
+def width(n_values: int) -> int:
+    """Bits that tell ``n_values`` values apart: 1 -> 0, 2 -> 1, 5 -> 3."""
+    return (n_values - 1).bit_length()
+
+
+@dataclass(frozen=True, slots=True)
+class SizeLine:
+    """One line of the size listing: a part of the packet and its bits."""
+
+    part: str
+    size_bits: int
+
+
+class _Reader:
+    """Takes fields off a big integer from the most significant end."""
+
+    __slots__ = ("_bits", "_left")
+
+    def __init__(self, data: bytes) -> None:
+        self._bits = int.from_bytes(data, "big")
+        self._left = 8 * len(data)
+
+    def take(self, size_bits: int) -> int:
+        self._left -= size_bits
+        if self._left < 0:
+            raise PeerFault("packet ends inside a field")
+        return (self._bits >> self._left) & ((1 << size_bits) - 1)
+
+    def padding_is_clean(self) -> bool:
+        return self._left < 8 and self.take(self._left) == 0
+
+
+class Codec:
+    """Encodes and decodes packets for one fleet: fixed TBox, node count, instance count and policy.
+
+    Args:
+        tbox: the compiled TBox that every vehicle carries.
+        n_instances: instance uids 0..n_instances-1 can be told apart on the wire.
+        n_nodes: number of vehicles, 2..64.
+        policy: fixes the acknowledgement bits of the header.
+        duration_s, time_resolution_s: range and step of observation times.
+    """
+
+    def __init__(
+        self,
+        tbox: TBox,
+        n_instances: int,
+        n_nodes: int,
+        policy: AckPolicy,
+        duration_s: float,
+        time_resolution_s: float = 0.1,
+    ) -> None:
+        self._attributes = tbox.attributes
+        self._n_instances = n_instances
+        self._n_nodes = n_nodes
+        self._policy = policy
+        self._matrix = policy.acknowledgement != Acknowledgement.ACK
+        self._node_bits = width(n_nodes)
+        self._subject_bits = width(n_instances)
+        self._attribute_bits = width(len(tbox.attributes))
+        self._time = Field(0.0, duration_s, time_resolution_s, "s")
+        self._value_bits = [self._bits_of(tbox, attribute) for attribute in tbox.attributes]
+        self.header_bits = header_bits(policy, n_nodes)
+        shape = (
+            f"{tbox.hash}|{n_instances}|{n_nodes}|{self.header_bits}|{duration_s!r}|{time_resolution_s!r}"
+        )
+        self._hash = zlib.crc32(shape.encode()) & ((1 << HASH_BITS) - 1)
+        self.decode = lru_cache(maxsize=32)(self._decode)
+        """``decode(data) -> Packet``; every receiver of one broadcast decodes the same bytes."""
+
+    def _bits_of(self, tbox: TBox, attribute: Attribute) -> int:
+        match attribute.kind:
+            case ValueKind.TYPE:
+                return width(len(tbox.classes))
+            case ValueKind.LINK:
+                return self._subject_bits
+            case ValueKind.BOOLEAN:
+                return 1
+            case ValueKind.SYMBOL:
+                return width(len(attribute.symbols))
+            case _:
+                return sum(field.size_bits for field in attribute.fields)
+
+    @property
+    def overhead_bits(self) -> int:
+        """Bits of a packet without fragments and signals."""
+        return HASH_BITS + self._node_bits + self.header_bits + FRAGMENT_COUNT_BITS + SIGNAL_COUNT_BITS
+
+    @property
+    def signal_bits(self) -> int:
+        return self._subject_bits + SIGNAL_VALUE_BITS
+
+    def fragment_bits(self, fragment: Fragment, relayed: bool = True) -> int:
+        """Size of a fragment, by default as a relay has to send it."""
+        size = 1 + SEQUENCE_BITS + self._time.size_bits + 1
+        size += self._node_bits if relayed else 0
+        size += 2 * INDEX_BITS if fragment.count > 1 else 0
+        per_fact = self._subject_bits + self._attribute_bits + 1
+        return size + sum(per_fact + self._value_bits[fact.attribute] for fact in fragment.facts)
+
+    def listing(self) -> tuple[SizeLine, ...]:
+        """Size of every part, as ``remoras explain`` prints it."""
+        lines = [
+            SizeLine("definition hash", HASH_BITS),
+            SizeLine("sender", self._node_bits),
+            SizeLine(f"acknowledgements ({self._policy.name})", self.header_bits),
+            SizeLine("number of fragments", FRAGMENT_COUNT_BITS),
+            SizeLine("number of signals", SIGNAL_COUNT_BITS),
+            SizeLine("one influence signal", self.signal_bits),
+            SizeLine("block head, own", self.fragment_bits(Fragment(0, 0, 0.0, ()), relayed=False)),
+            SizeLine("block head, relayed", self.fragment_bits(Fragment(0, 0, 0.0, ()))),
+        ]
+        per_fact = self._subject_bits + self._attribute_bits + 1
+        for attribute, bits in zip(self._attributes, self._value_bits, strict=True):
+            lines.append(SizeLine(f"fact {attribute.name}", per_fact + bits))
+        return tuple(lines)
+
+    # Encoding -------------------------------------------------------------------------------------
+
+    def encode_fragment(self, fragment: Fragment, sender: int) -> tuple[int, int]:
+        """``(bits, size_bits)`` of a fragment as ``sender`` says it; fixed for the fragment's life."""
+        if fragment.sequence >> SEQUENCE_BITS:
+            raise ConfigurationError(
+                f"vehicle {fragment.origin} has recorded more than {1 << SEQUENCE_BITS} blocks, the sequence "
+                f"field of {SEQUENCE_BITS} bits is used up: shorten the mission or report less often"
+            )
+        bits = 0
+        if fragment.origin != sender:
+            bits = 1 << self._node_bits | fragment.origin
+        bits = bits << SEQUENCE_BITS | fragment.sequence
+        bits = bits << self._time.size_bits | self._time.encode(fragment.time_s)
+        bits <<= 1
+        if fragment.count > 1:
+            bits |= 1
+            bits = bits << INDEX_BITS | fragment.index
+            bits = bits << INDEX_BITS | fragment.count - 1
+        last = len(fragment.facts) - 1
+        for position, fact in enumerate(fragment.facts):
+            if not 0 <= fact.subject < self._n_instances:
+                raise ConfigurationError(
+                    f"instance {fact.subject} has no wire name, 0 to {self._n_instances - 1} have"
+                )
+            bits = bits << self._subject_bits | fact.subject
+            bits = bits << self._attribute_bits | fact.attribute
+            bits = bits << self._value_bits[fact.attribute] | self._encode_value(fact)
+            bits = bits << 1 | (position < last)
+        return bits, self.fragment_bits(fragment, relayed=fragment.origin != sender)
+
+    def _encode_value(self, fact: PropertyValue) -> int:
+        attribute = self._attributes[fact.attribute]
+        value = fact.value
+        if attribute.kind is ValueKind.POINT:
+            point = cast(tuple[float, float], value)
+            x, y = attribute.fields
+            return x.encode(point[0]) << y.size_bits | y.encode(point[1])
+        if attribute.kind is ValueKind.NUMBER:
+            return attribute.fields[0].encode(cast(float, value))
+        return int(cast(int, value))  # a type, link, symbol or boolean
+
+    def encode(
+        self,
+        sender: int,
+        rows: Sequence[int],
+        fragments: Sequence[tuple[int, int]],
+        signals: Sequence[InfluenceSignal] = (),
+    ) -> bytes:
+        """Bytes of a packet.
+
+        Args:
+            sender: node that speaks.
+            rows: one acknowledgement bit word per node, shape (n_nodes,).
+            fragments: ``(bits, size_bits)`` pairs of ``encode_fragment``.
+            signals: influence signals, at most 15.
+        """
+        bits = self._hash << self._node_bits | sender
+        bits = bits << self.header_bits | self._encode_rows(sender, rows)
+        bits = bits << FRAGMENT_COUNT_BITS | len(fragments)
+        size = HASH_BITS + self._node_bits + self.header_bits + FRAGMENT_COUNT_BITS
+        for fragment, fragment_size in fragments:
+            bits = bits << fragment_size | fragment
+            size += fragment_size
+        bits = bits << SIGNAL_COUNT_BITS | len(signals)
+        for signal in signals:
+            bits = bits << self._subject_bits | signal.role
+            bits = bits << SIGNAL_VALUE_BITS | signal.value & 0xFF
+        size += SIGNAL_COUNT_BITS + len(signals) * self.signal_bits
+        padding = -size % 8
+        return (bits << padding).to_bytes((size + padding) // 8, "big")
+
+    def _header_fields(self, sender: int) -> list[tuple[int, int]]:
+        """``(row, column)`` of every acknowledgement bit that is sent, in order."""
+        if self._matrix:
+            return [(i, j) for i, j in product(range(self._n_nodes), repeat=2) if i != j]
+        return [(sender, j) for j in range(self._n_nodes) if j != sender]
+
+    def _encode_rows(self, sender: int, rows: Sequence[int]) -> int:
+        bits = 0
+        for i, j in self._header_fields(sender):
+            bits = bits << 1 | (rows[i] >> j & 1)
+        return bits
+
+    # Decoding -------------------------------------------------------------------------------------
+
+    def _decode(self, data: bytes) -> Packet:
+        """The packet of ``data``; raises PeerFault if it cannot be one of this fleet."""
+        reader = _Reader(data)
+        if reader.take(HASH_BITS) != self._hash:
+            raise PeerFault("definition hash differs: sender uses another TBox or other field widths")
+        sender = reader.take(self._node_bits)
+        if sender >= self._n_nodes:
+            raise PeerFault(f"sender {sender} is not one of {self._n_nodes} nodes")
+        rows = [0] * self._n_nodes
+        for i, j in self._header_fields(sender):
+            rows[i] |= reader.take(1) << j
+        fragments = tuple(
+            self._decode_fragment(reader, sender) for _ in range(reader.take(FRAGMENT_COUNT_BITS))
+        )
+        signals = tuple(self._decode_signal(reader) for _ in range(reader.take(SIGNAL_COUNT_BITS)))
+        if not reader.padding_is_clean():
+            raise PeerFault("bits left over behind the packet")
+        return Packet(sender, tuple(rows), fragments, signals)
+
+    def _decode_signal(self, reader: _Reader) -> InfluenceSignal:
+        role = reader.take(self._subject_bits)
+        value = reader.take(SIGNAL_VALUE_BITS)
+        return InfluenceSignal(role, value - 256 if value > 127 else value)
+
+    def _decode_fragment(self, reader: _Reader, sender: int) -> Fragment:
+        origin = reader.take(self._node_bits) if reader.take(1) else sender
+        if origin >= self._n_nodes:
+            raise PeerFault(f"origin {origin} is not one of {self._n_nodes} nodes")
+        sequence = reader.take(SEQUENCE_BITS)
+        time_index = reader.take(self._time.size_bits)
+        if time_index >= self._time.n_values:
+            raise PeerFault(f"observation time {time_index} is behind the end of the mission")
+        index, count = 0, 1
+        if reader.take(1):
+            index = reader.take(INDEX_BITS)
+            count = reader.take(INDEX_BITS) + 1
+            if count < 2 or index >= count:
+                raise PeerFault(f"fragment {index} of {count}")
+        facts = []
+        follows = 1
+        while follows:
+            facts.append(self._decode_fact(reader))
+            follows = reader.take(1)
+        return Fragment(origin, sequence, self._time.decode(time_index), tuple(facts), index, count)
+
+    def _decode_fact(self, reader: _Reader) -> PropertyValue:
+        subject = reader.take(self._subject_bits)
+        uid = reader.take(self._attribute_bits)
+        if uid >= len(self._attributes):
+            raise PeerFault(f"attribute {uid} is not in the TBox")
+        attribute = self._attributes[uid]
+        value: Value
+        if attribute.kind is ValueKind.POINT:
+            x, y = (self._decode_number(field, reader, attribute) for field in attribute.fields)
+            value = (x, y)
+        elif attribute.kind is ValueKind.NUMBER:
+            value = self._decode_number(attribute.fields[0], reader, attribute)
+        elif attribute.kind is ValueKind.BOOLEAN:
+            value = bool(reader.take(1))
+        else:
+            value = reader.take(self._value_bits[uid])
+        return PropertyValue(subject, uid, value)
+
+    @staticmethod
+    def _decode_number(field: Field, reader: _Reader, attribute: Attribute) -> float:
+        index = reader.take(field.size_bits)
+        if index >= field.n_values:
+            raise PeerFault(f"{attribute.name}: step {index} of {field.n_values}")
+        return field.decode(index)

@@ -1,0 +1,59 @@
+"""Which item is which column: the acknowledgement state speaks of columns, the packets of item UIDs.
+
+An item set is one Python integer: bit c stands for column c. Columns are never used twice, so a set
+keeps its meaning for good.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from exchange.packets import Fragment, ItemUid
+
+
+@dataclass(slots=True)
+class Entry:
+    """One item as this node sees it. ``bits``/``size_bits`` is its wire form, ``relayed`` or own."""
+
+    fragment: Fragment
+    bits: int
+    size_bits: int
+    interested: int  # bit word over nodes: the peers with a need for it
+    priority: int
+    weight: int = 0
+    sent_in_slot: int | None = None
+    settled: bool = False
+
+
+class Ledger:
+    """Item UID <-> column, and the entry of each column."""
+
+    def __init__(self, n_nodes: int) -> None:
+        self._column_of: dict[ItemUid, int] = {}
+        self.entries: list[Entry] = []
+        self.origins = [0] * n_nodes
+        """Item set that originated at each node."""
+
+    def __contains__(self, uid: ItemUid) -> bool:
+        return uid in self._column_of
+
+    def __len__(self) -> int:
+        return len(self.entries)
+
+    def column(self, uid: ItemUid) -> int | None:
+        return self._column_of.get(uid)
+
+    def add(self, entry: Entry) -> int:
+        column = len(self.entries)
+        self._column_of[entry.fragment.uid] = column
+        self.entries.append(entry)
+        self.origins[entry.fragment.origin] |= 1 << column
+        return column
+
+    def uids(self, items: int) -> Iterator[ItemUid]:
+        """UIDs of an item set, by column."""
+        while items:
+            lowest = items & -items
+            yield self.entries[lowest.bit_length() - 1].fragment.uid
+            items ^= lowest

@@ -1,0 +1,322 @@
+"""The Data Exchange Manager of one vehicle: what to say in a slot, what to make of what was heard.
+
+Sans-io: bits and ``now_s`` go in; bits, a deadline and frozen values come out. It reads no clock,
+draws no random numbers and calls nobody back.
+
+The slot of the cooperation paper (section IV, "Selecting information to be shared"), step by step:
+needs are grouped by ``NeedsIndex`` (1, 2); new candidates enter through ``offer`` and acknowledgement
+timers are one frame, so every item sent in the last frame is a candidate again (3); items that all
+interested peers are believed to hold are dropped (4); ``selection.select`` raises weights, sorts and
+fills the packet (5, 6, 7). Who is believed to hold what is the business of ``ack``.
+
+Two kinds of information are told apart by the TBox. An attribute of which only the latest value
+matters (a vehicle's position) is said once per slot, newest value only, and never acknowledged:
+the paper tolerates its loss. Everything else is an item and is repeated until it is acknowledged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from exchange import ack
+from exchange.blocks import Assembly, fragments_of
+from exchange.codec import MAX_FRAGMENTS_PER_PACKET, MAX_SIGNALS, Codec
+from exchange.errors import ConfigurationError, PeerFault
+from exchange.ledger import Entry, Ledger
+from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet
+from exchange.policies import AckPolicy
+from exchange.schedule import TdmaSchedule
+from exchange.selection import select
+from worldmodel import Block, Change, NeedsIndex, TBox, WorldModel
+
+
+@dataclass(frozen=True, slots=True)
+class Transmission:
+    """What a vehicle says in one slot, and what it decided in doing so."""
+
+    slot: int
+    data: bytes
+    size_bits: int
+    items: tuple[ItemUid, ...]
+    n_acks: int
+
+
+@dataclass(frozen=True, slots=True)
+class Reception:
+    """What one packet brought.
+
+    ``blocks`` are whole and new to this vehicle, ready to be merged; ``signals`` are the influence
+    signals of ``sender``; ``beliefs`` lists (peer, item) pairs that are believed from now on;
+    ``settled`` lists items that all interested peers are now believed to hold; ``fault`` tells why
+    a packet was refused, else None.
+    """
+
+    slot: int
+    sender: int
+    blocks: tuple[Block, ...] = ()
+    signals: tuple[InfluenceSignal, ...] = ()
+    items: tuple[ItemUid, ...] = ()
+    beliefs: tuple[tuple[int, ItemUid], ...] = ()
+    settled: tuple[ItemUid, ...] = ()
+    fault: str | None = None
+
+
+class ExchangeManager:
+    """Ledger, acknowledgement state and queue of one vehicle.
+
+    Args:
+        me: own node index.
+        model: own world model, read only (which blocks are known, classes of instances).
+        codec, schedule, policy: the same at every vehicle.
+        payload_bits: size of a packet on the modem.
+        needs: which peers need what, with priorities.
+        carrier_evidence: take a peer that carries an item as holding it.
+
+    Raises:
+        ConfigurationError: the header and one signal do not fit ``payload_bits``.
+    """
+
+    def __init__(
+        self,
+        me: int,
+        model: WorldModel,
+        codec: Codec,
+        schedule: TdmaSchedule,
+        policy: AckPolicy,
+        payload_bits: int,
+        needs: NeedsIndex,
+        carrier_evidence: bool = True,
+    ) -> None:
+        self._me = me
+        self._model = model
+        self._tbox: TBox = model.tbox
+        self._codec = codec
+        self._schedule = schedule
+        self._policy = policy
+        self._needs = needs
+        self._carrier_evidence = carrier_evidence
+        self._room_bits = payload_bits - codec.overhead_bits
+        if self._room_bits < codec.signal_bits:
+            raise ConfigurationError(
+                f"a packet of {payload_bits} bits has no room behind the header of {codec.overhead_bits} bits "
+                f"that policy {policy.name} needs for {schedule.n_nodes} nodes"
+            )
+        self._n_nodes = schedule.n_nodes
+        self._state = ack.new_state(self._n_nodes)
+        self._ledger = Ledger(self._n_nodes)
+        self._assembly = Assembly()
+        self._open: list[int] = []  # columns that are not settled
+        self._status: dict[tuple[int, int], Fragment] = {}  # latest-only facts not yet said
+        self._signals: tuple[InfluenceSignal, ...] = ()
+        self._next_slot = 0  # first slot that has not been opened
+        self.n_faults = 0
+
+    # In -------------------------------------------------------------------------------------------
+
+    def offer(self, changes: Iterable[Change]) -> tuple[ItemUid, ...]:
+        """Take blocks this vehicle recorded itself as candidates; returns the items they became."""
+        items: list[ItemUid] = []
+        for change in changes:
+            block = change.block
+            if all(self._tbox.attributes[fact.attribute].latest_only for fact in block.facts):
+                for fact in block.facts:
+                    self._status[fact.subject, fact.attribute] = Fragment(
+                        block.origin, block.sequence, block.time_s, block.facts
+                    )
+                continue
+            for fragment in fragments_of(block, self._room_bits, self._codec.fragment_bits):
+                self._register(fragment)
+                items.append(fragment.uid)
+        return tuple(items)
+
+    def offer_signals(self, signals: Sequence[InfluenceSignal]) -> None:
+        """Influence signals for the next own slot; those of an earlier call are forgotten."""
+        self._signals = tuple(signals[:MAX_SIGNALS])
+
+    def receive(self, data: bytes, now_s: float) -> Reception:
+        """Take in a packet that arrives at ``now_s``; a bad one is counted, never raised."""
+        slot = self._schedule.slot_at(now_s)
+        sender = self._schedule.owner(slot)
+        self._open_slots_through(slot)
+        try:
+            packet = self._codec.decode(data)
+            if packet.sender != sender:
+                raise PeerFault(f"node {packet.sender} speaks in the slot of node {sender}")
+        except PeerFault as fault:
+            self.n_faults += 1
+            return Reception(slot, sender, fault=str(fault))
+        return self._absorb(packet, slot)
+
+    def _absorb(self, packet: Packet, slot: int) -> Reception:
+        blocks: list[Block] = []
+        content = 0
+        new_items: list[ItemUid] = []
+        for fragment in packet.fragments:
+            if all(self._tbox.attributes[fact.attribute].latest_only for fact in fragment.facts):
+                blocks.append(Block(fragment.origin, fragment.sequence, fragment.time_s, fragment.facts))
+                continue
+            column = self._ledger.column(fragment.uid)
+            if column is None:
+                column = self._register(fragment)
+                new_items.append(fragment.uid)
+                if (block := self._assembly.add(fragment)) is not None:
+                    blocks.append(block)
+            content |= 1 << column
+        state = self._state
+        before = tuple(state.believes)
+        ack.absorb(
+            self._policy.acknowledgement,
+            self._carrier_evidence,
+            state,
+            self._n_nodes,
+            self._me,
+            packet.sender,
+            packet.rows,
+            (content,),
+            self._ledger.origins,
+        )
+        beliefs = tuple(
+            (peer, uid)
+            for peer in range(self._n_nodes)
+            if peer != self._me and (gained := state.believes[peer] & ~before[peer])
+            for uid in self._ledger.uids(gained)
+        )
+        settled = self._settle() if beliefs else ()
+        return Reception(
+            slot, packet.sender, tuple(blocks), packet.signals, tuple(new_items), beliefs, settled
+        )
+
+    # Out ------------------------------------------------------------------------------------------
+
+    def next_deadline_s(self, now_s: float) -> float:
+        """Start of the next own slot at ``now_s`` or later."""
+        return self._schedule.start_s(self._schedule.next_slot_of(self._me, now_s))
+
+    def packet_to_send(self, now_s: float) -> Transmission:
+        """The packet for the own slot that opens at ``now_s``."""
+        slot = self._schedule.slot_at(now_s)
+        if self._schedule.owner(slot) != self._me:
+            raise ConfigurationError(
+                f"slot {slot} at {now_s} s belongs to node {self._schedule.owner(slot)}, not to node {self._me}"
+            )
+        self._open_slots_through(slot)
+        signals = self._signals
+        room = self._room_bits - len(signals) * self._codec.signal_bits
+        columns = self._choose(slot, room)
+        entries = [self._ledger.entries[column] for column in columns]
+        wire = [(entry.bits, entry.size_bits) for entry in entries]
+        room -= sum(size for _, size in wire)
+        wire.extend(self._status_that_fits(room, MAX_FRAGMENTS_PER_PACKET - len(wire)))
+        content = 0
+        for column in columns:
+            content |= 1 << column
+        rows = [0] * self._n_nodes
+        ack.compose(
+            self._policy.acknowledgement, self._state, self._n_nodes, self._me, (content,), rows
+        )
+        data = self._codec.encode(self._me, rows, wire, signals)
+        self._signals = ()
+        return Transmission(
+            slot,
+            data,
+            8 * len(data),
+            tuple(entry.fragment.uid for entry in entries),
+            sum(row.bit_count() for row in rows),
+        )
+
+    def _choose(self, slot: int, room_bits: int) -> list[int]:
+        """Columns for this packet, by the paper's weighted queue."""
+        entries = [self._ledger.entries[column] for column in self._open]
+        weights = [entry.weight for entry in entries]
+        chosen = [0] * len(entries)
+        n_chosen = select(
+            weights,
+            [entry.priority for entry in entries],
+            [entry.size_bits for entry in entries],
+            [1] * len(entries),
+            room_bits,
+            chosen,
+        )
+        for entry, weight in zip(entries, weights, strict=True):
+            entry.weight = weight
+        taken = chosen[: min(n_chosen, MAX_FRAGMENTS_PER_PACKET)]
+        for position in taken:
+            entries[position].sent_in_slot = slot
+        return [self._open[position] for position in taken]
+
+    def _status_that_fits(self, room_bits: int, most: int) -> list[tuple[int, int]]:
+        wire: list[tuple[int, int]] = []
+        for key, fragment in list(self._status.items()):
+            bits, size = self._codec.encode_fragment(fragment, self._me)
+            if size <= room_bits and len(wire) < most:
+                wire.append((bits, size))
+                room_bits -= size
+                del self._status[key]
+        return wire
+
+    # What is known of whom ------------------------------------------------------------------------
+
+    def holds(self, uid: ItemUid) -> bool:
+        """Does this vehicle hold the item?"""
+        return uid in self._ledger
+
+    def believes(self, peer: int, uid: ItemUid) -> bool:
+        """Does this vehicle believe that ``peer`` holds the item?"""
+        column = self._ledger.column(uid)
+        return column is not None and bool(self._state.believes[peer] >> column & 1)
+
+    @property
+    def n_open(self) -> int:
+        """Items that this vehicle goes on sending."""
+        return len(self._open)
+
+    def _register(self, fragment: Fragment) -> int:
+        own = fragment.origin == self._me
+        interested, priority = self._interest(fragment)
+        bits, size = self._codec.encode_fragment(fragment, self._me)
+        column = self._ledger.add(Entry(fragment, bits, size, interested, priority))
+        self._state.believes[self._me] |= 1 << column
+        if interested and (own or self._policy.repeat):
+            self._open.append(column)
+        return column
+
+    def _interest(self, fragment: Fragment) -> tuple[int, int]:
+        """Peers (bit word) that need any fact of the fragment, and the highest priority among them."""
+        peers, priority = 0, 0
+        for fact in fragment.facts:
+            instance = self._model.instance(fact.subject)
+            if instance is None:  # announced by this very block
+                announced = next(
+                    (f.value for f in fragment.facts if f.subject == fact.subject and f.attribute == 0), 0
+                )
+                class_uid = int(announced) if isinstance(announced, int) else 0
+            else:
+                class_uid = instance.class_uid
+            word, value = self._needs.priority_of(fact.subject, class_uid, fact.attribute)
+            peers |= word
+            priority = max(priority, value)
+        return peers & ~(1 << self._me), priority
+
+    def _settle(self) -> tuple[ItemUid, ...]:
+        """Close the open items that every interested peer is believed to hold."""
+        believes = self._state.believes
+        settled = []
+        still_open = []
+        for column in self._open:
+            entry = self._ledger.entries[column]
+            lacking = any(
+                entry.interested >> peer & 1 and not believes[peer] >> column & 1
+                for peer in range(self._n_nodes)
+            )
+            if lacking:
+                still_open.append(column)
+            else:
+                settled.append(entry.fragment.uid)
+        self._open = still_open
+        return tuple(settled)
+
+    def _open_slots_through(self, slot: int) -> None:
+        for k in range(self._next_slot, slot + 1):
+            ack.open_slot(self._policy.acknowledgement, self._state, self._n_nodes, k % self._n_nodes)
+        self._next_slot = max(self._next_slot, slot + 1)

@@ -1,0 +1,65 @@
+"""TDMA: which slot is open at a time, and whose it is. Pure arithmetic."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from exchange.errors import ConfigurationError
+
+
+@dataclass(frozen=True, slots=True)
+class TdmaSchedule:
+    """Round-robin slots of equal length: node s sends in the slots t with ``t mod n_nodes == s``.
+
+    A slot holds the longest packet (``packet_s``) and a guard (``guard_s``) in which it travels to the
+    farthest receiver, so that packets of different slots never meet.
+
+    >>> schedule = TdmaSchedule.for_range(n_nodes=4, packet_s=1.106, range_m=1000.0, sound_speed_mps=1500.0)
+    >>> round(schedule.slot_s, 3), round(schedule.frame_s, 2), schedule.owner(6)
+    (1.773, 7.09, 2)
+    """
+
+    n_nodes: int
+    packet_s: float
+    guard_s: float
+
+    def __post_init__(self) -> None:
+        if self.n_nodes < 2 or self.packet_s <= 0.0 or self.guard_s < 0.0:
+            raise ConfigurationError(
+                f"a TDMA schedule needs n_nodes >= 2, packet_s > 0 and guard_s >= 0, not {self}"
+            )
+
+    @classmethod
+    def for_range(
+        cls, n_nodes: int, packet_s: float, range_m: float, sound_speed_mps: float
+    ) -> TdmaSchedule:
+        """Guard as long as sound needs for ``range_m``."""
+        return cls(n_nodes, packet_s, range_m / sound_speed_mps)
+
+    @property
+    def slot_s(self) -> float:
+        return self.packet_s + self.guard_s
+
+    @property
+    def frame_s(self) -> float:
+        return self.n_nodes * self.slot_s
+
+    def owner(self, slot: int) -> int:
+        return slot % self.n_nodes
+
+    def start_s(self, slot: int) -> float:
+        return slot * self.slot_s
+
+    def slot_at(self, now_s: float) -> int:
+        """The slot that is open at ``now_s``; a slot is open from its start until the next one's start."""
+        slot = int(now_s / self.slot_s)
+        if now_s >= self.start_s(slot + 1):  # the division may round either way at a boundary
+            return slot + 1
+        return slot if now_s >= self.start_s(slot) else slot - 1
+
+    def next_slot_of(self, node: int, now_s: float) -> int:
+        """First slot of ``node`` that starts at ``now_s`` or later."""
+        slot = self.slot_at(now_s)
+        if self.start_s(slot) < now_s:
+            slot += 1
+        return slot + (node - slot) % self.n_nodes

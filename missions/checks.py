@@ -1,0 +1,254 @@
+"""What has to hold between the parts of a scenario: names that are used exist, nothing is owned twice.
+
+Works on the raw tables, so that these faults are reported together with those of single values; where a table
+is malformed its checks pass it over.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from difflib import get_close_matches
+from typing import Any
+
+from pydantic import ValidationError
+
+from exchange.acoustics.link import LINKS
+from exchange.acoustics.modems import modems
+from exchange.policies import POLICIES
+from missions.errors import ConfigurationFault
+from remoras.sensors import Seabed
+from remoras.strategies import strategies
+from worldmodel import TBox, core_ontology_paths
+
+MAX_CELLS = 4096
+"""Cells of one area that ``mappedCell`` can name."""
+
+Raw = Mapping[str, Any]
+
+
+def cross_faults(raw: Raw) -> list[ConfigurationFault]:
+    """All faults between the tables of ``raw``."""
+    checks = (_names, _slots, _world, _areas, _choices, _needs, _groups, _vehicles, _mission)
+    return [fault for check in checks for fault in check(raw)]
+
+
+def _entries(raw: Raw, key: str) -> list[Raw]:
+    entries = raw.get(key, [])
+    return [e for e in entries if isinstance(e, dict)] if isinstance(entries, list) else []
+
+
+def _names_of(raw: Raw, key: str) -> list[str]:
+    return [e["name"] for e in _entries(raw, key) if isinstance(e.get("name"), str)]
+
+
+def _table(raw: Raw, key: str) -> Raw:
+    table = raw.get(key, {})
+    return table if isinstance(table, dict) else {}
+
+
+def _one_of(key: str, given: Any, allowed: Sequence[str]) -> Iterator[ConfigurationFault]:
+    if isinstance(given, str) and given not in allowed:
+        nearest = get_close_matches(given, allowed, n=1)
+        hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
+        yield ConfigurationFault(key, f'"{given}"', f"allowed: {', '.join(allowed) or 'none'}{hint}")
+
+
+def _names(raw: Raw) -> Iterator[ConfigurationFault]:
+    kinds = ("vehicle", "group", "area", "rally_point")
+    counted = Counter(name for kind in kinds for name in _names_of(raw, kind))
+    for name, count in counted.items():
+        if count > 1:
+            yield ConfigurationFault("name", f'"{name}"', f"used {count} times; vehicles, groups, areas and rally points need names of their own")
+    for group in _entries(raw, "group"):
+        for name, count in Counter(_names_of(group, "role")).items():
+            if count > 1:
+                yield ConfigurationFault(f"group.{group.get('name')}.role.{name}", "", f"listed {count} times")
+
+
+def _slots(raw: Raw) -> Iterator[ConfigurationFault]:
+    owners: dict[int, list[str]] = {}
+    vehicles = _entries(raw, "vehicle")
+    for vehicle in vehicles:
+        if isinstance(vehicle.get("slot"), int):
+            owners.setdefault(vehicle["slot"], []).append(str(vehicle.get("name")))
+    for slot, names in sorted(owners.items()):
+        if len(names) > 1:
+            yield ConfigurationFault(f"vehicle.{names[1]}.slot", str(slot), f"owned by {' and '.join(names)}; one owner per slot")
+        elif slot >= len(vehicles):
+            yield ConfigurationFault(f"vehicle.{names[0]}.slot", str(slot), f"allowed: 0 to {len(vehicles) - 1}, one for each vehicle")
+
+
+def _bounds(raw: Raw) -> tuple[float, float, float, float] | None:
+    world = _table(raw, "world")
+    try:
+        (x_min, x_max), (y_min, y_max) = world["x_m"], world["y_m"]
+        return float(x_min), float(y_min), float(x_max), float(y_max)
+    except (KeyError, TypeError, ValueError):
+        return None
+
+
+def _world(raw: Raw) -> Iterator[ConfigurationFault]:
+    bounds = _bounds(raw)
+    if bounds is None:
+        return
+    x_min, y_min, x_max, y_max = bounds
+    if x_min >= x_max:
+        yield ConfigurationFault("world.x_m", f"[{x_min}, {x_max}]", "west border must be below east border")
+    if y_min >= y_max:
+        yield ConfigurationFault("world.y_m", f"[{y_min}, {y_max}]", "south border must be below north border")
+    places = [(f"area.{a.get('name')}.corners_m", c) for a in _entries(raw, "area") for c in _points(a, "corners_m")]
+    places += [
+        (f"rally_point.{r.get('name')}.position_m", p) for r in _entries(raw, "rally_point") for p in _point(r, "position_m")
+    ]
+    places += [(f"vehicle.{v.get('name')}.start_m", p) for v in _entries(raw, "vehicle") for p in _point(v, "start_m")]
+    for key, (x, y) in places:
+        if not (x_min <= x <= x_max and y_min <= y <= y_max):
+            yield ConfigurationFault(key, f"[{x}, {y}]", f"outside the world, x {x_min} to {x_max}, y {y_min} to {y_max}")
+
+
+def _point(entry: Raw, key: str) -> list[tuple[float, float]]:
+    try:
+        x, y = entry[key]
+        return [(float(x), float(y))]
+    except (KeyError, TypeError, ValueError):
+        return []
+
+
+def _points(entry: Raw, key: str) -> list[tuple[float, float]]:
+    corners = entry.get(key, [])
+    return [p for c in corners for p in _point({"c": c}, "c")] if isinstance(corners, list) else []
+
+
+def _areas(raw: Raw) -> Iterator[ConfigurationFault]:
+    cell_m = _table(raw, "world").get("cell_m")
+    for area in _entries(raw, "area"):
+        corners = _points(area, "corners_m")
+        key = f"area.{area.get('name')}.corners_m"
+        if len(corners) < 3:
+            continue
+        turns = [
+            (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
+            for a, b, c in zip(corners, corners[1:] + corners[:1], corners[2:] + corners[:2], strict=True)
+        ]
+        if not (all(turn > 0 for turn in turns) or all(turn < 0 for turn in turns)):
+            yield ConfigurationFault(key, "", "not the corners of a convex polygon in order")
+        elif isinstance(cell_m, int | float) and cell_m > 0:
+            n_cells = len(Seabed.of_areas(float(cell_m), {"area": tuple(corners)}).cells)
+            if not 1 <= n_cells <= MAX_CELLS:
+                yield ConfigurationFault(key, f"{n_cells} cells of {cell_m} m", f"allowed: 1 to {MAX_CELLS}; change world.cell_m")
+
+
+def _choices(raw: Raw) -> Iterator[ConfigurationFault]:
+    communication = _table(raw, "communication")
+    yield from _one_of("communication.modem", communication.get("modem"), list(modems()))
+    yield from _one_of("communication.policy", communication.get("policy"), list(POLICIES))
+    yield from _one_of("channel.name", _table(raw, "channel").get("name"), list(LINKS))
+    strategy = _table(raw, "strategy").get("name")
+    if isinstance(strategy, str) and ":" in strategy:
+        yield from _object_faults("strategy.name", strategy)
+    else:
+        yield from _one_of("strategy.name", strategy, list(strategies()))
+
+
+def _object_faults(key: str, reference: str) -> Iterator[ConfigurationFault]:
+    try:
+        named_object(reference)
+    except (ImportError, AttributeError, ValueError) as error:
+        yield ConfigurationFault(key, f'"{reference}"', f"package.module:object that can be imported ({error})")
+
+
+def named_object(reference: str) -> Any:
+    """The object named ``package.module:object``; raises ImportError, AttributeError or ValueError."""
+    module, colon, name = reference.partition(":")
+    if not (module and colon and name):
+        raise ValueError("expected package.module:object")
+    return getattr(importlib.import_module(module), name)
+
+
+def _needs(raw: Raw) -> Iterator[ConfigurationFault]:
+    needs = _table(_table(raw, "communication"), "needs")
+    known = [attribute.name for attribute in TBox.read(*core_ontology_paths()).attributes]
+    for name in needs:
+        for fault in _one_of(f"communication.needs.{name}", name, known):
+            yield ConfigurationFault(fault.key, "", f"no attribute of the ontology; {fault.allowed}")
+
+
+def _groups(raw: Raw) -> Iterator[ConfigurationFault]:
+    vehicles = _entries(raw, "vehicle")
+    areas, rallies = _names_of(raw, "area"), _names_of(raw, "rally_point")
+    all_roles = [f"{g.get('name')}.{name}" for g in _entries(raw, "group") for name in _names_of(g, "role")]
+    for group in _entries(raw, "group"):
+        prefix = f"group.{group.get('name')}"
+        yield from _one_of(f"{prefix}.rally_point", group.get("rally_point"), rallies)
+        roles = _entries(group, "role")
+        names = _names_of(group, "role")
+        heads = [role for role in roles if role.get("head")]
+        if len(heads) != 1 or not heads[0].get("founding"):
+            yield ConfigurationFault(f"{prefix}.role", f"{len(heads)} heads", "one role must be head = true and founding = true")
+        for role in roles:
+            key = f"{prefix}.role.{role.get('name')}"
+            yield from _one_of(f"{key}.area", role.get("area"), areas)
+            yield from _one_of(f"{key}.played_by", role.get("played_by"), all_roles)
+            influences = role.get("influences", [])
+            for influenced in influences if isinstance(influences, list) else []:
+                yield from _one_of(f"{key}.influences", influenced, names)
+            yield from _role_players(key, role, vehicles)
+
+
+def _role_players(key: str, role: Raw, vehicles: Sequence[Raw]) -> Iterator[ConfigurationFault]:
+    able = [v for v in vehicles if isinstance(v.get("playable_roles"), list) and role.get("name") in v["playable_roles"]]
+    minimum, maximum = role.get("minimum", 0), role.get("maximum")
+    if not able:
+        yield ConfigurationFault(key, "", "no vehicle is able to play it: list it in playable_roles of one")
+    elif isinstance(minimum, int) and len(able) < minimum:
+        yield ConfigurationFault(f"{key}.minimum", str(minimum), f"only {len(able)} vehicles are able to play it")
+    if isinstance(minimum, int) and isinstance(maximum, int) and minimum > maximum:
+        yield ConfigurationFault(f"{key}.minimum", str(minimum), f"allowed: 0 to maximum = {maximum}")
+    if role.get("head") and able and not any(v.get("social_layer", True) for v in able):
+        names = ", ".join(str(v.get("name")) for v in able)
+        yield ConfigurationFault(key, "", f"the group has no vehicle with the social layer to lead it: set social_layer = true for one of {names}")
+    if role.get("area") and able and not any(isinstance(v.get("sensor"), dict) for v in able):
+        yield ConfigurationFault(key, "", "explores an area, but no vehicle able to play it has a [vehicle.sensor]")
+
+
+def _vehicles(raw: Raw) -> Iterator[ConfigurationFault]:
+    roles = sorted({name for group in _entries(raw, "group") for name in _names_of(group, "role")})
+    for vehicle in _entries(raw, "vehicle"):
+        prefix = f"vehicle.{vehicle.get('name')}"
+        playable = vehicle.get("playable_roles", [])
+        for role in playable if isinstance(playable, list) else []:
+            yield from _one_of(f"{prefix}.playable_roles", role, roles)
+        depth, limit = vehicle.get("depth_m", 0.0), vehicle.get("depth_limit_m", 0.0)
+        if isinstance(depth, int | float) and isinstance(limit, int | float) and depth > limit:
+            yield ConfigurationFault(f"{prefix}.depth_m", str(depth), f"allowed: 0 to depth_limit_m = {limit}")
+        slow, fast = vehicle.get("survey_speed_mps"), vehicle.get("transit_speed_mps")
+        if isinstance(slow, int | float) and isinstance(fast, int | float) and slow > fast:
+            yield ConfigurationFault(f"{prefix}.survey_speed_mps", str(slow), f"allowed: up to transit_speed_mps = {fast}")
+
+
+def _mission(raw: Raw) -> Iterator[ConfigurationFault]:
+    reference = _table(raw, "scenario").get("mission")
+    if not isinstance(reference, str):
+        return
+    faults = list(_object_faults("scenario.mission", reference))
+    if faults:
+        yield from faults
+        return
+    mission = named_object(reference)
+    try:
+        mission.Settings.model_validate(_table(raw, "mission"))
+    except ValidationError as error:
+        for detail in error.errors():
+            key = ".".join(["mission", *map(str, detail["loc"])])
+            given = "" if detail["type"] == "missing" else str(detail.get("input"))
+            known = list(mission.Settings.model_fields)
+            unknown = detail["type"] == "extra_forbidden"
+            nearest = get_close_matches(str(detail["loc"][-1]), known, n=1) if unknown else []
+            hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
+            allowed = f"unknown key, allowed here: {', '.join(known)}{hint}" if unknown else str(detail["msg"])
+            yield ConfigurationFault(key, given, allowed)
+    given_missions = {group.get("mission") for group in _entries(raw, "group")} - {None}
+    for name in sorted(m for m in given_missions if isinstance(m, str)):
+        yield from _one_of("group.mission", name, list(mission.MISSIONS))

@@ -1,0 +1,38 @@
+"""Errors of the missions package: the user's scenario or study is at fault."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class ConfigurationFault:
+    """One thing wrong with a file: where, what was given, what is allowed."""
+
+    key: str
+    given: str
+    allowed: str
+    line: int | None = None
+
+    def text(self, file: str) -> str:
+        where = f"{file}:{self.line}" if self.line else file
+        given = f" = {self.given}" if self.given else ""
+        return f"{where}: {self.key}{given}: {self.allowed}"
+
+
+class MissionsError(Exception):
+    """Base of the errors that ``missions`` raises."""
+
+
+class ConfigurationError(MissionsError):
+    """A scenario or study is wrong; all faults are reported at once."""
+
+    def __init__(self, file: str, faults: Sequence[ConfigurationFault]) -> None:
+        super().__init__("\n".join(fault.text(file) for fault in faults))
+        self.file = file
+        self.faults = tuple(faults)
+
+
+class OutputError(MissionsError):
+    """An output folder cannot be written, or holds something that would be overwritten."""

@@ -1,0 +1,208 @@
+"""Results of a run: summary, manifest and tables, written once and read back.
+
+A folder holds ``summary.json``, ``manifest.json`` and one Parquet file per table of ``remoras.recorder``. Units are
+in the metadata of every column. The folder appears whole or not at all.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import platform
+import shutil
+import statistics
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import tomli_w
+
+from missions.errors import OutputError
+from missions.run import Run
+from remoras.recorder import TABLES, Recorder
+from remoras.sensors import Seabed
+
+LIBRARIES = ("mesa", "rdflib", "networkx", "numpy", "matplotlib", "pyarrow", "pydantic")
+DECIMALS = {"m": 3, "rad": 6, "m/s": 4, "J": 2, "s": 4, "1": 6}
+"""Digits kept by unit: far below anything that means something, far above rounding in the arithmetic."""
+
+
+def summary(run: Run) -> dict[str, Any]:
+    """The figures of a run, with the names of the contract.
+
+    ``coverage_fraction``: cells of the areas that somebody mapped. ``duplicate_fraction``: share of the mapping that
+    was done again by another vehicle. ``delivery_ratio``: packets received among all (packet, receiver) pairs.
+    Latencies: from an item's observation to its reception, over all (item, receiver) pairs; NaN becomes null.
+    """
+    scenario, recorder = run.scenario, run.recorder
+    received = sum(len(row[6]) for row in recorder.packets)
+    lost = sum(len(row[7]) for row in recorder.packets)
+    mapped = {(row[2], row[3]) for row in recorder.coverage}
+    seabed = Seabed.of_areas(scenario.world.cell_m, {area.name: area.corners_m for area in scenario.area})
+    latencies = sorted(_latencies_s(recorder))
+    return {
+        "scenario": scenario.scenario.name,
+        "strategy": scenario.strategy.name,
+        "policy": scenario.communication.policy,
+        "channel": scenario.channel.name,
+        "per": scenario.channel.per if scenario.channel.name != "perfect" else 0.0,
+        "seed": run.seed,
+        "n_vehicles": len(scenario.vehicle),
+        "completed": run.completed,
+        "reason": run.reason,
+        "mission_time_s": round(run.end_s, 4),
+        "coverage_fraction": len(mapped) / len(seabed.cells) if seabed.cells else 0.0,
+        "duplicate_fraction": 1.0 - len(mapped) / len(recorder.coverage) if recorder.coverage else 0.0,
+        "distance_m": round(run.distance_m, 3),
+        "energy_j": round(_energy_j(recorder), 2),
+        "n_packets": len(recorder.packets),
+        "n_bytes": sum(row[3] for row in recorder.packets) // 8,
+        "delivery_ratio": received / (received + lost) if received + lost else None,
+        "mean_latency_s": round(statistics.fmean(latencies), 4) if latencies else None,
+        "p95_latency_s": round(quantile(latencies, 0.95), 4) if latencies else None,
+        "false_beliefs": run.n_false_beliefs,
+        "wall_s": round(run.wall_s, 3),
+        "milestones": [
+            {"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": round(m.time_s, 4)}
+            for m in run.milestones
+        ],
+    }
+
+
+def quantile(ordered: Sequence[float], share: float) -> float:
+    """Quantile of ascending values, linear between them.
+
+    >>> quantile([0.0, 1.0, 2.0, 3.0], 0.5)
+    1.5
+    """
+    position = share * (len(ordered) - 1)
+    low = math.floor(position)
+    high = min(low + 1, len(ordered) - 1)
+    return ordered[low] + (position - low) * (ordered[high] - ordered[low])
+
+
+def _latencies_s(recorder: Recorder) -> list[float]:
+    observed = {item: time_s for time_s, _, item, _, event in recorder.knowledge if event == "observed"}
+    return [
+        time_s - observed[item] for time_s, _, item, _, event in recorder.knowledge if event == "received"
+    ]
+
+
+def _energy_j(recorder: Recorder) -> float:
+    last = {vehicle: energy_j for _, vehicle, *_, energy_j in recorder.trajectories}
+    return math.fsum(last.values())
+
+
+def table(name: str, rows: Sequence[tuple[Any, ...]]) -> pa.Table:
+    """Rows of a recorder table as an Arrow table with units."""
+    kinds = {"float": pa.float64(), "int": pa.int64(), "str": pa.string(), "list": pa.list_(pa.string())}
+    columns = TABLES[name]
+    fields = [
+        pa.field(column.name, kinds[column.kind], metadata={"unit": column.unit} if column.unit else None)
+        for column in columns
+    ]
+    arrays = []
+    for number, (column, field) in enumerate(zip(columns, fields, strict=True)):
+        values: list[Any] = [row[number] for row in rows]
+        if column.kind == "float":
+            digits = DECIMALS[column.unit]
+            values = [round(value, digits) for value in values]
+        arrays.append(pa.array(values, type=field.type))
+    return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
+
+
+def manifest(run: Run) -> dict[str, Any]:
+    """What is needed to repeat the run: version, resolved scenario as TOML, seed, libraries, platform."""
+    return {
+        "version": metadata.version("remoras"),
+        "seed": run.seed,
+        "scenario": tomli_w.dumps(run.scenario.model_dump(mode="json", exclude_none=True)),
+        "libraries": {name: metadata.version(name) for name in LIBRARIES},
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+    }
+
+
+def check_output(folder: Path, force: bool) -> None:
+    """Raise OutputError unless results can be written to ``folder`` without losing anything."""
+    if folder.exists() and not folder.is_dir():
+        raise OutputError(f"--out {folder}: is a file; name a folder")
+    if folder.is_dir() and any(folder.iterdir()) and not force:
+        raise OutputError(f"--out {folder}: exists and is not empty; name another folder or add --force")
+    parent = folder if folder.is_dir() else folder.parent
+    while not parent.exists():
+        parent = parent.parent
+    try:
+        with tempfile.TemporaryFile(dir=parent):
+            pass
+    except OSError as error:
+        raise OutputError(f"--out {folder}: cannot be written: {error.strerror}") from None
+
+
+def write(run: Run, folder: Path, force: bool = False) -> None:
+    """Write summary, manifest and tables; ``force`` replaces results that are already there.
+
+    Raises OutputError if the folder holds something or cannot be written.
+    """
+    check_output(folder, force)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}-") as made:
+            draft = Path(made) / "results"
+            draft.mkdir()
+            (draft / "summary.json").write_text(_json(summary(run)), encoding="utf-8")
+            (draft / "manifest.json").write_text(_json(manifest(run)), encoding="utf-8")
+            for name in TABLES:
+                pq.write_table(table(name, run.recorder.rows(name)), draft / f"{name}.parquet", compression="zstd")
+            if folder.exists():
+                for path in draft.iterdir():
+                    shutil.move(path, folder / path.name)
+            else:
+                draft.rename(folder)
+    except OSError as error:
+        raise OutputError(f"--out {folder}: cannot be written: {error.strerror}") from None
+
+
+def _json(value: Any) -> str:
+    return json.dumps(value, indent=2, allow_nan=False) + "\n"
+
+
+@dataclass(frozen=True)
+class Results:
+    """Results of one run, read from their folder."""
+
+    folder: Path
+
+    @classmethod
+    def read(cls, folder: Path) -> Results:
+        """Raises OutputError if the folder holds no complete results."""
+        needed = ["summary.json", "manifest.json", *(f"{name}.parquet" for name in TABLES)]
+        missing = [name for name in needed if not (folder / name).is_file()]
+        if missing:
+            raise OutputError(f"{folder}: no results of a run, missing: {', '.join(missing)}")
+        return cls(folder)
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        loaded: dict[str, Any] = json.loads((self.folder / "summary.json").read_text(encoding="utf-8"))
+        return loaded
+
+    @cached_property
+    def manifest(self) -> dict[str, Any]:
+        loaded: dict[str, Any] = json.loads((self.folder / "manifest.json").read_text(encoding="utf-8"))
+        return loaded
+
+    def table(self, name: str) -> pa.Table:
+        """An Arrow table; ``.to_pandas()`` makes a data frame of it."""
+        return pq.read_table(self.folder / f"{name}.parquet")
+
+    def units(self, name: str) -> dict[str, str]:
+        """Units of a table's columns."""
+        schema = pq.read_schema(self.folder / f"{name}.parquet")
+        return {field.name: field.metadata[b"unit"].decode() for field in schema if field.metadata}

@@ -1,0 +1,244 @@
+"""From a scenario to a fleet, and one run of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import mesa
+
+from exchange.acoustics.channel import BroadcastChannel, Channel
+from exchange.acoustics.link import link_named
+from exchange.acoustics.modems import modems
+from exchange.codec import Codec
+from exchange.manager import ExchangeManager
+from exchange.policies import POLICIES
+from exchange.schedule import TdmaSchedule
+from missions.checks import named_object
+from missions.scenario import Scenario, VehicleTable
+from remoras.beliefs import Beliefs
+from remoras.database import AUVDatabase, VehicleData
+from remoras.executive import ExecutiveLayer
+from remoras.fleet import Fleet
+from remoras.functional import FunctionalLayer
+from remoras.mission import Milestone, Mission
+from remoras.organisation import Group, RoleSpecification
+from remoras.recorder import Recorder
+from remoras.sensors import MappingSensor, Seabed
+from remoras.social import SocialLayer
+from remoras.strategies import Strategy, strategies
+from remoras.vehicle import Vehicle
+from worldmodel import InformationNeed, Instance, NeedsIndex, TBox, WorldModel, core_ontology_paths
+
+
+@dataclass(frozen=True)
+class Run:
+    """A finished run, before anything is written."""
+
+    scenario: Scenario
+    seed: int
+    recorder: Recorder
+    milestones: tuple[Milestone, ...]
+    completed: bool
+    reason: str
+    end_s: float
+    n_false_beliefs: int
+    distance_m: float
+    wall_s: float
+
+
+def vehicle_data(table: VehicleTable, transmit_j_per_bit: float) -> VehicleData:
+    """Static data of a vehicle from its table; without a sensor it maps nothing."""
+    fields = table.model_dump(exclude={"sensor", "slot"})
+    sensor = table.sensor
+    return VehicleData(
+        **fields,
+        node=table.slot,
+        transmit_j_per_bit=transmit_j_per_bit,
+        swath_m=sensor.swath_m if sensor else 0.0,
+        sensor_speed_mps=sensor.speed_limit_mps if sensor else table.survey_speed_mps,
+    )
+
+
+def groups_of(scenario: Scenario) -> tuple[Group, ...]:
+    """Groups with the demands of their roles."""
+    return tuple(
+        Group(
+            group.name,
+            tuple(
+                RoleSpecification(
+                    role.name,
+                    role.minimum,
+                    role.maximum,
+                    role.head,
+                    role.founding,
+                    role.area,
+                    (role.played_by.split(".")[0], role.played_by.split(".")[1]) if role.played_by else None,
+                    role.influences,
+                )
+                for role in group.role
+            ),
+            group.rally_point,
+            group.mission,
+        )
+        for group in scenario.group
+    )
+
+
+def mission_of(scenario: Scenario) -> Mission:
+    """The mission that the scenario names, made from its parts."""
+    factory = named_object(scenario.scenario.mission)
+    world = scenario.world
+    places = {
+        (group.name, role.name): role.position
+        for group in scenario.group
+        for role in group.role
+        if role.position is not None
+    }
+    mission: Mission = factory(
+        factory.Settings.model_validate(scenario.mission),
+        groups_of(scenario),
+        places,
+        {area.name: area.corners_m for area in scenario.area},
+        {rally.name: rally.position_m for rally in scenario.rally_point},
+        (world.x_m[0], world.y_m[0], world.x_m[1], world.y_m[1]),
+    )
+    return mission
+
+
+def strategy_of(scenario: Scenario) -> Strategy:
+    name = scenario.strategy.name
+    strategy: Strategy = named_object(name) if ":" in name else strategies()[name]
+    return strategy
+
+
+def instances_of(scenario: Scenario, tbox: TBox, missions: Sequence[str]) -> tuple[Instance, ...]:
+    """What the whole fleet has names for; a vehicle's uid is its node index."""
+    vehicles = sorted(scenario.vehicle, key=lambda vehicle: vehicle.slot)
+    named = [(v.vehicle_type, v.name) for v in vehicles]
+    named += [("Group", group.name) for group in scenario.group]
+    named += [("Role", f"{group.name}.{role.name}") for group in scenario.group for role in group.role]
+    named += [("Area", area.name) for area in scenario.area]
+    named += [("RallyPoint", rally.name) for rally in scenario.rally_point]
+    named += [("Mission", mission) for mission in missions]
+    return tuple(Instance(uid, tbox.class_named(kind).uid, name) for uid, (kind, name) in enumerate(named))
+
+
+def needs_of(scenario: Scenario, tbox: TBox) -> NeedsIndex:
+    """Every vehicle needs every listed attribute of every instance of its domain."""
+    attributes = [
+        (tbox.attribute_named(name), priority) for name, priority in scenario.communication.needs.items()
+    ]
+    needs = tuple(InformationNeed(a.uid, priority, class_uid=a.domain) for a, priority in attributes)
+    return NeedsIndex(tbox, {vehicle.slot: needs for vehicle in scenario.vehicle})
+
+
+def schedule_of(scenario: Scenario) -> TdmaSchedule:
+    communication = scenario.communication
+    modem = modems()[communication.modem]
+    return TdmaSchedule.for_range(
+        len(scenario.vehicle),
+        modem.packet_s(modem.payload_bits),
+        communication.range_m,
+        scenario.world.sound_speed_mps,
+    )
+
+
+def channel_of(scenario: Scenario, seed: int) -> BroadcastChannel:
+    return BroadcastChannel(
+        modems()[scenario.communication.modem],
+        link_named(scenario.channel.name, scenario.channel.per),
+        seed,
+        sound_speed_mps=scenario.world.sound_speed_mps,
+        range_m=scenario.communication.range_m,
+    )
+
+
+def assemble(scenario: Scenario, seed: int, channel: Channel | None = None) -> Fleet:
+    """A fleet ready to run. ``channel`` replaces the scenario's, for tests and experiments."""
+    tbox = TBox.read(*core_ontology_paths())
+    mission = mission_of(scenario)
+    factory = named_object(scenario.scenario.mission)
+    instances = instances_of(scenario, tbox, factory.MISSIONS)
+    schedule = schedule_of(scenario)
+    n_nodes = schedule.n_nodes
+    policy = POLICIES[scenario.communication.policy]
+    resolution_s = scenario.communication.time_resolution_s
+    horizon_s = resolution_s * (int(scenario.scenario.duration_s / resolution_s) + 1)
+    codec = Codec(tbox, len(instances), n_nodes, policy, round(horizon_s, 9), resolution_s)
+    needs = needs_of(scenario, tbox)
+    modem = modems()[scenario.communication.modem]
+    transmit_j_per_bit = scenario.communication.transmit_power_w / modem.rate_bps
+    database = AUVDatabase(tuple(vehicle_data(table, transmit_j_per_bit) for table in scenario.vehicle))
+    strategy = strategy_of(scenario)
+    founding = strategy.form(database, groups_of(scenario))
+    seabed = Seabed.of_areas(scenario.world.cell_m, mission.corners_m)
+    recorder = Recorder()
+    world = scenario.world
+    bounds_m = (world.x_m[0], world.y_m[0], world.x_m[1], world.y_m[1])
+
+    def make_vehicle(fleet: mesa.Model, data: VehicleData) -> Vehicle:
+        model = WorldModel(
+            tbox, data.node, instances, resolution_s, n_origins=n_nodes, run_time_instances_per_origin=0
+        )
+        beliefs = Beliefs(model, mission.known_before(database))
+        sensor = MappingSensor(seabed, data.swath_m, data.sensor_speed_mps)
+        return Vehicle(
+            fleet,
+            data,
+            SocialLayer(data.name, database, beliefs, mission, strategy, founding),
+            ExecutiveLayer(scenario.decision.constants()),
+            FunctionalLayer(data, sensor, bounds_m, mission.behaviour_for),
+            beliefs,
+            ExchangeManager(
+                data.node,
+                model,
+                codec,
+                schedule,
+                policy,
+                modem.payload_bits,
+                needs,
+                scenario.communication.carrier_evidence,
+            ),
+            seabed,
+            recorder,
+        )
+
+    return Fleet(
+        lambda fleet: [make_vehicle(fleet, data) for data in database.values()],
+        channel if channel is not None else channel_of(scenario, seed),
+        schedule,
+        mission.truth(),
+        recorder,
+        scenario.scenario.tick_s,
+        scenario.scenario.duration_s,
+    )
+
+
+def run(
+    scenario: Scenario,
+    seed: int = 1,
+    channel: Channel | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Run:
+    """Run a scenario to its end; ``progress`` is told the mission time now and then."""
+    began = time.perf_counter()
+    fleet = assemble(scenario, seed, channel)
+    fleet.run(progress)
+    result = Run(
+        scenario,
+        seed,
+        fleet.recorder,
+        tuple(fleet.truth.milestones),
+        fleet.completed,
+        fleet.reason,
+        fleet.now_s,
+        fleet.n_false_beliefs,
+        sum(vehicle.functional.motion.distance_m for vehicle in fleet.vehicles),
+        time.perf_counter() - began,
+    )
+    fleet.close()
+    return result
+
+

@@ -1,0 +1,86 @@
+"""Activities: what a vehicle can do at one time, and what may be done together (REMORAS, section V.B)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, IntEnum
+from typing import Any
+
+
+class ActivityType(IntEnum):
+    """The eight types; a decision holds at most one activity of each."""
+
+    ORGANISATIONAL = 0
+    PLANNING = 1
+    NAVIGATION = 2
+    GUIDANCE = 3
+    CONTROL = 4
+    PRODUCTIVE = 5
+    COMMUNICATION = 6
+    SURVIVAL = 7
+
+
+class ActivityKind(Enum):
+    """Where an activity's motivation comes from: own aims, aims shared in the group, own integrity."""
+
+    INDIVIDUAL = "individual"
+    COLLECTIVE = "collective"
+    VITAL = "vital"
+
+
+@dataclass(frozen=True, slots=True)
+class Activity:
+    """One activity of one objective.
+
+    Attributes:
+        name: as Table II of the paper writes it, for example ``ZigzagExploring``.
+        parameters: what the functional layer needs, for example the grid of points.
+    """
+
+    name: str
+    type: ActivityType
+    parameters: tuple[Any, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Objective:
+    """An abstract task given to a role: ``Exploring`` of an area, ``RendezVous`` at a rally point."""
+
+    group: str
+    role: str
+    name: str
+    argument: str
+
+    def __str__(self) -> str:
+        return f"{self.role}: {self.name}({self.argument})"
+
+
+@dataclass(frozen=True, slots=True)
+class ActivitySet:
+    """Activities of one objective that must be performed simultaneously.
+
+    Attributes:
+        objective: what they are for; None for vital needs and for what the vehicle does in any case.
+        kind: whether influence signals move it.
+        activities: one or more, of different types; the first one names the set.
+        needs: name of an activity of some other set without which this one is pointless, or None.
+        importance: weight of the objective, from the scenario.
+    """
+
+    objective: Objective | None
+    kind: ActivityKind
+    activities: tuple[Activity, ...]
+    importance: float
+    needs: str | None = None
+
+    @property
+    def types(self) -> int:
+        """Bit word over ``ActivityType``."""
+        word = 0
+        for activity in self.activities:
+            word |= 1 << activity.type
+        return word
+
+    @property
+    def name(self) -> str:
+        return self.activities[0].name

@@ -1,0 +1,55 @@
+"""What a vehicle believes, as facts an HTN planner can look up.
+
+A key is ``(attribute, instance)`` by name, for example ``("hasMission", "Operational")``. What everybody knew
+before the mission (corners of areas, rally points, static vehicle data) is looked up first; the rest is the
+latest value in the vehicle's world model, links given by the name of their target.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from worldmodel import Change, TBox, ValueKind, WorldModel
+
+Key = tuple[str, str]
+
+
+class Beliefs:
+    """Facts of one vehicle: ``get(key, default)``."""
+
+    def __init__(self, model: WorldModel, known_before: Mapping[Key, Any]) -> None:
+        self.model = model
+        self._known_before = known_before
+        self._tbox: TBox = model.tbox
+
+    def get(self, key: Key, default: Any = None) -> Any:
+        if key in self._known_before:
+            return self._known_before[key]
+        attribute = self._tbox.attribute_named(key[0])
+        value = self.model.value(self.model.instance_named(key[1]).uid, attribute.uid)
+        if value is None:
+            return default
+        if attribute.kind is ValueKind.LINK:
+            return self.name(int(value))  # type: ignore[arg-type]  # a link is an instance uid
+        return value
+
+    def name(self, uid: int) -> str:
+        instance = self.model.instance(uid)
+        return instance.name if instance is not None else f"instance {uid}"
+
+    def uid(self, name: str) -> int:
+        return self.model.instance_named(name).uid
+
+    def keys_of(self, changes: Iterable[Change]) -> set[Key]:
+        """Keys whose latest value has changed."""
+        return {
+            (self._tbox.attributes[fact.attribute].name, self.name(fact.subject))
+            for change in changes
+            for fact in change.new_latest
+        }
+
+    def fact(self, subject: str, attribute: str, value: str | float | bool) -> tuple[int, int, Any]:
+        """A fact ready to be recorded; a string value is the name of the instance linked to."""
+        uid = self._tbox.attribute_named(attribute).uid
+        return self.uid(subject), uid, self.uid(value) if isinstance(value, str) else value

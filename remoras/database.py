@@ -1,0 +1,79 @@
+"""AUV database: what is known of each vehicle (REMORAS, section IV.A).
+
+Static data (type, limits, sensors, playable roles) are known to the whole fleet before the mission. Variable
+data (position, battery) are what a vehicle has heard; they live in its world model, not here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleData:
+    """Static data of one vehicle.
+
+    Attributes:
+        name: unique in the fleet, for example ``AUV00``.
+        vehicle_type: ``AUV`` or ``ASV``.
+        node: index in the TDMA frame.
+        social_layer: may lead a group; without it the vehicle only executes what it is assigned.
+        start_m: (x east, y north) at time 0.
+        depth_m, depth_limit_m: working depth and greatest depth; vehicles at different depths pass freely.
+        transit_speed_mps, survey_speed_mps: speeds on the way and while working.
+        turn_rate_radps, acceleration_mps2: limits of the control.
+        swath_m: width that the mapping sensor covers, 0 without a sensor.
+        sensor_speed_mps: greatest speed at which the sensor still maps.
+        energy_j: battery capacity.
+        hotel_w, drag_w_per_mps3: power = hotel_w + drag_w_per_mps3 * speed^3.
+        transmit_j_per_bit: energy of the modem for each bit it sends.
+        playable_roles: names of the roles it is able to play.
+    """
+
+    name: str
+    vehicle_type: str
+    node: int
+    social_layer: bool
+    start_m: tuple[float, float]
+    depth_m: float
+    depth_limit_m: float
+    transit_speed_mps: float
+    survey_speed_mps: float
+    turn_rate_radps: float
+    acceleration_mps2: float
+    swath_m: float
+    sensor_speed_mps: float
+    energy_j: float
+    hotel_w: float
+    drag_w_per_mps3: float
+    transmit_j_per_bit: float
+    playable_roles: tuple[str, ...]
+
+    @property
+    def mapping_speed_mps(self) -> float:
+        """Speed at which it surveys: its own survey speed, or less where the sensor forces it."""
+        return min(self.survey_speed_mps, self.sensor_speed_mps)
+
+    def can_play(self, role: str) -> bool:
+        return role in self.playable_roles
+
+
+class AUVDatabase(Mapping[str, VehicleData]):
+    """Static data by vehicle name, in the order of the TDMA nodes."""
+
+    def __init__(self, vehicles: tuple[VehicleData, ...]) -> None:
+        self._vehicles = {data.name: data for data in sorted(vehicles, key=lambda data: data.node)}
+        self.names = tuple(self._vehicles)
+
+    def __getitem__(self, name: str) -> VehicleData:
+        return self._vehicles[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._vehicles)
+
+    def __len__(self) -> int:
+        return len(self._vehicles)
+
+    def able_to_play(self, role: str) -> tuple[VehicleData, ...]:
+        return tuple(data for data in self.values() if data.can_play(role))

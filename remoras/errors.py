@@ -1,0 +1,13 @@
+"""Errors of the vehicle and fleet package."""
+
+
+class RemorasError(Exception):
+    """Base of the errors that ``remoras`` raises."""
+
+
+class OrganisationError(RemorasError):
+    """The organisation was asked something that makes no sense, such as a role with an empty name."""
+
+
+class PlanningError(RemorasError):
+    """An HTN domain is malformed: a task without methods, a method that is no sequence of tasks."""

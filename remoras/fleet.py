@@ -1,0 +1,184 @@
+"""The fleet: time, truth, channel and vehicles. It takes no decisions.
+
+A step is one motion tick. Between two ticks packets are sent and heard at their exact times, from one event queue.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import mesa
+
+from exchange.acoustics.channel import Arrival, Channel
+from exchange.schedule import TdmaSchedule
+from remoras.clock import Clock, Priority
+from remoras.mission import Truth
+from remoras.recorder import Recorder
+from remoras.sensors import Neighbour
+from remoras.vehicle import Vehicle
+
+SONAR_M = 60.0
+"""Range of the obstacle sonar."""
+SAME_DEPTH_M = 3.0
+"""Vehicles that differ more than this in depth pass freely."""
+
+
+@dataclass(frozen=True, slots=True)
+class SlotOpens:
+    """The TDMA slot ``number`` starts."""
+
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class FrameEnds:
+    """A round of consultation is over; ``number`` counts frames."""
+
+    number: int
+
+
+class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
+    """A mission run.
+
+    Args:
+        make_vehicles: makes the vehicles of this model, one per node, in the order of the nodes.
+        channel: carries packets.
+        schedule: TDMA.
+        truth: watches the run and says when the mission is complete.
+        recorder: takes the rows.
+        tick_s: length of a step; duration_s: end of the run if the mission does not complete before.
+    """
+
+    def __init__(
+        self,
+        make_vehicles: Callable[[mesa.Model], Sequence[Vehicle]],
+        channel: Channel,
+        schedule: TdmaSchedule,
+        truth: Truth,
+        recorder: Recorder,
+        tick_s: float,
+        duration_s: float,
+    ) -> None:
+        super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
+        self.vehicles = tuple(make_vehicles(self))
+        self.clock: Clock[SlotOpens | FrameEnds | Arrival] = Clock()
+        self.channel = channel
+        self.schedule = schedule
+        self.truth = truth
+        self.recorder = recorder
+        self.tick_s = tick_s
+        self.duration_s = duration_s
+        self.completed = False
+        self.reason = ""
+        self.n_false_beliefs = 0
+        self.clock.schedule(0.0, Priority.SLOT, SlotOpens(0))
+        self.clock.schedule(schedule.frame_s, Priority.CONSULTATION, FrameEnds(1))
+
+    @property
+    def now_s(self) -> float:
+        return self.clock.now_s
+
+    def step(self) -> None:
+        """One motion tick, and all that is said and heard before it."""
+        now_s = (self.steps - 1) * self.tick_s
+        while (event := self.clock.next_before(now_s)) is not None:
+            self._handle(event)
+        self.clock.now_s = now_s
+        dt_s = self.tick_s if now_s > 0.0 else 0.0
+        neighbours = self._neighbours()
+        for vehicle in self.vehicles:
+            vehicle.step(now_s, dt_s, neighbours.get(vehicle.data.node, ()))
+        self._record(now_s)
+        self.completed = self.truth.observe(self, now_s)
+        if self.completed or now_s + self.tick_s > self.duration_s:
+            self.running = False
+            self.reason = self.truth.close(self, now_s)
+
+    def run(self, progress: Callable[[float], None] | None = None) -> None:
+        """Step until the mission is complete or its time is over; ``progress`` is told the time now and then."""
+        while self.running:
+            self.step()
+            if progress is not None and self.steps % 50 == 0:
+                progress(self.now_s)
+
+    def close(self) -> None:
+        """Let go of the vehicles: some Mesa versions keep every model alive in a table of agents."""
+        self.remove_all_agents()
+        ids = getattr(mesa.Agent, "_ids", None)
+        if isinstance(ids, dict):
+            ids.pop(self, None)
+
+    # Events --------------------------------------------------------------------------------------
+
+    def _handle(self, event: SlotOpens | FrameEnds | Arrival) -> None:
+        now_s = self.clock.now_s
+        match event:
+            case Arrival(receiver=node, data=data):
+                self._deliver(node, data, now_s)
+            case SlotOpens(number=slot):
+                self._transmit(slot, now_s)
+                self.clock.schedule(self.schedule.start_s(slot + 1), Priority.SLOT, SlotOpens(slot + 1))
+            case FrameEnds(number=frame):
+                for vehicle in self.vehicles:
+                    vehicle.consult(now_s)
+                self.truth.observe(self, now_s)
+                next_s = self.schedule.start_s((frame + 1) * self.schedule.n_nodes)
+                self.clock.schedule(next_s, Priority.CONSULTATION, FrameEnds(frame + 1))
+
+    def _transmit(self, slot: int, now_s: float) -> None:
+        sender = self.vehicles[self.schedule.owner(slot)]
+        sent = sender.speak(now_s)
+        if sent is None:
+            return
+        positions = [vehicle.functional.motion.position_m for vehicle in self.vehicles]
+        arrivals = self.channel.transmit(slot, sender.data.node, sent.data, now_s, positions)
+        received = {arrival.receiver for arrival in arrivals}
+        for arrival in arrivals:
+            self.clock.schedule(arrival.time_s, Priority.ARRIVAL, arrival)
+        others = [vehicle for vehicle in self.vehicles if vehicle is not sender]
+        self.recorder.packets.append(
+            (
+                slot,
+                now_s,
+                sender.name,
+                sent.size_bits,
+                len(sent.items),
+                sent.n_acks,
+                [vehicle.name for vehicle in others if vehicle.data.node in received],
+                [vehicle.name for vehicle in others if vehicle.data.node not in received],
+            )
+        )
+
+    def _deliver(self, node: int, data: bytes, now_s: float) -> None:
+        reception = self.vehicles[node].hear(data, now_s)
+        if reception is not None:
+            for peer, uid in reception.beliefs:
+                if not self.vehicles[peer].manager.holds(uid):
+                    self.n_false_beliefs += 1
+
+    # Truth ---------------------------------------------------------------------------------------
+
+    def _neighbours(self) -> dict[int, list[Neighbour]]:
+        """What the obstacle sonar of every vehicle sees of the others."""
+        seen: dict[int, list[Neighbour]] = {}
+        for number, one in enumerate(self.vehicles):
+            a = one.functional.motion
+            for other in self.vehicles[number + 1 :]:
+                b = other.functional.motion
+                dx_m, dy_m = b.x_m - a.x_m, b.y_m - a.y_m
+                if dx_m * dx_m + dy_m * dy_m > SONAR_M * SONAR_M:
+                    continue
+                if abs(one.data.depth_m - other.data.depth_m) > SAME_DEPTH_M:
+                    continue
+                ax_mps, ay_mps = a.velocity_mps
+                bx_mps, by_mps = b.velocity_mps
+                seen.setdefault(one.data.node, []).append(Neighbour(dx_m, dy_m, bx_mps, by_mps))
+                seen.setdefault(other.data.node, []).append(Neighbour(-dx_m, -dy_m, ax_mps, ay_mps))
+        return seen
+
+    def _record(self, now_s: float) -> None:
+        append = self.recorder.trajectories.append
+        for vehicle in self.vehicles:
+            m = vehicle.functional.motion
+            append((now_s, vehicle.name, m.x_m, m.y_m, m.heading_rad, m.speed_mps, m.energy_j))

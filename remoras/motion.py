@@ -1,0 +1,69 @@
+"""Kinematics and energy of one vehicle: scalars in, scalars out.
+
+Heading is mathematical: 0 along x (east), counter-clockwise, radians in (-pi, pi].
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from remoras.database import VehicleData
+
+
+@dataclass(slots=True)
+class Motion:
+    """State of motion; ``energy_j`` is what has been consumed, ``distance_m`` what has been travelled."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float = 0.0
+    speed_mps: float = 0.0
+    energy_j: float = 0.0
+    distance_m: float = 0.0
+
+    @property
+    def position_m(self) -> tuple[float, float]:
+        return self.x_m, self.y_m
+
+    @property
+    def velocity_mps(self) -> tuple[float, float]:
+        return self.speed_mps * math.cos(self.heading_rad), self.speed_mps * math.sin(self.heading_rad)
+
+
+def wrapped(angle_rad: float) -> float:
+    """The same angle in (-pi, pi].
+
+    >>> wrapped(1.5 * math.pi) == -0.5 * math.pi
+    True
+    """
+    if -math.pi < angle_rad <= math.pi:
+        return angle_rad
+    return math.pi - (math.pi - angle_rad) % math.tau
+
+
+def advance(motion: Motion, data: VehicleData, target_m: tuple[float, float], speed_mps: float, dt_s: float) -> None:
+    """Move for ``dt_s`` towards ``target_m`` with the speed reference ``speed_mps``, within the limits of ``data``.
+
+    The heading turns by at most ``turn_rate_radps * dt_s``, the speed changes by at most
+    ``acceleration_mps2 * dt_s``, and the vehicle does not run past the target within the step.
+    Energy: (hotel_w + drag_w_per_mps3 * speed^3) * dt_s.
+    """
+    dx_m = target_m[0] - motion.x_m
+    dy_m = target_m[1] - motion.y_m
+    range_m = math.sqrt(dx_m * dx_m + dy_m * dy_m)
+    most = data.acceleration_mps2 * dt_s
+    change = speed_mps - motion.speed_mps
+    motion.speed_mps += most if change > most else -most if change < -most else change
+    if range_m > 0.0 and speed_mps > 0.0:
+        turn = wrapped(math.atan2(dy_m, dx_m) - motion.heading_rad)
+        most = data.turn_rate_radps * dt_s
+        turn = most if turn > most else -most if turn < -most else turn
+        motion.heading_rad = wrapped(motion.heading_rad + turn)
+    travelled_m = motion.speed_mps * dt_s
+    if speed_mps > 0.0 and travelled_m > range_m:
+        travelled_m = range_m
+    motion.x_m += travelled_m * math.cos(motion.heading_rad)
+    motion.y_m += travelled_m * math.sin(motion.heading_rad)
+    motion.distance_m += travelled_m
+    motion.energy_j += (data.hotel_w + data.drag_w_per_mps3 * motion.speed_mps**3) * dt_s

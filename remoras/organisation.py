@@ -1,0 +1,205 @@
+"""Agent/Group/Role (AGR): who belongs to which group and plays which role. An immutable value.
+
+The axioms (Ferber, Gutknecht, Michel 2003; section III of the REMORAS paper):
+
+* a role exists only inside a group; the same name in two groups denotes two roles;
+* a vehicle may play several roles and belong to several groups; a role may have several holders;
+* being a member of a group and playing at least one role in it are the same thing;
+* two vehicles interact only if they share a group.
+
+Every operation returns ``(organisation, outcome)``. A refused operation returns the organisation it was
+given, unchanged. What a role demands of its holder (``RoleSpecification``) goes beyond AGR: how many may
+hold it, which capabilities they need.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+from remoras.errors import OrganisationError
+
+
+class Outcome(Enum):
+    """Answer of an operation on the organisation."""
+
+    SUCCESS = "success"
+    ALREADY_GROUP = "already group"
+    NOT_GROUP = "not group"
+    NOT_ROLE = "not role"
+    NOT_IN_GROUP = "not in group"
+    ROLE_ALREADY_HANDLED = "role already handled"
+    ROLE_NOT_HANDLED = "role not handled"
+    ACCESS_DENIED = "access denied"
+    NO_RECIPIENT_FOUND = "no recipient found"
+
+
+@dataclass(frozen=True, slots=True)
+class RoleSpecification:
+    """What a role demands: ``minimum``..``maximum`` holders, each able to play it.
+
+    Attributes:
+        name: as the papers write it, for example ``LeftWinger``.
+        minimum, maximum: cardinality; ``maximum`` None means any number.
+        head: the holder supervises the group: it may assign roles and objectives in it.
+        founding: held from the start; other roles are allocated during the mission.
+        area: name of the area that the role's holder explores, if it is a positional role.
+        played_by: (group, role) whose holder must play it, or None.
+        influences: roles of the same group that this role's influence signals address.
+    """
+
+    name: str
+    minimum: int = 0
+    maximum: int | None = None
+    head: bool = False
+    founding: bool = False
+    area: str | None = None
+    played_by: tuple[str, str] | None = None
+    influences: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """A group: its name, what its roles demand, where it meets, and the mission it is given."""
+
+    name: str
+    roles: tuple[RoleSpecification, ...] = ()
+    rally_point: str | None = None
+    mission: str | None = None
+
+    def role(self, name: str) -> RoleSpecification | None:
+        return next((role for role in self.roles if role.name == name), None)
+
+    @property
+    def head_role(self) -> str | None:
+        return next((role.name for role in self.roles if role.head), None)
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class RoleAssignment:
+    """``vehicle`` plays ``role`` in ``group``."""
+
+    group: str
+    role: str
+    vehicle: str
+
+    def __post_init__(self) -> None:
+        if not (self.group and self.role and self.vehicle):
+            raise OrganisationError(f"a role assignment needs a group, a role and a vehicle, not {self}")
+
+
+@dataclass(frozen=True)
+class Organisation:
+    """Groups and role assignments; equal if they hold the same ones."""
+
+    groups: Mapping[str, Group] = field(default_factory=dict)
+    assignments: frozenset[RoleAssignment] = frozenset()
+
+    # Asking --------------------------------------------------------------------------------------
+
+    def members(self, group: str, role: str | None = None) -> tuple[str, ...]:
+        """Vehicles in ``group`` (playing ``role``), by name, without duplicates."""
+        return tuple(
+            sorted({a.vehicle for a in self.assignments if a.group == group and role in (None, a.role)})
+        )
+
+    def with_role(self, role: str) -> tuple[RoleAssignment, ...]:
+        """Assignments of every role of that name, in whatever group."""
+        return tuple(sorted(a for a in self.assignments if a.role == role))
+
+    def roles_of(self, vehicle: str, group: str | None = None) -> tuple[RoleAssignment, ...]:
+        """Roles that ``vehicle`` plays (in ``group``)."""
+        return tuple(
+            sorted(a for a in self.assignments if a.vehicle == vehicle and group in (None, a.group))
+        )
+
+    def groups_of(self, vehicle: str) -> tuple[str, ...]:
+        return tuple(sorted({a.group for a in self.assignments if a.vehicle == vehicle}))
+
+    def plays(self, vehicle: str, group: str, role: str) -> bool:
+        return RoleAssignment(group, role, vehicle) in self.assignments
+
+    def is_member(self, vehicle: str, group: str) -> bool:
+        return any(a.group == group and a.vehicle == vehicle for a in self.assignments)
+
+    def share_a_group(self, one: str, other: str) -> bool:
+        return not set(self.groups_of(one)).isdisjoint(self.groups_of(other))
+
+    def heads(self, group: str) -> tuple[str, ...]:
+        """Vehicles that supervise ``group``."""
+        head = self.groups[group].head_role if group in self.groups else None
+        return self.members(group, head) if head else ()
+
+    def may_assign(self, issuer: str, group: str) -> bool:
+        """May ``issuer`` give roles and objectives in ``group``? Only its members may (REMORAS IV.B (3))."""
+        return self.is_member(issuer, group)
+
+    def recipients(self, sender: str, group: str, role: str | None = None) -> tuple[tuple[str, ...], Outcome]:
+        """Who receives what ``sender`` says to ``group`` (to its holders of ``role``); never the sender."""
+        if group not in self.groups:
+            return (), Outcome.NOT_GROUP
+        if not self.is_member(sender, group):
+            return (), Outcome.NOT_IN_GROUP
+        others = tuple(name for name in self.members(group, role) if name != sender)
+        return others, Outcome.SUCCESS if others else Outcome.NO_RECIPIENT_FOUND
+
+    def ill_formed(self) -> tuple[str, ...]:
+        """Where the organisation violates the cardinalities of its roles, in words."""
+        faults = []
+        for group in self.groups.values():
+            for role in group.roles:
+                n = len(self.members(group.name, role.name))
+                if n < role.minimum:
+                    faults.append(f"{group.name}: {role.name} has {n} holders, {role.minimum} are needed")
+                if role.maximum is not None and n > role.maximum:
+                    faults.append(f"{group.name}: {role.name} has {n} holders, {role.maximum} are allowed")
+        return tuple(faults)
+
+    # Changing ------------------------------------------------------------------------------------
+
+    def create_group(self, group: Group) -> tuple[Organisation, Outcome]:
+        if group.name in self.groups:
+            return self, Outcome.ALREADY_GROUP
+        return replace(self, groups={**self.groups, group.name: group}), Outcome.SUCCESS
+
+    def assign(self, vehicle: str, group: str, role: str) -> tuple[Organisation, Outcome]:
+        """Let ``vehicle`` play ``role`` in ``group``; refused where the role has its maximum of holders."""
+        if group not in self.groups:
+            return self, Outcome.NOT_GROUP
+        assignment = RoleAssignment(group, role, vehicle)
+        if assignment in self.assignments:
+            return self, Outcome.ROLE_ALREADY_HANDLED
+        specification = self.groups[group].role(role)
+        if self.groups[group].roles and specification is None:
+            return self, Outcome.NOT_ROLE
+        maximum = specification.maximum if specification else None
+        if maximum is not None and len(self.members(group, role)) >= maximum:
+            return self, Outcome.ACCESS_DENIED
+        return replace(self, assignments=self.assignments | {assignment}), Outcome.SUCCESS
+
+    def leave_role(self, vehicle: str, group: str, role: str) -> tuple[Organisation, Outcome]:
+        if group not in self.groups:
+            return self, Outcome.NOT_GROUP
+        assignment = RoleAssignment(group, role, vehicle)
+        if assignment not in self.assignments:
+            member = self.is_member(vehicle, group)
+            return self, Outcome.ROLE_NOT_HANDLED if member else Outcome.NOT_IN_GROUP
+        return replace(self, assignments=self.assignments - {assignment}), Outcome.SUCCESS
+
+    def leave_group(self, vehicle: str, group: str) -> tuple[Organisation, Outcome]:
+        """Leave every role held in ``group`` and none elsewhere."""
+        if group not in self.groups:
+            return self, Outcome.NOT_GROUP
+        left = self.roles_of(vehicle, group)
+        if not left:
+            return self, Outcome.NOT_IN_GROUP
+        return replace(self, assignments=self.assignments - set(left)), Outcome.SUCCESS
+
+    def remove(self, vehicle: str) -> Organisation:
+        """The organisation without ``vehicle``, as if it had left each of its groups."""
+        return replace(self, assignments=self.assignments - set(self.roles_of(vehicle)))
+
+    @classmethod
+    def of(cls, groups: Iterable[Group], assignments: Iterable[RoleAssignment] = ()) -> Organisation:
+        return cls({group.name: group for group in groups}, frozenset(assignments))

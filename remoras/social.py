@@ -1,0 +1,308 @@
+"""Social layer: the flotilla as an organisation, and the missions it performs (REMORAS, section IV).
+
+Its eight modules, by the paper's names:
+
+* ``auv_database``: data of the vehicles;
+* ``optimiser`` (of organisational performances): allocates roles, a ``Strategy``;
+* ``groups`` and ``roles``: which vehicles belong to and play which;
+* ``missions``: which mission each group has;
+* ``mission_planner``: turns the missions of the groups that this vehicle leads into objectives, by HTN;
+* ``individual_objectives`` of a vehicle and ``collective_objectives`` of a role.
+
+Organisational data are facts of the world model and travel as such. What is said in one TDMA frame is one
+round of consultation: in it every vehicle has had its say. An assignment counts at a vehicle from the end of
+the frame in which the vehicle heard it (or made it), and only if its issuer is a member of the group.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from remoras.activities import ActivitySet, Objective
+from remoras.behaviours import Picture
+from remoras.beliefs import Beliefs, Key
+from remoras.database import AUVDatabase
+from remoras.htn import NoPlan, Task, plan
+from remoras.mission import Mission
+from remoras.motion import Motion
+from remoras.organisation import Organisation, Outcome, RoleAssignment
+from remoras.strategies.strategy import Evidence, Strategy
+from worldmodel import Change, Observation, TBox
+
+Fact = tuple[int, int, Any]  # subject, attribute, value
+OBJECTIVE_PREFIX = "objective"
+
+
+@dataclass(slots=True)
+class Consultation:
+    """What a round of consultation changed at this vehicle."""
+
+    assigned: list[RoleAssignment] = field(default_factory=list)
+    left: list[RoleAssignment] = field(default_factory=list)
+    refused: list[str] = field(default_factory=list)
+    activities_due: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Deliberation:
+    """Facts that planning decided on, and missions for which there is no plan."""
+
+    facts: list[Fact]
+    impossible: list[NoPlan]
+
+
+class SocialLayer:
+    """Organisation, missions and objectives as one vehicle sees them.
+
+    Args:
+        me: own name.
+        database: static data of all vehicles.
+        beliefs: facts of this vehicle.
+        mission: the mission's tasks.
+        strategy: forms the organisation and allocates roles.
+        founding: the organisation agreed before the mission.
+    """
+
+    def __init__(
+        self,
+        me: str,
+        database: AUVDatabase,
+        beliefs: Beliefs,
+        mission: Mission,
+        strategy: Strategy,
+        founding: Organisation,
+    ) -> None:
+        self.me = me
+        self.auv_database = database
+        self.optimiser = strategy
+        self.organisation = founding
+        self._beliefs = beliefs
+        self._mission = mission
+        self._tbox: TBox = beliefs.model.tbox
+        self._objectives: dict[tuple[str, str, str], Objective] = {
+            (o.group, o.role, o.name): o for o in mission.founding_objectives()
+        }
+        self._standing = mission.standing_sets(database[me])
+        self._pending: list[Observation] = []
+        self._plans_rest_on: dict[str, frozenset[Key]] = {}  # group -> facts of its mission's plan
+        self._activities: dict[Objective, tuple[tuple[ActivitySet, ...], frozenset[Key]]] = {}
+        self._due: set[str] = {
+            group for group in founding.groups if self.leads(group) and self.missions.get(group)
+        }
+        self.issued: set[RoleAssignment] = set()
+        self.issued_objectives: set[Objective] = set()
+
+    # The modules that are mappings ---------------------------------------------------------------
+
+    @property
+    def groups(self) -> Mapping[str, tuple[str, ...]]:
+        """Groups: members of each."""
+        return {group: self.organisation.members(group) for group in self.organisation.groups}
+
+    @property
+    def roles(self) -> Mapping[tuple[str, str], tuple[str, ...]]:
+        """Roles: players of each (group, role)."""
+        return {(a.group, a.role): self.organisation.members(a.group, a.role)
+                for a in sorted(self.organisation.assignments)}
+
+    @property
+    def missions(self) -> Mapping[str, str]:
+        """Missions: what each group is to do, as far as known."""
+        found = {}
+        for group in self.organisation.groups.values():
+            mission = self._beliefs.get(("hasMission", group.name), group.mission)
+            if mission is not None:
+                found[group.name] = mission
+        return found
+
+    def individual_objectives(self, vehicle: str) -> tuple[Objective, ...]:
+        """Objectives that ``vehicle`` pursues without interacting with others."""
+        return tuple(o for o in self.objectives_of(vehicle) if self._mission.is_individual(o))
+
+    def collective_objectives(self, group: str, role: str) -> tuple[Objective, ...]:
+        """Objectives of ``role`` that need others."""
+        return tuple(
+            o
+            for o in self._objectives.values()
+            if (o.group, o.role) == (group, role) and not self._mission.is_individual(o)
+        )
+
+    def objectives_of(self, vehicle: str) -> tuple[Objective, ...]:
+        """All objectives of the roles that ``vehicle`` plays."""
+        played = {(a.group, a.role) for a in self.organisation.roles_of(vehicle)}
+        return tuple(o for o in self._objectives.values() if (o.group, o.role) in played)
+
+    def leads(self, group: str) -> bool:
+        """Is this vehicle a head of ``group``, with the social layer to lead it?"""
+        return self.auv_database[self.me].social_layer and self.me in self.organisation.heads(group)
+
+    # Hearing -------------------------------------------------------------------------------------
+
+    def consider(self, changes: Sequence[Change]) -> bool:
+        """Take note of changed facts; True if activities rest on them and have to be chosen anew.
+
+        Organisational facts wait for the end of the round; a mission for a group that this vehicle leads,
+        or a fact that one of its plans rests on, makes planning due now.
+        """
+        for change in changes:
+            for position, fact in enumerate(change.block.facts):
+                if self._is_organisational(self._tbox.attributes[fact.attribute].name):
+                    self._pending.append(Observation(change.block, position))
+        keys = self._beliefs.keys_of(changes)
+        for attribute, subject in keys:
+            if attribute == "hasMission" and self.leads(subject):
+                self._due.add(subject)
+        for group, rests_on in self._plans_rest_on.items():
+            if not keys.isdisjoint(rests_on) and self.leads(group):
+                self._due.add(group)
+        return self.reconsider_activities(keys)
+
+    def reconsider_activities(self, keys: set[Key]) -> bool:
+        """Drop the activities that rest on any of the facts ``keys``; True if there were some."""
+        stale = [o for o, (_, rests_on) in self._activities.items() if not keys.isdisjoint(rests_on)]
+        for objective in stale:
+            del self._activities[objective]
+        return bool(stale)
+
+    @staticmethod
+    def _is_organisational(attribute: str) -> bool:
+        return attribute in ("playsRole", "leftRole") or attribute.startswith(OBJECTIVE_PREFIX)
+
+    @property
+    def planned(self) -> frozenset[str]:
+        """Groups whose mission this vehicle has planned."""
+        return frozenset(self._plans_rest_on)
+
+    @property
+    def planning_due(self) -> bool:
+        return bool(self._due)
+
+    @property
+    def consultation_due(self) -> bool:
+        return bool(self._pending)
+
+    def consult(self) -> Consultation:
+        """End of a round: what was heard in it counts from now on."""
+        result = Consultation()
+        pending = sorted(self._pending, key=lambda o: (o.time_s, o.origin, o.block.sequence, o.position))
+        self._pending = []
+        for observation in pending:
+            fact = observation.fact
+            name = self._tbox.attributes[fact.attribute].name
+            issuer = self._beliefs.name(observation.origin)
+            if name.startswith(OBJECTIVE_PREFIX):
+                group, role = self._beliefs.name(fact.subject).split(".")
+            else:
+                group, role = self._beliefs.name(int(fact.value)).split(".")  # type: ignore[arg-type]
+            if not self.organisation.may_assign(issuer, group):
+                result.refused.append(f"{issuer} is no member of {group}, its {name} does not count")
+                continue
+            if name.startswith(OBJECTIVE_PREFIX):
+                target = self._beliefs.name(int(fact.value))  # type: ignore[arg-type]
+                objective = Objective(group, role, name.removeprefix(OBJECTIVE_PREFIX), target)
+                self._objectives[group, role, objective.name] = objective
+                result.activities_due = True
+            else:
+                self._take(self._beliefs.name(fact.subject), group, role, name == "playsRole", result)
+        return result
+
+    def _take(self, vehicle: str, group: str, role: str, plays: bool, result: Consultation) -> None:
+        change = self.organisation.assign if plays else self.organisation.leave_role
+        self.organisation, outcome = change(vehicle, group, role)
+        if outcome is Outcome.SUCCESS:
+            result.activities_due |= self.reconsider_activities({("members", f"{group}.{role}")})
+            if vehicle == self.me:
+                (result.assigned if plays else result.left).append(RoleAssignment(group, role, vehicle))
+                result.activities_due = True
+        elif outcome not in (Outcome.SUCCESS, Outcome.ROLE_ALREADY_HANDLED, Outcome.ROLE_NOT_HANDLED):
+            result.refused.append(f"{vehicle} as {role} of {group}: {outcome.value}")
+
+    # Planning ------------------------------------------------------------------------------------
+
+    def plan_missions(self, picture: Picture) -> Deliberation:
+        """Plan the missions that are due, and let the optimiser allocate what the plans ask for."""
+        facts: list[Fact] = []
+        impossible: list[NoPlan] = []
+        for group in sorted(self._due):
+            mission = self.missions.get(group)
+            if mission is None:
+                continue
+            found = plan(self._mission.social_domain, self._beliefs, Task(mission, (group,)))
+            self._plans_rest_on[group] = found.rests_on
+            if isinstance(found, NoPlan):
+                impossible.append(found)
+                continue
+            for task in found.tasks:
+                facts += self._carry_out(task, picture)
+        self._due.clear()
+        return Deliberation(facts, impossible)
+
+    def _carry_out(self, task: Task, picture: Picture) -> list[Fact]:
+        beliefs = self._beliefs
+        if task.name == "AllocateRoles":
+            return self._allocate(task.args[0], picture)
+        if task.name == "GiveMission":
+            group, mission = task.args
+            if beliefs.get(("hasMission", group)) == mission:
+                return []
+            return [beliefs.fact(group, "hasMission", mission)]
+        objective = Objective(*task.args)
+        if self._objectives.get((objective.group, objective.role, objective.name)) == objective:
+            return []
+        self.issued_objectives.add(objective)
+        subject = f"{objective.group}.{objective.role}"
+        return [beliefs.fact(subject, OBJECTIVE_PREFIX + objective.name, objective.argument)]
+
+    def _allocate(self, group: str, picture: Picture) -> list[Fact]:
+        allocated = self.optimiser.adapt(
+            self.organisation.groups[group], self.organisation, self._evidence(picture)
+        )
+        allowed = [a for a in allocated if self.organisation.is_member(a.vehicle, a.group)]
+        self.issued.update(allowed)
+        return [self._beliefs.fact(a.vehicle, "playsRole", f"{a.group}.{a.role}") for a in allowed]
+
+    def _evidence(self, picture: Picture) -> Evidence:
+        corners = self._mission.corners_m
+        done = frozenset(area for area in corners if self._beliefs.get(("areaDone", area)) is not None)
+        return Evidence(self.auv_database, dict(picture.positions), corners, done)
+
+    def findings(self, picture: Picture, motion: Motion) -> list[Fact]:
+        """What this vehicle concludes as the leader of its groups, as facts."""
+        facts: list[Fact] = []
+        for group in self.organisation.groups.values():
+            if self.leads(group.name):
+                for finding in self._mission.findings(group, self.organisation, self._beliefs, picture, motion):
+                    facts.append(self._beliefs.fact(finding.subject, finding.attribute, finding.value))
+        return facts
+
+    def completed(self, objective: Objective) -> list[Fact]:
+        """What to make known when all has been done for ``objective``."""
+        finding = self._mission.completion(objective, self.me)
+        if finding is None:
+            return []
+        return [self._beliefs.fact(finding.subject, finding.attribute, finding.value)]
+
+    # For the executive layer ---------------------------------------------------------------------
+
+    def get(self, key: Key, default: Any = None) -> Any:
+        """A fact for planning: ``("members", "Group.Role")`` from the organisation, others from the beliefs."""
+        if key[0] == "members":
+            return self.organisation.members(*key[1].split("."))
+        return self._beliefs.get(key, default)
+
+    def activity_sets(self, position_m: tuple[float, float]) -> tuple[ActivitySet, ...]:
+        """Own objectives turned into activities, by HTN and with the vehicle's own characteristics.
+
+        Activities under way are kept as they are unless a fact that they rest on has changed.
+        """
+        data = self.auv_database[self.me]
+        objectives = sorted(self.objectives_of(self.me), key=lambda o: (o.group, o.role, o.name, o.argument))
+        self._activities = {
+            objective: self._activities.get(objective)
+            or self._mission.activity_sets(objective, data, self, position_m)
+            for objective in objectives
+        }
+        chosen = [self._standing, *(sets for sets, _ in self._activities.values())]
+        return tuple(activity_set for sets in chosen for activity_set in sets)

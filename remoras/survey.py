@@ -1,0 +1,91 @@
+"""Zigzag surveys: rows over an area, as far apart as the swath is wide.
+
+Areas are convex polygons, given by their corners in order. Rows run along x (east), or along y where the area
+is longer that way; the first and last row, and the ends of every row, keep half a swath from the border, so
+that the swath covers the area and no more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+Point = tuple[float, float]
+
+
+def _crossings(corners: Sequence[Point], axis: int, level: float) -> list[float]:
+    """Where the border crosses ``coordinate[axis] == level``: the other coordinate, ascending."""
+    found = []
+    for (ax, ay), (bx, by) in zip(corners, [*corners[1:], corners[0]], strict=True):
+        a, b = ((ax, ay), (bx, by)) if axis == 1 else ((ay, ax), (by, bx))
+        if (a[1] <= level) != (b[1] <= level):
+            found.append(a[0] + (level - a[1]) / (b[1] - a[1]) * (b[0] - a[0]))
+    return sorted(found)
+
+
+def rows(corners: Sequence[Point], swath_m: float) -> list[tuple[Point, Point]]:
+    """Ends of the survey rows, each from its lower to its higher coordinate.
+
+    Args:
+        corners: of the area, shape (n, 2), metres.
+        swath_m: distance between rows.
+
+    >>> rows([(100, 100), (100, 350), (350, 350), (350, 100)], 25.0)[0]
+    ((112.5, 112.5), (337.5, 112.5))
+    """
+    xs, ys = [x for x, _ in corners], [y for _, y in corners]
+    along_x = max(xs) - min(xs) >= max(ys) - min(ys)
+    low, high = (min(ys), max(ys)) if along_x else (min(xs), max(xs))
+    n_rows = max(1, math.ceil((high - low) / swath_m - 1e-9))
+    spacing = (high - low) / n_rows
+    found = []
+    for row in range(n_rows):
+        level = low + (row + 0.5) * spacing
+        ends = _crossings(corners, 1 if along_x else 0, level)
+        if len(ends) < 2:
+            continue
+        inset = min(swath_m / 2.0, (ends[-1] - ends[0]) / 2.0)
+        first, last = ends[0] + inset, ends[-1] - inset
+        found.append(((first, level), (last, level)) if along_x else ((level, first), (level, last)))
+    return found
+
+
+def zigzag(corners: Sequence[Point], swath_m: float, start_m: Point) -> list[Point]:
+    """Waypoints of the survey, from the end nearest to ``start_m``: two for every row.
+
+    >>> zigzag([(0, 0), (0, 20), (40, 20), (40, 0)], 10.0, (0.0, 30.0))
+    [(5.0, 15.0), (35.0, 15.0), (35.0, 5.0), (5.0, 5.0)]
+    """
+    lines = rows(corners, swath_m)
+    corners_first = [
+        (math.dist(start_m, lines[r][e]), r, e) for r in (0, len(lines) - 1) for e in (0, 1)
+    ]
+    _, first_row, first_end = min(corners_first)
+    ordered = lines if first_row == 0 else lines[::-1]
+    waypoints = []
+    for number, line in enumerate(ordered):
+        begin = (first_end + number) % 2
+        waypoints += [line[begin], line[1 - begin]]
+    return waypoints
+
+
+def grid(waypoints: Sequence[Point], spacing_m: float) -> tuple[Point, ...]:
+    """The points of the rows, ``spacing_m`` apart, in the order in which they are passed."""
+    points = []
+    for begin, end in zip(waypoints[::2], waypoints[1::2], strict=True):
+        length = math.dist(begin, end)
+        n = round(length / spacing_m)
+        for step in range(n + 1):
+            part = step / n if n else 0.0
+            points.append((begin[0] + part * (end[0] - begin[0]), begin[1] + part * (end[1] - begin[1])))
+    return tuple(points)
+
+
+def length_m(waypoints: Sequence[Point]) -> float:
+    """Length of the way along the waypoints."""
+    return sum(math.dist(a, b) for a, b in zip(waypoints, waypoints[1:], strict=False))
+
+
+def contains(corners: Sequence[Point], point: Point) -> bool:
+    """Is the point inside the polygon (even-odd rule)?"""
+    return sum(x > point[0] for x in _crossings(corners, 1, point[1])) % 2 == 1

@@ -1,0 +1,258 @@
+"""A vehicle: the only file that knows the order of the layers.
+
+Every tick: act (as decided before), sense, think. What arrives in between is heard at its time; a mission to be
+planned is planned at once, so that the answer makes the vehicle's next slot. At the end of every TDMA frame the
+social layer consults.
+
+The walk of one observation: ``_sense`` records it in the world model (a Change), ``manager.offer`` makes it
+an item, ``speak`` puts it into a packet; at the peer ``hear`` takes the block out of the packet, ``merge`` makes it a
+Change, ``_consider`` asks the social layer what rests on it, ``_adopt`` plans anew and hands the activities to
+the executive and the functional layer. Every step returns a value; nothing calls back up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import mesa
+
+from exchange.manager import ExchangeManager, Reception, Transmission
+from exchange.packets import InfluenceSignal
+from remoras.activities import ActivityType
+from remoras.beliefs import Beliefs
+from remoras.database import VehicleData
+from remoras.executive import Decision, ExecutiveLayer
+from remoras.functional import FunctionalLayer
+from remoras.recorder import Recorder
+from remoras.sensors import Neighbour, Seabed
+from remoras.social import SocialLayer
+from worldmodel import Block, Change, WorldModel, merge
+
+
+class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
+    """One autonomous vehicle: three layers, a world model and an exchange manager.
+
+    Args:
+        model: the fleet.
+        data: static data; the node index is the vehicle's TDMA slot, its origin and its instance uid.
+    """
+
+    def __init__(
+        self,
+        model: mesa.Model,
+        data: VehicleData,
+        social: SocialLayer,
+        executive: ExecutiveLayer,
+        functional: FunctionalLayer,
+        beliefs: Beliefs,
+        manager: ExchangeManager,
+        seabed: Seabed,
+        recorder: Recorder,
+    ) -> None:
+        super().__init__(model)
+        self.data = data
+        self.name = data.name
+        self.social = social
+        self.executive = executive
+        self.functional = functional
+        self.beliefs = beliefs
+        self.world_model: WorldModel = beliefs.model
+        self.manager = manager
+        self._seabed = seabed
+        self._recorder = recorder
+        tbox = self.world_model.tbox
+        self._position = tbox.attribute_named("position").uid
+        self._battery = tbox.attribute_named("batteryFraction").uid
+        self._mapped_cell = tbox.attribute_named("mappedCell").uid
+        self._gathered_at = tbox.attribute_named("gatheredAt").uid
+        self._area_class = tbox.class_named("Area").uid
+        self._area_uids = {name: beliefs.uid(name) for name, _ in set(seabed.cells.values())}
+        self._driving: frozenset[tuple[str, str]] = frozenset()
+        for assignment in social.organisation.roles_of(self.name):
+            self._record_role(0.0, assignment.group, assignment.role, "assigned")
+        self._adopt()
+
+    # One tick ------------------------------------------------------------------------------------
+
+    def step(self, now_s: float, dt_s: float, neighbours: Sequence[Neighbour]) -> None:
+        """Act for the ``dt_s`` that end now, sense, think."""
+        if self.functional.exhausted:
+            return
+        if dt_s > 0.0:
+            self.functional.act(dt_s)
+        self._sense(now_s, neighbours)
+        self.think(now_s, dt_s)
+
+    def _sense(self, now_s: float, neighbours: Sequence[Neighbour]) -> None:
+        for cell in self.functional.sense(now_s, neighbours):
+            self._recorder.coverage.append((now_s, self.name, *cell))
+            area, index = self._seabed.cells[cell]
+            self._conclude([(self._area_uids[area], self._mapped_cell, index)], now_s)
+        if self.functional.exhausted:
+            self._recorder.faults.append((now_s, self.name, "energy", "battery exhausted"))
+
+    def think(self, now_s: float, dt_s: float) -> None:
+        """Perceive, decide, and plan if that is what was decided."""
+        functional, executive = self.functional, self.executive
+        picture = functional.picture
+        picture.planning_due = self.social.planning_due
+        perceptions = functional.perceive(executive.decision.chosen)
+        for index, perception in enumerate(perceptions):
+            objective = executive.sets[index].objective
+            if perception.done and objective is not None and (facts := self.social.completed(objective)):
+                self._conclude(facts, now_s)
+                perceptions = functional.perceive(executive.decision.chosen)
+                break
+        before = executive.decision
+        decision = executive.decide(perceptions, now_s, dt_s)
+        if decision is not before:
+            functional.perform(executive.sets, decision.chosen)
+            self._record_decision(now_s, decision)
+        if decision.has(ActivityType.PLANNING) and self.social.planning_due:
+            deliberation = self.social.plan_missions(picture)
+            for no_plan in deliberation.impossible:
+                self._recorder.faults.append((now_s, self.name, "no plan", str(no_plan.task)))
+            if deliberation.facts:
+                self._conclude(deliberation.facts, now_s)
+        findings = self.social.findings(picture, functional.motion)
+        if findings:
+            self._conclude(findings, now_s)
+
+    # Consultation --------------------------------------------------------------------------------
+
+    def consult(self, now_s: float) -> bool:
+        """End of a TDMA frame: what was heard in it counts. True if something changed here."""
+        if not self.social.consultation_due or self.functional.exhausted:
+            return False
+        result = self.social.consult()
+        for assignment in result.assigned:
+            self._record_role(now_s, assignment.group, assignment.role, "assigned")
+        for assignment in result.left:
+            self._record_role(now_s, assignment.group, assignment.role, "left")
+        for detail in result.refused:
+            self._recorder.faults.append((now_s, self.name, "refused assignment", detail))
+        if result.activities_due:
+            self._adopt()
+            self.think(now_s, 0.0)
+        return True
+
+    def _adopt(self) -> None:
+        sets = self.social.activity_sets(self.functional.motion.position_m)
+        roles = [(a.group, a.role) for a in self.social.organisation.roles_of(self.name)]
+        self.executive.adopt(sets, roles)
+        self.functional.prepare(sets)
+        self.functional.perform(sets, self.executive.decision.chosen)
+
+    # The exchange --------------------------------------------------------------------------------
+
+    def speak(self, now_s: float) -> Transmission | None:
+        """The packet for the own slot that opens now; None from a vehicle without energy."""
+        if self.functional.exhausted:
+            return None
+        status = [(self.data.node, self._position, self.functional.motion.position_m)]
+        battery = self.world_model.value(self.data.node, self._battery)
+        if battery is None or abs(battery - self.functional.picture.battery) >= 0.01:  # type: ignore[operator]
+            status.append((self.data.node, self._battery, max(0.0, self.functional.picture.battery)))
+        self._conclude(status, now_s)
+        if self.executive.decision.has(ActivityType.COMMUNICATION):
+            self.manager.offer_signals(self._signals(now_s))
+        sent = self.manager.packet_to_send(now_s)
+        self.functional.transmitted(sent.size_bits)
+        return sent
+
+    def _signals(self, now_s: float) -> list[InfluenceSignal]:
+        signals = []
+        for (group, role), value in self.executive.signals():
+            self._recorder.satisfaction.append((now_s, self.name, group, role, value))
+            signals.append(InfluenceSignal(self.beliefs.uid(f"{group}.{role}"), value))
+        return signals
+
+    def hear(self, data: bytes, now_s: float) -> Reception | None:
+        """Take in a packet; None from a vehicle without energy."""
+        if self.functional.exhausted:
+            return None
+        reception = self.manager.receive(data, now_s)
+        if reception.fault is not None:
+            self._recorder.faults.append((now_s, self.name, "bad packet", reception.fault))
+            return reception
+        for uid in reception.items:
+            self._record_item(now_s, uid, "received")
+        for uid in reception.settled:
+            self._record_item(now_s, uid, "acknowledged")
+        self._merge(reception.blocks, now_s)
+        emitter = self.social.auv_database.names[reception.sender]
+        for signal in reception.signals:
+            self._hear_signal(emitter, signal, now_s)
+        if self.social.planning_due:
+            self.think(now_s, 0.0)
+        return reception
+
+    def _hear_signal(self, emitter: str, signal: InfluenceSignal, now_s: float) -> None:
+        organisation = self.social.organisation
+        group, role = self.beliefs.name(signal.role).split(".")
+        specification = organisation.groups[group].role(role)
+        if specification is None or not organisation.is_member(self.name, group):
+            return  # not of our groups
+        for addressed in specification.influences:
+            self.executive.hear((group, addressed), emitter, role, signal.value, now_s)
+
+    def _merge(self, blocks: Sequence[Block], now_s: float) -> None:
+        merged = merge(self.world_model, blocks)
+        for fault in merged.faults:
+            self._recorder.faults.append((now_s, self.name, f"refused block: {fault.code}", fault.detail))
+        if merged.changes:
+            picture = self.functional.picture
+            if any(self._is_news(change) for change in merged.changes):
+                picture.last_news_s = now_s
+            self._consider(merged.changes)
+
+    def _is_news(self, change: Change) -> bool:
+        return any(
+            self.world_model.tbox.attributes[fact.attribute].domain == self._area_class
+            for fact in change.block.facts
+        )
+
+    # What the vehicle itself finds out ----------------------------------------------------------
+
+    def _conclude(self, facts: Sequence[tuple[int, int, Any]], now_s: float) -> None:
+        """Record facts in the own world model and offer them to the others."""
+        change = self.world_model.record(facts, now_s)
+        for uid in self.manager.offer([change]):
+            self._record_item(now_s, uid, "observed")
+        self._consider([change])
+
+    def _consider(self, changes: Sequence[Change]) -> None:
+        picture = self.functional.picture
+        for change in changes:
+            for fact in change.new_latest:
+                if fact.attribute == self._position:
+                    picture.saw(self.beliefs.name(fact.subject), fact.value)  # type: ignore[arg-type]
+                elif fact.attribute == self._gathered_at:
+                    picture.gathered.add(self.beliefs.name(fact.subject))
+        if self.social.consider(changes):
+            self._adopt()
+
+    # Recording -----------------------------------------------------------------------------------
+
+    def _record_item(self, now_s: float, uid: Any, event: str) -> None:
+        origin = self.social.auv_database.names[uid.origin]
+        self._recorder.knowledge.append((now_s, self.name, str(uid), origin, event))
+
+    def _record_role(self, now_s: float, group: str, role: str, event: str) -> None:
+        self._recorder.roles.append((now_s, self.name, group, role, event))
+
+    def _record_decision(self, now_s: float, decision: Decision) -> None:
+        executive = self.executive
+        for group, role in sorted(self._driving - decision.driving):
+            self._record_role(now_s, group, role, "inactive")
+        for group, role in sorted(decision.driving - self._driving):
+            self._record_role(now_s, group, role, "active")
+        self._driving = decision.driving
+        for index in decision.chosen:
+            activity_set = executive.sets[index]
+            role = activity_set.objective.role if activity_set.objective is not None else ""
+            for activity in activity_set.activities:
+                self._recorder.activities.append(
+                    (now_s, self.name, activity.type.name.lower(), activity.name, role, executive.motivations[index])
+                )
