@@ -1,0 +1,89 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from small_fleet import (
+    ASV_0,
+    AUV,
+    AUV_0,
+    BATTERY,
+    ECHO,
+    LOCATION,
+    OBJECT,
+    POSITION,
+    TBOX,
+    WRECK,
+    class_uid,
+    first_uid_of,
+    fleet_model,
+)
+
+from worldmodel import TYPE_UID, InformationNeed, NeedError, NeedsIndex, PropertyValue
+
+VEHICLE = class_uid("Vehicle")
+
+
+def test_the_same_needs_of_peers_are_grouped_at_the_highest_priority() -> None:
+    index = NeedsIndex(
+        TBOX,
+        {
+            0: (InformationNeed(POSITION, 2, class_uid=VEHICLE),),
+            1: (InformationNeed(POSITION, 5, class_uid=AUV), InformationNeed(BATTERY, 1, instance=AUV_0)),
+            3: (InformationNeed(POSITION, 7, instance=ASV_0),),
+        },
+    )
+    assert index.priority_of(AUV_0, AUV, POSITION) == (0b0011, 5)
+    assert index.priority_of(ASV_0, class_uid("ASV"), POSITION) == (0b1001, 7)
+    assert index.priority_of(AUV_0, AUV, BATTERY) == (0b0010, 1)
+    assert index.priority_of(ECHO, OBJECT, LOCATION) == (0, 0)
+
+
+def test_a_need_matches_all_classes_an_instance_is_known_to_be_of() -> None:
+    model = fleet_model()
+    uid = model.new_instance_uid()
+    (fact,) = model.record([(uid, TYPE_UID, OBJECT)], 0.0).block.facts
+    assert InformationNeed(TYPE_UID, 1, class_uid=OBJECT).matches(TBOX, model, fact)
+    assert not InformationNeed(TYPE_UID, 1, class_uid=WRECK).matches(TBOX, model, fact)
+    model.record([(uid, TYPE_UID, WRECK)], 1.0)
+    assert InformationNeed(TYPE_UID, 1, class_uid=WRECK).matches(TBOX, model, fact)
+    assert InformationNeed(TYPE_UID, 1, instance=uid).matches(TBOX, model, fact)
+    assert not InformationNeed(TYPE_UID, 1, instance=ECHO).matches(TBOX, model, fact)
+    assert not InformationNeed(LOCATION, 1, instance=uid).matches(TBOX, model, fact)
+
+
+needs = st.builds(
+    lambda attribute, priority, uid, of_class: InformationNeed(
+        attribute, priority, **({"class_uid": uid} if of_class else {"instance": uid})
+    ),
+    st.sampled_from([POSITION, BATTERY]),
+    st.integers(1, 4),
+    st.sampled_from([AUV_0, ASV_0, AUV, VEHICLE]),
+    st.booleans(),
+)
+
+
+@given(st.dictionaries(st.integers(0, 3), st.lists(needs, max_size=4), max_size=4))
+def test_the_index_answers_as_asking_each_need(by_peer: dict[int, list[InformationNeed]]) -> None:
+    model = fleet_model()
+    index = NeedsIndex(TBOX, by_peer)
+    for instance in model.common_instances:
+        for attribute in (POSITION, BATTERY):
+            fact = PropertyValue(instance.uid, attribute, 0.0)
+            matching = [
+                (p, n.priority) for p, ns in by_peer.items() for n in ns if n.matches(TBOX, model, fact)
+            ]
+            expected = (
+                sum(1 << p for p in {p for p, _ in matching}),
+                max((q for _, q in matching), default=0),
+            )
+            assert index.priority_of(instance.uid, instance.class_uid, attribute) == expected
+
+
+def test_bad_needs() -> None:
+    with pytest.raises(NeedError, match="exactly one"):
+        InformationNeed(POSITION, 1)
+    with pytest.raises(NeedError, match="priority is 0; allowed: 1 or more"):
+        InformationNeed(POSITION, 0, instance=first_uid_of(0))
+    with pytest.raises(NeedError, match="peer 2 needs attribute 99"):
+        NeedsIndex(TBOX, {2: (InformationNeed(99, 1, instance=0),)})
+    with pytest.raises(NeedError, match="peer 2 needs class 99"):
+        NeedsIndex(TBOX, {2: (InformationNeed(POSITION, 1, class_uid=99),)})

@@ -1,0 +1,155 @@
+"""Bad TBox files: every fault is named, with its file, its subject and what is allowed, all in one error."""
+
+from pathlib import Path
+
+import pytest
+from rdflib import OWL, RDF, RDFS, Graph, URIRef
+from rdflib.namespace import SKOS
+
+from worldmodel import OntologyError, TBox, core_ontology_paths
+
+PREFIXES = """
+@prefix ex: <https://example.org/bad#> .
+@prefix rm: <https://w3id.org/remoras/marine#> .
+@prefix owl: <http://www.w3.org/2002/07/owl#> .
+@prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
+@prefix xsd: <http://www.w3.org/2001/XMLSchema#> .
+"""
+ATTRIBUTE = "a owl:DatatypeProperty ; rdfs:domain rm:Vehicle ;"
+BOUNDS = "rm:minimum 0 ; rm:maximum 1 ; rm:resolution 0.1"
+
+CASES = [
+    (
+        "ex:A a owl:Class ; rdfs:subClassOf rm:Vehicel .",
+        "ex:A: its superclass rm:Vehicel is not declared; "
+        "allowed: a declared owl:Class (nearest known name: Vehicle)",
+    ),
+    (
+        "ex:A a owl:Class ; rdfs:subClassOf ex:B . ex:B a owl:Class ; rdfs:subClassOf ex:A .",
+        "ex:B: it is, or descends from, a superclass of itself",
+    ),
+    ("ex:A a owl:Class ; rdfs:subClassOf rm:AUV , rm:ASV .", "ex:A: it is disjoint with itself"),
+    ("ex:A a owl:Class ; owl:disjointWith ex:B .", "the disjoint class ex:B is not declared"),
+    (
+        "ex:Vehicle a owl:Class .",
+        "rm:Vehicle: its name 'Vehicle' is that of <https://example.org/bad#Vehicle> too",
+    ),
+    ("ex:Thing a owl:Class .", "ex:Thing: its name 'Thing' is that of"),
+    ("<https://example.org/bad#9-lives> a owl:Class .", "its name '9-lives' is not an identifier"),
+    (
+        "ex:type a owl:DatatypeProperty ; rdfs:domain rm:Vehicle ; rdfs:range xsd:boolean .",
+        "ex:type: its name 'type' is that of",
+    ),
+    (
+        "ex:p a owl:DatatypeProperty ; rdfs:range xsd:boolean .",
+        "ex:p: 0 rdfs:domain; allowed: one declared class",
+    ),
+    (
+        "ex:p a owl:DatatypeProperty ; rdfs:domain ex:Boat ; rdfs:range xsd:boolean .",
+        "ex:p: its domain ex:Boat is not declared",
+    ),
+    (f"ex:p {ATTRIBUTE} rm:latestOnly true .", "ex:p: 0 rdfs:range; allowed: xsd:double"),
+    (
+        f"ex:p {ATTRIBUTE} rdfs:range xsd:string .",
+        "ex:p: its range xsd:string cannot be stored",
+    ),
+    (f"ex:p {ATTRIBUTE} rdfs:range xsd:double .", "ex:p: rm:minimum is missing; allowed: one number"),
+    (f"ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} , 0.2 .", "ex:p: rm:resolution is "),
+    (f'ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} ; rm:unit "m" , "s" .', "ex:p: rm:unit is m and s"),
+    (
+        f"ex:p {ATTRIBUTE} rdfs:range xsd:double ; rm:minimum 0 ; rm:maximum 1 ; rm:resolution 0.3 .",
+        "ex:p: maximum 1.0 must be a whole number of resolutions 0.3 above minimum 0.0",
+    ),
+    (
+        f"ex:p {ATTRIBUTE} rdfs:range xsd:double ; rm:minimum true ; rm:maximum 2 ; rm:resolution 1 .",
+        "ex:p: rm:minimum is True; allowed: one number",
+    ),
+    (f"ex:p {ATTRIBUTE} rdfs:range xsd:boolean ; {BOUNDS} .", "ex:p: rm:minimum on a boolean"),
+    (
+        f"ex:p {ATTRIBUTE} rdfs:range xsd:boolean ; rm:latestOnly 1 .",
+        "ex:p: rm:latestOnly is 1; allowed: true or false",
+    ),
+    (
+        f"ex:p {ATTRIBUTE} rdfs:range xsd:boolean ; rm:latestonly true .",
+        "ex:p: unknown annotation rm:latestonly; "
+        "allowed: the rm: annotations (nearest known name: latestOnly)",
+    ),
+    (
+        f"ex:p {ATTRIBUTE} rdfs:range rm:Area .",
+        "ex:p: its range makes it a link; allowed: owl:ObjectProperty",
+    ),
+    (f'ex:p {ATTRIBUTE} rdfs:range [ owl:oneOf ( "a" "a" ) ] .', "ex:p: its symbols are"),
+    ("ex:p rm:minimum 0 .", "ex:p: rm:minimum on what is not a declared property"),
+]
+
+
+def faults_of(tmp_path: Path, text: str) -> tuple[str, ...]:
+    path = tmp_path / "bad.ttl"
+    path.write_text(PREFIXES + text)
+    with pytest.raises(OntologyError) as caught:
+        TBox.read(*core_ontology_paths(), path)
+    return caught.value.faults
+
+
+@pytest.mark.parametrize(("text", "expected"), CASES)
+def test_each_fault(tmp_path: Path, text: str, expected: str) -> None:
+    faults = faults_of(tmp_path, text)
+    assert any(expected in fault for fault in faults), faults
+    assert all("; allowed: " in fault for fault in faults)
+
+
+def test_all_faults_at_once(tmp_path: Path) -> None:
+    text = """
+    ex:A a owl:Class ; rdfs:subClassOf ex:None .
+    ex:p a owl:DatatypeProperty ; rdfs:domain rm:Vehicle ; rdfs:range xsd:string .
+    ex:q a owl:DatatypeProperty ; rdfs:domain ex:None ; rdfs:range xsd:integer ; rm:minimum 0 ; rm:step 2 .
+    """
+    faults = faults_of(tmp_path, text)
+    # A: superclass. p: range. q: domain, maximum, resolution, annotation.
+    assert [fault.split(": ")[1] for fault in faults] == ["ex:A", "ex:p", *["ex:q"] * 4]
+    assert all(fault.startswith(str(tmp_path / "bad.ttl")) for fault in faults)
+
+
+def test_files_that_are_not_turtle(tmp_path: Path) -> None:
+    faults = faults_of(tmp_path, "ex:A a owl:Class ;;; nonsense")
+    assert len(faults) == 1
+    assert "bad.ttl: is not Turtle" in faults[0]
+
+
+def test_other_axioms_stay_in_the_graph(tmp_path: Path) -> None:
+    path = tmp_path / "rich.ttl"
+    path.write_text(
+        PREFIXES
+        + "ex:Glider a owl:Class ; rdfs:subClassOf rm:AUV , "
+        + "[ a owl:Restriction ; owl:onProperty rm:playsRole ; owl:someValuesFrom rm:Role ] ."
+    )
+    tbox = TBox.read(*core_ontology_paths(), path)
+    assert tbox.class_named("Glider").parents == (tbox.class_named("AUV").uid,)
+    assert (None, RDF.type, OWL.Restriction) in tbox.graph
+
+
+def test_every_core_class_is_aligned() -> None:
+    core = Graph()
+    for path in core_ontology_paths():
+        core.parse(path)
+    alignments = Graph().parse(core_ontology_paths()[0].with_name("alignments.ttl"))
+    mappings = (RDFS.subClassOf, RDFS.subPropertyOf, SKOS.closeMatch)
+    ours = "https://w3id.org/remoras/"
+    for c in core.subjects(RDF.type, OWL.Class):
+        targets = [o for mapping in mappings for o in alignments.objects(c, mapping)]
+        assert targets, c
+        assert not any(str(o).startswith(ours) for o in targets)
+    for subject in alignments.subjects(unique=True):
+        assert (subject, None, None) in core or (subject, RDF.type, OWL.Ontology) in alignments, subject
+    # PROV-O makes Entity and Activity disjoint: nothing may be aligned to both
+    prov = "http://www.w3.org/ns/prov#"
+    assert not list(alignments.subjects(RDFS.subClassOf, URIRef(prov + "Activity")))
+
+
+def test_every_core_term_has_a_label() -> None:
+    core = Graph()
+    for path in core_ontology_paths():
+        core.parse(path)
+    for subject in core.subjects(unique=True):
+        if isinstance(subject, URIRef):
+            assert core.value(subject, RDFS.label), subject

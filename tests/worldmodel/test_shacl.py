@@ -1,0 +1,126 @@
+"""SHACL shapes made from the compiled TBox, as an independent oracle for the checks.
+
+Of the faults of notes/worldmodel.md, section 3, those that can be stated here: (a) member of disjoint
+classes, (c) dangling link, (d, d3) value out of range, (d2) wrong datatype; and domain and range of
+links. (b) and (b2), two values of a functional property, are no faults: an attribute may have many values.
+"""
+
+import pytest
+from rdflib import RDF, RDFS, SH, XSD, BNode, Graph, Literal, URIRef
+from small_fleet import (
+    AREA_DONE,
+    ASV,
+    ASV_0,
+    AUV,
+    AUV_0,
+    BATTERY,
+    BAY,
+    CELL,
+    COMPLETED,
+    ECHO,
+    EXPLORER,
+    LENGTH,
+    NEAR,
+    SURVEY,
+    TBOX,
+    WRECK,
+    block,
+    first_uid_of,
+    fleet_model,
+)
+
+from worldmodel import TYPE_UID, Value, ValueKind, check
+from worldmodel.view import WorldModelStore, instance_iri
+
+pyshacl = pytest.importorskip("pyshacl")
+NEW = first_uid_of(0)
+
+
+def shapes() -> Graph:
+    graph = Graph()
+    classes = [URIRef(c.iri) for c in TBOX.classes]
+    for a in TBOX.classes:
+        others = [b for b in TBOX.classes if b.uid > a.uid and TBOX.are_disjoint(a.uid, b.uid)]
+        for b in others:
+            shape, excluded = BNode(), BNode()
+            graph.add((shape, RDF.type, SH.NodeShape))
+            graph.add((shape, SH.targetClass, classes[a.uid]))
+            graph.add((shape, SH["not"], excluded))
+            graph.add((excluded, SH["class"], classes[b.uid]))
+    for attribute in TBOX.attributes:
+        if attribute.kind is ValueKind.TYPE:
+            continue
+        shape, rule = BNode(), BNode()
+        graph.add((shape, RDF.type, SH.NodeShape))
+        graph.add((shape, SH.targetSubjectsOf, URIRef(attribute.iri)))
+        graph.add((shape, SH["class"], classes[attribute.domain]))
+        graph.add((shape, SH.property, rule))
+        graph.add((rule, SH.path, URIRef(attribute.iri)))
+        if attribute.range_class is not None:
+            graph.add((rule, SH["class"], classes[attribute.range_class]))
+        if attribute.kind is ValueKind.BOOLEAN:
+            graph.add((rule, SH.datatype, XSD.boolean))
+        if attribute.kind is ValueKind.NUMBER:
+            graph.add((rule, SH.datatype, XSD.double))
+            graph.add((rule, SH.minInclusive, Literal(float(attribute.fields[0].minimum))))
+            graph.add((rule, SH.maxInclusive, Literal(float(attribute.fields[0].maximum))))
+    return graph
+
+
+SHAPES = shapes()
+CLASSES = [t for t in TBOX.graph if t[1] == RDFS.subClassOf]
+
+
+def conforms(facts: list[tuple[int, int, Value]]) -> bool:
+    """SHACL's verdict on what is known at first and ``facts``, put in unchecked."""
+    graph = Graph()
+    for triple, _ in WorldModelStore(fleet_model(), with_tbox=False).triples((None, None, None)):
+        graph.add(triple)
+    for triple in CLASSES:
+        graph.add(triple)
+    for subject, attribute, value in facts:
+        kind, iri = TBOX.attributes[attribute].kind, URIRef(TBOX.attributes[attribute].iri)
+        if kind is ValueKind.TYPE:
+            term = URIRef(TBOX.classes[int(value)].iri)  # type: ignore[arg-type]
+        else:
+            term = instance_iri(int(value)) if kind is ValueKind.LINK else Literal(value)  # type: ignore[arg-type]
+        graph.add((instance_iri(subject), iri, term))
+    return bool(pyshacl.validate(graph, shacl_graph=SHAPES)[0])
+
+
+@pytest.mark.parametrize(
+    "facts",
+    [
+        pytest.param([(AUV_0, TYPE_UID, ASV)], id="a: member of disjoint classes"),
+        pytest.param([(NEW, TYPE_UID, WRECK), (NEW, TYPE_UID, AUV)], id="a: within one block"),
+        pytest.param([(BAY, AREA_DONE, NEW)], id="c: dangling link"),
+        pytest.param([(NEW, LENGTH, 3.0)], id="c: unknown subject"),
+        pytest.param([(AUV_0, BATTERY, 1.5)], id="d: above the range"),
+        pytest.param([(BAY, CELL, -1.0)], id="d: below the range"),
+        pytest.param([(AUV_0, BATTERY, True)], id="d2: wrong datatype"),
+        pytest.param([(SURVEY, COMPLETED, 1.0)], id="d2: number for a truth value"),
+        pytest.param([(BAY, BATTERY, 0.5)], id="domain"),
+        pytest.param([(BAY, AREA_DONE, EXPLORER)], id="range of a link"),
+        pytest.param([(ECHO, LENGTH, 3.0)], id="domain, not yet refined"),
+    ],
+)
+def test_what_shacl_refuses_does_not_go_in(facts: list[tuple[int, int, Value]]) -> None:
+    result = check(fleet_model(), block(0, 0, 0, *facts))
+    assert result.faults or result.missing
+    assert not conforms(facts)
+
+
+@pytest.mark.parametrize(
+    "facts",
+    [
+        [(AUV_0, BATTERY, 0.5), (BAY, CELL, 4095.0), (SURVEY, COMPLETED, True)],
+        [(BAY, AREA_DONE, ASV_0), (BAY, AREA_DONE, AUV_0)],
+        [(NEW, TYPE_UID, WRECK), (NEW, LENGTH, 3.0), (ECHO, NEAR, NEW)],
+        [(ECHO, TYPE_UID, WRECK), (ECHO, LENGTH, 3.0)],
+    ],
+)
+def test_what_goes_in_conforms(facts: list[tuple[int, int, Value]]) -> None:
+    result = check(fleet_model(), block(0, 0, 0, *facts))
+    assert not result.faults
+    assert not result.missing
+    assert conforms(facts)

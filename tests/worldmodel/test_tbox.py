@@ -1,0 +1,193 @@
+import os
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from small_fleet import (
+    AREA,
+    ASV,
+    AUV,
+    BATTERY,
+    CELL,
+    CLASSIFICATION,
+    LENGTH,
+    OBJECT,
+    POSITION,
+    TBOX,
+    WRECK,
+    WRECKS,
+    class_uid,
+)
+
+from worldmodel import TYPE_UID, OntologyError, TBox, UnknownNameError, ValueKind, core_ontology_paths
+
+CORE = TBox.read(*core_ontology_paths())
+
+
+def test_shipped_classes_and_attributes() -> None:
+    assert [c.name for c in CORE.classes if c.name != "Thing"] == [
+        "ASV",
+        "AUV",
+        "Area",
+        "Group",
+        "Mission",
+        "ObjectOfInterest",
+        "RallyPoint",
+        "Role",
+        "Sensor",
+        "Vehicle",
+    ]
+    assert [c.uid for c in CORE.classes] == list(range(len(CORE.classes)))
+    assert [a.uid for a in CORE.attributes] == list(range(len(CORE.attributes)))
+    assert {a.name: a.kind.name for a in CORE.attributes} == {
+        "type": "TYPE",
+        "position": "POINT",
+        "batteryFraction": "NUMBER",
+        "playsRole": "LINK",
+        "leftRole": "LINK",
+        "objectiveExploring": "LINK",
+        "objectivePositioning": "LINK",
+        "objectiveMapping": "LINK",
+        "objectiveRendezVous": "LINK",
+        "objectiveMissionGathering": "LINK",
+        "objectiveGroupSupervision": "LINK",
+        "hasMission": "LINK",
+        "gatheredAt": "LINK",
+        "mappedCell": "NUMBER",
+        "areaDone": "LINK",
+        "missionCompleted": "BOOLEAN",
+        "location": "POINT",
+        "classification": "SYMBOL",
+    }
+    assert [a.name for a in CORE.attributes if a.latest_only] == ["batteryFraction", "position"]
+    assert CORE.attributes[TYPE_UID].name == "type"
+
+
+def test_attribute_tables() -> None:
+    position = TBOX.attributes[POSITION]
+    assert position.kind is ValueKind.POINT
+    assert [(f.minimum, f.maximum, f.resolution, f.unit) for f in position.fields] == [
+        (-10000, 10000, 0.5, "m")
+    ] * 2
+    assert position.domain == class_uid("Vehicle")
+    assert TBOX.attribute_named("areaDone").range_class == class_uid("Vehicle")
+    assert TBOX.attributes[CLASSIFICATION].symbols == ("unknown", "wreck", "pipeline", "anomaly")
+    assert TBOX.attributes[CLASSIFICATION].symbol_index("pipeline") == 2
+    assert TBOX.attributes[CELL].fields[0].size_bits == 12
+
+
+def test_values_are_rounded_to_their_grid() -> None:
+    assert TBOX.attributes[POSITION].quantise((1.3, -2.2)) == (1.5, -2.0)
+    assert TBOX.attributes[BATTERY].quantise(0.333) == 0.33
+    assert TBOX.attribute_named("missionCompleted").quantise(True) is True
+    assert TBOX.attributes[CLASSIFICATION].quantise(3) == 3
+    assert TBOX.attributes[POSITION].encode((-10000, 10000)) == (0, 40000)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("position", 1.0),
+        ("position", (1.0,)),
+        ("batteryFraction", (1.0, 2.0)),
+        ("batteryFraction", True),
+        ("missionCompleted", 1),
+        ("classification", 1.0),
+        ("areaDone", True),
+        ("type", "AUV"),
+    ],
+)
+def test_values_of_another_kind(name: str, value: object) -> None:
+    with pytest.raises(TypeError, match="is not"):
+        TBOX.attribute_named(name).quantise(value)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("classification", 4), ("areaDone", -1), ("position", (0.0, 1e5))]
+)
+def test_values_out_of_range(name: str, value: object) -> None:
+    with pytest.raises(ValueError, match=r"outside|below"):
+        TBOX.attribute_named(name).quantise(value)  # type: ignore[arg-type]
+
+
+def test_hierarchy_and_disjointness() -> None:
+    vehicle, thing = class_uid("Vehicle"), class_uid("Thing")
+    assert TBOX.is_a(AUV, vehicle)
+    assert TBOX.is_a(AUV, AUV)
+    assert TBOX.is_a(WRECK, thing)
+    assert not TBOX.is_a(vehicle, AUV)
+    assert TBOX.are_disjoint(AUV, ASV)
+    assert TBOX.are_disjoint(WRECK, AUV)  # from ObjectOfInterest and Vehicle
+    assert TBOX.are_disjoint(AUV, WRECK)
+    assert not TBOX.are_disjoint(WRECK, OBJECT)
+    assert not TBOX.are_disjoint(WRECK, class_uid("Amphora"))
+    assert set(TBOX.subclasses(vehicle)) == {vehicle, AUV, ASV}
+    assert TBOX.ancestor_mask(AREA) == 1 << AREA | 1 << thing
+
+
+def test_a_users_file_extends_the_core() -> None:
+    assert TBOX.attributes[LENGTH].domain == WRECK
+    assert TBOX.hash != CORE.hash
+    with pytest.raises(UnknownNameError, match="nearest known name: Wreck"):
+        TBOX.class_named("Wrek")
+    with pytest.raises(LookupError, match="nearest known name: position"):
+        TBOX.attribute_named("positon")
+    with pytest.raises(UnknownNameError, match="nearest known name: wreck"):
+        TBOX.attributes[CLASSIFICATION].symbol_index("wrek")
+
+
+def test_hash_does_not_depend_on_the_order_of_files_or_triples(tmp_path: Path) -> None:
+    paths = [*core_ontology_paths(), WRECKS]
+    assert TBox.read(*reversed(paths)) == TBOX
+    assert TBox.read(*reversed(paths)).hash == TBOX.hash
+    turned = tmp_path / "turned.ttl"
+    turned.write_text("\n".join(sorted(TBOX.graph.serialize(format="nt").splitlines(), reverse=True)))
+    assert TBox.read(turned).hash == TBOX.hash
+
+
+def test_hash_depends_on_what_is_compiled(tmp_path: Path) -> None:
+    finer = tmp_path / "finer.ttl"
+    finer.write_text(WRECKS.read_text().replace("rm:resolution 0.1", "rm:resolution 0.2"))
+    labelled = tmp_path / "labelled.ttl"
+    labelled.write_text(WRECKS.read_text() + 'ex:Wreck rdfs:label "wreck"@en .\n')
+    assert TBox.read(*core_ontology_paths(), finer).hash != TBOX.hash
+    assert TBox.read(*core_ontology_paths(), labelled).hash == TBOX.hash
+
+
+def test_pickle_keeps_the_tables_and_not_the_graph() -> None:
+    before = len(pickle.dumps(CORE))
+    n_triples = len(CORE.graph)
+    copy = pickle.loads(pickle.dumps(CORE))
+    assert (copy, copy.hash) == (CORE, CORE.hash)
+    assert len(pickle.dumps(CORE)) == before
+    assert len(copy.graph) == n_triples
+
+
+def test_other_processes_agree() -> None:
+    code = (
+        "from worldmodel import TBox, core_ontology_paths; t = TBox.read(*core_ontology_paths()); "
+        "print(t.hash, [a.name for a in t.attributes])"
+    )
+    root = str(Path(__file__).parents[2])
+    said = {
+        subprocess.run(
+            [sys.executable, "-c", code],
+            env={**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": root},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for seed in ("1", "2")
+    }
+    assert said == {f"{CORE.hash} {[a.name for a in CORE.attributes]}\n"}
+
+
+def test_missing_files_are_all_named(tmp_path: Path) -> None:
+    (tmp_path / "latin.ttl").write_bytes(b"# \xe9\n")
+    with pytest.raises(OntologyError) as caught:
+        TBox.read(tmp_path / "none.ttl", tmp_path / "latin.ttl")
+    assert len(caught.value.faults) == 2
+    assert "none.ttl" in str(caught.value)
+    assert pickle.loads(pickle.dumps(caught.value)).faults == caught.value.faults

@@ -1,0 +1,119 @@
+"""Numbers on a grid: bounds, resolution, and the integer that stands for a value on the wire.
+
+Two vehicles hold the same value only if they hold the same double. So a value is stored as the double nearest
+to the decimal number ``minimum + index * resolution``: a function of an integer alone, worked out with exact
+integers and rounded once. The sizes follow the DCCL rule (Schneider and Schmidt 2010, table of field
+encodings): ceil(log2((maximum - minimum) / resolution + 1)) bits.
+"""
+
+import math
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+# Above 2**50 steps the rounding of a double reaches the step, and an index would not survive the way there
+# and back.
+_MOST_STEPS = 2**50
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """The decimal numbers ``start + index * step``.
+
+    >>> Grid(0.0, 0.1).value_at(3)
+    0.3
+    >>> Grid(0.0, 0.1).index_of(0.3)
+    3
+    """
+
+    start: float
+    step: float
+    _start: int = field(init=False, repr=False, compare=False)
+    _step: int = field(init=False, repr=False, compare=False)
+    _denominator: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.start) and math.isfinite(self.step) and self.step > 0):
+            raise ValueError(
+                f"step {self.step} from {self.start}: both must be finite and the step above zero"
+            )
+        start, step = Fraction(repr(float(self.start))), Fraction(repr(float(self.step)))
+        denominator = math.lcm(start.denominator, step.denominator)
+        object.__setattr__(self, "_start", int(start * denominator))
+        object.__setattr__(self, "_step", int(step * denominator))
+        object.__setattr__(self, "_denominator", denominator)
+
+    def value_at(self, index: int) -> float:
+        """Return the double nearest to the decimal number at ``index``."""
+        return (self._start + index * self._step) / self._denominator
+
+    def index_of(self, value: float) -> int:
+        """Return the index of the grid value nearest to a finite ``value``."""
+        return round((value - self.start) / self.step)
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """One bounded number with its resolution and unit.
+
+    >>> tenths = Field(0, 1000, 0.1, "m")
+    >>> tenths.n_values, tenths.size_bits
+    (10001, 14)
+    >>> tenths.encode(12.34), tenths.decode(123), tenths.quantise(12.34)
+    (123, 12.3, 12.3)
+    """
+
+    minimum: float
+    maximum: float
+    resolution: float
+    unit: str
+    n_values: int = field(init=False, repr=False, compare=False)
+    _grid: Grid = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        bounds = (self.minimum, self.maximum, self.resolution)
+        if not all(map(math.isfinite, bounds)):
+            raise ValueError(f"minimum, maximum and resolution must be finite, not {bounds}")
+        if self.resolution <= 0:
+            raise ValueError(f"resolution {self.resolution} must be above zero")
+        if self.maximum <= self.minimum:
+            raise ValueError(f"maximum {self.maximum} must be above minimum {self.minimum}")
+        low, high, step = (Fraction(repr(float(bound))) for bound in bounds)
+        steps = (high - low) / step
+        if steps.denominator != 1:
+            raise ValueError(
+                f"maximum {self.maximum} must be a whole number of resolutions {self.resolution} "
+                f"above minimum {self.minimum}"
+            )
+        if max(abs(low), abs(high), high - low) / step > _MOST_STEPS:
+            raise ValueError(f"resolution {self.resolution} is too fine for a double in {self._range()}")
+        object.__setattr__(self, "n_values", int(steps) + 1)
+        object.__setattr__(self, "_grid", Grid(self.minimum, self.resolution))
+
+    def _range(self) -> str:
+        return f"[{self.minimum}, {self.maximum}] {self.unit}".rstrip()
+
+    @property
+    def size_bits(self) -> int:
+        """Bits on the wire."""
+        return (self.n_values - 1).bit_length()
+
+    def encode(self, value: float) -> int:
+        """Return the index of the grid value nearest to ``value``.
+
+        Raises ValueError when it is outside the range, TypeError when it is not an int or float.
+        """
+        if not isinstance(value, (int, float)) or isinstance(value, bool):
+            raise TypeError(f"{value!r} is not a number")
+        if not self.minimum <= value <= self.maximum:
+            raise ValueError(f"{value} is outside {self._range()}")
+        return self._grid.index_of(value)
+
+    def decode(self, index: int) -> float:
+        """Return the value at ``index``; raises ValueError when there is no such index."""
+        if not 0 <= index < self.n_values:
+            raise ValueError(f"index {index} is outside 0..{self.n_values - 1} of {self._range()}")
+        return self._grid.value_at(index)
+
+    def quantise(self, value: float) -> float:
+        """Return the grid value nearest to ``value``, the one that is stored."""
+        return self.decode(self.encode(value))
