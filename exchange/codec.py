@@ -21,12 +21,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
-from typing import cast
 
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment, InfluenceSignal, Packet
 from exchange.policies import Acknowledgement, AckPolicy, header_bits
-from worldmodel import Attribute, Field, PropertyValue, TBox, Value, ValueKind
+from worldmodel import Attribute, Field, PropertyValue, TBox, ValueKind
 
 HASH_BITS = 8
 FRAGMENT_COUNT_BITS = 5
@@ -100,6 +99,11 @@ class Codec:
         self._attribute_bits = width(len(tbox.attributes))
         self._time = Field(0.0, duration_s, time_resolution_s, "s")
         self._value_bits = [self._bits_of(tbox, attribute) for attribute in tbox.attributes]
+        self._layouts = [
+            tuple(field.size_bits for field in attribute.fields) or (bits,)
+            for attribute, bits in zip(tbox.attributes, self._value_bits, strict=True)
+        ]
+        self._header_fields = [self._header_fields_of(sender) for sender in range(n_nodes)]
         self.header_bits = header_bits(policy, n_nodes)
         shape = (
             f"{tbox.hash}|{n_instances}|{n_nodes}|{self.header_bits}|{duration_s!r}|{time_resolution_s!r}"
@@ -187,15 +191,11 @@ class Codec:
         return bits, self.fragment_bits(fragment, relayed=fragment.origin != sender)
 
     def _encode_value(self, fact: PropertyValue) -> int:
-        attribute = self._attributes[fact.attribute]
-        value = fact.value
-        if attribute.kind is ValueKind.POINT:
-            point = cast(tuple[float, float], value)
-            x, y = attribute.fields
-            return x.encode(point[0]) << y.size_bits | y.encode(point[1])
-        if attribute.kind is ValueKind.NUMBER:
-            return attribute.fields[0].encode(cast(float, value))
-        return int(cast(int, value))  # a type, link, symbol or boolean
+        bits = 0
+        indices = self._attributes[fact.attribute].encode(fact.value)
+        for index, size_bits in zip(indices, self._layouts[fact.attribute], strict=True):
+            bits = bits << size_bits | index
+        return bits
 
     def encode(
         self,
@@ -227,15 +227,15 @@ class Codec:
         padding = -size % 8
         return (bits << padding).to_bytes((size + padding) // 8, "big")
 
-    def _header_fields(self, sender: int) -> list[tuple[int, int]]:
-        """``(row, column)`` of every acknowledgement bit that is sent, in order."""
+    def _header_fields_of(self, sender: int) -> list[tuple[int, int]]:
+        """``(row, column)`` of every acknowledgement bit that ``sender`` sends, in order."""
         if self._matrix:
             return [(i, j) for i, j in product(range(self._n_nodes), repeat=2) if i != j]
         return [(sender, j) for j in range(self._n_nodes) if j != sender]
 
     def _encode_rows(self, sender: int, rows: Sequence[int]) -> int:
         bits = 0
-        for i, j in self._header_fields(sender):
+        for i, j in self._header_fields[sender]:
             bits = bits << 1 | (rows[i] >> j & 1)
         return bits
 
@@ -250,7 +250,7 @@ class Codec:
         if sender >= self._n_nodes:
             raise PeerFault(f"sender {sender} is not one of {self._n_nodes} nodes")
         rows = [0] * self._n_nodes
-        for i, j in self._header_fields(sender):
+        for i, j in self._header_fields[sender]:
             rows[i] |= reader.take(1) << j
         fragments = tuple(
             self._decode_fragment(reader, sender) for _ in range(reader.take(FRAGMENT_COUNT_BITS))
@@ -291,22 +291,9 @@ class Codec:
         uid = reader.take(self._attribute_bits)
         if uid >= len(self._attributes):
             raise PeerFault(f"attribute {uid} is not in the TBox")
-        attribute = self._attributes[uid]
-        value: Value
-        if attribute.kind is ValueKind.POINT:
-            x, y = (self._decode_number(field, reader, attribute) for field in attribute.fields)
-            value = (x, y)
-        elif attribute.kind is ValueKind.NUMBER:
-            value = self._decode_number(attribute.fields[0], reader, attribute)
-        elif attribute.kind is ValueKind.BOOLEAN:
-            value = bool(reader.take(1))
-        else:
-            value = reader.take(self._value_bits[uid])
+        indices = [reader.take(size_bits) for size_bits in self._layouts[uid]]
+        try:
+            value = self._attributes[uid].decode(indices)
+        except ValueError as error:
+            raise PeerFault(f"{self._attributes[uid].name}: {error}") from None
         return PropertyValue(subject, uid, value)
-
-    @staticmethod
-    def _decode_number(field: Field, reader: _Reader, attribute: Attribute) -> float:
-        index = reader.take(field.size_bits)
-        if index >= field.n_values:
-            raise PeerFault(f"{attribute.name}: step {index} of {field.n_values}")
-        return field.decode(index)

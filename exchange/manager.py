@@ -10,8 +10,9 @@ interested peers are believed to hold are dropped (4); ``selection.select`` rais
 fills the packet (5, 6, 7). Who is believed to hold what is the business of ``ack``.
 
 Two kinds of information are told apart by the TBox. An attribute of which only the latest value
-matters (a vehicle's position) is said once per slot, newest value only, and never acknowledged:
-the paper tolerates its loss. Everything else is an item and is repeated until it is acknowledged.
+matters (a vehicle's position) is a *status*: its newest value waits in the same weighted queue, is said once
+and never acknowledged; the paper tolerates its loss. Everything else is an item and is repeated until it
+is acknowledged.
 """
 
 from __future__ import annotations
@@ -28,7 +29,18 @@ from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet
 from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
 from exchange.selection import select
-from worldmodel import Block, Change, NeedsIndex, TBox, WorldModel
+from worldmodel import Block, Change, NeedsIndex, PropertyValue, WorldModel
+
+
+@dataclass(slots=True)
+class Status:
+    """The latest value of a slot of which only the latest matters; ``fragment`` None once it has been said."""
+
+    priority: int
+    weight: int = 0
+    fragment: Fragment | None = None
+    bits: int = 0
+    size_bits: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +102,7 @@ class ExchangeManager:
     ) -> None:
         self._me = me
         self._model = model
-        self._tbox: TBox = model.tbox
+        self._latest_only = frozenset(a.uid for a in model.tbox.attributes if a.latest_only)
         self._codec = codec
         self._schedule = schedule
         self._policy = policy
@@ -107,7 +119,7 @@ class ExchangeManager:
         self._ledger = Ledger(self._n_nodes)
         self._assembly = Assembly()
         self._open: list[int] = []  # columns that are not settled
-        self._status: dict[tuple[int, int], Fragment] = {}  # latest-only facts not yet said
+        self._status: dict[tuple[int, int], Status] = {}  # by (subject, attribute)
         self._signals: tuple[InfluenceSignal, ...] = ()
         self._next_slot = 0  # first slot that has not been opened
         self.n_faults = 0
@@ -119,16 +131,25 @@ class ExchangeManager:
         items: list[ItemUid] = []
         for change in changes:
             block = change.block
-            if all(self._tbox.attributes[fact.attribute].latest_only for fact in block.facts):
-                for fact in block.facts:
-                    self._status[fact.subject, fact.attribute] = Fragment(
-                        block.origin, block.sequence, block.time_s, block.facts
-                    )
+            if self._is_status(block.facts):
+                self._take_status(block)
                 continue
             for fragment in fragments_of(block, self._room_bits, self._codec.fragment_bits):
                 self._register(fragment)
                 items.append(fragment.uid)
         return tuple(items)
+
+    def _take_status(self, block: Block) -> None:
+        fragment = Fragment(block.origin, block.sequence, block.time_s, block.facts)
+        key = block.facts[0].subject, block.facts[0].attribute
+        if key not in self._status:
+            interested, priority = self._interest(fragment)
+            if not interested:
+                return
+            self._status[key] = Status(priority)
+        status = self._status[key]
+        status.fragment = fragment
+        status.bits, status.size_bits = self._codec.encode_fragment(fragment, self._me)
 
     def offer_signals(self, signals: Sequence[InfluenceSignal]) -> None:
         """Influence signals for the next own slot; those of an earlier call are forgotten."""
@@ -153,7 +174,7 @@ class ExchangeManager:
         content = 0
         new_items: list[ItemUid] = []
         for fragment in packet.fragments:
-            if all(self._tbox.attributes[fact.attribute].latest_only for fact in fragment.facts):
+            if self._is_status(fragment.facts):
                 blocks.append(Block(fragment.origin, fragment.sequence, fragment.time_s, fragment.facts))
                 continue
             column = self._ledger.column(fragment.uid)
@@ -187,6 +208,10 @@ class ExchangeManager:
             slot, packet.sender, tuple(blocks), packet.signals, tuple(new_items), beliefs, settled
         )
 
+    def _is_status(self, facts: Sequence[PropertyValue]) -> bool:
+        """Do only the latest values of all the facts matter?"""
+        return all(fact.attribute in self._latest_only for fact in facts)
+
     # Out ------------------------------------------------------------------------------------------
 
     def next_deadline_s(self, now_s: float) -> float:
@@ -202,12 +227,8 @@ class ExchangeManager:
             )
         self._open_slots_through(slot)
         signals = self._signals
-        room = self._room_bits - len(signals) * self._codec.signal_bits
-        columns = self._choose(slot, room)
+        columns, wire = self._choose(slot, self._room_bits - len(signals) * self._codec.signal_bits)
         entries = [self._ledger.entries[column] for column in columns]
-        wire = [(entry.bits, entry.size_bits) for entry in entries]
-        room -= sum(size for _, size in wire)
-        wire.extend(self._status_that_fits(room, MAX_FRAGMENTS_PER_PACKET - len(wire)))
         content = 0
         for column in columns:
             content |= 1 << column
@@ -225,35 +246,33 @@ class ExchangeManager:
             sum(row.bit_count() for row in rows),
         )
 
-    def _choose(self, slot: int, room_bits: int) -> list[int]:
-        """Columns for this packet, by the paper's weighted queue."""
-        entries = [self._ledger.entries[column] for column in self._open]
-        weights = [entry.weight for entry in entries]
-        chosen = [0] * len(entries)
+    def _choose(self, slot: int, room_bits: int) -> tuple[list[int], list[tuple[int, int]]]:
+        """Columns of the items for this packet, and the wire form of all it carries, by the weighted queue."""
+        queue: list[Entry | Status] = [self._ledger.entries[column] for column in self._open]
+        queue += [status for status in self._status.values() if status.fragment is not None]
+        weights = [candidate.weight for candidate in queue]
+        chosen = [0] * len(queue)
         n_chosen = select(
             weights,
-            [entry.priority for entry in entries],
-            [entry.size_bits for entry in entries],
-            [1] * len(entries),
+            [candidate.priority for candidate in queue],
+            [candidate.size_bits for candidate in queue],
+            [1] * len(queue),
             room_bits,
             chosen,
         )
-        for entry, weight in zip(entries, weights, strict=True):
-            entry.weight = weight
-        taken = chosen[: min(n_chosen, MAX_FRAGMENTS_PER_PACKET)]
-        for position in taken:
-            entries[position].sent_in_slot = slot
-        return [self._open[position] for position in taken]
-
-    def _status_that_fits(self, room_bits: int, most: int) -> list[tuple[int, int]]:
+        for candidate, weight in zip(queue, weights, strict=True):
+            candidate.weight = weight
+        columns: list[int] = []
         wire: list[tuple[int, int]] = []
-        for key, fragment in list(self._status.items()):
-            bits, size = self._codec.encode_fragment(fragment, self._me)
-            if size <= room_bits and len(wire) < most:
-                wire.append((bits, size))
-                room_bits -= size
-                del self._status[key]
-        return wire
+        for position in chosen[: min(n_chosen, MAX_FRAGMENTS_PER_PACKET)]:
+            candidate = queue[position]
+            wire.append((candidate.bits, candidate.size_bits))
+            if isinstance(candidate, Status):
+                candidate.fragment = None
+            else:
+                candidate.sent_in_slot = slot
+                columns.append(self._open[position])
+        return columns, wire
 
     # What is known of whom ------------------------------------------------------------------------
 

@@ -401,10 +401,10 @@ class MappingTruth:
         self.milestones: list[Milestone] = []
         self._mission = mission
         self._consulted = False
-        self._open_areas = set(mission.corners_m)
         self._last_decision: dict[str, Any] = {}
         self._exploring: dict[str, bool] = {}
         self._stopped: dict[str, Milestone] = {}
+        self._finished: set[Objective] = set()
         self._apart = [group for group in mission.groups.values() if group.rally_point is not None]
 
     def observe(self, fleet: Any, now_s: float) -> bool:
@@ -468,12 +468,9 @@ class MappingTruth:
             elif self._exploring.get(vehicle.name):
                 self._stopped[vehicle.name] = Milestone(now_s, "mapping_stopped", vehicle.name)
             self._exploring[vehicle.name] = exploring
-        for area in sorted(self._open_areas):
-            for vehicle in fleet.vehicles:
-                model = vehicle.world_model
-                done = model.latest(model.instance_named(area).uid, model.tbox.attribute_named("areaDone").uid)
-                if done is not None and done.origin == vehicle.data.node:
-                    self._open_areas.discard(area)
+            for objective in vehicle.social.finished:
+                if objective.name == "Exploring" and objective not in self._finished:
+                    self._finished.add(objective)
                     self.milestones.append(Milestone(now_s, "mapping_done", vehicle.name))
 
     def _is_together(self, fleet: Any, group: Group) -> bool:

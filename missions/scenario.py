@@ -69,6 +69,7 @@ class StrategyTable(Table):
 
 
 class DecisionTable(Table):
+    period_s: Positive = Field(2.0, description="time between two decisions of the executive layer")
     weight_continuing: NotNegative = Field(0.2, description="weight of the motivation to continue")
     weight_external: NotNegative = Field(1.0, description="weight of the motivation to answer influence signals")
     gain_per_s: NotNegative = Field(1.0, description="satisfaction gained per second of progress")
@@ -158,17 +159,22 @@ def shipped() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
 
 
-def load(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
-    """The scenario of a shipped name or a TOML file, with ``KEY=VALUE`` overrides applied.
+def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenario:
+    """The scenario of a shipped name or a TOML file, with overrides applied.
 
-    Raises ConfigurationError with every fault of the file.
+    Args:
+        overrides: (where it comes from, ``KEY=VALUE``), for example ("--set", "decision.weight_external=0").
+
+    Raises:
+        ConfigurationError: with every fault of the file and the overrides.
     """
     path, text = _read(name_or_path)
     try:
         raw = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ConfigurationError(path, [ConfigurationFault("TOML", "", str(error))]) from None
-    faults = [fault for override in overrides if (fault := _override(raw, override)) is not None]
+    faults = [fault for option, text_ in overrides if (fault := _override(raw, option, text_)) is not None]
+    options = {".".join(_key_parts(text_.partition("=")[0].strip())): option for option, text_ in overrides}
     scenario: Scenario | None = None
     try:
         scenario = Scenario.model_validate(raw)
@@ -178,7 +184,8 @@ def load(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
     faults += [fault for fault in cross_faults(raw) if (fault.key, fault.given) not in known]
     if faults or scenario is None:
         lines = text.splitlines()
-        raise ConfigurationError(path, [_located(fault, lines) for fault in faults])
+        located = [_located(fault, lines, options) for fault in faults]
+        raise ConfigurationError(path, sorted(located, key=lambda fault: fault.line or 0))
     return scenario
 
 
@@ -198,11 +205,11 @@ def _read(name_or_path: str) -> tuple[str, str]:
         raise ConfigurationError(str(path), [ConfigurationFault("file", "", f"cannot be read: {error}")]) from None
 
 
-def _override(raw: dict[str, Any], override: str) -> ConfigurationFault | None:
+def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationFault | None:
     """Apply ``decision.weight_external=0`` or ``vehicle.AUV01.survey_speed_mps=1.7``; entries of lists by name."""
     key, equals, value = override.partition("=")
     if not equals or not key:
-        return ConfigurationFault("--set", override, "KEY=VALUE, for example decision.weight_external=0")
+        return ConfigurationFault(option, override, "KEY=VALUE, for example decision.weight_external=0")
     target: Any = raw
     parts = _key_parts(key.strip())
     for depth, part in enumerate(parts[:-1]):
@@ -210,14 +217,14 @@ def _override(raw: dict[str, Any], override: str) -> ConfigurationFault | None:
             found = [entry for entry in target if isinstance(entry, dict) and entry.get("name") == part]
             if not found:
                 names = [str(entry.get("name")) for entry in target if isinstance(entry, dict)]
-                return ConfigurationFault(f"--set {key}", "", f"{part!r} is none of {', '.join(names)}")
+                return ConfigurationFault(f"{option} {key}", "", f"{part!r} is none of {', '.join(names)}")
             target = found[0]
         else:
             target = target.setdefault(part, {})
         if not isinstance(target, dict | list):
-            return ConfigurationFault(f"--set {key}", "", f"{'.'.join(parts[: depth + 1])} is no table")
+            return ConfigurationFault(f"{option} {key}", "", f"{'.'.join(parts[: depth + 1])} is no table")
     if not isinstance(target, dict):
-        return ConfigurationFault(f"--set {key}", "", "names a list: add the name of an entry and a key")
+        return ConfigurationFault(f"{option} {key}", "", "names a list: add the name of an entry and a key")
     target[parts[-1]] = _value(value.strip())
     return None
 
@@ -298,9 +305,13 @@ def _known_keys(location: Iterable[Any]) -> list[str]:
     return list(table.model_fields)
 
 
-def _located(fault: ConfigurationFault, lines: Sequence[str]) -> ConfigurationFault:
-    """The fault with the line of its key, as near as it can be found: table by table, entry by name."""
-    if fault.line is not None or not lines:
+def _located(
+    fault: ConfigurationFault, lines: Sequence[str], options: Mapping[str, str]
+) -> ConfigurationFault:
+    """The fault with the option it was given by, or with the line of its key as near as it can be found."""
+    if fault.key in options:
+        return ConfigurationFault(f"{options[fault.key]} ({fault.key})", fault.given, fault.allowed)
+    if not lines or fault.key.startswith("--"):
         return fault
     line = 0
     for part in fault.key.split("."):

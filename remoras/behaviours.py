@@ -149,16 +149,22 @@ class ZigzagExploring:
         self._next = 0
         self._approach = _Approach()
 
-    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+    def _reached_end(self, motion: Motion) -> bool:
+        """Pass the waypoints that are reached; True behind the last one."""
         while self._next < len(self._waypoints) and distance_m(motion, self._waypoints[self._next]) <= CAPTURE_M:
             self._next += 1
             self._approach = _Approach()
-        if self._next == len(self._waypoints):
+        return self._next == len(self._waypoints)
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        if self._reached_end(motion):
             return DONE
         perceived = self._approach.judge(distance_m(motion, self._waypoints[self._next]), performed)
         return ADVANCING if perceived is RETREATING else perceived  # turning at the end of a row is progress
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        if self._reached_end(motion):
+            return None
         speed_mps = self._data.mapping_speed_mps if self._next else self._data.transit_speed_mps
         return Reference(self._waypoints[self._next], speed_mps)
 

@@ -43,9 +43,11 @@ class ExecutiveLayer:
 
     def __init__(self, constants: DecisionConstants) -> None:
         self._constants = constants
+        self.period_s = constants.period_s
         self._combinations: dict[int, tuple[tuple[int, ...], ...]] = {}
         self._sizes: list[int] = []
         self._role_of: list[RoleKey | None] = []
+        self._listens: list[bool] = []
         self._heard: dict[RoleKey, dict[tuple[str, str], HeardSignal]] = {}
         self.sets: tuple[ActivitySet, ...] = ()
         self.satisfaction: dict[RoleKey, float] = {}
@@ -61,15 +63,16 @@ class ExecutiveLayer:
         self._role_of = [
             (s.objective.group, s.objective.role) if s.objective is not None else None for s in sets
         ]
+        self._listens = [s.kind is ActivityKind.COLLECTIVE for s in sets]
         self.satisfaction = {role: self.satisfaction.get(role, 0.0) for role in roles}
-        self._heard = {role: self._heard.get(role, {}) for role in roles}
+        self._heard = {role: heard for role, heard in self._heard.items() if role in self.satisfaction}
         self.motivations = [0.0] * len(sets)
         self.decision = self._decision(tuple(index for index, s in enumerate(sets) if s in going_on))
 
     def hear(self, addressed: RoleKey, emitter: str, emitter_role: str, value: int, now_s: float) -> None:
         """An influence signal that addresses a role of this vehicle; a newer one replaces an older one."""
-        if addressed in self._heard:
-            self._heard[addressed][emitter, emitter_role] = HeardSignal(value, now_s)
+        if addressed in self.satisfaction:
+            self._heard.setdefault(addressed, {})[emitter, emitter_role] = HeardSignal(value, now_s)
 
     def signals(self) -> list[tuple[RoleKey, int]]:
         """The signed byte of every role."""
@@ -78,21 +81,21 @@ class ExecutiveLayer:
     def decide(self, perceptions: Sequence[Perception], now_s: float, dt_s: float) -> Decision:
         """The best combination of activities now; satisfactions have evolved by ``dt_s``."""
         constants = self._constants
-        calls = {role: self._strongest_call(heard, now_s) for role, heard in self._heard.items() if heard}
+        calls = {role: self._strongest_call(heard, now_s) for role, heard in self._heard.items()}
         performed = self.decision.chosen
         motivated = 0
-        for index, activity_set in enumerate(self.sets):
-            stimulus = perceptions[index].stimulus
+        for index, (stimulus, _, _) in enumerate(perceptions):
             if stimulus <= 0.0:
                 self.motivations[index] = 0.0
                 continue
             role = self._role_of[index]
-            satisfaction = self.satisfaction[role] if role is not None else 0.0
-            strongest = 0.0
-            if role in calls and activity_set.kind is ActivityKind.COLLECTIVE:
-                strongest = calls[role]
             value = motivation(
-                activity_set.importance, stimulus, index in performed, satisfaction, strongest, constants
+                self.sets[index].importance,
+                stimulus,
+                index in performed,
+                0.0 if role is None else self.satisfaction[role],
+                calls[role] if role in calls and self._listens[index] else 0.0,
+                constants,
             )
             self.motivations[index] = value
             if value > 0.0:
@@ -103,21 +106,24 @@ class ExecutiveLayer:
         chosen = best(candidates, self._sizes, self.motivations)
         if chosen != performed:
             self.decision = self._decision(chosen)
-        self._evolve(perceptions, dt_s)
+        if dt_s > 0.0:
+            self._evolve(perceptions, dt_s)
         return self.decision
 
     def _strongest_call(self, heard: dict[tuple[str, str], HeardSignal], now_s: float) -> float:
-        return max(call(signal.value, now_s - signal.heard_s, self._constants) for signal in heard.values())
+        strongest = 0.0
+        for signal in heard.values():
+            if signal.value < 0:
+                strongest = max(strongest, call(signal.value, now_s - signal.heard_s, self._constants))
+        return strongest
 
     def _evolve(self, perceptions: Sequence[Perception], dt_s: float) -> None:
+        """Personal satisfaction follows the best that the activities performed in each role get on."""
         progress: dict[RoleKey, Progress] = {}
         for index in self.decision.chosen:
-            role, perceived = self._role_of[index], perceptions[index].progress
-            if role is None or perceived is None:
-                continue
-            before = progress.get(role)
-            if before is None or perceived is Progress.FORWARD or before is Progress.NONE:
-                progress[role] = perceived
+            perceived, role = perceptions[index].progress, self._role_of[index]
+            if role is not None and perceived is not None:
+                progress[role] = max(perceived, progress.get(role, perceived))
         for role, value in self.satisfaction.items():
             self.satisfaction[role] = evolved(value, progress.get(role), dt_s, self._constants)
 

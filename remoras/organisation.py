@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from functools import cached_property
 
 from remoras.errors import OrganisationError
 
@@ -98,11 +99,18 @@ class Organisation:
 
     # Asking --------------------------------------------------------------------------------------
 
+    @cached_property
+    def _players(self) -> dict[tuple[str, str | None], tuple[str, ...]]:
+        """Vehicles by (group, role), and by (group, None) the members of the group."""
+        players: dict[tuple[str, str | None], set[str]] = {}
+        for a in self.assignments:
+            players.setdefault((a.group, a.role), set()).add(a.vehicle)
+            players.setdefault((a.group, None), set()).add(a.vehicle)
+        return {key: tuple(sorted(names)) for key, names in players.items()}
+
     def members(self, group: str, role: str | None = None) -> tuple[str, ...]:
         """Vehicles in ``group`` (playing ``role``), by name, without duplicates."""
-        return tuple(
-            sorted({a.vehicle for a in self.assignments if a.group == group and role in (None, a.role)})
-        )
+        return self._players.get((group, role), ())
 
     def with_role(self, role: str) -> tuple[RoleAssignment, ...]:
         """Assignments of every role of that name, in whatever group."""
@@ -121,7 +129,7 @@ class Organisation:
         return RoleAssignment(group, role, vehicle) in self.assignments
 
     def is_member(self, vehicle: str, group: str) -> bool:
-        return any(a.group == group and a.vehicle == vehicle for a in self.assignments)
+        return vehicle in self.members(group)
 
     def share_a_group(self, one: str, other: str) -> bool:
         return not set(self.groups_of(one)).isdisjoint(self.groups_of(other))

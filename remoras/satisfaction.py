@@ -26,23 +26,27 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import Enum
+from enum import IntEnum
 
 LOWEST, HIGHEST = -128, 127
 
 
-class Progress(Enum):
-    """How a role's activities are getting on."""
+class Progress(IntEnum):
+    """How a role's activities are getting on; of several in one role the greatest counts."""
 
-    FORWARD = "forward"
-    NONE = "none"
-    BACKWARD = "backward"
+    NONE = 0
+    BACKWARD = 1
+    FORWARD = 2
 
 
 @dataclass(frozen=True, slots=True)
 class DecisionConstants:
-    """Constants of the equations above; rates per second, ``signal_memory_s`` is tau."""
+    """Constants of the equations above; rates per second, ``signal_memory_s`` is tau.
 
+    ``period_s``: a decision is made this often, and at once when something has to be planned.
+    """
+
+    period_s: float = 2.0
     weight_continuing: float = 0.2
     weight_external: float = 1.0
     gain_per_s: float = 1.0

@@ -88,11 +88,13 @@ class SocialLayer:
         self._pending: list[Observation] = []
         self._plans_rest_on: dict[str, frozenset[Key]] = {}  # group -> facts of its mission's plan
         self._activities: dict[Objective, tuple[tuple[ActivitySet, ...], frozenset[Key]]] = {}
+        self._led = self._groups_led()
         self._due: set[str] = {
             group for group in founding.groups if self.leads(group) and self.missions.get(group)
         }
         self.issued: set[RoleAssignment] = set()
         self.issued_objectives: set[Objective] = set()
+        self.finished: list[Objective] = []
 
     # The modules that are mappings ---------------------------------------------------------------
 
@@ -136,7 +138,13 @@ class SocialLayer:
 
     def leads(self, group: str) -> bool:
         """Is this vehicle a head of ``group``, with the social layer to lead it?"""
-        return self.auv_database[self.me].social_layer and self.me in self.organisation.heads(group)
+        return group in self._led
+
+    def _groups_led(self) -> tuple[str, ...]:
+        if not self.auv_database[self.me].social_layer:
+            return ()
+        groups = self.organisation.groups
+        return tuple(group for group in groups if self.me in self.organisation.heads(group))
 
     # Hearing -------------------------------------------------------------------------------------
 
@@ -151,11 +159,9 @@ class SocialLayer:
                 if self._is_organisational(self._tbox.attributes[fact.attribute].name):
                     self._pending.append(Observation(change.block, position))
         keys = self._beliefs.keys_of(changes)
-        for attribute, subject in keys:
-            if attribute == "hasMission" and self.leads(subject):
-                self._due.add(subject)
-        for group, rests_on in self._plans_rest_on.items():
-            if not keys.isdisjoint(rests_on) and self.leads(group):
+        for group in self._led:
+            rests_on = self._plans_rest_on.get(group, frozenset())
+            if ("hasMission", group) in keys or not keys.isdisjoint(rests_on):
                 self._due.add(group)
         return self.reconsider_activities(keys)
 
@@ -206,6 +212,7 @@ class SocialLayer:
                 result.activities_due = True
             else:
                 self._take(self._beliefs.name(fact.subject), group, role, name == "playsRole", result)
+        self._led = self._groups_led()
         return result
 
     def _take(self, vehicle: str, group: str, role: str, plays: bool, result: Consultation) -> None:
@@ -271,10 +278,10 @@ class SocialLayer:
     def findings(self, picture: Picture, motion: Motion) -> list[Fact]:
         """What this vehicle concludes as the leader of its groups, as facts."""
         facts: list[Fact] = []
-        for group in self.organisation.groups.values():
-            if self.leads(group.name):
-                for finding in self._mission.findings(group, self.organisation, self._beliefs, picture, motion):
-                    facts.append(self._beliefs.fact(finding.subject, finding.attribute, finding.value))
+        for name in self._led:
+            group = self.organisation.groups[name]
+            for finding in self._mission.findings(group, self.organisation, self._beliefs, picture, motion):
+                facts.append(self._beliefs.fact(finding.subject, finding.attribute, finding.value))
         return facts
 
     def completed(self, objective: Objective) -> list[Fact]:
@@ -282,6 +289,7 @@ class SocialLayer:
         finding = self._mission.completion(objective, self.me)
         if finding is None:
             return []
+        self.finished.append(objective)
         return [self._beliefs.fact(finding.subject, finding.attribute, finding.value)]
 
     # For the executive layer ---------------------------------------------------------------------

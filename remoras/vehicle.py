@@ -1,6 +1,6 @@
 """A vehicle: the only file that knows the order of the layers.
 
-Every tick: act (as decided before), sense, think. What arrives in between is heard at its time; a mission to be
+Every tick: act (as decided before) and sense; every decision period: think. What arrives in between is heard at its time; a mission to be
 planned is planned at once, so that the answer makes the vehicle's next slot. At the end of every TDMA frame the
 social layer consults.
 
@@ -68,6 +68,12 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._gathered_at = tbox.attribute_named("gatheredAt").uid
         self._area_class = tbox.class_named("Area").uid
         self._area_uids = {name: beliefs.uid(name) for name, _ in set(seabed.cells.values())}
+        self._signalled = {
+            beliefs.uid(f"{group.name}.{role.name}"): (group.name, role.name, role.influences)
+            for group in social.organisation.groups.values()
+            for role in group.roles
+        }
+        self._next_decision_s = 0.0
         self._driving: frozenset[tuple[str, str]] = frozenset()
         for assignment in social.organisation.roles_of(self.name):
             self._record_role(0.0, assignment.group, assignment.role, "assigned")
@@ -82,7 +88,9 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if dt_s > 0.0:
             self.functional.act(dt_s)
         self._sense(now_s, neighbours)
-        self.think(now_s, dt_s)
+        if now_s >= self._next_decision_s:
+            self._next_decision_s += self.executive.period_s
+            self.think(now_s, self.executive.period_s if dt_s > 0.0 else 0.0)
 
     def _sense(self, now_s: float, neighbours: Sequence[Neighbour]) -> None:
         for cell in self.functional.sense(now_s, neighbours):
@@ -150,11 +158,10 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         """The packet for the own slot that opens now; None from a vehicle without energy."""
         if self.functional.exhausted:
             return None
-        status = [(self.data.node, self._position, self.functional.motion.position_m)]
-        battery = self.world_model.value(self.data.node, self._battery)
-        if battery is None or abs(battery - self.functional.picture.battery) >= 0.01:  # type: ignore[operator]
-            status.append((self.data.node, self._battery, max(0.0, self.functional.picture.battery)))
-        self._conclude(status, now_s)
+        self._conclude([(self.data.node, self._position, self.functional.motion.position_m)], now_s)
+        battery = round(max(0.0, self.functional.picture.battery), 2)
+        if self.world_model.value(self.data.node, self._battery) != battery:
+            self._conclude([(self.data.node, self._battery, battery)], now_s)
         if self.executive.decision.has(ActivityType.COMMUNICATION):
             self.manager.offer_signals(self._signals(now_s))
         sent = self.manager.packet_to_send(now_s)
@@ -189,12 +196,10 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         return reception
 
     def _hear_signal(self, emitter: str, signal: InfluenceSignal, now_s: float) -> None:
-        organisation = self.social.organisation
-        group, role = self.beliefs.name(signal.role).split(".")
-        specification = organisation.groups[group].role(role)
-        if specification is None or not organisation.is_member(self.name, group):
-            return  # not of our groups
-        for addressed in specification.influences:
+        group, role, addressed_roles = self._signalled.get(signal.role, ("", "", ()))
+        if not self.social.organisation.is_member(self.name, group):
+            return  # not of our groups, or no role at all
+        for addressed in addressed_roles:
             self.executive.hear((group, addressed), emitter, role, signal.value, now_s)
 
     def _merge(self, blocks: Sequence[Block], now_s: float) -> None:

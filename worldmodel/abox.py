@@ -32,7 +32,7 @@ from worldmodel.facts import (
     PropertyValue,
 )
 from worldmodel.fields import Grid
-from worldmodel.merge import Arrivals, Merged, merge
+from worldmodel.merge import Arrivals, Merged, enter
 from worldmodel.tbox import TYPE_UID, TBox, Value
 
 __all__ = [
@@ -153,9 +153,12 @@ class WorldModel:
             raise FactError(
                 f"not known, or not of the class that is asked for: instance {uids}; announce its type first"
             )
-        merged = merge(self, (block,))
+        merged = enter(self, block)
         change = next(change for change in merged.changes if change.block is block)
-        self.arrivals.unreported = Merged(tuple(c for c in merged.changes if c is not change), merged.faults)
+        others = tuple(c for c in merged.changes if c is not change)
+        if others or merged.faults:
+            before = self.arrivals.unreported
+            self.arrivals.unreported = Merged((*before.changes, *others), (*before.faults, *merged.faults))
         return change
 
     def _quantised(self, facts: Iterable[tuple[int, int, Value]]) -> tuple[PropertyValue, ...]:

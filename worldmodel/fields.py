@@ -67,6 +67,8 @@ class Field:
     resolution: float
     unit: str
     n_values: int = field(init=False, repr=False, compare=False)
+    size_bits: int = field(init=False, repr=False, compare=False)
+    """Bits on the wire."""
     _grid: Grid = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -87,15 +89,11 @@ class Field:
         if max(abs(low), abs(high), high - low) / step > _MOST_STEPS:
             raise ValueError(f"resolution {self.resolution} is too fine for a double in {self._range()}")
         object.__setattr__(self, "n_values", int(steps) + 1)
+        object.__setattr__(self, "size_bits", int(steps).bit_length())
         object.__setattr__(self, "_grid", Grid(self.minimum, self.resolution))
 
     def _range(self) -> str:
         return f"[{self.minimum}, {self.maximum}] {self.unit}".rstrip()
-
-    @property
-    def size_bits(self) -> int:
-        """Bits on the wire."""
-        return (self.n_values - 1).bit_length()
 
     def encode(self, value: float) -> int:
         """Return the index of the grid value nearest to ``value``.

@@ -42,6 +42,9 @@ class Merged:
     faults: tuple[Fault, ...]
 
 
+NOTHING = Merged((), ())
+
+
 class Arrivals:
     """The blocks of A that are not in, and the classes of creation that follow from A."""
 
@@ -104,26 +107,40 @@ def merge(model: "WorldModel", blocks: Iterable[Block]) -> Merged:
     """
     arrivals = model.arrivals
     changes, faults = list(arrivals.unreported.changes), list(arrivals.unreported.faults)
-    arrivals.unreported = Merged((), ())
+    arrivals.unreported = NOTHING
     for block in blocks:
         known = model.arrived(block.guid)
         if known is not None and known == block:
             continue
         if bad_form := check_form(model, block):
             faults += bad_form
-            continue
-        if block.origin == model.owner:
-            model.note_own(block)
-        if known is not None:
-            detail = f"origin {block.origin} used sequence {block.sequence} twice; the smaller digest stays"
-            faults.append(Fault(FaultCode.GUID_CONFLICT, block.origin, detail, block.sequence))
-            if model.content(block) < model.content(known):
-                _work_out_anew(model, known, block, changes, faults)
-        elif arrivals.note_creations(model, block):
-            _work_out_anew(model, None, block, changes, faults)
         else:
-            _settle(model, block, changes, faults)
+            _enter(model, block, known, changes, faults)
     return Merged(tuple(changes), tuple(faults))
+
+
+def enter(model: "WorldModel", block: Block) -> Merged:
+    """Add a block of good form that is not known yet; blocks that waited for it go in with it."""
+    changes: list[Change] = []
+    faults: list[Fault] = []
+    _enter(model, block, None, changes, faults)
+    return Merged(tuple(changes), tuple(faults))
+
+
+def _enter(
+    model: "WorldModel", block: Block, known: Block | None, changes: list[Change], faults: list[Fault]
+) -> None:
+    if block.origin == model.owner:
+        model.note_own(block)
+    if known is not None:
+        detail = f"origin {block.origin} used sequence {block.sequence} twice; the smaller digest stays"
+        faults.append(Fault(FaultCode.GUID_CONFLICT, block.origin, detail, block.sequence))
+        if model.content(block) < model.content(known):
+            _work_out_anew(model, known, block, changes, faults)
+    elif model.arrivals.note_creations(model, block):
+        _work_out_anew(model, None, block, changes, faults)
+    else:
+        _settle(model, block, changes, faults)
 
 
 def _settle(model: "WorldModel", block: Block, changes: list[Change], faults: list[Fault]) -> None:

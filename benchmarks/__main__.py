@@ -1,0 +1,42 @@
+"""``python -m benchmarks [NAME...] [--json]``: every module here with a function ``rows`` is a benchmark."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import pkgutil
+import sys
+from typing import Any
+
+import benchmarks
+
+
+def main() -> int:
+    """Run the named benchmarks, all of them without a name, and print their rows."""
+    names = [info.name for info in pkgutil.iter_modules(benchmarks.__path__) if info.name != "__main__"]
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("name", nargs="*", help=f"of {', '.join(names)}")
+    parser.add_argument("--json", action="store_true", help="print one JSON value and nothing else")
+    arguments = parser.parse_args()
+    unknown = sorted(set(arguments.name) - set(names))
+    if unknown:
+        parser.error(f"unknown benchmark {', '.join(unknown)}: allowed are {', '.join(names)}")
+    found: list[dict[str, Any]] = []
+    for name in arguments.name or names:
+        rows = importlib.import_module(f"benchmarks.{name}").rows()
+        found += rows
+        if not arguments.json:
+            for row in rows:
+                print(
+                    f"{row['name']:<40} {row['value']:>10.4g} {row['unit']:<8} {row['ratio']:>8.3g} x "
+                    f"{row['reference']} ({row['reference_value']:.4g})",
+                    flush=True,
+                )
+    if arguments.json:
+        print(json.dumps(found, indent=2))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,61 @@
+"""Progress on the standard error: a bar on a terminal, a line now and then elsewhere, nothing for what is quick."""
+
+from __future__ import annotations
+
+import sys
+import time
+from types import TracebackType
+from typing import Any
+
+QUIET_S = 1.0
+"""What takes no longer than this shows no progress."""
+LINE_EVERY_S = 10.0
+
+
+class Progress:
+    """Tell how far a job is: ``with Progress("run", total) as progress: progress.at(done)``.
+
+    Args:
+        label: what is being done.
+        total: amount of work, in ``unit``.
+    """
+
+    def __init__(self, label: str, total: float, unit: str = "") -> None:
+        self._label = label
+        self._total = total
+        self._unit = unit
+        self._began = self._last_line = time.monotonic()
+        self._bar: Any = None
+        self._task: Any = None
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def at(self, done: float) -> None:
+        """``done`` of the total is done."""
+        now = time.monotonic()
+        if now - self._began < QUIET_S:
+            return
+        if sys.stderr.isatty():
+            self._show_bar(done)
+        elif now - self._last_line >= LINE_EVERY_S:
+            self._last_line = now
+            print(f"{self._label}: {done:.0f} of {self._total:.0f} {self._unit}".rstrip(), file=sys.stderr)
+
+    def _show_bar(self, done: float) -> None:
+        if self._bar is None:
+            from rich.console import Console
+            from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+            from rich.progress import Progress as RichProgress
+
+            columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+            self._bar = RichProgress(*columns, console=Console(stderr=True), transient=True)
+            self._bar.start()
+            self._task = self._bar.add_task(self._label, total=self._total)
+        self._bar.update(self._task, completed=done)
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._bar is not None:
+            self._bar.stop()
