@@ -11,9 +11,7 @@ from worldmodel import Block, PropertyValue
 MAX_FRAGMENTS = 16
 
 
-def fragments_of(
-    block: Block, capacity_bits: int, size_bits: Callable[[Fragment], int]
-) -> tuple[Fragment, ...]:
+def fragments_of(block: Block, capacity_bits: int, size_bits: Callable[[Fragment], int]) -> tuple[Fragment, ...]:
     """Split ``block`` into the fewest fragments, in order, of at most ``capacity_bits`` each.
 
     Raises ConfigurationError if a single fact is larger than a packet, or more than

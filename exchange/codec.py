@@ -105,9 +105,7 @@ class Codec:
         ]
         self._header_fields = [self._header_fields_of(sender) for sender in range(n_nodes)]
         self.header_bits = header_bits(policy, n_nodes)
-        shape = (
-            f"{tbox.hash}|{n_instances}|{n_nodes}|{self.header_bits}|{duration_s!r}|{time_resolution_s!r}"
-        )
+        shape = f"{tbox.hash}|{n_instances}|{n_nodes}|{self.header_bits}|{duration_s!r}|{time_resolution_s!r}"
         self._hash = zlib.crc32(shape.encode()) & ((1 << HASH_BITS) - 1)
         self.decode = lru_cache(maxsize=32)(self._decode)
         """``decode(data) -> Packet``; every receiver of one broadcast decodes the same bytes."""
@@ -181,9 +179,7 @@ class Codec:
         last = len(fragment.facts) - 1
         for position, fact in enumerate(fragment.facts):
             if not 0 <= fact.subject < self._n_instances:
-                raise ConfigurationError(
-                    f"instance {fact.subject} has no wire name, 0 to {self._n_instances - 1} have"
-                )
+                raise ConfigurationError(f"instance {fact.subject} has no wire name, 0 to {self._n_instances - 1} have")
             bits = bits << self._subject_bits | fact.subject
             bits = bits << self._attribute_bits | fact.attribute
             bits = bits << self._value_bits[fact.attribute] | self._encode_value(fact)
@@ -252,9 +248,7 @@ class Codec:
         rows = [0] * self._n_nodes
         for i, j in self._header_fields[sender]:
             rows[i] |= reader.take(1) << j
-        fragments = tuple(
-            self._decode_fragment(reader, sender) for _ in range(reader.take(FRAGMENT_COUNT_BITS))
-        )
+        fragments = tuple(self._decode_fragment(reader, sender) for _ in range(reader.take(FRAGMENT_COUNT_BITS)))
         signals = tuple(self._decode_signal(reader) for _ in range(reader.take(SIGNAL_COUNT_BITS)))
         if not reader.padding_is_clean():
             raise PeerFault("bits left over behind the packet")

@@ -185,7 +185,7 @@ class ExchangeManager:
                     blocks.append(block)
             content |= 1 << column
         state = self._state
-        before = tuple(state.believes)
+        before = [state.believes[peer] for peer in range(self._n_nodes)]
         ack.absorb(
             self._policy.acknowledgement,
             self._carrier_evidence,
@@ -204,9 +204,7 @@ class ExchangeManager:
             for uid in self._ledger.uids(gained)
         )
         settled = self._settle() if beliefs else ()
-        return Reception(
-            slot, packet.sender, tuple(blocks), packet.signals, tuple(new_items), beliefs, settled
-        )
+        return Reception(slot, packet.sender, tuple(blocks), packet.signals, tuple(new_items), beliefs, settled)
 
     def _is_status(self, facts: Sequence[PropertyValue]) -> bool:
         """Do only the latest values of all the facts matter?"""
@@ -233,9 +231,7 @@ class ExchangeManager:
         for column in columns:
             content |= 1 << column
         rows = [0] * self._n_nodes
-        ack.compose(
-            self._policy.acknowledgement, self._state, self._n_nodes, self._me, (content,), rows
-        )
+        ack.compose(self._policy.acknowledgement, self._state, self._n_nodes, self._me, (content,), rows)
         data = self._codec.encode(self._me, rows, wire, signals)
         self._signals = ()
         return Transmission(
@@ -306,9 +302,7 @@ class ExchangeManager:
         for fact in fragment.facts:
             instance = self._model.instance(fact.subject)
             if instance is None:  # announced by this very block
-                announced = next(
-                    (f.value for f in fragment.facts if f.subject == fact.subject and f.attribute == 0), 0
-                )
+                announced = next((f.value for f in fragment.facts if f.subject == fact.subject and f.attribute == 0), 0)
                 class_uid = int(announced) if isinstance(announced, int) else 0
             else:
                 class_uid = instance.class_uid
@@ -325,8 +319,7 @@ class ExchangeManager:
         for column in self._open:
             entry = self._ledger.entries[column]
             lacking = any(
-                entry.interested >> peer & 1 and not believes[peer] >> column & 1
-                for peer in range(self._n_nodes)
+                entry.interested >> peer & 1 and not believes[peer] >> column & 1 for peer in range(self._n_nodes)
             )
             if lacking:
                 still_open.append(column)

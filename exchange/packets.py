@@ -18,10 +18,10 @@ class ItemUid(NamedTuple):
 
     origin: int
     sequence: int
-    index: int
+    part: int
 
     def __str__(self) -> str:
-        part = f".{self.index}" if self.index else ""
+        part = f".{self.part}" if self.part else ""
         return f"{self.origin}-{self.sequence}{part}"
 
 

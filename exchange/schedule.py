@@ -25,14 +25,10 @@ class TdmaSchedule:
 
     def __post_init__(self) -> None:
         if self.n_nodes < 2 or self.packet_s <= 0.0 or self.guard_s < 0.0:
-            raise ConfigurationError(
-                f"a TDMA schedule needs n_nodes >= 2, packet_s > 0 and guard_s >= 0, not {self}"
-            )
+            raise ConfigurationError(f"a TDMA schedule needs n_nodes >= 2, packet_s > 0 and guard_s >= 0, not {self}")
 
     @classmethod
-    def for_range(
-        cls, n_nodes: int, packet_s: float, range_m: float, sound_speed_mps: float
-    ) -> TdmaSchedule:
+    def for_range(cls, n_nodes: int, packet_s: float, range_m: float, sound_speed_mps: float) -> TdmaSchedule:
         """Guard as long as sound needs for ``range_m``."""
         return cls(n_nodes, packet_s, range_m / sound_speed_mps)
 

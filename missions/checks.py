@@ -60,7 +60,11 @@ def _names(raw: Raw) -> Iterator[ConfigurationFault]:
     counted = Counter(name for kind in kinds for name in _names_of(raw, kind))
     for name, count in counted.items():
         if count > 1:
-            yield ConfigurationFault("name", f'"{name}"', f"used {count} times; vehicles, groups, areas and rally points need names of their own")
+            yield ConfigurationFault(
+                "name",
+                f'"{name}"',
+                f"used {count} times; vehicles, groups, areas and rally points need names of their own",
+            )
     for group in _entries(raw, "group"):
         for name, count in Counter(_names_of(group, "role")).items():
             if count > 1:
@@ -75,9 +79,15 @@ def _slots(raw: Raw) -> Iterator[ConfigurationFault]:
             owners.setdefault(vehicle["slot"], []).append(str(vehicle.get("name")))
     for slot, names in sorted(owners.items()):
         if len(names) > 1:
-            yield ConfigurationFault(f"vehicle.{names[1]}.slot", str(slot), f"owned by {' and '.join(names)}; one owner per slot")
+            yield ConfigurationFault(
+                f"vehicle.{names[1]}.slot", str(slot), f"owned by {' and '.join(names)}; one owner per slot"
+            )
         elif slot >= len(vehicles):
-            yield ConfigurationFault(f"vehicle.{names[0]}.slot", str(slot), f"allowed: 0 to {len(vehicles) - 1}, one for each vehicle")
+            yield ConfigurationFault(
+                f"vehicle.{names[0]}.slot",
+                str(slot),
+                f"allowed: 0 to {len(vehicles) - 1}, one for each vehicle",
+            )
 
 
 def _bounds(raw: Raw) -> tuple[float, float, float, float] | None:
@@ -100,12 +110,16 @@ def _world(raw: Raw) -> Iterator[ConfigurationFault]:
         yield ConfigurationFault("world.y_m", f"[{y_min}, {y_max}]", "south border must be below north border")
     places = [(f"area.{a.get('name')}.corners_m", c) for a in _entries(raw, "area") for c in _points(a, "corners_m")]
     places += [
-        (f"rally_point.{r.get('name')}.position_m", p) for r in _entries(raw, "rally_point") for p in _point(r, "position_m")
+        (f"rally_point.{r.get('name')}.position_m", p)
+        for r in _entries(raw, "rally_point")
+        for p in _point(r, "position_m")
     ]
     places += [(f"vehicle.{v.get('name')}.start_m", p) for v in _entries(raw, "vehicle") for p in _point(v, "start_m")]
     for key, (x, y) in places:
         if not (x_min <= x <= x_max and y_min <= y <= y_max):
-            yield ConfigurationFault(key, f"[{x}, {y}]", f"outside the world, x {x_min} to {x_max}, y {y_min} to {y_max}")
+            yield ConfigurationFault(
+                key, f"[{x}, {y}]", f"outside the world, x {x_min} to {x_max}, y {y_min} to {y_max}"
+            )
 
 
 def _point(entry: Raw, key: str) -> list[tuple[float, float]]:
@@ -137,7 +151,9 @@ def _areas(raw: Raw) -> Iterator[ConfigurationFault]:
         elif isinstance(cell_m, int | float) and cell_m > 0:
             n_cells = len(Seabed.of_areas(float(cell_m), {"area": tuple(corners)}).cells)
             if not 1 <= n_cells <= MAX_CELLS:
-                yield ConfigurationFault(key, f"{n_cells} cells of {cell_m} m", f"allowed: 1 to {MAX_CELLS}; change world.cell_m")
+                yield ConfigurationFault(
+                    key, f"{n_cells} cells of {cell_m} m", f"allowed: 1 to {MAX_CELLS}; change world.cell_m"
+                )
 
 
 def _choices(raw: Raw) -> Iterator[ConfigurationFault]:
@@ -186,7 +202,9 @@ def _groups(raw: Raw) -> Iterator[ConfigurationFault]:
         names = _names_of(group, "role")
         heads = [role for role in roles if role.get("head")]
         if len(heads) != 1 or not heads[0].get("founding"):
-            yield ConfigurationFault(f"{prefix}.role", f"{len(heads)} heads", "one role must be head = true and founding = true")
+            yield ConfigurationFault(
+                f"{prefix}.role", f"{len(heads)} heads", "one role must be head = true and founding = true"
+            )
         for role in roles:
             key = f"{prefix}.role.{role.get('name')}"
             yield from _one_of(f"{key}.area", role.get("area"), areas)
@@ -198,7 +216,9 @@ def _groups(raw: Raw) -> Iterator[ConfigurationFault]:
 
 
 def _role_players(key: str, role: Raw, vehicles: Sequence[Raw]) -> Iterator[ConfigurationFault]:
-    able = [v for v in vehicles if isinstance(v.get("playable_roles"), list) and role.get("name") in v["playable_roles"]]
+    able = [
+        v for v in vehicles if isinstance(v.get("playable_roles"), list) and role.get("name") in v["playable_roles"]
+    ]
     minimum, maximum = role.get("minimum", 0), role.get("maximum")
     if not able:
         yield ConfigurationFault(key, "", "no vehicle is able to play it: list it in playable_roles of one")
@@ -208,7 +228,11 @@ def _role_players(key: str, role: Raw, vehicles: Sequence[Raw]) -> Iterator[Conf
         yield ConfigurationFault(f"{key}.minimum", str(minimum), f"allowed: 0 to maximum = {maximum}")
     if role.get("head") and able and not any(v.get("social_layer", True) for v in able):
         names = ", ".join(str(v.get("name")) for v in able)
-        yield ConfigurationFault(key, "", f"the group has no vehicle with the social layer to lead it: set social_layer = true for one of {names}")
+        yield ConfigurationFault(
+            key,
+            "",
+            f"the group has no vehicle with the social layer to lead it: set social_layer = true for one of {names}",
+        )
     if role.get("area") and able and not any(isinstance(v.get("sensor"), dict) for v in able):
         yield ConfigurationFault(key, "", "explores an area, but no vehicle able to play it has a [vehicle.sensor]")
 
@@ -225,7 +249,9 @@ def _vehicles(raw: Raw) -> Iterator[ConfigurationFault]:
             yield ConfigurationFault(f"{prefix}.depth_m", str(depth), f"allowed: 0 to depth_limit_m = {limit}")
         slow, fast = vehicle.get("survey_speed_mps"), vehicle.get("transit_speed_mps")
         if isinstance(slow, int | float) and isinstance(fast, int | float) and slow > fast:
-            yield ConfigurationFault(f"{prefix}.survey_speed_mps", str(slow), f"allowed: up to transit_speed_mps = {fast}")
+            yield ConfigurationFault(
+                f"{prefix}.survey_speed_mps", str(slow), f"allowed: up to transit_speed_mps = {fast}"
+            )
 
 
 def _mission(raw: Raw) -> Iterator[ConfigurationFault]:

@@ -22,11 +22,13 @@ Nothing in here says when a vehicle turns from one to another: that is decided b
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from missions.mapping_tasks import Context, activity_domain, mapping_methods, supervision_methods
+from missions.mapping_truth import MappingTruth
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import (
     Behaviour,
@@ -46,8 +48,8 @@ from remoras.behaviours import (
 from remoras.beliefs import Beliefs, Key
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PlanningError
-from remoras.htn import Domain, FactsLike, Method, Operator, Plan, Task, plan
-from remoras.mission import Finding, Milestone
+from remoras.htn import Domain, FactsLike, Operator, Plan, Task, plan
+from remoras.mission import Finding
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.survey import Point, grid, zigzag
@@ -61,7 +63,7 @@ HEARD_TOLERANCE_M = 1.0
 COLLECTIVE = frozenset({"RendezVous", "MissionGathering", "GroupSupervision", "Positioning"})
 
 
-class Settings(BaseModel):
+class MappingSettings(BaseModel):
     """The ``[mission]`` table.
 
     Attributes:
@@ -102,121 +104,18 @@ ACTIVITY_TYPES = {
     "ReturningToArea": ActivityType.GUIDANCE,
 }
 
-LEADS_SET = ("Following", "Homing", "Positioning", "ZigzagExploring", "Evading", "ReturningHome", "ReturningToArea")
+LEADS_SET = (
+    "Following",
+    "Homing",
+    "Positioning",
+    "ZigzagExploring",
+    "Evading",
+    "ReturningHome",
+    "ReturningToArea",
+)
 """Activities whose behaviour speaks for the set they are performed in."""
 
 ACTIVITY_NEEDS = {"Mapping": "ZigzagExploring"}
-
-
-def _supervision_methods(groups: Sequence[Group]) -> list[Method]:
-    def delegate(facts: FactsLike, group: str) -> list[Task]:
-        own = next(g for g in groups if g.name == group)
-        others = [g for g in groups if g.name != group]
-        return [*(Task("GiveMission", (g.name, "AreaMapping")) for g in others), *_meeting(own)]
-
-    return [Method("delegate the mapping", delegate)]
-
-
-def _meeting(group: Group) -> list[Task]:
-    """Objectives by which a group comes together: the head supervises, its other founding roles gather."""
-    tasks = []
-    for role in group.roles:
-        if role.founding:
-            if not role.head:
-                tasks.append(Task("AssignObjective", (group.name, role.name, "MissionGathering", group.name)))
-            if group.rally_point is not None:
-                tasks.append(Task("AssignObjective", (group.name, role.name, "RendezVous", group.rally_point)))
-    return tasks
-
-
-def _mapping_methods(groups: Sequence[Group]) -> list[Method]:
-    by_name = {group.name: group for group in groups}
-
-    def unfinished(facts: FactsLike, group: Group) -> list[tuple[str, str]]:
-        return [
-            (role.name, role.area)
-            for role in group.roles
-            if role.area is not None and facts.get(("areaDone", role.area)) is None
-        ]
-
-    def together(facts: FactsLike, group: str) -> bool:
-        return facts.get(("gatheredAt", group)) is not None
-
-    def explore(facts: FactsLike, group: str) -> list[Task]:
-        tasks = [Task("AllocateRoles", (group,))]
-        for role, area in unfinished(facts, by_name[group]):
-            tasks.append(Task("AssignObjective", (group, role, "Positioning", area)))
-            tasks.append(Task("AssignObjective", (group, role, "Exploring", area)))
-        for role in by_name[group].roles:
-            if not role.founding and role.area is None:
-                tasks.append(Task("AssignObjective", (group, role.name, "Mapping", group)))
-        return [*tasks, *_meeting(by_name[group])]
-
-    return [
-        Method("stay together", lambda facts, group: [], together),
-        Method(
-            "explore, then meet", explore, lambda facts, group: bool(unfinished(facts, by_name[group]))
-        ),
-        Method("meet", lambda facts, group: _meeting(by_name[group])),
-    ]
-
-
-def _activity_domain() -> Domain:
-    """Objectives into activities; every method sees the facts, its vehicle's data and where it is."""
-
-    def activities(*names: str) -> Callable[..., list[Task]]:
-        return lambda facts, *args: [Task(name, args) for name in names]
-
-    def is_open(facts: FactsLike, context: Context) -> bool:
-        objective = context.objective
-        return (
-            facts.get(("gatheredAt", objective.group)) is None
-            and facts.get(("areaDone", objective.argument)) is None
-        )
-
-    def apart(facts: FactsLike, context: Context) -> bool:
-        return facts.get(("gatheredAt", context.objective.group)) is None
-
-    def has_sensor(facts: FactsLike, context: Context) -> bool:
-        return context.data.swath_m > 0.0
-
-    methods: dict[str, list[Method]] = {
-        "PursueGroupSupervision": [
-            Method("supervise", activities("Organising", "Watching", "Leading"))
-        ],
-        "Organising": [
-            Method("optimise and plan", activities("OrganisationalPerformanceOptimiser", "MissionPlanner"))
-        ],
-        "Watching": [Method("gather information", activities("LeaderInformationGathering"))],
-        "Leading": [Method("lead", activities("GlobalReactiveNavigation", "Following"))],
-        "PursueMissionGathering": [Method("follow", activities("Obeying", "KeepingContact"))],
-        "Obeying": [Method("obey", activities("PerformerSubordination"))],
-        "KeepingContact": [Method("follow the leader", activities("LocalReactiveNavigation", "Following"))],
-        "PursueRendezVous": [Method("home", activities("GlobalReactiveNavigation", "Homing"))],
-        "PursueExploring": [
-            Method(
-                "zigzag",
-                activities("GlobalReactiveNavigation", "ZigzagExploring"),
-                lambda facts, context: has_sensor(facts, context) and is_open(facts, context),
-            ),
-            Method("nothing left to explore", activities()),
-        ],
-        "PursueMapping": [
-            Method("map what is explored", activities("Mapping"),
-                   lambda facts, context: has_sensor(facts, context) and apart(facts, context)),
-            Method("nothing left to map", activities()),
-        ],
-        "PursuePositioning": [Method("take place", activities("GlobalReactiveNavigation", "Positioning"))],
-    }  # fmt: skip
-    return Domain.of([Operator(name) for name in ACTIVITY_TYPES], methods)
-
-
-class Context:
-    """What the activity domain's methods know of the vehicle that plans."""
-
-    def __init__(self, objective: Objective, data: VehicleData) -> None:
-        self.objective = objective
-        self.data = data
 
 
 class MappingRendezvous:
@@ -230,12 +129,12 @@ class MappingRendezvous:
         bounds_m: area of operations (x_min, y_min, x_max, y_max).
     """
 
-    Settings = Settings
+    Settings = MappingSettings
     MISSIONS = ("Supervision", "AreaMapping")
 
     def __init__(
         self,
-        settings: Settings,
+        settings: MappingSettings,
         groups: Sequence[Group],
         places: Mapping[tuple[str, str], tuple[str, str]],
         corners_m: Mapping[str, tuple[Point, ...]],
@@ -250,9 +149,9 @@ class MappingRendezvous:
         self._bounds_m = bounds_m
         self.social_domain = Domain.of(
             [Operator("GiveMission"), Operator("AllocateRoles"), Operator("AssignObjective")],
-            dict(zip(self.MISSIONS, (_supervision_methods(groups), _mapping_methods(groups)), strict=True)),
+            dict(zip(self.MISSIONS, (supervision_methods(groups), mapping_methods(groups)), strict=True)),
         )
-        self._activity_domain = _activity_domain()
+        self._activity_domain = activity_domain(ACTIVITY_TYPES)
 
     def known_before(self, database: AUVDatabase) -> Mapping[Key, Any]:
         return {}
@@ -279,7 +178,7 @@ class MappingRendezvous:
         together: dict[tuple[Any, ...], list[str]] = {}
         for step in found.steps:
             together.setdefault(tuple(task.name for task in step.ancestors), []).append(step.task.name)
-        rests_on: set[Key] = set(found.rests_on)  # type: ignore[arg-type]  # keys of this package's facts
+        rests_on: set[Key] = set(found.rests_on)
         sets = []
         for names in together.values():
             activities = []
@@ -381,8 +280,7 @@ class MappingRendezvous:
         members = organisation.members(group.name)
         heard = [picture.positions.get(name) for name in members if name not in organisation.heads(group.name)]
         here = [
-            position is not None
-            and math.hypot(position[0] - x_m, position[1] - y_m) <= radius_m + HEARD_TOLERANCE_M
+            position is not None and math.hypot(position[0] - x_m, position[1] - y_m) <= radius_m + HEARD_TOLERANCE_M
             for position in heard
         ]
         return (Finding(group.name, "gatheredAt", group.rally_point),) if here and all(here) else ()
@@ -391,92 +289,4 @@ class MappingRendezvous:
         return Finding(objective.argument, "areaDone", vehicle) if objective.name == "Exploring" else None
 
     def truth(self) -> MappingTruth:
-        return MappingTruth(self)
-
-
-class MappingTruth:
-    """Watches the run: when consultation ends, who finishes or gives up, which group is together."""
-
-    def __init__(self, mission: MappingRendezvous) -> None:
-        self.milestones: list[Milestone] = []
-        self._mission = mission
-        self._consulted = False
-        self._last_decision: dict[str, Any] = {}
-        self._exploring: dict[str, bool] = {}
-        self._stopped: dict[str, Milestone] = {}
-        self._finished: set[Objective] = set()
-        self._apart = [group for group in mission.groups.values() if group.rally_point is not None]
-
-    def observe(self, fleet: Any, now_s: float) -> bool:
-        if not self._consulted:
-            if not self._is_consulted(fleet):
-                return False
-            self._consulted = True
-            self.milestones.append(Milestone(now_s, "consultation_done"))
-        self._watch_mapping(fleet, now_s)
-        for group in list(self._apart):
-            if self._is_together(fleet, group):
-                self._apart.remove(group)
-                self.milestones.append(Milestone(now_s, "gathered", group=group.name))
-        if self._apart:
-            return False
-        self.milestones.append(Milestone(now_s, "mission_complete"))
-        return True
-
-    def close(self, fleet: Any, now_s: float) -> str:
-        done = {milestone.vehicle for milestone in self.milestones if milestone.name == "mapping_done"}
-        self.milestones += [stop for name, stop in self._stopped.items() if name not in done]
-        self.milestones.sort(key=lambda milestone: milestone.time_s)
-        if not self._consulted:
-            return f"consultation had not ended after {now_s:.0f} s"
-        if self._apart:
-            names = ", ".join(group.name for group in self._apart)
-            exhausted = [v.name for v in fleet.vehicles if v.functional.exhausted]
-            why = f"; battery exhausted: {', '.join(exhausted)}" if exhausted else ""
-            return f"not together after {now_s:.0f} s: {names}{why}"
-        return ""
-
-    @staticmethod
-    def _is_consulted(fleet: Any) -> bool:
-        """Has every mission been planned, and does everything assigned count where it was meant to?"""
-        by_name = {vehicle.name: vehicle for vehicle in fleet.vehicles}
-        for vehicle in fleet.vehicles:
-            social = vehicle.social
-            for group in social.organisation.groups:
-                if social.leads(group) and group not in social.planned:
-                    return False
-            for a in social.issued:
-                if not by_name[a.vehicle].social.organisation.plays(a.vehicle, a.group, a.role):
-                    return False
-            for objective in social.issued_objectives:
-                for holder in social.organisation.members(objective.group, objective.role):
-                    if objective not in by_name[holder].social.objectives_of(holder):
-                        return False
-        return True
-
-    def _watch_mapping(self, fleet: Any, now_s: float) -> None:
-        for vehicle in fleet.vehicles:
-            decision = vehicle.executive.decision
-            if decision is self._last_decision.get(vehicle.name):
-                continue
-            self._last_decision[vehicle.name] = decision
-            exploring = any(
-                vehicle.executive.sets[index].name == "ZigzagExploring" for index in decision.chosen
-            )
-            if exploring:
-                self._stopped.pop(vehicle.name, None)
-            elif self._exploring.get(vehicle.name):
-                self._stopped[vehicle.name] = Milestone(now_s, "mapping_stopped", vehicle.name)
-            self._exploring[vehicle.name] = exploring
-            for objective in vehicle.social.finished:
-                if objective.name == "Exploring" and objective not in self._finished:
-                    self._finished.add(objective)
-                    self.milestones.append(Milestone(now_s, "mapping_done", vehicle.name))
-
-    def _is_together(self, fleet: Any, group: Group) -> bool:
-        x_m, y_m = self._mission.rally_points_m[group.rally_point or ""]
-        radius_m = self._mission.settings.arrival_radius_m
-        members = [v for v in fleet.vehicles if v.social.organisation.is_member(v.name, group.name)]
-        return all(
-            math.hypot(v.functional.motion.x_m - x_m, v.functional.motion.y_m - y_m) <= radius_m for v in members
-        )
+        return MappingTruth(self.groups.values(), self.rally_points_m, self.settings.arrival_radius_m)

@@ -89,9 +89,7 @@ def quantile(ordered: Sequence[float], share: float) -> float:
 
 def _latencies_s(recorder: Recorder) -> list[float]:
     observed = {item: time_s for time_s, _, item, _, event in recorder.knowledge if event == "observed"}
-    return [
-        time_s - observed[item] for time_s, _, item, _, event in recorder.knowledge if event == "received"
-    ]
+    return [time_s - observed[item] for time_s, _, item, _, event in recorder.knowledge if event == "received"]
 
 
 def _energy_j(recorder: Recorder) -> float:

@@ -116,7 +116,7 @@ def strategy_of(scenario: Scenario) -> Strategy:
 def instances_of(scenario: Scenario, tbox: TBox, missions: Sequence[str]) -> tuple[Instance, ...]:
     """What the whole fleet has names for; a vehicle's uid is its node index."""
     vehicles = sorted(scenario.vehicle, key=lambda vehicle: vehicle.slot)
-    named = [(v.vehicle_type, v.name) for v in vehicles]
+    named: list[tuple[str, str]] = [(v.vehicle_type, v.name) for v in vehicles]
     named += [("Group", group.name) for group in scenario.group]
     named += [("Role", f"{group.name}.{role.name}") for group in scenario.group for role in group.role]
     named += [("Area", area.name) for area in scenario.area]
@@ -127,9 +127,7 @@ def instances_of(scenario: Scenario, tbox: TBox, missions: Sequence[str]) -> tup
 
 def needs_of(scenario: Scenario, tbox: TBox) -> NeedsIndex:
     """Every vehicle needs every listed attribute of every instance of its domain."""
-    attributes = [
-        (tbox.attribute_named(name), priority) for name, priority in scenario.communication.needs.items()
-    ]
+    attributes = [(tbox.attribute_named(name), priority) for name, priority in scenario.communication.needs.items()]
     needs = tuple(InformationNeed(a.uid, priority, class_uid=a.domain) for a, priority in attributes)
     return NeedsIndex(tbox, {vehicle.slot: needs for vehicle in scenario.vehicle})
 
@@ -155,6 +153,15 @@ def channel_of(scenario: Scenario, seed: int) -> BroadcastChannel:
     )
 
 
+def codec_of(scenario: Scenario, tbox: TBox, instances: Sequence[Instance]) -> Codec:
+    """The codec that all vehicles of the scenario share."""
+    communication = scenario.communication
+    resolution_s = communication.time_resolution_s
+    horizon_s = resolution_s * (int(scenario.scenario.duration_s / resolution_s) + 1)
+    policy = POLICIES[communication.policy]
+    return Codec(tbox, len(instances), len(scenario.vehicle), policy, round(horizon_s, 9), resolution_s)
+
+
 def assemble(scenario: Scenario, seed: int, channel: Channel | None = None) -> Fleet:
     """A fleet ready to run. ``channel`` replaces the scenario's, for tests and experiments."""
     tbox = TBox.read(*core_ontology_paths())
@@ -165,8 +172,7 @@ def assemble(scenario: Scenario, seed: int, channel: Channel | None = None) -> F
     n_nodes = schedule.n_nodes
     policy = POLICIES[scenario.communication.policy]
     resolution_s = scenario.communication.time_resolution_s
-    horizon_s = resolution_s * (int(scenario.scenario.duration_s / resolution_s) + 1)
-    codec = Codec(tbox, len(instances), n_nodes, policy, round(horizon_s, 9), resolution_s)
+    codec = codec_of(scenario, tbox, instances)
     needs = needs_of(scenario, tbox)
     modem = modems()[scenario.communication.modem]
     transmit_j_per_bit = scenario.communication.transmit_power_w / modem.rate_bps
@@ -179,9 +185,7 @@ def assemble(scenario: Scenario, seed: int, channel: Channel | None = None) -> F
     bounds_m = (world.x_m[0], world.y_m[0], world.x_m[1], world.y_m[1])
 
     def make_vehicle(fleet: mesa.Model, data: VehicleData) -> Vehicle:
-        model = WorldModel(
-            tbox, data.node, instances, resolution_s, n_origins=n_nodes, run_time_instances_per_origin=0
-        )
+        model = WorldModel(tbox, data.node, instances, resolution_s, n_origins=n_nodes, run_time_instances_per_origin=0)
         beliefs = Beliefs(model, mission.known_before(database))
         sensor = MappingSensor(seabed, data.swath_m, data.sensor_speed_mps)
         return Vehicle(
@@ -240,5 +244,3 @@ def run(
     )
     fleet.close()
     return result
-
-

@@ -305,9 +305,7 @@ def _known_keys(location: Iterable[Any]) -> list[str]:
     return list(table.model_fields)
 
 
-def _located(
-    fault: ConfigurationFault, lines: Sequence[str], options: Mapping[str, str]
-) -> ConfigurationFault:
+def _located(fault: ConfigurationFault, lines: Sequence[str], options: Mapping[str, str]) -> ConfigurationFault:
     """The fault with the option it was given by, or with the line of its key as near as it can be found."""
     if fault.key in options:
         return ConfigurationFault(f"{options[fault.key]} ({fault.key})", fault.given, fault.allowed)

@@ -23,7 +23,7 @@ class Beliefs:
         self._known_before = known_before
         self._tbox: TBox = model.tbox
 
-    def get(self, key: Key, default: Any = None) -> Any:
+    def get(self, key: Key, default: Any = None, /) -> Any:
         if key in self._known_before:
             return self._known_before[key]
         attribute = self._tbox.attribute_named(key[0])

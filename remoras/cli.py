@@ -10,7 +10,7 @@ import json
 import sys
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
-from enum import Enum
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, NoReturn, ParamSpec
 
@@ -224,14 +224,18 @@ def run(
 def _print_summary(report: dict[str, Any]) -> None:
     for key, value in report.items():
         if key != "milestones" and value != "":
-            print(f"{key:<20} {value:.4g}" if isinstance(value, float) and key != "mission_time_s" else f"{key:<20} {value}")
+            print(
+                f"{key:<20} {value:.4g}"
+                if isinstance(value, float) and key != "mission_time_s"
+                else f"{key:<20} {value}"
+            )
     print("milestones:")
     for milestone in report["milestones"]:
         who = milestone["vehicle"] or milestone["group"]
         print(f"  {milestone['time_s']:>9.1f} s  {milestone['name']} {who}".rstrip())
 
 
-class Format(str, Enum):
+class Format(StrEnum):
     """Formats of figures."""
 
     PNG = "png"
@@ -242,7 +246,9 @@ class Format(str, Enum):
 @command("plot")
 def plot(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run.")],
-    kinds: Annotated[list[str] | None, typer.Argument(metavar="[KIND]...", help="Figures to draw; all if left out.")] = None,
+    kinds: Annotated[
+        list[str] | None, typer.Argument(metavar="[KIND]...", help="Figures to draw; all if left out.")
+    ] = None,
     file_format: Annotated[Format, typer.Option("--format", help="File format.")] = Format.PNG,
     out: Annotated[Path | None, typer.Option(help="Folder for the figures; DIR if left out.")] = None,
 ) -> None:

@@ -28,9 +28,7 @@ def combinations(sets: Sequence[ActivitySet], motivated: int) -> tuple[tuple[int
     indices = [index for index in range(len(sets)) if motivated >> index & 1]
     types = {index: sets[index].types for index in indices}
     providers = {
-        index: [
-            other for other in indices if any(a.name == sets[index].needs for a in sets[other].activities)
-        ]
+        index: [other for other in indices if any(a.name == sets[index].needs for a in sets[other].activities)]
         for index in indices
         if sets[index].needs is not None
     }
@@ -53,19 +51,13 @@ def combinations(sets: Sequence[ActivitySet], motivated: int) -> tuple[tuple[int
         members = frozenset(clique)
         found.add(
             tuple(
-                sorted(
-                    index
-                    for index in members
-                    if index not in providers or not members.isdisjoint(providers[index])
-                )
+                sorted(index for index in members if index not in providers or not members.isdisjoint(providers[index]))
             )
         )
     return tuple(sorted(found))
 
 
-def best(
-    candidates: Sequence[tuple[int, ...]], sizes: Sequence[int], motivations: Sequence[float]
-) -> tuple[int, ...]:
+def best(candidates: Sequence[tuple[int, ...]], sizes: Sequence[int], motivations: Sequence[float]) -> tuple[int, ...]:
     """The combination with the best mean motivation; of equals the first.
 
     Args:

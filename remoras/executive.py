@@ -60,9 +60,7 @@ class ExecutiveLayer:
         self.sets = tuple(sets)
         self._combinations = {}
         self._sizes = [len(activity_set.activities) for activity_set in sets]
-        self._role_of = [
-            (s.objective.group, s.objective.role) if s.objective is not None else None for s in sets
-        ]
+        self._role_of = [(s.objective.group, s.objective.role) if s.objective is not None else None for s in sets]
         self._listens = [s.kind is ActivityKind.COLLECTIVE for s in sets]
         self.satisfaction = {role: self.satisfaction.get(role, 0.0) for role in roles}
         self._heard = {role: heard for role, heard in self._heard.items() if role in self.satisfaction}

@@ -58,8 +58,7 @@ class FunctionalLayer:
     def prepare(self, sets: Sequence[ActivitySet]) -> None:
         """Get ready to perform ``sets``; what was under way goes on where it was."""
         self._of_set = {
-            activity_set: self._of_set.get(activity_set)
-            or self._behaviour_for(activity_set.activities[0], self.data)
+            activity_set: self._of_set.get(activity_set) or self._behaviour_for(activity_set.activities[0], self.data)
             for activity_set in sets
         }
         self._behaviours = [self._of_set[activity_set] for activity_set in sets]
@@ -95,8 +94,7 @@ class FunctionalLayer:
         """Stimulus and progress of every activity set; ``performed`` are the indices in the decision."""
         motion, picture = self.motion, self.picture
         return [
-            behaviour.perceive(motion, picture, index in performed)
-            for index, behaviour in enumerate(self._behaviours)
+            behaviour.perceive(motion, picture, index in performed) for index, behaviour in enumerate(self._behaviours)
         ]
 
     def perform(self, sets: Sequence[ActivitySet], decision: Sequence[int]) -> None:

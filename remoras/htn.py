@@ -37,7 +37,7 @@ class Task(NamedTuple):
 class FactsLike(Protocol):
     """Anything that answers ``get(key, default)``."""
 
-    def get(self, key: Key, default: Any = None, /) -> Any: ...
+    def get(self, key: Any, default: Any = None, /) -> Any: ...
 
 
 class Facts:
@@ -46,7 +46,7 @@ class Facts:
     def __init__(self, given: FactsLike) -> None:
         self._given = given
         self._made: dict[Key, Any] = {}
-        self.read: set[Key] = set()
+        self.read: set[Any] = set()
 
     def get(self, key: Key, default: Any = None) -> Any:
         value = self._made.get(key, MISSING)
@@ -124,7 +124,7 @@ class Plan:
     """Elementary tasks in order, and the keys of all facts that the search looked up."""
 
     steps: tuple[Step, ...]
-    rests_on: frozenset[Key]
+    rests_on: frozenset[Any]
 
     @property
     def tasks(self) -> tuple[Task, ...]:
@@ -136,7 +136,7 @@ class NoPlan:
     """No decomposition of ``task`` exists; ``dead_ends`` are the tasks at which the search turned back."""
 
     task: Task
-    rests_on: frozenset[Key]
+    rests_on: frozenset[Any]
     dead_ends: tuple[Task, ...]
 
 

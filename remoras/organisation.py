@@ -118,9 +118,7 @@ class Organisation:
 
     def roles_of(self, vehicle: str, group: str | None = None) -> tuple[RoleAssignment, ...]:
         """Roles that ``vehicle`` plays (in ``group``)."""
-        return tuple(
-            sorted(a for a in self.assignments if a.vehicle == vehicle and group in (None, a.group))
-        )
+        return tuple(sorted(a for a in self.assignments if a.vehicle == vehicle and group in (None, a.group)))
 
     def groups_of(self, vehicle: str) -> tuple[str, ...]:
         return tuple(sorted({a.group for a in self.assignments if a.vehicle == vehicle}))

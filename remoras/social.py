@@ -89,9 +89,7 @@ class SocialLayer:
         self._plans_rest_on: dict[str, frozenset[Key]] = {}  # group -> facts of its mission's plan
         self._activities: dict[Objective, tuple[tuple[ActivitySet, ...], frozenset[Key]]] = {}
         self._led = self._groups_led()
-        self._due: set[str] = {
-            group for group in founding.groups if self.leads(group) and self.missions.get(group)
-        }
+        self._due: set[str] = {group for group in founding.groups if self.leads(group) and self.missions.get(group)}
         self.issued: set[RoleAssignment] = set()
         self.issued_objectives: set[Objective] = set()
         self.finished: list[Objective] = []
@@ -106,8 +104,9 @@ class SocialLayer:
     @property
     def roles(self) -> Mapping[tuple[str, str], tuple[str, ...]]:
         """Roles: players of each (group, role)."""
-        return {(a.group, a.role): self.organisation.members(a.group, a.role)
-                for a in sorted(self.organisation.assignments)}
+        return {
+            (a.group, a.role): self.organisation.members(a.group, a.role) for a in sorted(self.organisation.assignments)
+        }
 
     @property
     def missions(self) -> Mapping[str, str]:
@@ -263,9 +262,7 @@ class SocialLayer:
         return [beliefs.fact(subject, OBJECTIVE_PREFIX + objective.name, objective.argument)]
 
     def _allocate(self, group: str, picture: Picture) -> list[Fact]:
-        allocated = self.optimiser.adapt(
-            self.organisation.groups[group], self.organisation, self._evidence(picture)
-        )
+        allocated = self.optimiser.adapt(self.organisation.groups[group], self.organisation, self._evidence(picture))
         allowed = [a for a in allocated if self.organisation.is_member(a.vehicle, a.group)]
         self.issued.update(allowed)
         return [self._beliefs.fact(a.vehicle, "playsRole", f"{a.group}.{a.role}") for a in allowed]
@@ -294,7 +291,7 @@ class SocialLayer:
 
     # For the executive layer ---------------------------------------------------------------------
 
-    def get(self, key: Key, default: Any = None) -> Any:
+    def get(self, key: Key, default: Any = None, /) -> Any:
         """A fact for planning: ``("members", "Group.Role")`` from the organisation, others from the beliefs."""
         if key[0] == "members":
             return self.organisation.members(*key[1].split("."))
@@ -308,8 +305,7 @@ class SocialLayer:
         data = self.auv_database[self.me]
         objectives = sorted(self.objectives_of(self.me), key=lambda o: (o.group, o.role, o.name, o.argument))
         self._activities = {
-            objective: self._activities.get(objective)
-            or self._mission.activity_sets(objective, data, self, position_m)
+            objective: self._activities.get(objective) or self._mission.activity_sets(objective, data, self, position_m)
             for objective in objectives
         }
         chosen = [self._standing, *(sets for sets, _ in self._activities.values())]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 Point = tuple[float, float]
 
@@ -57,9 +58,7 @@ def zigzag(corners: Sequence[Point], swath_m: float, start_m: Point) -> list[Poi
     [(5.0, 15.0), (35.0, 15.0), (35.0, 5.0), (5.0, 5.0)]
     """
     lines = rows(corners, swath_m)
-    corners_first = [
-        (math.dist(start_m, lines[r][e]), r, e) for r in (0, len(lines) - 1) for e in (0, 1)
-    ]
+    corners_first = [(math.dist(start_m, lines[r][e]), r, e) for r in (0, len(lines) - 1) for e in (0, 1)]
     _, first_row, first_end = min(corners_first)
     ordered = lines if first_row == 0 else lines[::-1]
     waypoints = []
@@ -83,7 +82,7 @@ def grid(waypoints: Sequence[Point], spacing_m: float) -> tuple[Point, ...]:
 
 def length_m(waypoints: Sequence[Point]) -> float:
     """Length of the way along the waypoints."""
-    return sum(math.dist(a, b) for a, b in zip(waypoints, waypoints[1:], strict=False))
+    return sum(math.dist(a, b) for a, b in pairwise(waypoints))
 
 
 def contains(corners: Sequence[Point], point: Point) -> bool:

@@ -1,11 +1,11 @@
 """A vehicle: the only file that knows the order of the layers.
 
-Every tick: act (as decided before) and sense; every decision period: think. What arrives in between is heard at its time; a mission to be
-planned is planned at once, so that the answer makes the vehicle's next slot. At the end of every TDMA frame the
-social layer consults.
+Every tick: act (as decided before) and sense. Every decision period: think. What arrives in between is heard at
+its time; a mission to be planned is planned at once, so that the answer makes the vehicle's next slot. At the
+end of every TDMA frame the social layer consults.
 
-The walk of one observation: ``_sense`` records it in the world model (a Change), ``manager.offer`` makes it
-an item, ``speak`` puts it into a packet; at the peer ``hear`` takes the block out of the packet, ``merge`` makes it a
+The walk of one observation: ``_sense`` records it in the world model (a Change), ``manager.offer`` makes it an
+item, ``speak`` puts it into a packet; at the peer ``hear`` takes the block out of the packet, ``merge`` makes it a
 Change, ``_consider`` asks the social layer what rests on it, ``_adopt`` plans anew and hands the activities to
 the executive and the functional layer. Every step returns a value; nothing calls back up.
 """
@@ -214,8 +214,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _is_news(self, change: Change) -> bool:
         return any(
-            self.world_model.tbox.attributes[fact.attribute].domain == self._area_class
-            for fact in change.block.facts
+            self.world_model.tbox.attributes[fact.attribute].domain == self._area_class for fact in change.block.facts
         )
 
     # What the vehicle itself finds out ----------------------------------------------------------
@@ -259,5 +258,12 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             role = activity_set.objective.role if activity_set.objective is not None else ""
             for activity in activity_set.activities:
                 self._recorder.activities.append(
-                    (now_s, self.name, activity.type.name.lower(), activity.name, role, executive.motivations[index])
+                    (
+                        now_s,
+                        self.name,
+                        activity.type.name.lower(),
+                        activity.name,
+                        role,
+                        executive.motivations[index],
+                    )
                 )

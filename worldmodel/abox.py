@@ -68,8 +68,7 @@ def _refuse_bad_instances(tbox: TBox, instances: Sequence[Instance]) -> None:
             faults.append(f"instance {instance.name!r} has uid {instance.uid}; allowed here: {expected}")
         if not 0 <= instance.class_uid < len(tbox.classes):
             faults.append(
-                f"instance {instance.name!r} is of class {instance.class_uid}; "
-                f"allowed: 0..{len(tbox.classes) - 1}"
+                f"instance {instance.name!r} is of class {instance.class_uid}; allowed: 0..{len(tbox.classes) - 1}"
             )
     names = [instance.name for instance in instances]
     for name in sorted({name for name in names if names.count(name) > 1}):
@@ -104,9 +103,7 @@ class WorldModel:
         if not 0 <= owner < n_origins:
             raise FactError(f"owner {owner} is not an origin; allowed: 0..{n_origins - 1}")
         if run_time_instances_per_origin < 0:
-            raise FactError(
-                f"run_time_instances_per_origin is {run_time_instances_per_origin}; allowed: 0 or more"
-            )
+            raise FactError(f"run_time_instances_per_origin is {run_time_instances_per_origin}; allowed: 0 or more")
         try:
             self._clock_grid = Grid(0.0, time_resolution_s)
         except ValueError as error:
@@ -177,9 +174,7 @@ class WorldModel:
         """Take the next uid out of the owner's range; record its type to create the instance."""
         if self._n_own_instances >= self.run_time_instances_per_origin:
             allowed = self.run_time_instances_per_origin
-            raise FactError(
-                f"origin {self.owner} has created its {allowed} instances (run_time_instances_per_origin)"
-            )
+            raise FactError(f"origin {self.owner} has created its {allowed} instances (run_time_instances_per_origin)")
         self._n_own_instances += 1
         return self._first_uid_of(self.owner) + self._n_own_instances - 1
 
@@ -313,9 +308,7 @@ class WorldModel:
 
     def state_hash(self) -> str:
         """Return a digest of TBox, common instances and set of blocks: equal if, and only if, these are."""
-        state = hashlib.sha256(
-            repr((self.tbox.hash, self.common_instances, self.n_origins, self.n_uids)).encode()
-        )
+        state = hashlib.sha256(repr((self.tbox.hash, self.common_instances, self.n_origins, self.n_uids)).encode())
         for guid in sorted(self._blocks):
             state.update(self.content(self._blocks[guid]))
         return state.hexdigest()

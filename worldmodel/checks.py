@@ -54,9 +54,7 @@ def check_form(model: "WorldModel", block: Block) -> tuple[Fault, ...]:
     if not math.isfinite(block.time_s) or block.time_s < 0:
         found.append((FaultCode.BAD_TIME, f"time {block.time_s} s is not a time since the mission began"))
     elif model.quantise_time(block.time_s) != block.time_s:
-        found.append(
-            (FaultCode.BAD_TIME, f"time {block.time_s} s is not on the grid of {model.time_resolution_s} s")
-        )
+        found.append((FaultCode.BAD_TIME, f"time {block.time_s} s is not on the grid of {model.time_resolution_s} s"))
     if not block.facts:
         found.append((FaultCode.NO_FACTS, "a block needs at least one fact"))
     attributes = model.tbox.attributes
@@ -144,9 +142,7 @@ class _Fit:
         if created is None or tbox.is_a(given, created) or tbox.is_a(created, given):
             return
         how = "is disjoint with" if tbox.are_disjoint(given, created) else "is neither above nor below"
-        detail = (
-            f"{uid} is given the type {tbox.classes[given].name}, which {how} {tbox.classes[created].name}"
-        )
+        detail = f"{uid} is given the type {tbox.classes[given].name}, which {how} {tbox.classes[created].name}"
         self.found.append((FaultCode.TYPE_CLASH, detail))
 
     def require(self, uid: int, class_uid: int, code: FaultCode, attribute: Attribute) -> None:
@@ -155,11 +151,7 @@ class _Fit:
         if mask >> class_uid & 1:
             return
         created = self._created_as(uid)
-        if (
-            created is None
-            or self.model.tbox.is_a(class_uid, created)
-            or self.model.tbox.is_a(created, class_uid)
-        ):
+        if created is None or self.model.tbox.is_a(class_uid, created) or self.model.tbox.is_a(created, class_uid):
             self.missing[uid] = None
             return
         classes = self.model.tbox.classes

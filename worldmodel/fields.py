@@ -33,9 +33,7 @@ class Grid:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.start) and math.isfinite(self.step) and self.step > 0):
-            raise ValueError(
-                f"step {self.step} from {self.start}: both must be finite and the step above zero"
-            )
+            raise ValueError(f"step {self.step} from {self.start}: both must be finite and the step above zero")
         start, step = Fraction(repr(float(self.start))), Fraction(repr(float(self.step)))
         denominator = math.lcm(start.denominator, step.denominator)
         object.__setattr__(self, "_start", int(start * denominator))

@@ -127,9 +127,7 @@ def enter(model: "WorldModel", block: Block) -> Merged:
     return Merged(tuple(changes), tuple(faults))
 
 
-def _enter(
-    model: "WorldModel", block: Block, known: Block | None, changes: list[Change], faults: list[Fault]
-) -> None:
+def _enter(model: "WorldModel", block: Block, known: Block | None, changes: list[Change], faults: list[Fault]) -> None:
     if block.origin == model.owner:
         model.note_own(block)
     if known is not None:

@@ -40,8 +40,7 @@ class InformationNeed:
     def __post_init__(self) -> None:
         if (self.class_uid is None) == (self.instance is None):
             raise NeedError(
-                f"class_uid is {self.class_uid} and instance is {self.instance}; "
-                "allowed: exactly one of the two"
+                f"class_uid is {self.class_uid} and instance is {self.instance}; allowed: exactly one of the two"
             )
         if self.priority < 1:
             raise NeedError(f"priority is {self.priority}; allowed: 1 or more")
@@ -68,18 +67,14 @@ class NeedsIndex:
 
     def _add(self, tbox: TBox, peer: int, need: InformationNeed) -> None:
         if not 0 <= need.attribute < len(tbox.attributes):
-            raise NeedError(
-                f"peer {peer} needs attribute {need.attribute}; allowed: 0..{len(tbox.attributes) - 1}"
-            )
+            raise NeedError(f"peer {peer} needs attribute {need.attribute}; allowed: 0..{len(tbox.attributes) - 1}")
         wanted = (1 << peer, need.priority)
         if need.instance is not None:
             key = (need.instance, need.attribute)
             self._of_instance[key] = _together(self._of_instance.get(key, NOBODY), wanted)
         elif need.class_uid is not None:
             if not 0 <= need.class_uid < len(tbox.classes):
-                raise NeedError(
-                    f"peer {peer} needs class {need.class_uid}; allowed: 0..{len(tbox.classes) - 1}"
-                )
+                raise NeedError(f"peer {peer} needs class {need.class_uid}; allowed: 0..{len(tbox.classes) - 1}")
             for class_uid in tbox.subclasses(need.class_uid):
                 key = (class_uid, need.attribute)
                 self._of_class[key] = _together(self._of_class.get(key, NOBODY), wanted)

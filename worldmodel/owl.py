@@ -33,9 +33,7 @@ SIT = Namespace("https://w3id.org/remoras/situation#")
 _BOUNDS = (RM.minimum, RM.maximum, RM.resolution)
 _ANNOTATIONS = {*_BOUNDS, RM.unit, RM.latestOnly}
 _NUMBERS = {XSD.double, XSD.decimal, XSD.integer}
-_RANGES = (
-    "xsd:double, xsd:decimal, xsd:integer, xsd:boolean, rm:Point, owl:oneOf (strings) or a declared class"
-)
+_RANGES = "xsd:double, xsd:decimal, xsd:integer, xsd:boolean, rm:Point, owl:oneOf (strings) or a declared class"
 _NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
 
@@ -126,9 +124,7 @@ class _Reader:
         for iri in iris:
             name = _local_name(iri)
             if not _NAME.fullmatch(name):
-                self.fault(
-                    iri, f"its name {name!r} is not an identifier", "a letter, then letters, digits, _"
-                )
+                self.fault(iri, f"its name {name!r} is not an identifier", "a letter, then letters, digits, _")
             elif taken.setdefault(name, iri) != iri:
                 self.fault(iri, f"its name {name!r} is that of <{taken[name]}> too", "one IRI for each name")
 
@@ -198,9 +194,7 @@ class _Reader:
         for predicate in self.graph.predicates(iri, unique=True):
             if isinstance(predicate, URIRef) and predicate.startswith(RM) and predicate not in _ANNOTATIONS:
                 known = nearest(_local_name(predicate), (_local_name(a) for a in _ANNOTATIONS))
-                self.fault(
-                    iri, f"unknown annotation {self.shown(predicate)}", f"the rm: annotations ({known})"
-                )
+                self.fault(iri, f"unknown annotation {self.shown(predicate)}", f"the rm: annotations ({known})")
         latest_only = self._boolean(iri, RM.latestOnly)
         domain = self._one(iri, RDFS.domain, "one declared class")
         if domain is not None and domain not in self.class_uid:
@@ -228,18 +222,14 @@ class _Reader:
         if kind not in {ValueKind.NUMBER, ValueKind.POINT}:
             for annotation in (*_BOUNDS, RM.unit):
                 if (iri, annotation, None) in self.graph:
-                    self.fault(
-                        iri, f"{self.shown(annotation)} on a {kind.value}", "bounds of numbers and points"
-                    )
+                    self.fault(iri, f"{self.shown(annotation)} on a {kind.value}", "bounds of numbers and points")
         owl_type = OWL.ObjectProperty if kind is ValueKind.LINK else OWL.DatatypeProperty
         if (iri, RDF.type, owl_type) not in self.graph:
             self.fault(iri, f"its range makes it a {kind.value}", f"{self.shown(owl_type)} for such a range")
         if domain not in self.class_uid:
             return None
         name = _local_name(iri)
-        return Attribute(
-            uid, name, str(iri), self.class_uid[domain], kind, fields, range_class, symbols, latest_only
-        )
+        return Attribute(uid, name, str(iri), self.class_uid[domain], kind, fields, range_class, symbols, latest_only)
 
     def _one(self, iri: URIRef, predicate: URIRef, allowed: str) -> Node | None:
         found = list(self.graph.objects(iri, predicate))

@@ -161,9 +161,7 @@ class TBox:
         self._ancestors = [0] * len(self.classes)
         for c in self.classes:
             self._close(c.uid)
-        self._descendants = tuple(
-            tuple(c.uid for c in self.classes if self.is_a(c.uid, d.uid)) for d in self.classes
-        )
+        self._descendants = tuple(tuple(c.uid for c in self.classes if self.is_a(c.uid, d.uid)) for d in self.classes)
         self._disjoint = [0] * len(self.classes)
         for a, b in disjoint:
             for below_a in self._descendants[a]:
@@ -205,9 +203,7 @@ class TBox:
         try:
             return self._class_named[name]
         except KeyError:
-            raise UnknownNameError(
-                [f"no class is named {name!r}; {nearest(name, self._class_named)}"]
-            ) from None
+            raise UnknownNameError([f"no class is named {name!r}; {nearest(name, self._class_named)}"]) from None
 
     def attribute_named(self, name: str) -> Attribute:
         """Return the attribute; raises UnknownNameError with the nearest known name."""

@@ -84,9 +84,7 @@ class WorldModelStore(Store):
         for triple in self._tbox_graph.triples(triple_pattern):
             yield triple, iter(())
         for triple in self._abox_triples(triple_pattern):
-            if all(
-                asked is None or asked == term for asked, term in zip(triple_pattern, triple, strict=True)
-            ):
+            if all(asked is None or asked == term for asked, term in zip(triple_pattern, triple, strict=True)):
                 yield triple, iter(())
 
     def __len__(self, context: Any = None) -> int:

@@ -57,11 +57,7 @@ def assignment(costs_ms: Sequence[Sequence[int | None]]) -> dict[int, int]:
         if not graph:
             return {}
         flows = nx.max_flow_min_cost(graph, "source", "sink")
-        return {
-            r: c
-            for cost, r, c in pairs
-            if cost <= limit and flows.get(("row", r), {}).get(("column", c), 0) == 1
-        }
+        return {r: c for cost, r, c in pairs if cost <= limit and flows.get(("row", r), {}).get(("column", c), 0) == 1}
 
     most = len(flow(max(cost for cost, _, _ in pairs)))
     limits = sorted({cost for cost, _, _ in pairs})
@@ -91,9 +87,7 @@ class Remoras:
         return organisation
 
     @staticmethod
-    def _founders(
-        database: AUVDatabase, organisation: Organisation, role: RoleSpecification
-    ) -> list[VehicleData]:
+    def _founders(database: AUVDatabase, organisation: Organisation, role: RoleSpecification) -> list[VehicleData]:
         able = [data for data in database.able_to_play(role.name) if data.social_layer or not role.head]
         if role.played_by is not None:
             holders = organisation.members(*role.played_by)
@@ -102,8 +96,9 @@ class Remoras:
         return able if role.maximum is None else able[: role.maximum]
 
     def adapt(self, group: Group, organisation: Organisation, evidence: Evidence) -> tuple[RoleAssignment, ...]:
-        members = [evidence.database[name] for name in evidence.database.names
-                   if organisation.is_member(name, group.name)]
+        members = [
+            evidence.database[name] for name in evidence.database.names if organisation.is_member(name, group.name)
+        ]
         allocated = [
             RoleAssignment(group.name, role.name, data.name)
             for role in group.roles
@@ -127,9 +122,7 @@ class Remoras:
                 break
             allocated += [RoleAssignment(group.name, vacant[r].name, members[c].name) for r, c in pairs.items()]
             vacant = [role for r, role in enumerate(vacant) if r not in pairs]
-        return tuple(
-            a for a in allocated if not organisation.plays(a.vehicle, a.group, a.role)
-        )
+        return tuple(a for a in allocated if not organisation.plays(a.vehicle, a.group, a.role))
 
     @staticmethod
     def _cost_ms(data: VehicleData, role: RoleSpecification, evidence: Evidence) -> int | None:

@@ -139,10 +139,7 @@ def sound_blocks(draw: st.DrawFn) -> list[Block]:
             (AUV_1, PLAYS_ROLE, EXPLORER),
         ]
         facts = draw(st.lists(st.sampled_from(choices), min_size=1, max_size=3))
-        if (
-            draw(st.booleans())
-            and (created := sum(b.facts[0].attribute == TYPE_UID for b in model.blocks())) < 2
-        ):
+        if draw(st.booleans()) and (created := sum(b.facts[0].attribute == TYPE_UID for b in model.blocks())) < 2:
             uid = first_uid_of(origin) + created
             facts = [(uid, TYPE_UID, WRECK), (uid, LENGTH, 12.0), (ECHO, NEAR, uid), *facts]
         blocks.append(model.record(facts, draw(st.integers(0, 9)) / 10).block)

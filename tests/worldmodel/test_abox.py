@@ -80,18 +80,14 @@ def test_the_latest_is_by_time_then_origin_then_sequence_then_position() -> None
 def test_only_facts_that_are_now_the_latest_are_news() -> None:
     model = fleet_model()
     model.record([(ECHO, CLASSIFICATION, 1)], now_s=5.0)
-    (change,) = merge(
-        model, [block(1, 0, 30, (ECHO, CLASSIFICATION, 2), (ECHO, LOCATION, (1.0, 1.0)))]
-    ).changes
+    (change,) = merge(model, [block(1, 0, 30, (ECHO, CLASSIFICATION, 2), (ECHO, LOCATION, (1.0, 1.0)))]).changes
     assert [fact.attribute for fact in change.new_latest] == [LOCATION]
     older = model.record([(ECHO, CLASSIFICATION, 3)], now_s=4.0)  # an observation that comes late is no news
     assert older.new_latest == ()
 
 
 @given(sound_blocks(), st.randoms())
-def test_incremental_latest_is_the_latest_worked_out_from_scratch(
-    blocks: list[Block], random: object
-) -> None:
+def test_incremental_latest_is_the_latest_worked_out_from_scratch(blocks: list[Block], random: object) -> None:
     model = fleet_model()
     random.shuffle(blocks)  # type: ignore[attr-defined]
     merge(model, blocks)
@@ -110,9 +106,7 @@ def test_incremental_latest_is_the_latest_worked_out_from_scratch(
 
 
 @given(sound_blocks(), st.sets(st.integers(0, 2)))
-def test_a_ban_is_the_view_without_an_origin_and_unban_takes_it_back(
-    blocks: list[Block], banned: set[int]
-) -> None:
+def test_a_ban_is_the_view_without_an_origin_and_unban_takes_it_back(blocks: list[Block], banned: set[int]) -> None:
     model = fleet_model()
     merge(model, blocks)
     before, version = picture(model), model.version
@@ -123,9 +117,7 @@ def test_a_ban_is_the_view_without_an_origin_and_unban_takes_it_back(
     assert model.digest() == before[1]
     for uid in range(model.n_uids):
         for attribute in TBOX.attributes:
-            kept = [
-                o for o in before[3][uid * len(TBOX.attributes) + attribute.uid] if o.origin not in banned
-            ]  # type: ignore[index]
+            kept = [o for o in before[3][uid * len(TBOX.attributes) + attribute.uid] if o.origin not in banned]  # type: ignore[index]
             assert list(model.history(uid, attribute.uid)) == kept
             assert model.latest(uid, attribute.uid) == (kept[-1] if kept else None)
     for origin in banned:
@@ -137,9 +129,7 @@ def test_a_ban_is_the_view_without_an_origin_and_unban_takes_it_back(
 def test_news_from_a_banned_origin_is_no_news() -> None:
     model = fleet_model()
     model.ban(2)
-    (change,) = merge(
-        model, [block(2, 0, 3, (first_uid_of(2), TYPE_UID, WRECK), (ASV_0, BATTERY, 0.5))]
-    ).changes
+    (change,) = merge(model, [block(2, 0, 3, (first_uid_of(2), TYPE_UID, WRECK), (ASV_0, BATTERY, 0.5))]).changes
     assert change.new_latest == ()
     assert model.instances_of(WRECK) == ()
     model.unban(2)
@@ -159,9 +149,7 @@ def test_instances() -> None:
     model.record([(uid, TYPE_UID, OBJECT), (uid, LOCATION, (1.0, 2.0))], now_s=1.0)
     assert model.instance(uid) == Instance(uid, OBJECT, f"ObjectOfInterest-{uid}")
     model.record([(uid, TYPE_UID, WRECK)], now_s=2.0)
-    assert model.instance(uid) == Instance(
-        uid, OBJECT, f"ObjectOfInterest-{uid}"
-    )  # created as; refined since
+    assert model.instance(uid) == Instance(uid, OBJECT, f"ObjectOfInterest-{uid}")  # created as; refined since
     assert [i.uid for i in model.instances_of(WRECK)] == [uid]
     assert [i.uid for i in model.instances_of(OBJECT)] == [ECHO, uid]
     assert model.instance(-1) is model.instance(model.n_uids) is None
@@ -209,9 +197,7 @@ def test_a_vehicle_that_restarts_reuses_neither_sequences_nor_uids() -> None:
         ([], 0.0, "a block needs at least one fact"),
     ],
 )
-def test_misuse_is_refused_and_leaves_no_trace(
-    facts: list[tuple[int, int, Value]], now_s: float, reason: str
-) -> None:
+def test_misuse_is_refused_and_leaves_no_trace(facts: list[tuple[int, int, Value]], now_s: float, reason: str) -> None:
     model = fleet_model()
     before = picture(model)
     with pytest.raises(FactError, match=reason):
@@ -237,8 +223,7 @@ def test_digest_tells_what_is_missing() -> None:
     model = fleet_model()
     merge(
         model,
-        [block(1, s, s, (AUV_1, BATTERY, 0.5)) for s in (0, 1, 4, 6)]
-        + [block(2, 1, 0, (ASV_0, BATTERY, 0.5))],
+        [block(1, s, s, (AUV_1, BATTERY, 0.5)) for s in (0, 1, 4, 6)] + [block(2, 1, 0, (ASV_0, BATTERY, 0.5))],
     )
     assert model.digest() == {1: Holdings(1, 6, (2, 3, 5)), 2: Holdings(-1, 1, (0,))}
     merge(model, [block(1, s, s, (AUV_1, BATTERY, 0.5)) for s in (2, 3, 5)])

@@ -43,9 +43,7 @@ def everything(model: WorldModel) -> list[Block]:
 
 @settings(max_examples=150, deadline=None)
 @given(any_blocks, st.randoms(use_true_random=False), st.integers(1, 4))
-def test_any_order_any_splitting_any_repetition(
-    blocks: list[Block], rng: random.Random, n_packets: int
-) -> None:
+def test_any_order_any_splitting_any_repetition(blocks: list[Block], rng: random.Random, n_packets: int) -> None:
     expected = picture(merged(blocks))
     again = blocks + rng.choices(blocks, k=len(blocks)) if blocks else []
     rng.shuffle(again)

@@ -68,9 +68,7 @@ def test_the_index_answers_as_asking_each_need(by_peer: dict[int, list[Informati
     for instance in model.common_instances:
         for attribute in (POSITION, BATTERY):
             fact = PropertyValue(instance.uid, attribute, 0.0)
-            matching = [
-                (p, n.priority) for p, ns in by_peer.items() for n in ns if n.matches(TBOX, model, fact)
-            ]
+            matching = [(p, n.priority) for p, ns in by_peer.items() for n in ns if n.matches(TBOX, model, fact)]
             expected = (
                 sum(1 << p for p in {p for p, _ in matching}),
                 max((q for _, q in matching), default=0),

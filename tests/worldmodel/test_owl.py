@@ -21,8 +21,7 @@ BOUNDS = "rm:minimum 0 ; rm:maximum 1 ; rm:resolution 0.1"
 CASES = [
     (
         "ex:A a owl:Class ; rdfs:subClassOf rm:Vehicel .",
-        "ex:A: its superclass rm:Vehicel is not declared; "
-        "allowed: a declared owl:Class (nearest known name: Vehicle)",
+        "ex:A: its superclass rm:Vehicel is not declared; allowed: a declared owl:Class (nearest known name: Vehicle)",
     ),
     (
         "ex:A a owl:Class ; rdfs:subClassOf ex:B . ex:B a owl:Class ; rdfs:subClassOf ex:A .",
@@ -71,8 +70,7 @@ CASES = [
     ),
     (
         f"ex:p {ATTRIBUTE} rdfs:range xsd:boolean ; rm:latestonly true .",
-        "ex:p: unknown annotation rm:latestonly; "
-        "allowed: the rm: annotations (nearest known name: latestOnly)",
+        "ex:p: unknown annotation rm:latestonly; allowed: the rm: annotations (nearest known name: latestOnly)",
     ),
     (
         f"ex:p {ATTRIBUTE} rdfs:range rm:Area .",

@@ -68,9 +68,7 @@ def test_shipped_classes_and_attributes() -> None:
 def test_attribute_tables() -> None:
     position = TBOX.attributes[POSITION]
     assert position.kind is ValueKind.POINT
-    assert [(f.minimum, f.maximum, f.resolution, f.unit) for f in position.fields] == [
-        (-10000, 10000, 0.5, "m")
-    ] * 2
+    assert [(f.minimum, f.maximum, f.resolution, f.unit) for f in position.fields] == [(-10000, 10000, 0.5, "m")] * 2
     assert position.domain == class_uid("Vehicle")
     assert TBOX.attribute_named("areaDone").range_class == class_uid("Vehicle")
     assert TBOX.attributes[CLASSIFICATION].symbols == ("unknown", "wreck", "pipeline", "anomaly")
@@ -104,9 +102,7 @@ def test_values_of_another_kind(name: str, value: object) -> None:
         TBOX.attribute_named(name).quantise(value)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(
-    ("name", "value"), [("classification", 4), ("areaDone", -1), ("position", (0.0, 1e5))]
-)
+@pytest.mark.parametrize(("name", "value"), [("classification", 4), ("areaDone", -1), ("position", (0.0, 1e5))])
 def test_values_out_of_range(name: str, value: object) -> None:
     with pytest.raises(ValueError, match=r"outside|below"):
         TBOX.attribute_named(name).quantise(value)  # type: ignore[arg-type]

@@ -73,9 +73,7 @@ def test_the_view_follows_the_model_and_cannot_be_written() -> None:
     graph = as_graph(model)
     assert list(graph.objects(instance_iri(AUV_0), RM.batteryFraction)) == []
     model.record([(AUV_0, BATTERY, 0.5)], 1.0)
-    assert list(graph.objects(instance_iri(AUV_0), RM.batteryFraction)) == [
-        Literal("0.5", datatype=XSD.double)
-    ]
+    assert list(graph.objects(instance_iri(AUV_0), RM.batteryFraction)) == [Literal("0.5", datatype=XSD.double)]
     model.ban(0)
     assert list(graph.objects(instance_iri(AUV_0), RM.batteryFraction)) == []
     with pytest.raises(TypeError, match=r"call WorldModel\.record or merge"):
@@ -151,9 +149,7 @@ def test_a_whole_number_and_its_double_are_one_value() -> None:
 @pytest.mark.parametrize("format", ["turtle", "xml", "nt"])
 def test_exports_read_back(tmp_path: Path, format: str) -> None:
     model = fleet_model()
-    model.record(
-        [(ECHO, LOCATION, (1.0, 2.0)), (SURVEY, TBOX.attribute_named("missionCompleted").uid, True)], 1.0
-    )
+    model.record([(ECHO, LOCATION, (1.0, 2.0)), (SURVEY, TBOX.attribute_named("missionCompleted").uid, True)], 1.0)
     export(model, tmp_path / "model", format)
     read = Graph().parse(tmp_path / "model", format=format)
     expected = Graph().parse(data=canonical_ntriples(model), format="nt")

@@ -1,0 +1,118 @@
+"""Tasks of the mapping and rendezvous mission: its two HTN domains. See ``mapping_rendezvous``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+from remoras.activities import Objective
+from remoras.database import VehicleData
+from remoras.htn import Domain, FactsLike, Method, Operator, Task
+from remoras.organisation import Group
+
+
+class Context:
+    """What the activity domain's methods know of the vehicle that plans."""
+
+    def __init__(self, objective: Objective, data: VehicleData) -> None:
+        self.objective = objective
+        self.data = data
+
+
+def supervision_methods(groups: Sequence[Group]) -> list[Method]:
+    def delegate(facts: FactsLike, group: str) -> list[Task]:
+        own = next(g for g in groups if g.name == group)
+        others = [g for g in groups if g.name != group]
+        return [*(Task("GiveMission", (g.name, "AreaMapping")) for g in others), *_meeting(own)]
+
+    return [Method("delegate the mapping", delegate)]
+
+
+def _meeting(group: Group) -> list[Task]:
+    """Objectives by which a group comes together: the head supervises, its other founding roles gather."""
+    tasks = []
+    for role in group.roles:
+        if role.founding:
+            if not role.head:
+                tasks.append(Task("AssignObjective", (group.name, role.name, "MissionGathering", group.name)))
+            if group.rally_point is not None:
+                tasks.append(Task("AssignObjective", (group.name, role.name, "RendezVous", group.rally_point)))
+    return tasks
+
+
+def mapping_methods(groups: Sequence[Group]) -> list[Method]:
+    by_name = {group.name: group for group in groups}
+
+    def unfinished(facts: FactsLike, group: Group) -> list[tuple[str, str]]:
+        return [
+            (role.name, role.area)
+            for role in group.roles
+            if role.area is not None and facts.get(("areaDone", role.area)) is None
+        ]
+
+    def together(facts: FactsLike, group: str) -> bool:
+        return facts.get(("gatheredAt", group)) is not None
+
+    def explore(facts: FactsLike, group: str) -> list[Task]:
+        tasks = [Task("AllocateRoles", (group,))]
+        for name, area in unfinished(facts, by_name[group]):
+            tasks.append(Task("AssignObjective", (group, name, "Positioning", area)))
+            tasks.append(Task("AssignObjective", (group, name, "Exploring", area)))
+        for role in by_name[group].roles:
+            if not role.founding and role.area is None:
+                tasks.append(Task("AssignObjective", (group, role.name, "Mapping", group)))
+        return [*tasks, *_meeting(by_name[group])]
+
+    return [
+        Method("stay together", lambda facts, group: [], together),
+        Method("explore, then meet", explore, lambda facts, group: bool(unfinished(facts, by_name[group]))),
+        Method("meet", lambda facts, group: _meeting(by_name[group])),
+    ]
+
+
+def activity_domain(activity_names: Iterable[str]) -> Domain:
+    """Objectives into activities; every method sees the facts, its vehicle's data and where it is."""
+
+    def activities(*names: str) -> Callable[..., list[Task]]:
+        return lambda facts, *args: [Task(name, args) for name in names]
+
+    def is_open(facts: FactsLike, context: Context) -> bool:
+        objective = context.objective
+        return (
+            facts.get(("gatheredAt", objective.group)) is None and facts.get(("areaDone", objective.argument)) is None
+        )
+
+    def apart(facts: FactsLike, context: Context) -> bool:
+        return facts.get(("gatheredAt", context.objective.group)) is None
+
+    def has_sensor(facts: FactsLike, context: Context) -> bool:
+        return context.data.swath_m > 0.0
+
+    methods: dict[str, list[Method]] = {
+        "PursueGroupSupervision": [
+            Method("supervise", activities("Organising", "Watching", "Leading"))
+        ],
+        "Organising": [
+            Method("optimise and plan", activities("OrganisationalPerformanceOptimiser", "MissionPlanner"))
+        ],
+        "Watching": [Method("gather information", activities("LeaderInformationGathering"))],
+        "Leading": [Method("lead", activities("GlobalReactiveNavigation", "Following"))],
+        "PursueMissionGathering": [Method("follow", activities("Obeying", "KeepingContact"))],
+        "Obeying": [Method("obey", activities("PerformerSubordination"))],
+        "KeepingContact": [Method("follow the leader", activities("LocalReactiveNavigation", "Following"))],
+        "PursueRendezVous": [Method("home", activities("GlobalReactiveNavigation", "Homing"))],
+        "PursueExploring": [
+            Method(
+                "zigzag",
+                activities("GlobalReactiveNavigation", "ZigzagExploring"),
+                lambda facts, context: has_sensor(facts, context) and is_open(facts, context),
+            ),
+            Method("nothing left to explore", activities()),
+        ],
+        "PursueMapping": [
+            Method("map what is explored", activities("Mapping"),
+                   lambda facts, context: has_sensor(facts, context) and apart(facts, context)),
+            Method("nothing left to map", activities()),
+        ],
+        "PursuePositioning": [Method("take place", activities("GlobalReactiveNavigation", "Positioning"))],
+    }  # fmt: skip
+    return Domain.of([Operator(name) for name in activity_names], methods)
