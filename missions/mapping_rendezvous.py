@@ -43,6 +43,7 @@ from remoras.behaviours import (
     ReturningToArea,
     Standing,
     Supervision,
+    Working,
     ZigzagExploring,
 )
 from remoras.beliefs import Beliefs, Key
@@ -54,7 +55,6 @@ from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.survey import Point, grid, zigzag
 
-POSITIVE = Annotated[float, Field(gt=0.0)]
 VITAL_IMPORTANCE = 3.0
 """Above anything that objectives, continuing and influence signals add up to."""
 ROUTINE_IMPORTANCE = 0.1
@@ -64,23 +64,19 @@ COLLECTIVE = frozenset({"RendezVous", "MissionGathering", "GroupSupervision", "P
 
 
 class MappingSettings(BaseModel):
-    """The ``[mission]`` table.
-
-    Attributes:
-        arrival_radius_m: a vehicle this near to a rally point has arrived.
-        follow_distance_m: a follower lets the leader get this far ahead.
-        formation_spacing_m: distance between places of the formation.
-        patience_s: a leader is content if it heard news of the mission in this time.
-        importance: by "Role.Objective" or "Objective".
-    """
+    """The ``[mission]`` table."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    arrival_radius_m: POSITIVE
-    follow_distance_m: POSITIVE
-    formation_spacing_m: POSITIVE
-    patience_s: POSITIVE
-    importance: dict[str, Annotated[float, Field(ge=0.0, le=1.0)]]
+    arrival_radius_m: float = Field(gt=0.0, description="a vehicle this near to a rally point has arrived")
+    follow_distance_m: float = Field(gt=0.0, description="a follower lets its leader get this far ahead")
+    formation_spacing_m: float = Field(gt=0.0, description="distance between places of the formation")
+    patience_s: float = Field(
+        gt=0.0, description="a leader is content if news came in this time, a worker if its work yielded something"
+    )
+    importance: dict[str, Annotated[float, Field(ge=0.0, le=1.0)]] = Field(
+        description="importance of objectives, by Role.Objective or by Objective"
+    )
 
 
 ACTIVITY_TYPES = {
@@ -243,6 +239,8 @@ class MappingRendezvous:
                 return Planning()
             case "LeaderInformationGathering":
                 return Supervision(settings.patience_s)
+            case "Mapping":
+                return Working(settings.patience_s)
             case "ZigzagExploring":
                 return ZigzagExploring(parameters[0], data)
             case "Homing":

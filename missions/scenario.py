@@ -16,7 +16,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from missions.checks import cross_faults
+from missions.checks import cross_faults, named_object
 from missions.errors import ConfigurationError, ConfigurationFault
 from remoras.satisfaction import DecisionConstants
 
@@ -73,7 +73,7 @@ class DecisionTable(Table):
     weight_continuing: NotNegative = Field(0.2, description="weight of the motivation to continue")
     weight_external: NotNegative = Field(1.0, description="weight of the motivation to answer influence signals")
     gain_per_s: NotNegative = Field(1.0, description="satisfaction gained per second of progress")
-    tedium_per_s: float = Field(-1.3, le=0.0, description="satisfaction change per second without progress")
+    tedium_per_s: float = Field(-1.8, le=0.0, description="satisfaction change per second without progress")
     dismay_per_s: float = Field(-2.0, le=0.0, description="satisfaction change per second of setback")
     fade_per_s: NotNegative = Field(0.5, description="how fast satisfaction in an idle role returns to 0")
     signal_memory_s: Positive = Field(60.0, description="time constant with which a heard signal fades")
@@ -342,4 +342,6 @@ def explanations() -> dict[str, tuple[str, str]]:
             found[prefix + name] = (", ".join([kind, *limits]) + default, info.description or "")
 
     visit(Scenario, "")
+    for name in shipped():
+        visit(named_object(load(name).scenario.mission).Settings, "mission.")
     return found

@@ -33,6 +33,7 @@ class Picture:
         gathered: groups believed to be together at their rally point.
         planning_due: the social layer has something to plan.
         last_news_s: when a peer's contribution to the mission was last heard of.
+        last_yield_s: when the vehicle's own work last yielded something.
         collision: bearing and urgency 0..1 of a vehicle on collision course, else None.
         battery: fraction left; reserve: fraction needed to get home, with margin.
         outside: how far, in metres, the vehicle is outside the area of operations.
@@ -44,6 +45,7 @@ class Picture:
     gathered: set[str] = field(default_factory=set)
     planning_due: bool = False
     last_news_s: float = -math.inf
+    last_yield_s: float = -math.inf
     collision: tuple[float, float] | None = None
     battery: float = 1.0
     reserve: float = 0.0
@@ -138,6 +140,18 @@ class Supervision(Standing):
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         fresh = picture.now_s - picture.last_news_s <= self._patience_s
         return ADVANCING if fresh else DUE
+
+
+class Working(Standing):
+    """Productive work: gets on while it yields something new every now and then."""
+
+    def __init__(self, patience_s: float) -> None:
+        self._patience_s = patience_s
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        if not performed:
+            return DUE
+        return ADVANCING if picture.now_s - picture.last_yield_s <= self._patience_s else STANDING
 
 
 class ZigzagExploring:

@@ -42,6 +42,18 @@ def wrapped(angle_rad: float) -> float:
     return math.pi - (math.pi - angle_rad) % math.tau
 
 
+def reaching_speed_mps(range_m: float, error_rad: float, turn_rate_radps: float) -> float:
+    """Greatest speed at which a vehicle that is ``error_rad`` off its target can still turn on to it.
+
+    The circle through the target that touches the heading has radius range / (2 sin error); a vehicle turns on a
+    circle of radius speed / turn rate. A target inside the vehicle's own circle would be orbited for ever.
+
+    >>> reaching_speed_mps(10.0, math.pi / 2.0, 0.5)
+    2.5
+    """
+    return turn_rate_radps * range_m / (2.0 * math.sin(min(abs(error_rad), math.pi / 2.0)))
+
+
 def advance(motion: Motion, data: VehicleData, target_m: tuple[float, float], speed_mps: float, dt_s: float) -> None:
     """Move for ``dt_s`` towards ``target_m`` with the speed reference ``speed_mps``, within the limits of ``data``.
 
@@ -52,14 +64,16 @@ def advance(motion: Motion, data: VehicleData, target_m: tuple[float, float], sp
     dx_m = target_m[0] - motion.x_m
     dy_m = target_m[1] - motion.y_m
     range_m = math.sqrt(dx_m * dx_m + dy_m * dy_m)
+    if range_m > 0.0 and speed_mps > 0.0:
+        error = wrapped(math.atan2(dy_m, dx_m) - motion.heading_rad)
+        most = data.turn_rate_radps * dt_s
+        if error > most or error < -most:
+            speed_mps = min(speed_mps, reaching_speed_mps(range_m, error, data.turn_rate_radps))
+            error = math.copysign(most, error)
+        motion.heading_rad = wrapped(motion.heading_rad + error)
     most = data.acceleration_mps2 * dt_s
     change = speed_mps - motion.speed_mps
     motion.speed_mps += most if change > most else -most if change < -most else change
-    if range_m > 0.0 and speed_mps > 0.0:
-        turn = wrapped(math.atan2(dy_m, dx_m) - motion.heading_rad)
-        most = data.turn_rate_radps * dt_s
-        turn = most if turn > most else -most if turn < -most else turn
-        motion.heading_rad = wrapped(motion.heading_rad + turn)
     travelled_m = motion.speed_mps * dt_s
     if speed_mps > 0.0 and travelled_m > range_m:
         travelled_m = range_m

@@ -50,7 +50,7 @@ class DecisionConstants:
     weight_continuing: float = 0.2
     weight_external: float = 1.0
     gain_per_s: float = 1.0
-    tedium_per_s: float = -1.3
+    tedium_per_s: float = -1.8
     dismay_per_s: float = -2.0
     fade_per_s: float = 0.5
     signal_memory_s: float = 60.0

@@ -95,6 +95,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     def _sense(self, now_s: float, neighbours: Sequence[Neighbour]) -> None:
         for cell in self.functional.sense(now_s, neighbours):
             self._recorder.coverage.append((now_s, self.name, *cell))
+            self.functional.picture.last_yield_s = now_s
             area, index = self._seabed.cells[cell]
             self._conclude([(self._area_uids[area], self._mapped_cell, index)], now_s)
         if self.functional.exhausted:

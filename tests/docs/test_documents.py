@@ -20,7 +20,7 @@ def blocks(document: Path, language: str) -> list[str]:
 def test_the_tutorial_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     tutorial = ROOT / "docs" / "tutorial.md"
-    for line in "\n".join(blocks(tutorial, "sh")).splitlines():
+    for line in "".join(blocks(tutorial, "sh")).splitlines():
         command, _, target = line.partition(" > ")
         result = CliRunner().invoke(app, shlex.split(command)[1:])
         assert result.exit_code == 0, f"{line}: {result.output}"
