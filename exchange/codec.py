@@ -4,7 +4,7 @@ Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
 
     packet    definition hash 8 | sender w(nodes) | acknowledgements (see policies.header_bits)
               | number of fragments 5 | fragments | number of signals 4 | signals | padding to a byte
-    fragment  relayed 1 [origin w(nodes)] | sequence 14 | time w(duration / resolution)
+    fragment  relayed 1 [origin w(nodes)] | sequence w(blocks) | time w(duration / resolution)
               | part of a larger block 1 [index 4, count - 1 4] | facts
     fact      subject w(instances) | attribute w(attributes) | value | another fact follows 1
     signal    role w(instances) | value 8, two's complement
@@ -31,7 +31,6 @@ HASH_BITS = 8
 FRAGMENT_COUNT_BITS = 5
 SIGNAL_COUNT_BITS = 4
 SIGNAL_VALUE_BITS = 8
-SEQUENCE_BITS = 14
 INDEX_BITS = 4
 MAX_FRAGMENTS_PER_PACKET = (1 << FRAGMENT_COUNT_BITS) - 1
 MAX_SIGNALS = (1 << SIGNAL_COUNT_BITS) - 1
@@ -77,6 +76,7 @@ class Codec:
         n_instances: instance uids 0..n_instances-1 can be told apart on the wire.
         n_nodes: number of vehicles, 2..64.
         policy: fixes the acknowledgement bits of the header.
+        n_blocks: how many blocks one vehicle may record.
         duration_s, time_resolution_s: range and step of observation times.
     """
 
@@ -86,6 +86,7 @@ class Codec:
         n_instances: int,
         n_nodes: int,
         policy: AckPolicy,
+        n_blocks: int,
         duration_s: float,
         time_resolution_s: float = 0.1,
     ) -> None:
@@ -95,6 +96,7 @@ class Codec:
         self._policy = policy
         self._matrix = policy.acknowledgement != Acknowledgement.ACK
         self._node_bits = width(n_nodes)
+        self._sequence_bits = width(n_blocks)
         self._subject_bits = width(n_instances)
         self._attribute_bits = width(len(tbox.attributes))
         self._time = Field(0.0, duration_s, time_resolution_s, "s")
@@ -134,7 +136,7 @@ class Codec:
 
     def fragment_bits(self, fragment: Fragment, relayed: bool = True) -> int:
         """Size of a fragment, by default as a relay has to send it."""
-        size = 1 + SEQUENCE_BITS + self._time.size_bits + 1
+        size = 1 + self._sequence_bits + self._time.size_bits + 1
         size += self._node_bits if relayed else 0
         size += 2 * INDEX_BITS if fragment.count > 1 else 0
         per_fact = self._subject_bits + self._attribute_bits + 1
@@ -161,15 +163,15 @@ class Codec:
 
     def encode_fragment(self, fragment: Fragment, sender: int) -> tuple[int, int]:
         """``(bits, size_bits)`` of a fragment as ``sender`` says it; fixed for the fragment's life."""
-        if fragment.sequence >> SEQUENCE_BITS:
+        if fragment.sequence >> self._sequence_bits:
             raise ConfigurationError(
-                f"vehicle {fragment.origin} has recorded more than {1 << SEQUENCE_BITS} blocks, the sequence "
-                f"field of {SEQUENCE_BITS} bits is used up: shorten the mission or report less often"
+                f"vehicle {fragment.origin} has recorded more than {1 << self._sequence_bits} blocks, the sequence "
+                f"field of {self._sequence_bits} bits is used up: shorten the mission or report less often"
             )
         bits = 0
         if fragment.origin != sender:
             bits = 1 << self._node_bits | fragment.origin
-        bits = bits << SEQUENCE_BITS | fragment.sequence
+        bits = bits << self._sequence_bits | fragment.sequence
         bits = bits << self._time.size_bits | self._time.encode(fragment.time_s)
         bits <<= 1
         if fragment.count > 1:
@@ -263,7 +265,7 @@ class Codec:
         origin = reader.take(self._node_bits) if reader.take(1) else sender
         if origin >= self._n_nodes:
             raise PeerFault(f"origin {origin} is not one of {self._n_nodes} nodes")
-        sequence = reader.take(SEQUENCE_BITS)
+        sequence = reader.take(self._sequence_bits)
         time_index = reader.take(self._time.size_bits)
         if time_index >= self._time.n_values:
             raise PeerFault(f"observation time {time_index} is behind the end of the mission")

@@ -31,6 +31,9 @@ from exchange.schedule import TdmaSchedule
 from exchange.selection import select
 from worldmodel import Block, Change, NeedsIndex, PropertyValue, WorldModel
 
+SIGNAL_SHARE = 4
+"""A packet keeps one part in this many for influence signals; fragments are cut to fit the rest."""
+
 
 @dataclass(slots=True)
 class Status:
@@ -109,7 +112,8 @@ class ExchangeManager:
         self._needs = needs
         self._carrier_evidence = carrier_evidence
         self._room_bits = payload_bits - codec.overhead_bits
-        if self._room_bits < codec.signal_bits:
+        self._signal_room_bits = max(codec.signal_bits, self._room_bits // SIGNAL_SHARE)
+        if self._room_bits < 2 * codec.signal_bits:
             raise ConfigurationError(
                 f"a packet of {payload_bits} bits has no room behind the header of {codec.overhead_bits} bits "
                 f"that policy {policy.name} needs for {schedule.n_nodes} nodes"
@@ -121,6 +125,7 @@ class ExchangeManager:
         self._open: list[int] = []  # columns that are not settled
         self._status: dict[tuple[int, int], Status] = {}  # by (subject, attribute)
         self._signals: tuple[InfluenceSignal, ...] = ()
+        self._n_signals_said = 0
         self._next_slot = 0  # first slot that has not been opened
         self.n_faults = 0
 
@@ -134,7 +139,8 @@ class ExchangeManager:
             if self._is_status(block.facts):
                 self._take_status(block)
                 continue
-            for fragment in fragments_of(block, self._room_bits, self._codec.fragment_bits):
+            room_bits = self._room_bits - self._signal_room_bits
+            for fragment in fragments_of(block, room_bits, self._codec.fragment_bits):
                 self._register(fragment)
                 items.append(fragment.uid)
         return tuple(items)
@@ -152,8 +158,14 @@ class ExchangeManager:
         status.bits, status.size_bits = self._codec.encode_fragment(fragment, self._me)
 
     def offer_signals(self, signals: Sequence[InfluenceSignal]) -> None:
-        """Influence signals for the next own slot; those of an earlier call are forgotten."""
-        self._signals = tuple(signals[:MAX_SIGNALS])
+        """Influence signals for the next own slot; those of an earlier call are forgotten.
+
+        Of more than fit, a part is said, another one in the next slot.
+        """
+        most = min(MAX_SIGNALS, self._signal_room_bits // self._codec.signal_bits)
+        first = self._n_signals_said % len(signals) if len(signals) > most else 0
+        self._signals = (*signals[first:], *signals[:first])[:most]
+        self._n_signals_said += len(self._signals)
 
     def receive(self, data: bytes, now_s: float) -> Reception:
         """Take in a packet that arrives at ``now_s``; a bad one is counted, never raised."""

@@ -24,6 +24,8 @@ from worldmodel import TBox, core_ontology_paths
 
 MAX_CELLS = 4096
 """Cells of one area that ``mappedCell`` can name."""
+MAX_COORDINATE_M = 9000.0
+"""The ``position`` attribute reaches somewhat farther than the world may, for vehicles that drift out of it."""
 
 Raw = Mapping[str, Any]
 
@@ -108,6 +110,10 @@ def _world(raw: Raw) -> Iterator[ConfigurationFault]:
         yield ConfigurationFault("world.x_m", f"[{x_min}, {x_max}]", "west border must be below east border")
     if y_min >= y_max:
         yield ConfigurationFault("world.y_m", f"[{y_min}, {y_max}]", "south border must be below north border")
+    for key, (low, high) in (("world.x_m", (x_min, x_max)), ("world.y_m", (y_min, y_max))):
+        if low < -MAX_COORDINATE_M or high > MAX_COORDINATE_M:
+            allowed = f"allowed: {-MAX_COORDINATE_M:.0f} to {MAX_COORDINATE_M:.0f}"
+            yield ConfigurationFault(key, f"[{low}, {high}]", allowed)
     places = [(f"area.{a.get('name')}.corners_m", c) for a in _entries(raw, "area") for c in _points(a, "corners_m")]
     places += [
         (f"rally_point.{r.get('name')}.position_m", p)
@@ -244,6 +250,16 @@ def _vehicles(raw: Raw) -> Iterator[ConfigurationFault]:
         playable = vehicle.get("playable_roles", [])
         for role in playable if isinstance(playable, list) else []:
             yield from _one_of(f"{prefix}.playable_roles", role, roles)
+        founding = {
+            name
+            for group in _entries(raw, "group")
+            for role in _entries(group, "role")
+            if role.get("founding")
+            for name in [role.get("name")]
+        }
+        if isinstance(playable, list) and not founding.intersection(map(str, playable)):
+            allowed = f"plays no founding role, so it would belong to no group; founding: {', '.join(sorted(map(str, founding)))}"
+            yield ConfigurationFault(f"{prefix}.playable_roles", "", allowed)
         depth, limit = vehicle.get("depth_m", 0.0), vehicle.get("depth_limit_m", 0.0)
         if isinstance(depth, int | float) and isinstance(limit, int | float) and depth > limit:
             yield ConfigurationFault(f"{prefix}.depth_m", str(depth), f"allowed: 0 to depth_limit_m = {limit}")

@@ -43,8 +43,7 @@ class MappingTruth:
         return True
 
     def close(self, fleet: Any, now_s: float) -> str:
-        done = {milestone.vehicle for milestone in self.milestones if milestone.name == "mapping_done"}
-        self.milestones += [stop for name, stop in self._stopped.items() if name not in done]
+        self.milestones += self._stopped.values()
         self.milestones.sort(key=lambda milestone: milestone.time_s)
         if not self._consulted:
             return f"consultation had not ended after {now_s:.0f} s"
@@ -88,6 +87,7 @@ class MappingTruth:
             for objective in vehicle.social.finished:
                 if objective.name == "Exploring" and objective not in self._finished:
                     self._finished.add(objective)
+                    self._stopped.pop(vehicle.name, None)
                     self.milestones.append(Milestone(now_s, "mapping_done", vehicle.name))
 
     def _is_together(self, fleet: Any, group: Group) -> bool:

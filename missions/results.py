@@ -24,9 +24,8 @@ import pyarrow.parquet as pq
 import tomli_w
 
 from missions.errors import OutputError
-from missions.run import Run
+from missions.run import Run, seabed_of
 from remoras.recorder import TABLES, Recorder
-from remoras.sensors import Seabed
 
 LIBRARIES = ("mesa", "rdflib", "networkx", "numpy", "matplotlib", "pyarrow", "pydantic")
 DECIMALS = {"m": 3, "rad": 6, "m/s": 4, "J": 2, "s": 4, "1": 6}
@@ -44,7 +43,7 @@ def summary(run: Run) -> dict[str, Any]:
     received = sum(len(row[6]) for row in recorder.packets)
     lost = sum(len(row[7]) for row in recorder.packets)
     mapped = {(row[2], row[3]) for row in recorder.coverage}
-    seabed = Seabed.of_areas(scenario.world.cell_m, {area.name: area.corners_m for area in scenario.area})
+    n_cells = len(seabed_of(scenario).cells)
     latencies = sorted(_latencies_s(recorder))
     return {
         "scenario": scenario.scenario.name,
@@ -57,7 +56,7 @@ def summary(run: Run) -> dict[str, Any]:
         "completed": run.completed,
         "reason": run.reason,
         "mission_time_s": round(run.end_s, 4),
-        "coverage_fraction": len(mapped) / len(seabed.cells) if seabed.cells else 0.0,
+        "coverage_fraction": len(mapped) / n_cells if n_cells else 0.0,
         "duplicate_fraction": 1.0 - len(mapped) / len(recorder.coverage) if recorder.coverage else 0.0,
         "distance_m": round(run.distance_m, 3),
         "energy_j": round(_energy_j(recorder), 2),

@@ -32,6 +32,12 @@ from remoras.vehicle import Vehicle
 from worldmodel import InformationNeed, Instance, NeedsIndex, TBox, WorldModel, core_ontology_paths
 
 
+STATUS_PER_FRAME = 2
+"""Status blocks (position, battery) that a vehicle records in a TDMA frame."""
+SPARE_BLOCKS = 1024
+"""Blocks of a vehicle that are neither status nor mapped cells: assignments, findings."""
+
+
 @dataclass(frozen=True)
 class Run:
     """A finished run, before anything is written."""
@@ -143,6 +149,11 @@ def schedule_of(scenario: Scenario) -> TdmaSchedule:
     )
 
 
+def seabed_of(scenario: Scenario) -> Seabed:
+    """The cells of all areas."""
+    return Seabed.of_areas(scenario.world.cell_m, {area.name: area.corners_m for area in scenario.area})
+
+
 def channel_of(scenario: Scenario, seed: int) -> BroadcastChannel:
     return BroadcastChannel(
         modems()[scenario.communication.modem],
@@ -159,7 +170,10 @@ def codec_of(scenario: Scenario, tbox: TBox, instances: Sequence[Instance]) -> C
     resolution_s = communication.time_resolution_s
     horizon_s = resolution_s * (int(scenario.scenario.duration_s / resolution_s) + 1)
     policy = POLICIES[communication.policy]
-    return Codec(tbox, len(instances), len(scenario.vehicle), policy, round(horizon_s, 9), resolution_s)
+    n_frames = int(scenario.scenario.duration_s / schedule_of(scenario).frame_s) + 1
+    seabed = seabed_of(scenario)
+    n_blocks = STATUS_PER_FRAME * n_frames + len(seabed.cells) + SPARE_BLOCKS
+    return Codec(tbox, len(instances), len(scenario.vehicle), policy, n_blocks, round(horizon_s, 9), resolution_s)
 
 
 def assemble(scenario: Scenario, seed: int, channel: Channel | None = None) -> Fleet:
@@ -179,7 +193,7 @@ def assemble(scenario: Scenario, seed: int, channel: Channel | None = None) -> F
     database = AUVDatabase(tuple(vehicle_data(table, transmit_j_per_bit) for table in scenario.vehicle))
     strategy = strategy_of(scenario)
     founding = strategy.form(database, groups_of(scenario))
-    seabed = Seabed.of_areas(scenario.world.cell_m, mission.corners_m)
+    seabed = seabed_of(scenario)
     recorder = Recorder()
     world = scenario.world
     bounds_m = (world.x_m[0], world.y_m[0], world.x_m[1], world.y_m[1])

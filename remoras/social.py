@@ -218,6 +218,8 @@ class SocialLayer:
         change = self.organisation.assign if plays else self.organisation.leave_role
         self.organisation, outcome = change(vehicle, group, role)
         if outcome is Outcome.SUCCESS:
+            if not plays and group in self._plans_rest_on:
+                self._due.add(group)  # somebody has to take over
             result.activities_due |= self.reconsider_activities({("members", f"{group}.{role}")})
             if vehicle == self.me:
                 (result.assigned if plays else result.left).append(RoleAssignment(group, role, vehicle))
@@ -280,6 +282,12 @@ class SocialLayer:
             for finding in self._mission.findings(group, self.organisation, self._beliefs, picture, motion):
                 facts.append(self._beliefs.fact(finding.subject, finding.attribute, finding.value))
         return facts
+
+    def resign(self) -> list[Fact]:
+        """Leave all roles: a vehicle that has to look after itself is of no use to its groups."""
+        return [
+            self._beliefs.fact(self.me, "leftRole", f"{a.group}.{a.role}") for a in self.organisation.roles_of(self.me)
+        ]
 
     def completed(self, objective: Objective) -> list[Fact]:
         """What to make known when all has been done for ``objective``."""

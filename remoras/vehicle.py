@@ -74,6 +74,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             for role in group.roles
         }
         self._next_decision_s = 0.0
+        self._resigned = False
         self._driving: frozenset[tuple[str, str]] = frozenset()
         for assignment in social.organisation.roles_of(self.name):
             self._record_role(0.0, assignment.group, assignment.role, "assigned")
@@ -118,6 +119,10 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if decision is not before:
             functional.perform(executive.sets, decision.chosen)
             self._record_decision(now_s, decision)
+        if self.functional.picture.battery <= self.functional.picture.reserve and not self._resigned:
+            self._resigned = True
+            if facts := self.social.resign():
+                self._conclude(facts, now_s)
         if decision.has(ActivityType.PLANNING) and self.social.planning_due:
             deliberation = self.social.plan_missions(picture)
             for no_plan in deliberation.impossible:

@@ -1,0 +1,32 @@
+"""A vehicle that runs low on energy goes home, leaves its roles, and its area passes on."""
+
+from missions.run import Run, run
+from missions.scenario import load
+
+
+def with_a_weak_auv01() -> Run:
+    """100 kJ of the usual 5 MJ last AUV01 for about five minutes."""
+    return run(load("mapping-rendezvous", [("--set", "vehicle.AUV01.energy_j=100000")]))
+
+
+def test_its_area_is_allocated_anew_and_the_others_meet_without_it() -> None:
+    finished = with_a_weak_auv01()
+    roles = finished.recorder.roles
+    left_s = min(row[0] for row in roles if row[1] == "AUV01" and row[4] == "left")
+    taken_over = [row for row in roles if row[3] == "LeftWinger" and row[4] == "assigned" and row[1] != "AUV01"]
+    assert taken_over
+    assert left_s < taken_over[0][0] < left_s + 60.0
+    assert finished.completed
+
+
+def test_it_comes_home_before_its_battery_is_empty() -> None:
+    finished = with_a_weak_auv01()
+    track = [row for row in finished.recorder.trajectories if row[1] == "AUV01"]
+    home = [row for row in track if row[2] ** 2 + row[3] ** 2 <= 1.0 and row[0] > 100.0]
+    assert home
+    assert home[0][6] < 100_000.0
+
+
+def test_with_energy_enough_nobody_leaves() -> None:
+    finished = run(load("mapping-rendezvous", [("--set", "scenario.duration_s=600")]))
+    assert [row for row in finished.recorder.roles if row[4] == "left"] == []
