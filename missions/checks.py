@@ -245,20 +245,19 @@ def _role_players(key: str, role: Raw, vehicles: Sequence[Raw]) -> Iterator[Conf
 
 def _vehicles(raw: Raw) -> Iterator[ConfigurationFault]:
     roles = sorted({name for group in _entries(raw, "group") for name in _names_of(group, "role")})
+    founding = sorted(
+        str(role.get("name"))
+        for group in _entries(raw, "group")
+        for role in _entries(group, "role")
+        if role.get("founding")
+    )
     for vehicle in _entries(raw, "vehicle"):
         prefix = f"vehicle.{vehicle.get('name')}"
         playable = vehicle.get("playable_roles", [])
         for role in playable if isinstance(playable, list) else []:
             yield from _one_of(f"{prefix}.playable_roles", role, roles)
-        founding = {
-            name
-            for group in _entries(raw, "group")
-            for role in _entries(group, "role")
-            if role.get("founding")
-            for name in [role.get("name")]
-        }
-        if isinstance(playable, list) and not founding.intersection(map(str, playable)):
-            allowed = f"plays no founding role, so it would belong to no group; founding: {', '.join(sorted(map(str, founding)))}"
+        if isinstance(playable, list) and not set(founding).intersection(map(str, playable)):
+            allowed = f"plays no founding role, so it would belong to no group; founding: {', '.join(founding)}"
             yield ConfigurationFault(f"{prefix}.playable_roles", "", allowed)
         depth, limit = vehicle.get("depth_m", 0.0), vehicle.get("depth_limit_m", 0.0)
         if isinstance(depth, int | float) and isinstance(limit, int | float) and depth > limit:

@@ -31,7 +31,6 @@ from remoras.strategies import Strategy, strategies
 from remoras.vehicle import Vehicle
 from worldmodel import InformationNeed, Instance, NeedsIndex, TBox, WorldModel, core_ontology_paths
 
-
 STATUS_PER_FRAME = 2
 """Status blocks (position, battery) that a vehicle records in a TDMA frame."""
 SPARE_BLOCKS = 1024

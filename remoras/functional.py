@@ -55,6 +55,11 @@ class FunctionalLayer:
         """The battery is empty: the vehicle does nothing any more."""
         return self.motion.energy_j >= self.data.energy_j
 
+    @property
+    def must_go_home(self) -> bool:
+        """No more energy is left than the way home takes, with a margin."""
+        return self.picture.battery <= self.picture.reserve
+
     def prepare(self, sets: Sequence[ActivitySet]) -> None:
         """Get ready to perform ``sets``; what was under way goes on where it was."""
         self._of_set = {

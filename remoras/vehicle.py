@@ -20,6 +20,7 @@ import mesa
 from exchange.manager import ExchangeManager, Reception, Transmission
 from exchange.packets import InfluenceSignal
 from remoras.activities import ActivityType
+from remoras.behaviours import Perception
 from remoras.beliefs import Beliefs
 from remoras.database import VehicleData
 from remoras.executive import Decision, ExecutiveLayer
@@ -103,35 +104,38 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self._recorder.faults.append((now_s, self.name, "energy", "battery exhausted"))
 
     def think(self, now_s: float, dt_s: float) -> None:
-        """Perceive, decide, and plan if that is what was decided."""
+        """Perceive, decide, and do at once what the decision asks of the social layer."""
         functional, executive = self.functional, self.executive
-        picture = functional.picture
-        picture.planning_due = self.social.planning_due
+        functional.picture.planning_due = self.social.planning_due
         perceptions = functional.perceive(executive.decision.chosen)
-        for index, perception in enumerate(perceptions):
-            objective = executive.sets[index].objective
-            if perception.done and objective is not None and (facts := self.social.completed(objective)):
-                self._conclude(facts, now_s)
-                perceptions = functional.perceive(executive.decision.chosen)
-                break
+        if self._note_what_is_done(perceptions, now_s):
+            perceptions = functional.perceive(executive.decision.chosen)
         before = executive.decision
         decision = executive.decide(perceptions, now_s, dt_s)
         if decision is not before:
             functional.perform(executive.sets, decision.chosen)
             self._record_decision(now_s, decision)
-        if self.functional.picture.battery <= self.functional.picture.reserve and not self._resigned:
+        if functional.must_go_home and not self._resigned:
             self._resigned = True
-            if facts := self.social.resign():
-                self._conclude(facts, now_s)
+            self._conclude(self.social.resign(), now_s)
         if decision.has(ActivityType.PLANNING) and self.social.planning_due:
-            deliberation = self.social.plan_missions(picture)
-            for no_plan in deliberation.impossible:
-                self._recorder.faults.append((now_s, self.name, "no plan", str(no_plan.task)))
-            if deliberation.facts:
-                self._conclude(deliberation.facts, now_s)
-        findings = self.social.findings(picture, functional.motion)
-        if findings:
-            self._conclude(findings, now_s)
+            self._plan(now_s)
+        self._conclude(self.social.findings(functional.picture, functional.motion), now_s)
+
+    def _note_what_is_done(self, perceptions: Sequence[Perception], now_s: float) -> bool:
+        """Make known the first objective for which all has been done; True if there was one."""
+        for index, perception in enumerate(perceptions):
+            objective = self.executive.sets[index].objective
+            if perception.done and objective is not None and (facts := self.social.completed(objective)):
+                self._conclude(facts, now_s)
+                return True
+        return False
+
+    def _plan(self, now_s: float) -> None:
+        deliberation = self.social.plan_missions(self.functional.picture)
+        for no_plan in deliberation.impossible:
+            self._recorder.faults.append((now_s, self.name, "no plan", str(no_plan.task)))
+        self._conclude(deliberation.facts, now_s)
 
     # Consultation --------------------------------------------------------------------------------
 
@@ -227,6 +231,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _conclude(self, facts: Sequence[tuple[int, int, Any]], now_s: float) -> None:
         """Record facts in the own world model and offer them to the others."""
+        if not facts:
+            return
         change = self.world_model.record(facts, now_s)
         for uid in self.manager.offer([change]):
             self._record_item(now_s, uid, "observed")
