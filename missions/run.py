@@ -6,8 +6,6 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import mesa
-
 from exchange.acoustics.channel import BroadcastChannel, Channel
 from exchange.acoustics.link import link_named
 from exchange.acoustics.modems import modems
@@ -197,7 +195,7 @@ def assemble(scenario: Scenario, seed: int, channel: Channel | None = None) -> F
     world = scenario.world
     bounds_m = (world.x_m[0], world.y_m[0], world.x_m[1], world.y_m[1])
 
-    def make_vehicle(fleet: mesa.Model, data: VehicleData) -> Vehicle:
+    def make_vehicle(fleet: Fleet, data: VehicleData) -> Vehicle:
         model = WorldModel(tbox, data.node, instances, resolution_s, n_origins=n_nodes, run_time_instances_per_origin=0)
         beliefs = Beliefs(model, mission.known_before(database))
         sensor = MappingSensor(seabed, data.swath_m, data.sensor_speed_mps)

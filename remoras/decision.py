@@ -54,7 +54,7 @@ def combinations(sets: Sequence[ActivitySet], motivated: int) -> tuple[tuple[int
                 sorted(index for index in members if index not in providers or not members.isdisjoint(providers[index]))
             )
         )
-    return tuple(sorted(found))
+    return tuple(sorted(one for one in found if not any(set(one) < set(other) for other in found)))
 
 
 def best(candidates: Sequence[tuple[int, ...]], sizes: Sequence[int], motivations: Sequence[float]) -> tuple[int, ...]:

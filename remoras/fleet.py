@@ -56,7 +56,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
 
     def __init__(
         self,
-        make_vehicles: Callable[[mesa.Model], Sequence[Vehicle]],
+        make_vehicles: Callable[[Fleet], Sequence[Vehicle]],
         channel: Channel,
         schedule: TdmaSchedule,
         truth: Truth,
@@ -94,7 +94,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         for vehicle in self.vehicles:
             vehicle.step(now_s, dt_s, neighbours.get(vehicle.data.node, ()))
         self._record(now_s)
-        self.completed = self.truth.observe(self, now_s)
+        self._observe(now_s)
         if self.completed or now_s + self.tick_s > self.duration_s:
             self.running = False
             self.reason = self.truth.close(self, now_s)
@@ -122,6 +122,10 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         if isinstance(ids, dict):
             ids.pop(self, None)
 
+    def _observe(self, now_s: float) -> None:
+        if not self.completed:
+            self.completed = self.truth.observe(self, now_s)
+
     # Events --------------------------------------------------------------------------------------
 
     def _handle(self, event: SlotOpens | FrameEnds | Arrival) -> None:
@@ -135,7 +139,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             case FrameEnds(number=frame):
                 for vehicle in self.vehicles:
                     vehicle.consult(now_s)
-                self.truth.observe(self, now_s)
+                self._observe(now_s)
                 next_s = self.schedule.start_s((frame + 1) * self.schedule.n_nodes)
                 self.clock.schedule(next_s, Priority.CONSULTATION, FrameEnds(frame + 1))
 

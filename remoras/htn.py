@@ -104,6 +104,10 @@ class Domain:
 
     @classmethod
     def of(cls, operators: Sequence[Operator], methods: Mapping[str, Sequence[Method]]) -> Domain:
+        names = [operator.name for operator in operators]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise PlanningError(f"an elementary task has one operator, these have several: {', '.join(twice)}")
         return cls(
             {operator.name: operator for operator in operators},
             {name: tuple(alternatives) for name, alternatives in methods.items()},
@@ -140,13 +144,20 @@ class NoPlan:
     dead_ends: tuple[Task, ...]
 
 
-class _Open(NamedTuple):
-    """Tasks still to be done, as a linked list: (task, ancestors, methods) and the rest."""
+class _Origin(NamedTuple):
+    """Where a task comes from: the abstract task above it and the method that was taken, as a linked list."""
 
     task: Task
-    ancestors: tuple[Task, ...]
-    methods: tuple[str, ...]
-    rest: Any  # _Open | None
+    method: str
+    above: _Origin | None
+
+
+class _Open(NamedTuple):
+    """Tasks still to be done, as a linked list."""
+
+    task: Task
+    origin: _Origin | None
+    rest: _Open | None
 
 
 class _Choice(NamedTuple):
@@ -156,6 +167,23 @@ class _Choice(NamedTuple):
     next_method: int
     n_steps: int
     n_undo: int
+
+
+def _step(task: Task, origin: _Origin | None) -> Step:
+    ancestors: list[Task] = []
+    methods: list[str] = []
+    while origin is not None:
+        ancestors.append(origin.task)
+        methods.append(origin.method)
+        origin = origin.above
+    return Step(task, tuple(reversed(ancestors)), tuple(reversed(methods)))
+
+
+def _subtasks(method: Method, facts: Facts, task: Task) -> Sequence[Task]:
+    subtasks = method.subtasks(facts, *task.args)
+    if not isinstance(subtasks, list | tuple) or not all(isinstance(subtask, Task) for subtask in subtasks):
+        raise PlanningError(f"method {method.name!r} of task {task} must return a list of tasks, not {subtasks!r}")
+    return subtasks
 
 
 def plan(domain: Domain, facts: FactsLike, task: Task, max_expansions: int = 100_000) -> Plan | NoPlan:
@@ -181,20 +209,20 @@ def plan(domain: Domain, facts: FactsLike, task: Task, max_expansions: int = 100
     frozenset({'deep'})
     """
     view = Facts(facts)
-    steps: list[Step] = []
+    steps: list[tuple[Task, _Origin | None]] = []
     undo_logs: list[Sequence[tuple[Key, Any]]] = []
     choices: list[_Choice] = []
     dead_ends: list[Task] = []
-    agenda: _Open | None = _Open(task, (), (), None)
+    agenda: _Open | None = _Open(task, None, None)
     next_method = 0
     for _ in range(max_expansions):
         if agenda is None:
-            return Plan(tuple(steps), frozenset(view.read))
-        current, ancestors, methods, rest = agenda
+            return Plan(tuple(_step(*step) for step in steps), frozenset(view.read))
+        current, origin, rest = agenda
         if (operator := domain.operators.get(current.name)) is not None:
             if operator.applicable(view, *current.args):
                 undo_logs.append(view.make_true(operator.effects(view, *current.args)))
-                steps.append(Step(current, ancestors, methods))
+                steps.append((current, origin))
                 agenda = rest
                 continue
         elif (alternatives := domain.methods.get(current.name)) is not None:
@@ -209,10 +237,9 @@ def plan(domain: Domain, facts: FactsLike, task: Task, max_expansions: int = 100
             if chosen is not None:
                 choices.append(_Choice(agenda, chosen + 1, len(steps), len(undo_logs)))
                 method = alternatives[chosen]
-                above = (*ancestors, current)
-                names = (*methods, method.name)
-                for subtask in reversed(method.subtasks(view, *current.args)):
-                    rest = _Open(subtask, above, names, rest)
+                below = _Origin(current, method.name, origin)
+                for subtask in reversed(_subtasks(method, view, current)):
+                    rest = _Open(subtask, below, rest)
                 agenda, next_method = rest, 0
                 continue
         else:

@@ -43,7 +43,7 @@ class RoleSpecification:
     Attributes:
         name: as the papers write it, for example ``LeftWinger``.
         minimum, maximum: cardinality; ``maximum`` None means any number.
-        head: the holder supervises the group: it may assign roles and objectives in it.
+        head: the holder supervises the group: it plans the group's mission and allocates its roles.
         founding: held from the start; other roles are allocated during the mission.
         area: name of the area that the role's holder explores, if it is a positional role.
         played_by: (group, role) whose holder must play it, or None.

@@ -15,7 +15,7 @@ Personal satisfaction P of a role, -128..127, over a time dt::
 Motivation of an activity of role r, from the three sources the paper names::
 
     importance * stimulus                               (1) importance and perception of stimuli
-    + w_continuing * (1 + P_r / 127) / 2                (2) only while it is being performed
+    + w_continuing * (P_r + 128) / 255                  (2) only while it is being performed
     + w_external * max over signals S addressed to r of
                    max(0, -S) / 128 * exp(-age / tau)   (3) only for collective activities
 
@@ -105,5 +105,5 @@ def motivation(
         return 0.0
     value = importance * stimulus + constants.weight_external * strongest_call
     if performed:
-        value += constants.weight_continuing * (1.0 + satisfaction / HIGHEST) / 2.0
+        value += constants.weight_continuing * (satisfaction - LOWEST) / (HIGHEST - LOWEST)
     return value

@@ -6,7 +6,7 @@ Its eight modules, by the paper's names:
 * ``optimiser`` (of organisational performances): allocates roles, a ``Strategy``;
 * ``groups`` and ``roles``: which vehicles belong to and play which;
 * ``missions``: which mission each group has;
-* ``mission_planner``: turns the missions of the groups that this vehicle leads into objectives, by HTN;
+* mission planner (``plan_missions``): turns the missions of the groups that this vehicle leads into objectives, by HTN;
 * ``individual_objectives`` of a vehicle and ``collective_objectives`` of a role.
 
 Organisational data are facts of the world model and travel as such. What is said in one TDMA frame is one
@@ -53,6 +53,11 @@ class Deliberation:
     impossible: list[NoPlan]
 
 
+def _age(observation: Observation) -> tuple[float, int, int, int]:
+    """The world model's order of facts: time, then origin, sequence and position."""
+    return observation.time_s, observation.origin, observation.block.sequence, observation.position
+
+
 class SocialLayer:
     """Organisation, missions and objectives as one vehicle sees them.
 
@@ -86,6 +91,8 @@ class SocialLayer:
         }
         self._standing = mission.standing_sets(database[me])
         self._pending: list[Observation] = []
+        self._newest: dict[tuple[str, ...], tuple[float, int, int, int]] = {}  # what counts, and since when
+        self._proposed: dict[RoleAssignment | Objective, None] = {}  # issued in this round, not yet counting
         self._plans_rest_on: dict[str, frozenset[Key]] = {}  # group -> facts of its mission's plan
         self._activities: dict[Objective, tuple[tuple[ActivitySet, ...], frozenset[Key]]] = {}
         self._led = self._groups_led()
@@ -189,23 +196,26 @@ class SocialLayer:
         return bool(self._pending)
 
     def consult(self) -> Consultation:
-        """End of a round: what was heard in it counts from now on."""
+        """End of a round: what was heard in it counts from now on, unless something newer counts already."""
         result = Consultation()
-        pending = sorted(self._pending, key=lambda o: (o.time_s, o.origin, o.block.sequence, o.position))
+        pending = sorted(self._pending, key=_age)
         self._pending = []
+        self._proposed.clear()
         for observation in pending:
             fact = observation.fact
             name = self._tbox.attributes[fact.attribute].name
             issuer = self._beliefs.name(observation.origin)
-            if name.startswith(OBJECTIVE_PREFIX):
-                group, role = self._beliefs.name(fact.subject).split(".")
-            else:
-                group, role = self._beliefs.name(int(fact.value)).split(".")  # type: ignore[arg-type]
+            is_objective = name.startswith(OBJECTIVE_PREFIX)
+            group, role = self._beliefs.name(fact.subject if is_objective else fact.target).split(".")
             if not self.organisation.may_assign(issuer, group):
                 result.refused.append(f"{issuer} is no member of {group}, its {name} does not count")
                 continue
-            if name.startswith(OBJECTIVE_PREFIX):
-                target = self._beliefs.name(int(fact.value))  # type: ignore[arg-type]
+            about = (group, role, name if is_objective else self._beliefs.name(fact.subject))
+            if self._newest.get(about, (-1.0, 0, 0, 0)) > _age(observation):
+                continue
+            self._newest[about] = _age(observation)
+            if is_objective:
+                target = self._beliefs.name(fact.target)
                 objective = Objective(group, role, name.removeprefix(OBJECTIVE_PREFIX), target)
                 self._objectives[group, role, objective.name] = objective
                 result.activities_due = True
@@ -257,16 +267,23 @@ class SocialLayer:
                 return []
             return [beliefs.fact(group, "hasMission", mission)]
         objective = Objective(*task.args)
-        if self._objectives.get((objective.group, objective.role, objective.name)) == objective:
+        known = self._objectives.get((objective.group, objective.role, objective.name))
+        if objective in self._proposed or known == objective:
             return []
+        self._proposed[objective] = None
         self.issued_objectives.add(objective)
         subject = f"{objective.group}.{objective.role}"
         return [beliefs.fact(subject, OBJECTIVE_PREFIX + objective.name, objective.argument)]
 
     def _allocate(self, group: str, picture: Picture) -> list[Fact]:
-        allocated = self.optimiser.adapt(self.organisation.groups[group], self.organisation, self._evidence(picture))
+        expected = self.organisation
+        for proposed in self._proposed:
+            if isinstance(proposed, RoleAssignment):
+                expected, _ = expected.assign(proposed.vehicle, proposed.group, proposed.role)
+        allocated = self.optimiser.adapt(expected.groups[group], expected, self._evidence(picture))
         allowed = [a for a in allocated if self.organisation.is_member(a.vehicle, a.group)]
         self.issued.update(allowed)
+        self._proposed.update(dict.fromkeys(allowed))
         return [self._beliefs.fact(a.vehicle, "playsRole", f"{a.group}.{a.role}") for a in allowed]
 
     def _evidence(self, picture: Picture) -> Evidence:

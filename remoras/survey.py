@@ -2,7 +2,8 @@
 
 Areas are convex polygons, given by their corners in order. Rows run along x (east), or along y where the area
 is longer that way; the first and last row, and the ends of every row, keep half a swath from the border, so
-that the swath covers the area and no more.
+that the swath stays inside the area. What it covers then are the cells as large as the swath, all of them; of smaller
+cells those in the corners of the area may be left out.
 """
 
 from __future__ import annotations

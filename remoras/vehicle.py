@@ -207,7 +207,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _hear_signal(self, emitter: str, signal: InfluenceSignal, now_s: float) -> None:
         group, role, addressed_roles = self._signalled.get(signal.role, ("", "", ()))
-        if not self.social.organisation.is_member(self.name, group):
+        organisation = self.social.organisation
+        if not (organisation.is_member(self.name, group) and organisation.is_member(emitter, group)):
             return  # not of our groups, or no role at all
         for addressed in addressed_roles:
             self.executive.hear((group, addressed), emitter, role, signal.value, now_s)

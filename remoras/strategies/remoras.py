@@ -34,7 +34,7 @@ def survey_time_s(data: VehicleData, corners_m: Sequence[Point], position_m: Poi
 
 def assignment(costs_ms: Sequence[Sequence[int | None]]) -> dict[int, int]:
     """Row -> column so that as many rows as possible are assigned, the dearest pair is as cheap as possible, and
-    then the sum is least; None forbids a pair. Of equals, lower rows take lower columns.
+    then the sum is least; None forbids a pair. Equals fall the same way in every run.
 
     >>> assignment([[5, 9], [9, 14]])
     {0: 1, 1: 0}
@@ -99,13 +99,13 @@ class Remoras:
         members = [
             evidence.database[name] for name in evidence.database.names if organisation.is_member(name, group.name)
         ]
-        allocated = [
-            RoleAssignment(group.name, role.name, data.name)
-            for role in group.roles
-            if not role.founding and role.area is None
-            for data in members
-            if data.can_play(role.name)
-        ]
+        allocated: list[RoleAssignment] = []
+        for role in group.roles:
+            if not role.founding and role.area is None:
+                held = organisation.members(group.name, role.name)
+                able = [data.name for data in members if data.can_play(role.name) and data.name not in held]
+                free = len(able) if role.maximum is None else max(0, role.maximum - len(held))
+                allocated += [RoleAssignment(group.name, role.name, name) for name in able[:free]]
         vacant = [
             role
             for role in group.roles

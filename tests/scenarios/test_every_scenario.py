@@ -23,8 +23,27 @@ def test_strategies_and_loss_do_not_touch_each_others_draws() -> None:
     for policy in ("ack", "m-ack-repeat"):
         loaded = load(
             "mapping-rendezvous",
-            [("--set", "channel.per=0.4"), ("--set", f"communication.policy={policy}"), ("--set", "scenario.duration_s=300")],
+            [
+                ("--set", "channel.per=0.4"),
+                ("--set", f"communication.policy={policy}"),
+                ("--set", "scenario.duration_s=300"),
+            ],
         )
         rows = run(loaded, seed=3).recorder.packets
         lost.append({row[0]: row[7] for row in rows})
     assert lost[0] == lost[1]
+
+
+def test_a_role_with_a_maximum_is_allocated_to_no_more() -> None:
+    loaded = load("mapping-rendezvous", [("--set", "group.Operational.role.Cartographer.maximum=2")])
+    finished = run(loaded)
+    cartographers = {row[1] for row in finished.recorder.roles if row[3] == "Cartographer"}
+    assert finished.completed
+    assert len(cartographers) == 2
+
+
+def test_a_mission_is_complete_once() -> None:
+    """All start within the arrival radius of both rally points, so the mission is complete at the end of a frame."""
+    together = [("--set", f"vehicle.{name}.start_m=[475, 475]") for name in ("ASV00", "AUV00", "AUV01", "AUV02")]
+    finished = run(load("mapping-rendezvous", [*together, ("--set", "mission.arrival_radius_m=100")]))
+    assert [m.name for m in finished.milestones].count("mission_complete") == 1

@@ -179,6 +179,13 @@ def test_to_organise_and_to_plan_go_together(fleet: Fleet) -> None:
     assert planners == {"ASV00", "AUV00"}  # those with a group to supervise
 
 
+def test_mapping_is_done_at_the_side_of_exploring(fleet: Fleet) -> None:
+    """Neither goes without the other for long: Mapping alone would map nothing but the way."""
+    for name in ("AUV00", "AUV01", "AUV02"):
+        needs = {one.name: one.needs for one in vehicles(fleet)[name].executive.sets if one.needs is not None}
+        assert needs == {"Mapping": "ZigzagExploring"}
+
+
 def test_after_consultation_the_vehicles_set_out(fleet: Fleet) -> None:
     """Section VII.B: the MissionAdministrator goes to its rally point; AUV00 neglects its role of Tactician and goes
     to the central area, the wingers to theirs."""

@@ -1,0 +1,84 @@
+"""The event queue: one order, whatever order events are put in."""
+
+from typing import NamedTuple
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from remoras.clock import Clock, Priority
+
+TIMES = st.sampled_from([0.0, 0.1, 0.3, 0.1 + 0.2, 1.0, 7.1])
+events = st.lists(st.tuples(TIMES, st.sampled_from(list(Priority))))
+
+
+class Note(NamedTuple):
+    """An event; its payload may be something that cannot be compared."""
+
+    number: int
+    payload: object
+
+
+def drained(clock: Clock[Note], until_s: float) -> list[tuple[float, int]]:
+    found = []
+    while (event := clock.next_before(until_s)) is not None:
+        found.append((clock.now_s, event.number))
+    return found
+
+
+@given(events)
+def test_by_time_then_priority_then_order_of_arrival(scheduled: list[tuple[float, Priority]]) -> None:
+    clock: Clock[Note] = Clock()
+    for number, (time_s, priority) in enumerate(scheduled):
+        clock.schedule(time_s, priority, Note(number, object()))
+    expected = sorted(range(len(scheduled)), key=lambda number: (*scheduled[number], number))
+    assert drained(clock, 100.0) == [(scheduled[number][0], number) for number in expected]
+
+
+@given(events, TIMES)
+def test_what_is_not_due_stays(scheduled: list[tuple[float, Priority]], until_s: float) -> None:
+    """Before the motion of a time come all events before it, and those at it that are heard first."""
+    clock: Clock[Note] = Clock()
+    for number, (time_s, priority) in enumerate(scheduled):
+        clock.schedule(time_s, priority, Note(number, None))
+    first = drained(clock, until_s)
+    due = {
+        number
+        for number, (time_s, priority) in enumerate(scheduled)
+        if time_s < until_s or (time_s == until_s and priority is Priority.ARRIVAL)
+    }
+    assert {number for _, number in first} == due
+    assert len(first) + len(drained(clock, 100.0)) == len(scheduled)
+
+
+def test_at_one_time_what_arrives_is_heard_before_anybody_decides_or_speaks() -> None:
+    assert sorted(Priority) == [Priority.ARRIVAL, Priority.MOTION, Priority.CONSULTATION, Priority.SLOT]
+
+
+def test_events_made_on_the_way_are_taken_in() -> None:
+    clock: Clock[Note] = Clock()
+    clock.schedule(1.0, Priority.SLOT, Note(0, None))
+    clock.schedule(3.0, Priority.SLOT, Note(1, None))
+    heard = []
+    while (event := clock.next_before(10.0)) is not None:
+        heard.append((clock.now_s, event.number))
+        if event.number == 0:
+            clock.schedule(clock.now_s, Priority.ARRIVAL, Note(2, None))
+            clock.schedule(2.0, Priority.ARRIVAL, Note(3, None))
+    assert heard == [(1.0, 0), (1.0, 2), (2.0, 3), (3.0, 1)]
+
+
+def test_the_past_is_over() -> None:
+    clock: Clock[Note] = Clock()
+    clock.now_s = 5.0
+    with pytest.raises(ValueError, match=r"cannot schedule at 4\.9 s, it is 5\.0 s"):
+        clock.schedule(4.9, Priority.SLOT, Note(0, None))
+
+
+def test_what_is_scheduled_is_held() -> None:
+    """An event that nobody else refers to still comes: no weak references."""
+    clock: Clock[Note] = Clock()
+    clock.schedule(1.0, Priority.ARRIVAL, Note(0, [1, 2, 3]))
+    event = clock.next_before(2.0)
+    assert event is not None
+    assert event.payload == [1, 2, 3]

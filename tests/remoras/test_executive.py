@@ -1,0 +1,241 @@
+"""The executive layer: satisfaction, calls of others, and what is chosen by them."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from samples import activity_set
+
+from remoras.activities import ActivityKind, ActivitySet, ActivityType
+from remoras.behaviours import ADVANCING, DUE, IDLE, RETREATING, STANDING, Perception
+from remoras.executive import ExecutiveLayer
+from remoras.satisfaction import DecisionConstants
+
+CARTOGRAPHER, PERFORMER = ("Operational", "Cartographer"), ("Operational", "Performer")
+ROLES = (CARTOGRAPHER, PERFORMER)
+CONSTANTS = DecisionConstants(
+    weight_continuing=0.2,
+    weight_external=1.0,
+    gain_per_s=1.0,
+    tedium_per_s=-1.3,
+    dismay_per_s=-2.0,
+    fade_per_s=0.5,
+    signal_memory_s=60.0,
+)
+"""What the figures below are worked out from, whatever the defaults are."""
+
+EXPLORING = activity_set(("ZigzagExploring", ActivityType.GUIDANCE), importance=0.6, kind=ActivityKind.INDIVIDUAL)
+HOMING = activity_set(("Homing", ActivityType.GUIDANCE), importance=0.3, role="Performer")
+MAPPING = activity_set(
+    ("Mapping", ActivityType.PRODUCTIVE), importance=0.6, kind=ActivityKind.INDIVIDUAL, needs="ZigzagExploring"
+)
+EVADING = activity_set(
+    ("Evading", ActivityType.GUIDANCE),
+    ("CollisionAvoidance", ActivityType.SURVIVAL),
+    importance=3.0,
+    role=None,
+    kind=ActivityKind.VITAL,
+)
+OBEYING = activity_set(("Obeying", ActivityType.ORGANISATIONAL), importance=0.2, role="Performer")
+
+
+def layer(*sets: ActivitySet, constants: DecisionConstants = CONSTANTS) -> ExecutiveLayer:
+    executive = ExecutiveLayer(constants)
+    executive.adopt(sets, ROLES)
+    return executive
+
+
+def chosen(executive: ExecutiveLayer) -> set[str]:
+    return {executive.sets[index].name for index in executive.decision.chosen}
+
+
+def test_what_matters_more_is_done() -> None:
+    executive = layer(EXPLORING, HOMING, MAPPING)
+    executive.decide([ADVANCING, DUE, DUE], 0.0, 1.0)
+    assert chosen(executive) == {"ZigzagExploring", "Mapping"}
+
+
+def test_a_vital_need_comes_before_everything() -> None:
+    executive = layer(EXPLORING, HOMING, MAPPING, EVADING)
+    executive.decide([ADVANCING, DUE, DUE, IDLE], 0.0, 1.0)
+    executive.decide([ADVANCING, DUE, DUE, Perception(0.5)], 1.0, 1.0)
+    assert chosen(executive) == {"Evading"}
+    executive.decide([ADVANCING, DUE, DUE, IDLE], 2.0, 1.0)
+    assert chosen(executive) == {"ZigzagExploring", "Mapping"}
+
+
+def test_nothing_to_do_is_an_empty_decision() -> None:
+    executive = layer(EXPLORING, HOMING)
+    assert executive.decide([IDLE, IDLE], 0.0, 1.0).chosen == ()
+
+
+# Calls --------------------------------------------------------------------------------------------
+
+
+def test_a_call_turns_a_vehicle_to_the_common_goal() -> None:
+    """Performed and progressing, exploring has 0.6 + 0.2 (P + 128) / 255 = 0.7004 at P = 0. Homing has 0.3 and the
+    call: it takes more than 0.4, a signal below -0.4 * 128 = -51.2."""
+    executive = layer(EXPLORING, HOMING)
+    executive.decide([DUE, DUE], 0.0, 0.0)
+    executive.hear(PERFORMER, "AUV00", "Coordinator", -51, 0.0)
+    executive.decide([DUE, DUE], 0.0, 0.0)
+    assert executive.motivations == pytest.approx([0.6 + 0.2 * 128 / 255, 0.3 + 51 / 128])
+    assert chosen(executive) == {"ZigzagExploring"}
+    executive.hear(PERFORMER, "AUV00", "Coordinator", -52, 0.0)
+    executive.decide([DUE, DUE], 0.0, 0.0)
+    assert chosen(executive) == {"Homing"}
+
+
+def test_a_call_that_is_not_repeated_is_forgotten() -> None:
+    """A call of 1 that is 60 s old is worth 1 / e."""
+    executive = layer(EXPLORING, HOMING)
+    executive.hear(PERFORMER, "AUV00", "Coordinator", -128, 0.0)
+    executive.decide([DUE, DUE], 60.0, 0.0)
+    assert executive.motivations[1] == pytest.approx(0.3 + math.exp(-1.0))
+
+
+def test_the_loudest_of_several_callers_counts() -> None:
+    executive = layer(EXPLORING, HOMING)
+    executive.hear(PERFORMER, "AUV00", "Coordinator", -64, 0.0)
+    executive.hear(PERFORMER, "AUV01", "Performer", -32, 0.0)
+    executive.hear(PERFORMER, "AUV02", "Performer", 127, 0.0)
+    executive.decide([DUE, DUE], 0.0, 0.0)
+    assert executive.motivations[1] == pytest.approx(0.3 + 0.5)
+
+
+def test_who_is_content_again_no_longer_calls() -> None:
+    executive = layer(EXPLORING, HOMING)
+    executive.hear(PERFORMER, "AUV00", "Coordinator", -128, 0.0)
+    executive.hear(PERFORMER, "AUV00", "Coordinator", 20, 1.0)
+    executive.decide([DUE, DUE], 1.0, 0.0)
+    assert executive.motivations[1] == pytest.approx(0.3)
+
+
+@given(st.lists(st.tuples(st.sampled_from(ROLES), st.sampled_from(["AUV01", "AUV02"]), st.integers(-128, 127))))
+def test_individual_and_vital_activities_do_not_hear_calls(calls: list[tuple[tuple[str, str], str, int]]) -> None:
+    quiet, called = layer(EXPLORING, MAPPING, EVADING, HOMING), layer(EXPLORING, MAPPING, EVADING, HOMING)
+    for addressed, emitter, value in calls:
+        called.hear(addressed, emitter, "Coordinator", value, 0.0)
+    perceptions = [ADVANCING, DUE, Perception(0.1), DUE]
+    quiet.decide(perceptions, 1.0, 0.0)
+    called.decide(perceptions, 1.0, 0.0)
+    assert called.motivations[:3] == quiet.motivations[:3]
+    assert called.motivations[3] >= quiet.motivations[3]
+
+
+def test_a_call_to_a_role_that_is_not_played_is_not_heard() -> None:
+    executive = layer(HOMING)
+    executive.hear(("Coordination", "Tactician"), "ASV00", "MissionAdministrator", -128, 0.0)
+    executive.decide([DUE], 0.0, 0.0)
+    assert executive.motivations == pytest.approx([0.3])
+
+
+def test_calls_to_a_role_end_with_the_role() -> None:
+    executive = layer(HOMING)
+    executive.hear(PERFORMER, "AUV00", "Coordinator", -128, 0.0)
+    executive.adopt((), (CARTOGRAPHER,))
+    executive.adopt((HOMING,), ROLES)
+    executive.decide([DUE], 0.0, 0.0)
+    assert executive.motivations == pytest.approx([0.3])
+
+
+# Satisfaction -------------------------------------------------------------------------------------
+
+
+def test_satisfaction_is_kept_per_role() -> None:
+    """Ten seconds of progress as Cartographer at 1 a second; the Performer idles at 0."""
+    executive = layer(EXPLORING, HOMING)
+    for second in range(10):
+        executive.decide([ADVANCING, DUE], float(second), 1.0)
+    assert executive.satisfaction == {CARTOGRAPHER: 10.0, PERFORMER: 0.0}
+    assert executive.signals() == [(CARTOGRAPHER, 10), (PERFORMER, 0)]
+
+
+def test_only_what_is_performed_moves_satisfaction() -> None:
+    """The perception of an activity that was not chosen says nothing of how its role gets on."""
+    executive = layer(EXPLORING, HOMING)
+    executive.decide([DUE, RETREATING], 0.0, 1.0)
+    assert executive.satisfaction[PERFORMER] == 0.0
+
+
+def test_a_decision_at_once_takes_no_time() -> None:
+    executive = layer(EXPLORING, HOMING)
+    executive.decide([ADVANCING, DUE], 0.0, 0.0)
+    assert executive.satisfaction[CARTOGRAPHER] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "rate"),
+    [
+        (ADVANCING, RETREATING, 1.0),
+        (ADVANCING, STANDING, 1.0),
+        (STANDING, RETREATING, -2.0),
+        (STANDING, STANDING, -1.3),
+        (DUE, STANDING, -1.3),
+    ],
+)
+def test_a_role_gets_on_as_its_activities_do(one: Perception, other: Perception, rate: float) -> None:
+    """What progresses counts first, then what is thrown back; the order of the activities does not."""
+    for perceptions in ((one, other), (other, one)):
+        executive = layer(HOMING, OBEYING)
+        executive.decide(perceptions, 0.0, 1.0)
+        assert chosen(executive) == {"Homing", "Obeying"}
+        assert executive.satisfaction[PERFORMER] == pytest.approx(rate)
+
+
+def test_new_activities_keep_what_goes_on() -> None:
+    executive = layer(EXPLORING, HOMING)
+    executive.decide([ADVANCING, DUE], 0.0, 1.0)
+    executive.adopt((OBEYING, HOMING, EXPLORING), ROLES)
+    assert chosen(executive) == {"ZigzagExploring"}
+    assert executive.satisfaction[CARTOGRAPHER] == 1.0
+    executive.adopt((HOMING,), (PERFORMER,))
+    assert executive.decision.chosen == ()
+    assert executive.satisfaction == {PERFORMER: 0.0}
+
+
+def test_continuing_keeps_a_vehicle_from_wavering() -> None:
+    """Two equal aims: what has been begun goes on, by 0.2 (P + 128) / 255."""
+    other = activity_set(("Positioning", ActivityType.GUIDANCE), importance=0.3, role="Performer")
+    executive = layer(other, HOMING)
+    executive.decide([IDLE, DUE], 0.0, 1.0)
+    executive.decide([DUE, DUE], 1.0, 1.0)
+    assert chosen(executive) == {"Homing"}
+    assert executive.motivations == pytest.approx([0.3, 0.3 + 0.2 * 128 / 255])
+
+
+# Decisions ----------------------------------------------------------------------------------------
+
+perceptions_drawn = st.lists(
+    st.builds(Perception, st.floats(0.0, 1.0), st.sampled_from([None, ADVANCING.progress, STANDING.progress])),
+    min_size=5,
+    max_size=5,
+)
+
+
+@given(st.lists(st.tuples(perceptions_drawn, st.integers(-128, 127)), max_size=10))
+def test_every_decision_holds_at_most_one_activity_of_each_type(story: list[tuple[list[Perception], int]]) -> None:
+    executive = layer(EXPLORING, HOMING, MAPPING, EVADING, OBEYING)
+    for number, (perceptions, call) in enumerate(story):
+        executive.hear(PERFORMER, "AUV00", "Coordinator", call, float(number))
+        decision = executive.decide(perceptions, float(number), 1.0)
+        types = [activity.type for index in decision.chosen for activity in executive.sets[index].activities]
+        assert len(types) == len(set(types))
+        assert {one for one in ActivityType if decision.has(one)} == set(types)
+        assert all(perceptions[index].stimulus > 0.0 for index in decision.chosen)
+        assert "Mapping" not in chosen(executive) or "ZigzagExploring" in chosen(executive)
+
+
+def test_a_role_drives_by_guiding_working_or_planning() -> None:
+    executive = layer(EXPLORING, OBEYING)
+    executive.decide([DUE, DUE], 0.0, 1.0)
+    assert chosen(executive) == {"ZigzagExploring", "Obeying"}
+    assert executive.decision.driving == {CARTOGRAPHER}
+
+
+def test_a_decision_that_stands_is_the_same_object() -> None:
+    """Those who watch for changes compare by identity."""
+    executive = layer(EXPLORING, HOMING)
+    first = executive.decide([ADVANCING, DUE], 0.0, 1.0)
+    assert executive.decide([ADVANCING, DUE], 1.0, 1.0) is first

@@ -1,0 +1,198 @@
+"""Satisfaction and altruism: laws that hold whatever the constants.
+
+They are the ones to expect of satisfaction-altruism (Simonin and Ferber 2000): satisfaction is bounded and follows
+progress, a signal calls the more the more dissatisfied its emitter is, and a signal that is lost only delays.
+"""
+
+import math
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from remoras.satisfaction import (
+    HIGHEST,
+    LOWEST,
+    DecisionConstants,
+    Progress,
+    call,
+    evolved,
+    motivation,
+    signal_of,
+)
+
+satisfactions = st.floats(LOWEST, HIGHEST)
+durations = st.floats(0.0, 1000.0)
+weights = st.floats(0.0, 10.0)
+progresses = st.sampled_from([*Progress, None])
+constants_drawn = st.builds(
+    DecisionConstants,
+    weight_continuing=weights,
+    weight_external=weights,
+    gain_per_s=weights,
+    tedium_per_s=st.floats(-10.0, 0.0),
+    dismay_per_s=st.floats(-10.0, 0.0),
+    fade_per_s=weights,
+    signal_memory_s=st.floats(0.1, 1000.0),
+)
+
+
+# Personal satisfaction ----------------------------------------------------------------------------
+
+
+@given(satisfactions, st.lists(st.tuples(progresses, durations), max_size=20), constants_drawn)
+def test_satisfaction_stays_a_signed_byte(
+    start: float, story: list[tuple[Progress | None, float]], constants: DecisionConstants
+) -> None:
+    value = start
+    for progress, dt_s in story:
+        value = evolved(value, progress, dt_s, constants)
+        assert LOWEST <= value <= HIGHEST
+        assert LOWEST <= signal_of(value) <= HIGHEST
+
+
+@given(satisfactions, durations, constants_drawn)
+def test_satisfaction_follows_the_sign_of_progress(value: float, dt_s: float, constants: DecisionConstants) -> None:
+    assert evolved(value, Progress.FORWARD, dt_s, constants) >= value
+    assert evolved(value, Progress.NONE, dt_s, constants) <= value
+    assert evolved(value, Progress.BACKWARD, dt_s, constants) <= value
+    faded = evolved(value, None, dt_s, constants)
+    assert abs(faded) <= abs(value)
+    assert faded * value >= 0.0  # an idle role comes to rest at 0 and does not swing through it
+
+
+@given(satisfactions, progresses, st.integers(1, 50), constants_drawn)
+def test_the_length_of_a_tick_does_not_matter(
+    value: float, progress: Progress | None, n: int, constants: DecisionConstants
+) -> None:
+    by_ticks = value
+    for _ in range(n):
+        by_ticks = evolved(by_ticks, progress, 1.0, constants)
+    assert by_ticks == pytest.approx(evolved(value, progress, float(n), constants), abs=1e-9)
+
+
+def test_how_long_patience_lasts() -> None:
+    """From 127 down to 0 at 1.3 a second: 127 / 1.3 = 97.7 s, so 98 ticks of a second."""
+    value, ticks = 127.0, 0
+    while value > 0.0:
+        value = evolved(value, Progress.NONE, 1.0, DecisionConstants(tedium_per_s=-1.3))
+        ticks += 1
+    assert ticks == 98
+
+
+@given(satisfactions)
+def test_a_signal_is_the_nearest_byte(value: float) -> None:
+    assert abs(signal_of(value) - value) <= 0.5
+    assert isinstance(signal_of(value), int)
+
+
+# Calls --------------------------------------------------------------------------------------------
+
+
+@given(st.integers(LOWEST, HIGHEST), durations, constants_drawn)
+def test_only_dissatisfaction_calls(value: int, age_s: float, constants: DecisionConstants) -> None:
+    strength = call(value, age_s, constants)
+    assert 0.0 <= strength <= 1.0
+    if value >= 0:
+        assert strength == 0.0
+
+
+@given(st.integers(LOWEST, -1), st.integers(LOWEST, -1), durations, durations, constants_drawn)
+def test_the_worse_and_the_fresher_call_louder(
+    value: int, other: int, age_s: float, other_age_s: float, constants: DecisionConstants
+) -> None:
+    worse, better = sorted((value, other))
+    fresher_s, older_s = sorted((age_s, other_age_s))
+    assert call(worse, fresher_s, constants) >= call(better, fresher_s, constants)
+    assert call(worse, fresher_s, constants) >= call(worse, older_s, constants)
+
+
+def test_a_call_fades_with_its_memory() -> None:
+    constants = DecisionConstants(signal_memory_s=60.0)
+    assert call(-128, 0.0, constants) == 1.0
+    assert call(-64, 0.0, constants) == 0.5
+    assert call(-128, 60.0, constants) == pytest.approx(1.0 / math.e)
+
+
+@given(st.floats(0.01, 1.0), st.floats(0.1, 10.0), st.sets(st.integers(0, 39)))
+def test_a_signal_that_is_lost_only_delays(threshold: float, rate: float, lost: set[int]) -> None:
+    """A partner grows dissatisfied and says so in every frame: whichever of its signals are lost, as soon as
+    one arrives the call is as loud as if none had been lost, so an answer comes late but it comes."""
+    constants = DecisionConstants(tedium_per_s=-rate)
+
+    def answered_in(frames_lost: set[int]) -> int | None:
+        value, heard, heard_s = 0.0, 0, 0.0
+        for frame in range(200):
+            now_s = 7.1 * frame
+            value = evolved(value, Progress.NONE, 7.1, constants)
+            if frame not in frames_lost:
+                heard, heard_s = signal_of(value), now_s
+            if call(heard, now_s - heard_s, constants) >= threshold:
+                return frame
+        return None
+
+    undisturbed = answered_in(set())
+    assert undisturbed is not None
+    disturbed = answered_in(lost)
+    expected = next(frame for frame in range(undisturbed, 200) if frame not in lost)
+    assert disturbed == expected
+
+
+# Motivation ---------------------------------------------------------------------------------------
+
+
+@given(st.floats(0.0, 5.0), st.booleans(), satisfactions, st.floats(0.0, 1.0), constants_drawn)
+def test_nobody_is_moved_to_what_cannot_be_done(
+    importance: float, performed: bool, value: float, strongest: float, constants: DecisionConstants
+) -> None:
+    assert motivation(importance, 0.0, performed, value, strongest, constants) == 0.0
+
+
+@given(
+    st.floats(0.0, 5.0), st.floats(0.01, 1.0), satisfactions, st.floats(0.0, 1.0), st.floats(0.0, 1.0), constants_drawn
+)
+def test_motivation_grows_with_each_of_its_sources(
+    importance: float, stimulus: float, value: float, weaker: float, louder: float, constants: DecisionConstants
+) -> None:
+    weaker, louder = sorted((weaker, louder))
+
+    def moved(
+        importance: float = importance,
+        stimulus: float = stimulus,
+        performed: bool = False,
+        strongest: float = weaker,
+        value: float = value,
+    ) -> float:
+        return motivation(importance, stimulus, performed, value, strongest, constants)
+
+    assert moved(importance=importance + 1.0) >= moved()
+    assert moved(stimulus=min(1.0, 2.0 * stimulus)) >= moved()
+    assert moved(strongest=louder) >= moved()
+    assert moved(performed=True, value=HIGHEST) >= moved(performed=True)
+    assert moved(performed=True, value=0.0) >= moved(performed=False)
+    assert moved(performed=False, value=HIGHEST) == moved(performed=False, value=LOWEST)
+
+
+@given(
+    st.lists(st.tuples(weights, st.floats(0.0, 1.0), st.booleans(), satisfactions, st.floats(0.0, 1.0)), min_size=2),
+    st.integers(-3, 6),
+    constants_drawn,
+)
+def test_scaling_all_weights_leaves_the_order_as_it_is(
+    activities: list[tuple[float, float, bool, float, float]], exponent: int, constants: DecisionConstants
+) -> None:
+    """Motivations are compared, never taken by themselves: twice all weights is the same vehicle."""
+    k = 2.0**exponent  # exact in binary, so that equal stays equal
+    assume(all(weight == 0.0 or weight > 1e-200 for weight in (constants.weight_continuing, constants.weight_external)))
+    scaled = DecisionConstants(
+        weight_continuing=k * constants.weight_continuing, weight_external=k * constants.weight_external
+    )
+    before = [motivation(w, *rest, constants) for w, *rest in activities]
+    after = [motivation(k * w, *rest, scaled) for w, *rest in activities]
+    assert after == pytest.approx([k * value for value in before], rel=1e-12, abs=1e-200)
+
+
+def test_the_three_sources_add_up() -> None:
+    """0.6 * 0.5 + 1.0 * 0.25 + 0.2 * (63.25 + 128) / 255 = 0.3 + 0.25 + 0.15."""
+    constants = DecisionConstants(weight_continuing=0.2, weight_external=1.0)
+    assert motivation(0.6, 0.5, True, 63.25, 0.25, constants) == pytest.approx(0.7)

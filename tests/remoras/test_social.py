@@ -1,0 +1,309 @@
+"""The social layer on a fleet at rest: what is assigned, by whom it may be, and from when it counts.
+
+The vehicles are those of the shipped mapping mission at time 0, before anything has been said: ASV00 is the
+MissionAdministrator of the Coordination group, AUV00 its Tactician and Coordinator of the Operational group, AUV01
+and AUV02 are Performers.
+"""
+
+from collections.abc import Iterator
+from itertools import permutations
+
+import pytest
+
+from missions.run import assemble
+from missions.scenario import load
+from remoras.activities import Objective
+from remoras.fleet import Fleet
+from remoras.organisation import RoleAssignment
+from remoras.social import SocialLayer
+from remoras.vehicle import Vehicle
+from worldmodel import Block, merge
+
+SCENARIO = load("mapping-rendezvous")
+Said = tuple[str, str, str]  # subject, attribute, value: by name
+
+
+@pytest.fixture
+def fleet() -> Iterator[Fleet]:
+    assembled = assemble(SCENARIO, seed=1)
+    yield assembled
+    assembled.close()
+
+
+def named(fleet: Fleet, name: str) -> Vehicle:
+    return next(vehicle for vehicle in fleet.vehicles if vehicle.name == name)
+
+
+def say(vehicle: Vehicle, *facts: Said, now_s: float = 1.0) -> Block:
+    """``vehicle`` makes the facts known and takes note of them itself."""
+    change = vehicle.world_model.record([vehicle.beliefs.fact(*fact) for fact in facts], now_s)
+    vehicle.social.consider([change])
+    return change.block
+
+
+def hear(vehicle: Vehicle, *blocks: Block) -> None:
+    for block in blocks:
+        vehicle.social.consider(merge(vehicle.world_model, [block]).changes)
+
+
+LEFT = ("AUV01", "playsRole", "Operational.LeftWinger")
+EXPLORE_LEFT = ("Operational.LeftWinger", "objectiveExploring", "left")
+
+
+# Modules ------------------------------------------------------------------------------------------
+
+
+def test_the_modules_of_the_paper(fleet: Fleet) -> None:
+    """Section IV.A: AUV Database, Optimizer of organizational performances, Groups, Roles; Missions, Mission
+    planner, Individual objectives, Collective objectives coordination."""
+    social = named(fleet, "AUV00").social
+    assert social.auv_database.names == ("ASV00", "AUV00", "AUV01", "AUV02")
+    assert social.optimiser.name == "remoras"
+    assert social.groups == {"Coordination": ("ASV00", "AUV00"), "Operational": ("AUV00", "AUV01", "AUV02")}
+    assert social.roles == {
+        ("Coordination", "MissionAdministrator"): ("ASV00",),
+        ("Coordination", "Tactician"): ("AUV00",),
+        ("Operational", "Coordinator"): ("AUV00",),
+        ("Operational", "Performer"): ("AUV01", "AUV02"),
+    }
+    assert social.missions == {"Coordination": "Supervision"}
+    assert social.plan_missions(named(fleet, "AUV00").functional.picture).facts == []  # its group has no mission yet
+    assert social.individual_objectives("AUV00") == ()
+    supervision = Objective("Operational", "Coordinator", "GroupSupervision", "Operational")
+    assert social.collective_objectives("Operational", "Coordinator") == (supervision,)
+    assert social.collective_objectives("Operational", "Performer") == ()
+
+
+def test_who_leads(fleet: Fleet) -> None:
+    led = {
+        vehicle.name: [group for group in vehicle.social.organisation.groups if vehicle.social.leads(group)]
+        for vehicle in fleet.vehicles
+    }
+    assert led == {"ASV00": ["Coordination"], "AUV00": ["Operational"], "AUV01": [], "AUV02": []}
+
+
+# Consultation -------------------------------------------------------------------------------------
+
+
+def test_an_assignment_counts_from_the_end_of_the_round(fleet: Fleet) -> None:
+    issuer, heard = named(fleet, "AUV00"), named(fleet, "AUV01")
+    block = say(issuer, LEFT)
+    hear(heard, block)
+    for vehicle in (issuer, heard):
+        assert vehicle.social.consultation_due
+        assert not vehicle.social.organisation.plays("AUV01", "Operational", "LeftWinger")
+    result = heard.social.consult()
+    assert result.assigned == [RoleAssignment("Operational", "LeftWinger", "AUV01")]
+    assert result.activities_due
+    assert heard.social.organisation.plays("AUV01", "Operational", "LeftWinger")
+    # who issued it waits for the same moment, and it is not its own role
+    assert issuer.social.consult().assigned == []
+    assert issuer.social.organisation.plays("AUV01", "Operational", "LeftWinger")
+    # who has not heard it does not know
+    assert not named(fleet, "AUV02").social.organisation.plays("AUV01", "Operational", "LeftWinger")
+
+
+def test_a_round_is_over_once(fleet: Fleet) -> None:
+    heard = named(fleet, "AUV01")
+    hear(heard, say(named(fleet, "AUV00"), LEFT))
+    heard.social.consult()
+    assert not heard.social.consultation_due
+    assert heard.social.consult().assigned == []
+
+
+def test_what_was_heard_twice_counts_once(fleet: Fleet) -> None:
+    heard = named(fleet, "AUV01")
+    block = say(named(fleet, "AUV00"), LEFT)
+    hear(heard, block, block)
+    result = heard.social.consult()
+    assert len(result.assigned) == 1
+    assert result.refused == []
+
+
+@pytest.mark.parametrize(("facts", "what"), [([LEFT], "playsRole"), ([EXPLORE_LEFT], "objectiveExploring")])
+def test_who_is_no_member_assigns_nothing(fleet: Fleet, facts: list[Said], what: str) -> None:
+    """REMORAS IV.B (3): ASV00 is no member of the Operational group."""
+    heard = named(fleet, "AUV01")
+    before = heard.social.organisation, heard.social.objectives_of("AUV01")
+    hear(heard, say(named(fleet, "ASV00"), *facts))
+    result = heard.social.consult()
+    assert result.refused == [f"ASV00 is no member of Operational, its {what} does not count"]
+    assert result.assigned == []
+    assert not result.activities_due
+    assert (heard.social.organisation, heard.social.objectives_of("AUV01")) == before
+
+
+def test_who_is_no_member_may_still_give_a_group_its_mission(fleet: Fleet) -> None:
+    """REMORAS IV.B: an AUV can plan a mission for a group of which it is not a member."""
+    heard = named(fleet, "AUV00")
+    assert not heard.social.planning_due
+    hear(heard, say(named(fleet, "ASV00"), ("Operational", "hasMission", "AreaMapping")))
+    assert heard.social.missions == {"Coordination": "Supervision", "Operational": "AreaMapping"}
+    assert heard.social.planning_due
+
+
+def test_a_mission_is_planned_by_who_leads_the_group(fleet: Fleet) -> None:
+    heard = named(fleet, "AUV01")
+    hear(heard, say(named(fleet, "ASV00"), ("Operational", "hasMission", "AreaMapping")))
+    assert heard.social.missions["Operational"] == "AreaMapping"
+    assert not heard.social.planning_due
+
+
+def test_more_holders_than_a_role_allows_are_refused(fleet: Fleet) -> None:
+    """Both are assigned in one round: what was said earlier counts, at every vehicle alike, whoever said it."""
+    first = say(named(fleet, "AUV02"), LEFT, now_s=1.0)
+    second = say(named(fleet, "AUV00"), ("AUV02", "playsRole", "Operational.LeftWinger"), now_s=2.0)
+    for name, order in (("AUV01", (first, second)), ("ASV00", (second, first))):
+        vehicle = named(fleet, name)
+        hear(vehicle, *order)
+        result = vehicle.social.consult()
+        assert result.refused == ["AUV02 as LeftWinger of Operational: access denied"]
+        assert vehicle.social.organisation.members("Operational", "LeftWinger") == ("AUV01",)
+
+
+def test_in_one_round_the_order_of_hearing_does_not_matter(fleet: Fleet) -> None:
+    issuer = named(fleet, "AUV00")
+    blocks = (
+        say(issuer, LEFT, EXPLORE_LEFT, now_s=1.0),
+        say(issuer, ("AUV01", "leftRole", "Operational.LeftWinger"), now_s=2.0),
+        say(issuer, ("AUV02", "playsRole", "Operational.LeftWinger"), now_s=3.0),
+    )
+    outcomes = set()
+    for order in permutations(blocks):
+        again = assemble(SCENARIO, seed=1)
+        vehicle = named(again, "AUV02")
+        hear(vehicle, *order)
+        vehicle.social.consult()
+        outcomes.add((vehicle.social.organisation.assignments, vehicle.social.objectives_of("AUV02")))
+        again.close()
+    assert len(outcomes) == 1
+    ((assignments, objectives),) = outcomes
+    assert RoleAssignment("Operational", "LeftWinger", "AUV02") in assignments
+    assert RoleAssignment("Operational", "LeftWinger", "AUV01") not in assignments
+    assert objectives == (Objective("Operational", "LeftWinger", "Exploring", "left"),)
+
+
+def test_leaving_a_role_ends_its_objectives(fleet: Fleet) -> None:
+    issuer, heard = named(fleet, "AUV00"), named(fleet, "AUV01")
+    hear(heard, say(issuer, LEFT, EXPLORE_LEFT))
+    heard.social.consult()
+    assert [one.name for one in heard.social.individual_objectives("AUV01")] == ["Exploring"]
+    hear(heard, say(issuer, ("AUV01", "leftRole", "Operational.LeftWinger"), now_s=9.0))
+    result = heard.social.consult()
+    assert result.left == [RoleAssignment("Operational", "LeftWinger", "AUV01")]
+    assert heard.social.objectives_of("AUV01") == ()
+
+
+# Planning -----------------------------------------------------------------------------------------
+
+
+def planned(fleet: Fleet) -> tuple[SocialLayer, list[Said]]:
+    """AUV00 has been given its group's mission and has planned it: its social layer, and what it says."""
+    coordinator = named(fleet, "AUV00")
+    hear(coordinator, say(named(fleet, "ASV00"), ("Operational", "hasMission", "AreaMapping")))
+    beliefs = coordinator.beliefs
+    deliberation = coordinator.social.plan_missions(coordinator.functional.picture)
+    assert deliberation.impossible == []
+    said = [
+        (beliefs.name(subject), beliefs.model.tbox.attributes[attribute].name, beliefs.name(value))
+        for subject, attribute, value in deliberation.facts
+    ]
+    return coordinator.social, said
+
+
+def test_the_mission_becomes_roles_and_objectives(fleet: Fleet) -> None:
+    social, said = planned(fleet)
+    assert {fact for fact in said if fact[1] == "playsRole"} == {
+        ("AUV00", "playsRole", "Operational.Cartographer"),
+        ("AUV01", "playsRole", "Operational.Cartographer"),
+        ("AUV02", "playsRole", "Operational.Cartographer"),
+        ("AUV00", "playsRole", "Operational.Midfield"),
+        ("AUV01", "playsRole", "Operational.LeftWinger"),
+        ("AUV02", "playsRole", "Operational.RightWinger"),
+    }
+    assert {fact[::2] for fact in said if fact[1] == "objectiveExploring"} == {
+        ("Operational.LeftWinger", "left"),
+        ("Operational.Midfield", "middle"),
+        ("Operational.RightWinger", "right"),
+    }
+    assert not social.planning_due
+    assert social.planned == {"Operational"}
+    assert all(social.organisation.is_member(one.vehicle, one.group) for one in social.issued)
+
+
+def test_what_was_planned_is_not_said_again(fleet: Fleet) -> None:
+    social, said = planned(fleet)
+    coordinator = named(fleet, "AUV00")
+    say(coordinator, *said)
+    social.consult()
+    say(coordinator, ("middle", "areaDone", "AUV00"), now_s=500.0)
+    assert social.planning_due  # the plan rests on it
+    deliberation = social.plan_missions(coordinator.functional.picture)
+    assert deliberation.facts == []
+
+
+def test_planning_is_due_again_when_a_fact_changes_that_the_plan_rests_on(fleet: Fleet) -> None:
+    social, _ = planned(fleet)
+    coordinator = named(fleet, "AUV00")
+    for fact, due in [(("AUV01", "playsRole", "Operational.Performer"), False), (("left", "areaDone", "AUV01"), True)]:
+        say(coordinator, fact, now_s=100.0)
+        assert social.planning_due is due
+
+
+def test_activities_are_chosen_anew_when_a_fact_changes_that_they_rest_on(fleet: Fleet) -> None:
+    vehicle = named(fleet, "AUV01")
+    hear(vehicle, say(named(fleet, "AUV00"), LEFT, EXPLORE_LEFT))
+    vehicle.social.consult()
+    vehicle.social.activity_sets((0.0, 0.0))
+    done = {name: vehicle.world_model.record([vehicle.beliefs.fact(name, "areaDone", "AUV01")], 9.0) for name in
+            ("right", "left")}  # fmt: skip
+    assert not vehicle.social.consider([done["right"]])
+    assert vehicle.social.consider([done["left"]])
+    assert "ZigzagExploring" not in {one.name for one in vehicle.social.activity_sets((0.0, 0.0))}
+
+
+def test_activities_under_way_are_kept(fleet: Fleet) -> None:
+    """A survey planned from the start goes on as planned, wherever the vehicle is when it is asked again."""
+    vehicle = named(fleet, "AUV01")
+    hear(vehicle, say(named(fleet, "AUV00"), LEFT, EXPLORE_LEFT))
+    vehicle.social.consult()
+    first = vehicle.social.activity_sets((0.0, 0.0))
+    assert vehicle.social.activity_sets((700.0, 700.0)) == first
+
+
+# Late news ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_the_later_word_counts_in_whatever_round_it_is_heard(fleet: Fleet, order: tuple[int, int]) -> None:
+    """AUV00 lets AUV01 explore the left area, then the middle one; AUV01 hears of it in two rounds."""
+    issuer, holder = named(fleet, "AUV00"), named(fleet, "AUV01")
+    said = [
+        say(issuer, LEFT, EXPLORE_LEFT, now_s=2.0),
+        say(issuer, ("Operational.LeftWinger", "objectiveExploring", "middle"), now_s=3.0),
+    ]
+    for index in order:
+        hear(holder, said[index])
+        holder.social.consult()
+    explored = [o.argument for o in holder.social.objectives_of("AUV01") if o.name == "Exploring"]
+    assert explored == [holder.beliefs.get(("objectiveExploring", "Operational.LeftWinger"))] == ["middle"]
+
+
+def test_a_role_that_was_left_is_not_taken_up_by_old_news(fleet: Fleet) -> None:
+    issuer, holder = named(fleet, "AUV00"), named(fleet, "AUV01")
+    plays = say(issuer, LEFT, now_s=2.0)
+    leaves = say(issuer, ("AUV01", "leftRole", "Operational.LeftWinger"), now_s=3.0)
+    for block in (leaves, plays):
+        hear(holder, block)
+        holder.social.consult()
+    assert not holder.social.organisation.plays("AUV01", "Operational", "LeftWinger")
+
+
+def test_planning_again_before_the_round_ends_says_nothing_twice(fleet: Fleet) -> None:
+    head = named(fleet, "AUV00")
+    say(head, ("Operational", "hasMission", "AreaMapping"))
+    assert len(head.social.plan_missions(head.functional.picture).facts) == 16
+    say(head, ("left", "areaDone", "AUV01"))  # the plan rests on it
+    assert head.social.planning_due
+    again = head.social.plan_missions(head.functional.picture).facts
+    assert again == []

@@ -1,0 +1,62 @@
+"""What is read out of results: tenures of roles, tracks, first mapped cells."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from synthetic_runs import Fiction
+
+from visualisation import reading
+from visualisation.reading import Span, Tenure, Track
+
+
+def tenures_of(tmp_path: Path, *events: tuple[float, str]) -> list[Tenure]:
+    rows = [(time_s, "A", "Team", "Mapper", event) for time_s, event in events]
+    run = Fiction(vehicles=("A", "B"), roles=(), extra_roles=rows).write(tmp_path / "run")
+    return reading.tenures(run)["A"]
+
+
+def test_a_role_that_is_left_ends_what_it_drove(tmp_path: Path) -> None:
+    found = tenures_of(tmp_path, (10.0, "assigned"), (20.0, "active"), (30.0, "left"))
+    assert found == [Tenure("Team", "Mapper", (Span(10.0, 30.0),), (Span(20.0, 30.0),))]
+
+
+def test_a_role_that_is_never_left_lasts_to_the_end(tmp_path: Path) -> None:
+    (found,) = tenures_of(tmp_path, (10.0, "assigned"), (20.0, "active"), (30.0, "inactive"), (40.0, "active"))
+    assert found.held == (Span(10.0, 1000.0),)
+    assert found.active == (Span(20.0, 30.0), Span(40.0, 1000.0))
+
+
+def test_events_without_a_beginning_or_told_twice_change_nothing(tmp_path: Path) -> None:
+    (found,) = tenures_of(tmp_path, (5.0, "inactive"), (10.0, "assigned"), (15.0, "assigned"), (50.0, "left"))
+    assert found.held == (Span(10.0, 50.0),)
+    assert found.active == ()
+
+
+def test_a_vehicle_without_roles_is_not_forgotten(tmp_path: Path) -> None:
+    run = Fiction(vehicles=("A", "B"), roles=()).write(tmp_path / "run")
+    assert reading.tenures(run) == {"A": [], "B": []}
+
+
+def test_roles_of_one_group_stay_together(tmp_path: Path) -> None:
+    rows = [
+        (float(at), "A", group, role, "assigned")
+        for at, (group, role) in enumerate([("One", "p"), ("Two", "q"), ("One", "r")])
+    ]
+    run = Fiction(roles=(), extra_roles=rows).write(tmp_path / "run")
+    assert [(own.group, own.role) for own in reading.tenures(run)["A"]] == [
+        ("One", "p"),
+        ("One", "r"),
+        ("Two", "q"),
+    ]
+
+
+def test_a_position_between_two_records_is_between_them() -> None:
+    track = Track(np.array([0.0, 10.0]), np.array([0.0, 20.0]), np.array([5.0, 5.0]))
+    assert track.at(2.5) == pytest.approx((5.0, 5.0))
+    assert track.between(5.0, 10.0).x_m.tolist() == [20.0]
+
+
+def test_a_cell_belongs_to_who_mapped_it_first(tmp_path: Path) -> None:
+    run = Fiction(vehicles=("A", "B")).write(tmp_path / "run")
+    assert reading.first_mapped(run)[0, 0] == (0.0, "A")

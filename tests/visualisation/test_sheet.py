@@ -1,0 +1,45 @@
+"""Flags, labels and windows keep their distance."""
+
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from visualisation import windows
+from visualisation.reading import Milestone
+from visualisation.sheet import grouped, spread
+
+
+@given(st.lists(st.floats(0.0, 3.0), max_size=20))
+def test_flags_that_have_room_are_apart_in_order_and_inside(wanted_in: list[float]) -> None:
+    wanted_in = sorted(wanted_in)
+    placed_in = spread(wanted_in, 0.15, 0.0, 3.0)  # 20 flags need 19 * 0.15 = 2.85 inches
+    assert all(after - before >= 0.15 - 1e-9 for before, after in pairwise(placed_in))
+    assert all(-1e-9 <= at <= 3.0 for at in placed_in)
+
+
+def test_milestones_of_one_time_share_a_number() -> None:
+    found = grouped(
+        [Milestone("gathered", "", "Red", 200.0), Milestone("done", "", "", 200.0), Milestone("begun", "A", "", 2.0)]
+    )
+    assert [(mark.number, mark.label) for mark in found] == [
+        (1, "begun: A (2.0 s)"),
+        (2, "gathered: Red; done (200 s)"),
+    ]
+
+
+@given(st.lists(st.floats(0.0, 500.0), max_size=30), st.floats(500.0, 1000.0))
+def test_windows_cover_the_mission_without_gap(times_s: list[float], end_s: float) -> None:
+    parts = windows.windows(times_s, end_s)
+    assert parts[0].start_s == 0.0
+    assert parts[-1].end_s == end_s
+    assert all(before.end_s == after.start_s for before, after in pairwise(parts))
+    shares = windows.shares(parts, windows.eventful(times_s, end_s))
+    assert sum(shares) == pytest.approx(1.0)
+    assert min(shares) > 0.1
+
+
+def test_an_eventful_start_has_a_window_too() -> None:
+    parts = windows.windows([1.0, 2.0, 3.0, 4.0, 10.0], 100.0)
+    assert [tuple(part) for part in parts] == [(0.0, 10.4), (10.4, 100.0)]

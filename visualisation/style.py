@@ -1,0 +1,164 @@
+"""The look that all figures share: widths, type sizes, colours, and how a figure becomes a file.
+
+Colours are those of Okabe and Ito (Color Universal Design, 2008), which stay apart for colour-blind readers.
+A series also has a line style and a marker of its own, so that a grey print can be read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import matplotlib.style
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import text_to_path
+
+COLUMN_IN = 3.5
+"""Width of a figure in one column of a paper."""
+PAGE_IN = 7.2
+"""Width of a figure over both columns."""
+
+TEXT_PT = 8.0
+SMALL_PT = 7.0
+TINY_PT = 6.0
+"""Type sizes: axis labels and titles; tick labels, legends and notes; the least that can be read."""
+
+BLACK = "#000000"
+ORANGE = "#E69F00"
+SKY_BLUE = "#56B4E9"
+GREEN = "#009E73"
+YELLOW = "#F0E442"
+BLUE = "#0072B2"
+VERMILLION = "#D55E00"
+PURPLE = "#CC79A7"
+GREY = "#666666"
+PALE = "#EEEEEE"
+
+COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK)
+"""Colours of series, in order; yellow is left out because a yellow line vanishes on white paper."""
+LINES: tuple[Any, ...] = ("-", (0, (4, 1.2)), (0, (1.2, 1)), (0, (5, 1.2, 1.2, 1.2)))
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">")
+
+DPI = 300
+LEGEND_LINE_IN = 0.145
+_SETTINGS: dict[str, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": TEXT_PT,
+    "axes.titlesize": TEXT_PT,
+    "axes.labelsize": TEXT_PT,
+    "xtick.labelsize": SMALL_PT,
+    "ytick.labelsize": SMALL_PT,
+    "legend.fontsize": SMALL_PT,
+    "axes.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "lines.linewidth": 1.0,
+    "lines.markersize": 3.5,
+    "lines.solid_capstyle": "butt",
+    "legend.frameon": False,
+    "legend.borderpad": 0.0,
+    "legend.borderaxespad": 0.0,
+    "legend.handlelength": 2.6,
+    "legend.handletextpad": 0.5,
+    "legend.columnspacing": 1.2,
+    "legend.labelspacing": 0.4,
+    "hatch.linewidth": 0.5,
+    "pdf.fonttype": 42,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "remoras",
+}
+
+_METADATA: dict[str, dict[str, None]] = {
+    "png": {"Software": None},
+    "svg": {"Date": None},
+    "pdf": {"CreationDate": None},
+}
+FORMATS = tuple(_METADATA)
+
+
+class Look(NamedTuple):
+    """How one series is drawn: colour, line style, marker."""
+
+    colour: str
+    line: Any
+    marker: str
+
+
+def look(number: int) -> Look:
+    """The look of series ``number``, counted from 0; the first 28 differ in colour and line style together.
+
+    >>> len({look(number)[:2] for number in range(28)})
+    28
+    """
+    return Look(COLOURS[number % len(COLOURS)], LINES[number % len(LINES)], MARKERS[number % len(MARKERS)])
+
+
+def tint(colour: str, strength: float) -> tuple[float, float, float]:
+    """``colour`` mixed with white: strength 1 is the colour, 0 is white.
+
+    >>> tint("#000000", 0.2)
+    (0.8, 0.8, 0.8)
+    """
+    red, green, blue = (int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5))
+    return tuple(round(1 - strength * (1 - part), 4) for part in (red, green, blue))  # type: ignore[return-value]
+
+
+def width_in(text: str, size_pt: float, weight: str = "normal") -> float:
+    """Width of a line of text in inches, as ``paper()`` sets it."""
+    font = FontProperties(family="DejaVu Sans", size=size_pt, weight=weight)
+    width_pt: float = text_to_path.get_text_width_height_descent(text, font, ismath=False)[0]
+    return width_pt / 72.0
+
+
+def fitted(text: str, room_in: float, size_pt: float, weight: str = "normal") -> str:
+    """``text`` as a label that is at most ``room_in`` wide, cut with an ellipsis; a dollar is only a dollar.
+
+    >>> fitted("US$ 5", 2.0, 7.0)
+    'US\\\\$ 5'
+    """
+    shown = text
+    while len(shown) > 1 and width_in(shown, size_pt, weight) > room_in:
+        shown = shown.removesuffix("\u2026")[:-1].rstrip() + "\u2026"
+    return shown.replace("$", r"\$")
+
+
+def legend_columns(labels: Sequence[str], room_in: float) -> int:
+    """How many columns of a legend with these labels are at most ``room_in`` wide."""
+    widest_in = max((width_in(label, SMALL_PT) for label in labels), default=1.0)
+    return max(1, min(len(labels), int(room_in / (widest_in + 0.5))))
+
+
+def legend_height_in(n_labels: int, n_columns: int) -> float:
+    """Height of such a legend, in inches."""
+    return LEGEND_LINE_IN * -(-n_labels // n_columns)
+
+
+def paper() -> AbstractContextManager[None]:
+    """Settings to draw under; what the user has set for matplotlib does not count, and is put back after."""
+    return matplotlib.style.context(["default", _SETTINGS])  # type: ignore[no-any-return, unused-ignore]
+
+
+def blank(width_in: float, height_in: float) -> Figure:
+    """An empty figure of that size in inches, off screen; draw on it under ``paper()``."""
+    figure = Figure(figsize=(width_in, height_in), dpi=DPI)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def save(figure: Figure, path: Path, format: str) -> None:
+    """Write a figure in its true size; the same figure gives the same bytes whenever it is written.
+
+    Args:
+        figure: what to write.
+        path: the file, with its suffix.
+        format: one of ``FORMATS``.
+    """
+    with paper():
+        figure.savefig(path, format=format, dpi=DPI, metadata=_METADATA[format])
