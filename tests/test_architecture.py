@@ -28,7 +28,6 @@ ACOUSTICS_IN_EXCHANGE = {  # the policy study, and what compiles it, draw losses
     "exchange.compiler": {"exchange.acoustics.loss"},
 }
 KNOW_MESA = {"remoras.fleet", "remoras.vehicle"}
-NAMES_A_TYPE_OF_MESA = {"missions.run"}
 VISUALISATION_MAY_IMPORT = ("visualisation", "missions.results", "exchange.study")
 LAYERS = ("remoras.social", "remoras.executive", "remoras.functional")
 STAND_ALONE = ("remoras.organisation", "remoras.htn", "remoras.satisfaction")
@@ -69,7 +68,7 @@ def broken_rules(found: Import) -> Iterator[str]:
     package, of = module.split(".")[0], target.split(".")[0]
     if target == "random" or target.startswith("random."):
         yield "draws come from the keyed streams, not from random"
-    if of == "mesa" and module not in KNOW_MESA | NAMES_A_TYPE_OF_MESA:
+    if of == "mesa" and module not in KNOW_MESA:
         yield "only the fleet and the vehicle know Mesa"
     if of not in OURS or module == ROOF:
         return
