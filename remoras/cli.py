@@ -6,14 +6,13 @@ Imports are made where they are needed, so that ``--help`` answers at once.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from remoras import cli_study  # noqa: F401 - its command registers with the application
-from remoras.cli_app import FAILED, Json, app, command, fail, nearest, one_of, show_json
+from remoras.cli_app import FAILED, Format, Json, app, command, fail, nearest, one_of, show_json
 from remoras.progress import Progress
 
 # Listing ------------------------------------------------------------------------------------------
@@ -114,14 +113,6 @@ def _print_summary(report: dict[str, Any]) -> None:
     for milestone in report["milestones"]:
         who = milestone["vehicle"] or milestone["group"]
         print(f"  {milestone['time_s']:>9.1f} s  {milestone['name']} {who}".rstrip())
-
-
-class Format(StrEnum):
-    """Formats of figures."""
-
-    PNG = "png"
-    SVG = "svg"
-    PDF = "pdf"
 
 
 @command("plot")

@@ -7,6 +7,7 @@ import json
 import sys
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
+from enum import StrEnum
 from typing import Annotated, Any, NoReturn, ParamSpec
 
 import typer
@@ -76,6 +77,14 @@ def _is_users_fault(error: Exception) -> bool:
 
 def show_json(value: Any) -> None:
     print(json.dumps(value, indent=2, allow_nan=False))
+
+
+class Format(StrEnum):
+    """Formats of figures."""
+
+    PNG = "png"
+    SVG = "svg"
+    PDF = "pdf"
 
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON value and nothing else.")]

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from remoras.cli_app import Json, command, fail, show_json
+from remoras.cli_app import Format, Json, command, fail, show_json
 from remoras.progress import Progress
+
+if TYPE_CHECKING:
+    from exchange.study import ExchangeStudy, StudyRow
 
 
 def loss_rates(text: str) -> tuple[float, ...]:
@@ -32,7 +36,7 @@ def loss_rates(text: str) -> tuple[float, ...]:
 
 @command("exchange-study")
 def exchange_study(
-    nodes: Annotated[int, typer.Option(help="Vehicles in the fleet, 2 to 64.")] = 5,
+    nodes: Annotated[int | None, typer.Option(help="Vehicles in the fleet, 2 to 64.  [default: 5]")] = None,
     per: Annotated[str, typer.Option(help="Loss rates: 0.1,0.5 or first:last:step.")] = "0.05:0.8:0.05",
     policies: Annotated[str, typer.Option(help="all, or names with commas between.")] = "all",
     trials: Annotated[int, typer.Option(help="Trials of each policy at each loss rate.")] = 2000,
@@ -45,17 +49,21 @@ def exchange_study(
     carrier_evidence: Annotated[bool, typer.Option(help="Take a node that sends an item as holding it.")] = False,
     seed: Annotated[int, typer.Option(help="Root of all random draws.")] = 1,
     jobs: Annotated[int, typer.Option(help="Cores to use; the numbers do not depend on it.")] = 1,
-    out: Annotated[Path | None, typer.Option(help="Folder for figures, captions and their CSV.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for figures, captions and their CSV; without --nodes, those of the paper."),
+    ] = None,
+    file_format: Annotated[Format, typer.Option("--format", help="File format of figures.")] = Format.PNG,
     force: Annotated[bool, typer.Option("--force", help="Replace what is already in --out.")] = False,
     as_json: Json = False,
 ) -> None:
     """Study the exchange policies: time to delivery and to acknowledgement against packet loss."""
     from exchange.policies import POLICIES
-    from exchange.study import ExchangeStudy, run, workload_named
+    from exchange.study import ExchangeStudy, workload_named
     from missions.results import check_output
 
     study = ExchangeStudy(
-        nodes=nodes,
+        nodes=5 if nodes is None else nodes,
         per=loss_rates(per),
         policies=tuple(POLICIES) if policies == "all" else tuple(policies.split(",")),
         trials=trials,
@@ -67,17 +75,52 @@ def exchange_study(
     )
     if out is not None:
         check_output(out, force)
-    with Progress("exchange study", 1.0, "of the trials") as progress:
-        rows = run(
-            study, jobs, lambda done, total: progress.at(done / total), lambda text: print(text, file=sys.stderr)
-        )
+    rows = _run([study], jobs)
+    if out is not None:
+        drawn = _draw(study, rows, out, file_format.value, jobs, of_the_paper=nodes is None)
+        print(*drawn, sep="\n", file=sys.stderr if as_json else sys.stdout)
     if as_json:
         show_json([row.as_json() for row in rows])
-    else:
+    elif out is None:
         _print_study(rows)
 
 
-def _print_study(rows: Sequence[Any]) -> None:
+def _run(studies: Sequence[ExchangeStudy], jobs: int) -> list[StudyRow]:
+    from exchange.study import run
+
+    rows: list[StudyRow] = []
+    with Progress("exchange study", len(studies), "studies") as progress:
+        for number, study in enumerate(studies):
+
+            def at(done: int, total: int, number: int = number) -> None:
+                progress.at(number + done / total)
+
+            rows += run(study, jobs, at, lambda text: print(text, file=sys.stderr))
+    return rows
+
+
+def _draw(
+    study: ExchangeStudy, rows: Sequence[StudyRow], out: Path, file_format: str, jobs: int, of_the_paper: bool
+) -> list[Path]:
+    """Figures 3 to 5 of the paper and the loaded case; or the three times of the study asked for."""
+    from exchange.study import LoadKind, loaded_studies
+    from visualisation.policies import write, write_csv
+
+    if study.load.kind is LoadKind.POISSON:
+        out.mkdir(parents=True, exist_ok=True)
+        write_csv(rows, out / "loaded.csv")
+        return [out / "loaded.csv"]
+    if not of_the_paper:
+        kinds = ("delivered", "source", "senders")
+        return [path for kind in kinds for path in write(rows, kind, out, kind, file_format)]
+    ten = _run([replace(study, nodes=10)], jobs)
+    loaded = _run(loaded_studies(seed=study.seed), jobs)
+    figures = [("source", "figure-3", rows), ("senders", "figure-4", rows), ("senders", "figure-5", ten)]
+    figures.append(("loaded", "loaded", loaded))
+    return [path for kind, name, of_kind in figures for path in write(of_kind, kind, out, name, file_format)]
+
+
+def _print_study(rows: Sequence[StudyRow]) -> None:
     """A line for every policy and loss rate: mean slots with the half-width of the 95 % interval."""
 
     def shown(estimate: Any) -> str:
