@@ -321,7 +321,9 @@ def _mission(raw: Raw) -> Iterator[ConfigurationFault]:
     reference = _table(raw, "scenario").get("mission")
     if not isinstance(reference, str):
         return
-    faults = list(_object_faults("scenario.mission", reference, ("Settings", "MISSIONS", "truth")))
+    faults = list(
+        _object_faults("scenario.mission", reference, ("Settings", "MISSIONS", "DELEGATING_MISSION", "NEEDS", "truth"))
+    )
     if faults:
         yield from faults
         return
@@ -344,3 +346,16 @@ def _mission(raw: Raw) -> Iterator[ConfigurationFault]:
                 yield ConfigurationFault(f"{kind}.{name}.name", f'"{name}"', "is the name of a mission")
     for group in _entries(raw, "group"):
         yield from _one_of(f"group.{group.get('name')}.mission", group.get("mission"), list(mission.MISSIONS))
+    given = [group.get("mission") for group in _entries(raw, "group")]
+    if None in given and mission.DELEGATING_MISSION not in given:
+        allowed = f'nobody gives the group its mission: one group must have mission = "{mission.DELEGATING_MISSION}"'
+        name = _entries(raw, "group")[given.index(None)].get("name")
+        yield ConfigurationFault(f"group.{name}.mission", "", allowed)
+    missing = [name for name in mission.NEEDS if name not in _table(_table(raw, "communication"), "needs")]
+    if missing:
+        allowed = f"missing: {', '.join(missing)}; without them nobody learns what the mission needs"
+        yield ConfigurationFault("communication.needs", "", allowed)
+    roles = [name for group in _entries(raw, "group") for name in _names_of(group, "role")]
+    for key in _table(_table(raw, "mission"), "importance"):
+        if "." in key:
+            yield from _one_of(f"mission.importance.{key}", key.split(".")[0], roles)

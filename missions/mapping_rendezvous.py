@@ -25,7 +25,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from missions.mapping_tasks import Context, activity_domain, mapping_methods, supervision_methods
 from missions.mapping_truth import MappingTruth
@@ -60,6 +60,9 @@ VITAL_IMPORTANCE = 3.0
 ROUTINE_IMPORTANCE = 0.1
 HEARD_TOLERANCE_M = 1.0
 """A position heard is rounded on the wire."""
+NEEDED_OBJECTIVES = ("MissionGathering", "RendezVous", "Exploring", "Mapping")
+"""Without an importance for these nothing would come of the mission."""
+OBJECTIVES = (*NEEDED_OBJECTIVES, "GroupSupervision", "Positioning")
 COLLECTIVE = frozenset({"RendezVous", "MissionGathering", "GroupSupervision", "Positioning"})
 
 
@@ -77,6 +80,17 @@ class MappingSettings(BaseModel):
     importance: dict[str, Annotated[float, Field(ge=0.0, le=1.0)]] = Field(
         description="importance of objectives, by Role.Objective or by Objective"
     )
+
+    @field_validator("importance")
+    @classmethod
+    def _known_objectives(cls, importance: dict[str, float]) -> dict[str, float]:
+        named = {key: key.split(".")[-1] for key in importance}
+        unknown = [key for key, objective in named.items() if objective not in OBJECTIVES]
+        missing = [objective for objective in NEEDED_OBJECTIVES if objective not in named.values()]
+        if unknown or missing:
+            faults = [f"{key} is none" for key in unknown] + [f"{objective} is missing" for objective in missing]
+            raise ValueError(f"importance of objectives {', '.join(OBJECTIVES)}: {'; '.join(faults)}")
+        return importance
 
 
 ACTIVITY_TYPES = {
@@ -122,11 +136,13 @@ class MappingRendezvous:
         groups: groups with the demands of their roles.
         places: place in the formation (row, side) of positional roles, by (group, role).
         corners_m: corners of every area; rally_points_m: rally points by name.
-        bounds_m: area of operations (x_min, y_min, x_max, y_max).
+        bounds_m: area of operations (x_min, y_min, x_max, y_max); cell_m: side of a seabed cell.
     """
 
     Settings = MappingSettings
     MISSIONS = ("Supervision", "AreaMapping")
+    DELEGATING_MISSION = "Supervision"
+    NEEDS = ("playsRole", "hasMission", "position", "gatheredAt", *(f"objective{name}" for name in NEEDED_OBJECTIVES))
 
     def __init__(
         self,
@@ -136,6 +152,7 @@ class MappingRendezvous:
         corners_m: Mapping[str, tuple[Point, ...]],
         rally_points_m: Mapping[str, Point],
         bounds_m: tuple[float, float, float, float],
+        cell_m: float,
     ) -> None:
         self.settings = settings
         self.groups = {group.name: group for group in groups}
@@ -143,6 +160,7 @@ class MappingRendezvous:
         self.rally_points_m = rally_points_m
         self._places = places
         self._bounds_m = bounds_m
+        self._cell_m = cell_m
         self.social_domain = Domain.of(
             [Operator("GiveMission"), Operator("AllocateRoles"), Operator("AssignObjective")],
             dict(zip(self.MISSIONS, (supervision_methods(groups), mapping_methods(groups)), strict=True)),
@@ -203,7 +221,8 @@ class MappingRendezvous:
         head_key = ("members", f"{group.name}.{group.head_role}")
         match name:
             case "ZigzagExploring":
-                waypoints = zigzag(self.corners_m[objective.argument], data.swath_m, position_m)
+                inset_m = min(data.swath_m, self._cell_m) / 2.0
+                waypoints = zigzag(self.corners_m[objective.argument], data.swath_m, position_m, inset_m)
                 return (tuple(waypoints), grid(waypoints, data.swath_m)), set()
             case "Homing":
                 return (self.rally_points_m[objective.argument], group.name), set()
@@ -252,6 +271,8 @@ class MappingRendezvous:
             case "Positioning":
                 (row, side), leaders, group = parameters
                 ahead = {"top": 0.0, "bottom": -settings.formation_spacing_m}[row]
+                if side == "middle":
+                    ahead -= settings.formation_spacing_m  # behind the leader, not in its place
                 left = {"left": 1.0, "middle": 0.0, "right": -1.0}[side] * settings.formation_spacing_m
                 others = tuple(name for name in leaders if name != data.name)
                 return Positioning(others, group, (ahead, left), data)

@@ -1,4 +1,7 @@
-"""Truth of the mapping and rendezvous mission: watches a run from outside and notes its milestones."""
+"""Truth of the mapping and rendezvous mission: watches a run from outside and notes its milestones.
+
+A group that was given its mission from the start supervises the others: it counts as gathered only when they have.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,8 @@ class MappingTruth:
         self._exploring: dict[str, bool] = {}
         self._stopped: dict[str, Milestone] = {}
         self._finished: set[Objective] = set()
-        self._apart = [group for group in groups if group.rally_point is not None]
+        together_first = sorted(groups, key=lambda group: group.mission is not None)
+        self._apart = [group for group in together_first if group.rally_point is not None]
 
     def observe(self, fleet: Any, now_s: float) -> bool:
         if not self._consulted:
@@ -34,7 +38,8 @@ class MappingTruth:
             self.milestones.append(Milestone(now_s, "consultation_done"))
         self._watch_mapping(fleet, now_s)
         for group in list(self._apart):
-            if self._is_together(fleet, group):
+            waits_for_others = group.mission is not None and self._apart[0].mission is None
+            if not waits_for_others and self._is_together(fleet, group):
                 self._apart.remove(group)
                 self.milestones.append(Milestone(now_s, "gathered", group=group.name))
         if self._apart:
@@ -48,8 +53,13 @@ class MappingTruth:
         if not self._consulted:
             return f"consultation had not ended after {now_s:.0f} s"
         if self._apart:
-            names = ", ".join(group.name for group in self._apart)
-            exhausted = [v.name for v in fleet.vehicles if v.functional.exhausted]
+            names = ", ".join(
+                f"{group.name} (without {' and '.join(lacking)})"
+                if (lacking := self._lacking(fleet, group))
+                else group.name
+                for group in self._apart
+            )
+            exhausted = [v.name for v in fleet.vehicles if not v.is_alive]
             why = f"; battery exhausted: {', '.join(exhausted)}" if exhausted else ""
             return f"not together after {now_s:.0f} s: {names}{why}"
         return ""
@@ -91,8 +101,20 @@ class MappingTruth:
                     self.milestones.append(Milestone(now_s, "mapping_done", vehicle.name))
 
     def _is_together(self, fleet: Any, group: Group) -> bool:
+        """Are all its members at the rally point, and has every founding role as many players as it needs?"""
         x_m, y_m = self._rally_points_m[group.rally_point or ""]
         members = [v for v in fleet.vehicles if v.social.organisation.is_member(v.name, group.name)]
-        return bool(members) and all(
+        return not self._lacking(fleet, group) and all(
             math.hypot(v.functional.motion.x_m - x_m, v.functional.motion.y_m - y_m) <= self._radius_m for v in members
         )
+
+    @staticmethod
+    def _lacking(fleet: Any, group: Group) -> list[str]:
+        """Founding roles that too few vehicles still play, as each vehicle sees itself."""
+        return [
+            role.name
+            for role in group.roles
+            if role.founding
+            and sum(v.social.organisation.plays(v.name, group.name, role.name) for v in fleet.vehicles if v.is_alive)
+            < role.minimum
+        ]

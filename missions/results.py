@@ -1,7 +1,8 @@
 """Results of a run: summary, manifest and tables, written once and read back.
 
 A folder holds ``summary.json``, ``manifest.json`` and one Parquet file per table of ``remoras.recorder``. Units are
-in the metadata of every column. The folder appears whole or not at all.
+in the metadata of every column. A new folder appears whole or not at all; in one that is there, files are replaced one
+by one.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from missions.run import Run, seabed_of
 from remoras.recorder import TABLES, Recorder
 
 LIBRARIES = ("mesa", "rdflib", "networkx", "numpy", "matplotlib", "pyarrow", "pydantic")
+NEEDED_KEY = {"summary.json": "milestones", "manifest.json": "scenario"}
 DECIMALS = {"m": 3, "rad": 6, "m/s": 4, "J": 2, "s": 4, "1": 6}
 """Digits kept by unit: far below anything that means something, far above rounding in the arithmetic."""
 
@@ -195,8 +197,10 @@ class Results:
     def _json(self, name: str) -> dict[str, Any]:
         try:
             loaded: dict[str, Any] = json.loads((self.folder / name).read_text(encoding="utf-8"))
+            if NEEDED_KEY[name] not in loaded:
+                raise ValueError(f"{NEEDED_KEY[name]!r} is missing")
             return loaded
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, TypeError) as error:
             raise OutputError(f"{self.folder / name}: damaged: {error}") from None
 
     def table(self, name: str) -> pa.Table:

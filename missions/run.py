@@ -107,6 +107,7 @@ def mission_of(scenario: Scenario) -> Mission:
         {area.name: area.corners_m for area in scenario.area},
         {rally.name: rally.position_m for rally in scenario.rally_point},
         (world.x_m[0], world.y_m[0], world.x_m[1], world.y_m[1]),
+        world.cell_m,
     )
     return mission
 
@@ -216,7 +217,7 @@ def assemble(scenario: Scenario, seed: int, channel: Channel | None = None) -> F
             fleet,
             data,
             SocialLayer(data.name, database, beliefs, mission, strategy, founding),
-            ExecutiveLayer(scenario.decision.constants()),
+            ExecutiveLayer(scenario.decision.constants(schedule.frame_s)),
             FunctionalLayer(data, sensor, bounds_m, mission.behaviour_for),
             beliefs,
             ExchangeManager(

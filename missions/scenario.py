@@ -39,13 +39,13 @@ class About(Table):
     title: str = Field("", description="one line for reports")
     mission: str = Field(description="mission class as package.module:object")
     duration_s: float = Field(gt=0.0, le=604_800.0, description="end of the run if the mission has not completed")
-    tick_s: float = Field(1.0, gt=0.0, le=1.0, description="motion tick")
+    tick_s: float = Field(1.0, ge=0.01, le=1.0, description="motion tick")
 
 
 class World(Table):
     x_m: PointM = Field(description="west and east border of the area of operations")
     y_m: PointM = Field(description="south and north border of the area of operations")
-    cell_m: Positive = Field(description="side of a seabed cell")
+    cell_m: float = Field(ge=0.1, description="side of a seabed cell")
     sound_speed_mps: float = Field(1500.0, ge=1400.0, le=1600.0, description="speed of sound in water")
 
 
@@ -80,10 +80,11 @@ class DecisionTable(Table):
     tedium_per_s: float = Field(-1.8, le=0.0, description="satisfaction change per second without progress")
     dismay_per_s: float = Field(-2.0, le=0.0, description="satisfaction change per second of setback")
     fade_per_s: NotNegative = Field(0.5, description="how fast satisfaction in an idle role returns to 0")
-    signal_memory_s: Positive = Field(60.0, description="time constant with which a heard signal fades")
+    signal_memory_frames: Positive = Field(8.5, description="TDMA frames in which a heard signal fades to 1/e")
 
-    def constants(self) -> DecisionConstants:
-        return DecisionConstants(**self.model_dump())
+    def constants(self, frame_s: float) -> DecisionConstants:
+        values = self.model_dump(exclude={"signal_memory_frames"})
+        return DecisionConstants(**values, signal_memory_s=self.signal_memory_frames * frame_s)
 
 
 class Area(Table):
@@ -112,13 +113,13 @@ class Role(Table):
 
 class GroupTable(Table):
     name: Name = Field(description="name of the group")
-    rally_point: str | None = Field(None, description="where the group meets")
+    rally_point: str = Field(description="where the group meets")
     mission: str | None = Field(None, description="mission it has from the start; else it is given one")
     role: tuple[Role, ...] = Field(min_length=1, description="roles of the group")
 
 
 class Sensor(Table):
-    swath_m: Positive = Field(description="width that the mapping sensor covers")
+    swath_m: float = Field(ge=0.1, description="width that the mapping sensor covers")
     speed_limit_mps: Positive = Field(description="greatest speed at which it maps")
 
 
@@ -318,6 +319,21 @@ def _located(
     return ConfigurationFault(fault.key, fault.given, fault.allowed, line_of(path_of(fault.key, raw), lines))
 
 
+def _limit(constraint: Any) -> str:
+    """A constraint of pydantic in words."""
+    words = {
+        "gt": "above",
+        "ge": "at least",
+        "lt": "below",
+        "le": "at most",
+        "min_length": "at least",
+        "max_length": "at most",
+    }
+    return ", ".join(
+        f"{text} {getattr(constraint, name):g}" for name, text in words.items() if hasattr(constraint, name)
+    )
+
+
 def explanations() -> dict[str, tuple[str, str]]:
     """(type and range, meaning) of every key, by dotted key; entries of lists without their name."""
     found: dict[str, tuple[str, str]] = {}
@@ -330,7 +346,7 @@ def explanations() -> dict[str, tuple[str, str]]:
             if nested is not None:
                 visit(nested, f"{prefix}{name}.")
                 continue
-            limits = [str(m) for m in info.metadata]
+            limits = [text for m in info.metadata if (text := _limit(m))]
             default = "" if info.is_required() else f", default {info.default!r}"
             kind = getattr(annotation, "__name__", str(annotation)).replace("typing.", "")
             found[prefix + name] = (", ".join([kind, *limits]) + default, info.description or "")

@@ -149,7 +149,7 @@ class Working(Standing):
         self._patience_s = patience_s
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        if not performed:
+        if not performed or picture.last_yield_s == -math.inf:  # on the way to where there is work
             return DUE
         return ADVANCING if picture.now_s - picture.last_yield_s <= self._patience_s else STANDING
 
@@ -261,14 +261,17 @@ class Positioning:
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         place = self._place(picture)
-        if place is None or (to_go_m := distance_m(motion, place)) <= CAPTURE_M + STEADY_M:
+        if place is None:
             return IDLE
-        perceived = self._approach.judge(to_go_m, performed)
+        perceived = self._approach.judge(distance_m(motion, place), performed)
         return STANDING if perceived is RETREATING else perceived
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         place = self._place(picture)
-        return None if place is None else Reference(place, self._data.transit_speed_mps)
+        if place is None:
+            return None
+        in_place = distance_m(motion, place) <= CAPTURE_M
+        return Reference(place, 0.0 if in_place else self._data.transit_speed_mps)
 
     def _place(self, picture: Picture) -> Point | None:
         if self._group not in picture.gathered:

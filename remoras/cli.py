@@ -138,6 +138,7 @@ def plot(
 @command("validate")
 def validate(
     file: Annotated[str, typer.Argument(metavar="FILE", help="Scenario file, or a shipped name.")],
+    as_json: Json = False,
 ) -> None:
     """Check a scenario file whole; every fault is reported with its line."""
     from missions.run import assemble, schedule_of
@@ -148,6 +149,12 @@ def validate(
     founded = next(iter(fleet.vehicles)).social.organisation
     fleet.close()
     schedule = schedule_of(scenario)
+    if as_json:
+        founding = [{"vehicle": a.vehicle, "group": a.group, "role": a.role} for a in sorted(founded.assignments)]
+        show_json(
+            {"file": file, "ok": True, "slot_s": schedule.slot_s, "frame_s": schedule.frame_s, "founding": founding}
+        )
+        return
     print(
         f"{file}: ok; {len(scenario.vehicle)} vehicles, {len(scenario.group)} groups, {len(scenario.area)} areas, "
         f"slot {schedule.slot_s:.3f} s, frame {schedule.frame_s:.2f} s"

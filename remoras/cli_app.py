@@ -54,6 +54,8 @@ def command(name: str) -> Callable[[Callable[Parameters, None]], Callable[Parame
             except BrokenPipeError:
                 sys.stderr.close()
                 raise typer.Exit(OK) from None
+            except OSError as error:
+                fail(str(error))
             except Exception as error:
                 if not _is_users_fault(error):
                     raise

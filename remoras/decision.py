@@ -9,6 +9,7 @@ its side.) The combination with the best mean motivation over its activities is 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import networkx as nx
 
@@ -38,7 +39,7 @@ def combinations(sets: Sequence[ActivitySet], motivated: int) -> tuple[tuple[int
             return True
         return any(not types[other] & types[provider] for provider in providers[needy])
 
-    graph = nx.Graph()
+    graph: Any = nx.Graph()
     graph.add_nodes_from(index for index in indices if providers.get(index, True))
     graph.add_edges_from(
         (one, other)

@@ -95,7 +95,8 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             vehicle.step(now_s, dt_s, neighbours.get(vehicle.data.node, ()))
         self._record(now_s)
         self._observe(now_s)
-        if self.completed or now_s + self.tick_s > self.duration_s:
+        over = now_s + self.tick_s > self.duration_s or not any(vehicle.is_alive for vehicle in self.vehicles)
+        if self.completed or over:
             self.running = False
             self.reason = self.truth.close(self, now_s)
 
@@ -150,10 +151,10 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             return
         positions = [vehicle.functional.motion.position_m for vehicle in self.vehicles]
         arrivals = self.channel.transmit(slot, sender.data.node, sent.data, now_s, positions)
+        others = [vehicle for vehicle in self.vehicles if vehicle is not sender and vehicle.is_alive]
         received = {arrival.receiver for arrival in arrivals}
         for arrival in arrivals:
             self.clock.schedule(arrival.time_s, Priority.ARRIVAL, arrival)
-        others = [vehicle for vehicle in self.vehicles if vehicle is not sender]
         self.recorder.packets.append(
             (
                 slot,

@@ -48,7 +48,7 @@ class FunctionalLayer:
 
     def transmitted(self, size_bits: int) -> None:
         """Account for the energy of a packet."""
-        self.motion.energy_j += size_bits * self.data.transmit_j_per_bit
+        self.motion.energy_j = min(self.data.energy_j, self.motion.energy_j + size_bits * self.data.transmit_j_per_bit)
 
     @property
     def exhausted(self) -> bool:
@@ -120,3 +120,6 @@ class FunctionalLayer:
             advance(self.motion, self.data, self.motion.position_m, 0.0, dt_s)
         else:
             advance(self.motion, self.data, reference.target_m, reference.speed_mps, dt_s)
+        if self.exhausted:
+            self.motion.energy_j = self.data.energy_j
+            self.motion.speed_mps = 0.0

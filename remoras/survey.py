@@ -1,9 +1,8 @@
 """Zigzag surveys: rows over an area, as far apart as the swath is wide.
 
-Areas are convex polygons, given by their corners in order. Rows run along x (east), or along y where the area
-is longer that way; the first and last row, and the ends of every row, keep half a swath from the border, so
-that the swath stays inside the area. What it covers then are the cells as large as the swath, all of them; of smaller
-cells those in the corners of the area may be left out.
+Areas are convex polygons, given by their corners in order. Rows run along x (east), or along y where the area is longer
+that way; the first and last row, and the ends of every row, keep half a swath from the border. Where cells are smaller
+than the swath, rows that end half a cell before the border cover the corners too.
 """
 
 from __future__ import annotations
@@ -25,12 +24,13 @@ def _crossings(corners: Sequence[Point], axis: int, level: float) -> list[float]
     return sorted(found)
 
 
-def rows(corners: Sequence[Point], swath_m: float) -> list[tuple[Point, Point]]:
+def rows(corners: Sequence[Point], swath_m: float, inset_m: float | None = None) -> list[tuple[Point, Point]]:
     """Ends of the survey rows, each from its lower to its higher coordinate.
 
     Args:
         corners: of the area, shape (n, 2), metres.
         swath_m: distance between rows.
+        inset_m: how far the ends of rows keep from the border; half a swath if None.
 
     >>> rows([(100, 100), (100, 350), (350, 350), (350, 100)], 25.0)[0]
     ((112.5, 112.5), (337.5, 112.5))
@@ -46,19 +46,19 @@ def rows(corners: Sequence[Point], swath_m: float) -> list[tuple[Point, Point]]:
         ends = _crossings(corners, 1 if along_x else 0, level)
         if len(ends) < 2:
             continue
-        inset = min(swath_m / 2.0, (ends[-1] - ends[0]) / 2.0)
+        inset = min(swath_m / 2.0 if inset_m is None else inset_m, (ends[-1] - ends[0]) / 2.0)
         first, last = ends[0] + inset, ends[-1] - inset
         found.append(((first, level), (last, level)) if along_x else ((level, first), (level, last)))
     return found
 
 
-def zigzag(corners: Sequence[Point], swath_m: float, start_m: Point) -> list[Point]:
+def zigzag(corners: Sequence[Point], swath_m: float, start_m: Point, inset_m: float | None = None) -> list[Point]:
     """Waypoints of the survey, from the end nearest to ``start_m``: two for every row.
 
     >>> zigzag([(0, 0), (0, 20), (40, 20), (40, 0)], 10.0, (0.0, 30.0))
     [(5.0, 15.0), (35.0, 15.0), (35.0, 5.0), (5.0, 5.0)]
     """
-    lines = rows(corners, swath_m)
+    lines = rows(corners, swath_m, inset_m)
     corners_first = [(math.dist(start_m, lines[r][e]), r, e) for r in (0, len(lines) - 1) for e in (0, 1)]
     _, first_row, first_end = min(corners_first)
     ordered = lines if first_row == 0 else lines[::-1]

@@ -81,6 +81,11 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self._record_role(0.0, assignment.group, assignment.role, "assigned")
         self._adopt()
 
+    @property
+    def is_alive(self) -> bool:
+        """Is there energy left?"""
+        return not self.functional.exhausted
+
     # One tick ------------------------------------------------------------------------------------
 
     def step(self, now_s: float, dt_s: float, neighbours: Sequence[Neighbour]) -> None:

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import networkx as nx
 
@@ -47,7 +48,7 @@ def assignment(costs_ms: Sequence[Sequence[int | None]]) -> dict[int, int]:
     n_columns = 1 + max(c for _, _, c in pairs)
 
     def flow(limit: int) -> dict[int, int]:
-        graph = nx.DiGraph()
+        graph: Any = nx.DiGraph()
         for cost, r, c in pairs:
             if cost <= limit:
                 graph.add_edge("source", ("row", r), capacity=1, weight=0)

@@ -130,7 +130,7 @@ def test_a_completed_mission_is_reported_and_exits_0():
 def test_a_mission_that_does_not_complete_exits_1_and_says_why():
     result = remoras("run", "mapping-rendezvous", *SHORT)
     assert result.exit_code == 1
-    assert "not together after 30 s: Coordination, Operational" in result.stdout
+    assert "not together after 30 s: Operational, Coordination" in result.stdout
 
 
 @pytest.mark.parametrize(("settings", "code"), [([], 0), (SHORT, 1)])

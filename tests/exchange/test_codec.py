@@ -26,7 +26,7 @@ from exchange.packets import Fragment, InfluenceSignal, Packet
 from exchange.policies import POLICIES, Acknowledgement, AckPolicy, header_bits
 from missions import run
 from missions.scenario import load
-from worldmodel import Attribute, PropertyValue, TBox, Value, ValueKind
+from worldmodel import Attribute, Grid, PropertyValue, TBox, Value, ValueKind
 
 NODES = st.integers(2, 64)
 POLICY_NAMES = st.sampled_from(sorted(POLICIES))
@@ -101,7 +101,8 @@ def quantised(fragment: Fragment) -> Fragment:
     stored = tuple(
         PropertyValue(f.subject, f.attribute, TBOX.attributes[f.attribute].quantise(f.value)) for f in fragment.facts
     )
-    time_s = round(fragment.time_s * 10.0) / 10.0
+    tenths = Grid(0.0, 0.1)
+    time_s = tenths.value_at(tenths.index_of(fragment.time_s))
     return Fragment(fragment.origin, fragment.sequence, time_s, stored, fragment.index, fragment.count)
 
 

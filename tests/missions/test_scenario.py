@@ -60,7 +60,7 @@ ONE_FAULT = [
         "unknown key.*did you mean 'policy'",
         "polcy",
     ),
-    ("cell_m = 10.0", "cell_m = -1.0", "world.cell_m", "-1.0", "greater than 0", "cell_m"),
+    ("cell_m = 10.0", "cell_m = -1.0", "world.cell_m", "-1.0", "greater than or equal to 0.1", "cell_m"),
     ("cell_m = 10.0", 'cell_m = "10 m"', "world.cell_m", '"10 m"', "valid number", "cell_m"),
     ("per = 0.2", "per = 1.0", "channel.per", "1.0", "less than 1", "per"),
     ("per = 0.2", "per = nan", "channel.per", "NaN", "finite", "per"),
@@ -170,7 +170,14 @@ ONE_FAULT = [
         "up to transit_speed_mps = 2.0",
         "survey_speed_mps",
     ),
-    ("swath_m = 10.0", "swath_m = 0.0", "vehicle.Diver.sensor.swath_m", "0.0", "greater than 0", "swath_m"),
+    (
+        "swath_m = 10.0",
+        "swath_m = 0.0",
+        "vehicle.Diver.sensor.swath_m",
+        "0.0",
+        "greater than or equal to 0.1",
+        "swath_m",
+    ),
     ("patience_s = 60.0", "patience = 60.0", "mission.patience", "60.0", "mean 'patience_s'", "patience ="),
     (
         "Exploring = 0.6",
@@ -428,7 +435,7 @@ def test_every_key_of_the_shipped_scenario_is_explained():
 
 def test_an_explanation_gives_limits_and_default():
     kind, meaning = explanations()["channel.per"]
-    assert "ge=0" in kind
-    assert "lt=1" in kind
+    assert "at least 0" in kind
+    assert "below 1" in kind
     assert "default 0.0" in kind
     assert "packet error rate" in meaning

@@ -10,6 +10,7 @@ from small_mission import SMALL, Raw, named, run_varied, shipped_tables
 
 from exchange.acoustics.modems import modems
 from exchange.policies import POLICIES
+from missions.errors import ConfigurationError
 from missions.run import Run
 from missions.run import run as run_scenario
 from missions.scenario import load
@@ -279,11 +280,65 @@ def test_a_fleet_out_of_earshot_says_that_consultation_never_ended(tmp_path: Pat
 
 
 def test_what_is_not_exchanged_is_not_known(tmp_path: Path):
-    run = run_varied(tmp_path, lambda raw: raw["communication"]["needs"].clear(), "scenario.duration_s=120")
+    """Nobody needs mapped cells: they stay with the vehicle that mapped them."""
+    run = run_varied(tmp_path, lambda raw: raw["communication"]["needs"].pop("mappedCell"), "scenario.duration_s=200")
     is_sound(run)
-    assert "consultation had not ended" in run.reason
-    assert {row[4] for row in run.recorder.knowledge} == {"observed"}
-    assert {row[4] for row in run.recorder.packets} == {0}
+    mapped_s = {row[0] for row in run.recorder.coverage}
+    cells = {row[2] for row in run.recorder.knowledge if row[4] == "observed" and row[0] in mapped_s}
+    assert cells
+    assert not [row for row in run.recorder.knowledge if row[2] in cells and row[4] == "received"]
+
+
+def test_a_mission_without_its_needs_is_refused(tmp_path: Path):
+    with pytest.raises(ConfigurationError, match="missing: playsRole, hasMission"):
+        run_varied(tmp_path, lambda raw: raw["communication"]["needs"].clear())
+
+
+def test_a_swath_as_wide_as_the_area_maps_all_of_it(tmp_path: Path):
+    """One row through the middle, at survey speed, sees 125 m to both sides."""
+
+    def vary(raw: Raw) -> None:
+        for vehicle in raw["vehicle"]:
+            if "sensor" in vehicle:
+                vehicle["sensor"]["swath_m"] = 250.0
+
+    run = run_varied(tmp_path, vary)
+    assert coverage(run, 300) > 0.95
+
+
+def test_a_group_without_its_tactician_has_not_gathered(tmp_path: Path):
+    """AUV00 alone can be the Tactician; with 100 kJ it goes home long before the end."""
+
+    def vary(raw: Raw) -> None:
+        next(v for v in raw["vehicle"] if v["name"] == "AUV00")["energy_j"] = 1.0e5
+
+    run = run_varied(tmp_path, vary, "scenario.duration_s=4000")
+    assert not run.completed
+    assert "Coordination (without Tactician)" in run.reason
+
+
+def test_an_objective_that_is_none_is_refused(tmp_path: Path):
+    def vary(raw: Raw) -> None:
+        raw["mission"]["importance"]["Exploringg"] = raw["mission"]["importance"].pop("Exploring")
+
+    with pytest.raises(ConfigurationError, match="Exploringg is none; Exploring is missing"):
+        run_varied(tmp_path, vary)
+
+
+def test_the_dead_hear_nothing_and_lie_still(tmp_path: Path):
+    """20 kJ last ASV00 some minutes, and it is not told to go home for so short a way."""
+
+    def vary(raw: Raw) -> None:
+        next(v for v in raw["vehicle"] if v["name"] == "ASV00")["energy_j"] = 2.0e4
+
+    run = run_varied(tmp_path, vary, "scenario.duration_s=1000")
+    died_s = next(row[0] for row in run.recorder.faults if row[3] == "battery exhausted")
+    later = [row for row in run.recorder.packets if row[1] > died_s]
+    assert later
+    assert not [row for row in later if "ASV00" in (*row[6], *row[7])]
+    track = [row for row in run.recorder.trajectories if row[1] == "ASV00" and row[0] > died_s]
+    assert {row[5] for row in track} == {0.0}
+    assert {row[6] for row in track} == {2.0e4}
 
 
 @pytest.mark.parametrize("energy_j", [3_000.0, 20_000.0, 120_000.0])

@@ -145,7 +145,9 @@ def test_places_in_the_formation_turn_with_the_leader(offset: tuple[float, float
     reference = positioning.reference(at(0.0), picture)
     assert reference is not None
     assert reference.target_m == pytest.approx(place)
-    assert positioning.perceive(at(*place), picture, False) == IDLE
+    in_place = positioning.reference(at(*place), picture)
+    assert in_place is not None
+    assert in_place.speed_mps == 0.0
 
 
 def test_a_formation_is_taken_when_the_group_is_together() -> None:

@@ -63,8 +63,6 @@ def test_the_books_balance(finished: Run) -> None:
         assert sorted([*row[6], *row[7]]) == sorted(others - {row[2]})
     for name in others:
         track = [row for row in finished.recorder.trajectories if row[1] == name]
-        assert all(
-            before[0] < after[0] and before[6] <= after[6] for before, after in itertools.pairwise(track)
-        )
+        assert all(before[0] < after[0] and before[6] <= after[6] for before, after in itertools.pairwise(track))
     received = {(row[2], row[1]) for row in finished.recorder.knowledge if row[4] == "received"}
     assert len(received) == sum(row[4] == "received" for row in finished.recorder.knowledge)
