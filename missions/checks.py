@@ -346,11 +346,10 @@ def _mission(raw: Raw) -> Iterator[ConfigurationFault]:
                 yield ConfigurationFault(f"{kind}.{name}.name", f'"{name}"', "is the name of a mission")
     for group in _entries(raw, "group"):
         yield from _one_of(f"group.{group.get('name')}.mission", group.get("mission"), list(mission.MISSIONS))
-    given = [group.get("mission") for group in _entries(raw, "group")]
-    if None in given and mission.DELEGATING_MISSION not in given:
+    idle = [group.get("name") for group in _entries(raw, "group") if group.get("mission") is None]
+    if idle and all(group.get("mission") != mission.DELEGATING_MISSION for group in _entries(raw, "group")):
         allowed = f'nobody gives the group its mission: one group must have mission = "{mission.DELEGATING_MISSION}"'
-        name = _entries(raw, "group")[given.index(None)].get("name")
-        yield ConfigurationFault(f"group.{name}.mission", "", allowed)
+        yield ConfigurationFault(f"group.{idle[0]}.mission", "", allowed)
     missing = [name for name in mission.NEEDS if name not in _table(_table(raw, "communication"), "needs")]
     if missing:
         allowed = f"missing: {', '.join(missing)}; without them nobody learns what the mission needs"
