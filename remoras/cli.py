@@ -1,4 +1,4 @@
-"""The command line: the roof, the one module that may import everything.
+"""The command line: the roof. It and ``cli_batch``, which is part of it, may import everything.
 
 Imports are made where they are needed, so that ``--help`` answers at once.
 """
@@ -16,6 +16,7 @@ from typing import Annotated, Any, NoReturn, ParamSpec
 
 import typer
 
+from remoras import cli_batch
 from remoras.progress import Progress
 
 OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
@@ -379,7 +380,9 @@ def _not_available(name: str) -> None:
         fail(f"{name} is not available in this version")
 
 
-for _name in ("sweep", "status", "compare", "replay", "live", "export"):
+for _name, _function in cli_batch.COMMANDS.items():
+    command(_name)(_function)
+for _name in ("replay", "live", "export"):
     _not_available(_name)
 
 
