@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -25,6 +26,7 @@ def cluster_executor(address: str) -> Iterator[tuple[Executor, int]]:
         import distributed
     except ImportError:
         raise ClusterError('--cluster needs Dask distributed: pip install "remoras[cluster]"') from None
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # a lost scheduler is told once, by us
     try:
         connect: Callable[..., Any] = distributed.Client
         client = connect(address, timeout=REACH_S, set_as_default=False)

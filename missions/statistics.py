@@ -55,8 +55,8 @@ def mean_interval(values: Sequence[float]) -> Interval | None:
 def t_half_width(values: Sequence[float]) -> float:
     """Half-width of Student's 95 % interval of the mean; for stopping rules, since it is quick.
 
-    >>> round(t_half_width([1.0, 2.0, 3.0, 4.0]), 4)  # 3.1824 * 1.2910 / 2
-    2.0542
+    >>> round(t_half_width([1.0, 2.0, 3.0, 4.0]), 4)  # 3.18245 * 1.29099 / 2
+    2.0543
     """
     spread = float(np.std(values, ddof=1))
     return float(stats.t.ppf((1.0 + CONFIDENCE) / 2.0, len(values) - 1)) * spread / math.sqrt(len(values))
@@ -74,7 +74,7 @@ def wilson_interval(successes: int, n: int) -> Interval:
     rate, weight = successes / n, z * z / n
     centre = (rate + weight / 2.0) / (1.0 + weight)
     half = z * math.sqrt(rate * (1.0 - rate) / n + weight / (4.0 * n)) / (1.0 + weight)
-    return max(0.0, centre - half), min(1.0, centre + half)
+    return (centre - half if successes else 0.0), (centre + half if successes < n else 1.0)
 
 
 def restricted_mean_time(times_s: Sequence[float], completed: Sequence[bool], horizon_s: float) -> float:

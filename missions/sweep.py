@@ -12,12 +12,12 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from missions.cluster import cluster_executor
-from missions.errors import MissionsError
+from missions.errors import MissionsError, OutputError
 from missions.execution import Finished, killed, run_chunk, run_task
 from missions.plan import Plan, Task
 from missions.pool import SupervisedPool
@@ -78,22 +78,33 @@ def sweep(
         force_new: set the runs of another study aside.
 
     Raises:
-        PartlyDoneError: the engine was lost; run again to go on.
-        StudyChangedError, OutputError, ClusterError: nothing was begun, or the disk is full.
+        PartlyDoneError: the engine was lost or the disk is full; run again to go on.
+        StudyChangedError, OutputError, ClusterError: nothing was begun.
     """
     plan = Plan(study)
     log = RunLog(folder, plan, force_new)
     try:
         if next(plan.missing(log.summaries), None) is not None:
             with _engine(jobs, cluster, executor) as (engine, n_processes):
-                try:
-                    _drive(engine, n_processes, plan, log, progress)
-                except (BrokenExecutor, CancelledError) as error:
-                    raise PartlyDoneError(f"the workers were lost ({type(error).__name__})") from None
-    finally:
+                _drive(engine, n_processes, plan, log, progress)
         log.compact()
+    except (BrokenExecutor, CancelledError, OSError) as error:
+        _compact_if_possible(log)
+        raise PartlyDoneError(f"the workers or their scheduler were lost ({type(error).__name__})") from None
+    except OutputError as error:
+        raise PartlyDoneError(str(error)) from None
+    except KeyboardInterrupt:
+        _compact_if_possible(log)
+        raise
+    finally:
         log.close()
     return SweepResults.read(folder).status()
+
+
+def _compact_if_possible(log: RunLog) -> None:
+    """What is finished, as far as the disk takes it; the ledger has it all."""
+    with suppress(OutputError):
+        log.compact()
 
 
 @contextmanager
