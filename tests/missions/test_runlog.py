@@ -1,6 +1,7 @@
 """The log: nothing lost, nothing doubled, whatever the end of the file looks like."""
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -110,7 +111,7 @@ def test_a_full_disk_is_named_and_leaves_the_ledger_whole(tmp_path: Path, monkey
     log, before = RunLog(folder, plan), (folder / LEDGER).read_bytes()
     more = run_chunk(version(), list(plan.missing(log.summaries))[:1])
     full = OSError(28, "No space left on device")
-    write = __import__("os").write
+    write = os.write
 
     def half(file: int, content: bytes) -> int:
         if len(content) < 20:
