@@ -14,10 +14,13 @@ from missions.plan import version
 REACH_S = 10.0
 """Time in which a scheduler has to answer and a worker has to be there."""
 
+JOINING = 32
+"""Threads that work is given out for at least, so that workers that join later find some."""
+
 
 @contextmanager
 def cluster_executor(address: str) -> Iterator[tuple[Executor, int]]:
-    """(executor, number of its threads) of the cluster whose scheduler is at ``address``.
+    """(executor, number of threads to give work to) of the cluster whose scheduler is at ``address``.
 
     Raises:
         ClusterError: the scheduler cannot be reached, has no workers, or a worker has another version.
@@ -50,6 +53,6 @@ def cluster_executor(address: str) -> Iterator[tuple[Executor, int]]:
             f"this is {version()}: install the same everywhere"
         )
     try:
-        yield client.get_executor(pure=False), sum(client.nthreads().values())
+        yield client.get_executor(pure=False), max(JOINING, sum(client.nthreads().values()))
     finally:
         client.close(timeout=1)
