@@ -76,9 +76,9 @@ def run_task(task: Task) -> Finished:
     return Finished(_line(task, found, error, machine), tables)
 
 
-def killed(task: Task, attempts: int) -> Finished:
+def killed(task: Task) -> Finished:
     """A run whose process died every time that it was tried."""
-    error = f"the process died each of the {attempts} times that this run was tried alone"
+    error = "the process died every time that this run was tried, alone at the last"
     machine = {"wall_s": None, "cpu_s": None, "host": platform.node(), "worker": os.getpid(), "finished_at": _now()}
     return Finished(_line(task, identity(task.scenario, task.seed), error, machine), {})
 

@@ -179,7 +179,7 @@ def _blamed(
     if len(chunk) == 1:
         attempts[chunk[0].key] += MAX_ATTEMPTS if type(error).__name__ == "KilledWorker" else 1
         if attempts[chunk[0].key] >= MAX_ATTEMPTS:
-            return [killed(chunk[0], MAX_ATTEMPTS)]
+            return [killed(chunk[0])]
     suspects.update(task.key for task in chunk)
     waiting.extendleft(reversed(chunk))
     return []
