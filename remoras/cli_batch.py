@@ -108,14 +108,14 @@ def _comparison_lines(rows: Sequence[dict[str, Any]]) -> Sequence[str]:
         if number == 0 or row["metric"] != rows[number - 1]["metric"]:
             heading = f"difference to {row['baseline']}"
             lines.append(f"{row['metric']}\n  {'per':>5} {'strategy':<18}{'policy':<16}{'n':>5}{'done':>5}  "
-                         f"{'mean [95 %]':<32}{heading:<36}{'p (Holm)':>9}")  # fmt: skip
+                         f"{'mean [95 %]':<34}{heading:<36}{'p (Holm)':>9}")  # fmt: skip
         p = "-" if row["p_holm"] is None else f"{row['p_holm']:.2g}"
         settings = "  " + " ".join(f"{key}={value}" for key, value in row["settings"].items())
         mean = interval(row["mean"], row["ci95_low"], row["ci95_high"])
         difference = interval(row["diff_to_baseline"], row["diff_ci95_low"], row["diff_ci95_high"])
         names = f"{row['per']:>5g} {row['strategy']:<18}{row['policy']:<16}"
         lines.append(f"  {names}{row['n']:>5}{row['n_completed']:>5}  "
-                     f"{mean:<32}{difference:<36}{p:>9}{settings}".rstrip())  # fmt: skip
+                     f"{mean:<34}{difference:<36}{p:>9}{settings}".rstrip())  # fmt: skip
     return lines
 
 
