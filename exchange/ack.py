@@ -107,9 +107,10 @@ def unite_matrices(state: AckState, n_nodes: int, me: int, rows_out: MutableWord
     """OR of the matrices held from the own last slot on, without the bits that later slots have made stale.
 
     When slot k opens, the paper clears column k of every matrix and the whole matrix last received from k.
-    Row k must go too: an old bit A[k][j] about j's second-last packet would from then on be read as being
-    about j's last. So of a matrix count the rows and columns of nodes that have not sent since. We go from
-    the oldest matrix to the newest; the nodes passed are those that have not sent since the one we are at.
+    Row k must go too: an older pseudo-acknowledgement A[k][j] of j's second-last packet would from then on
+    be read as being about j's last. So of a matrix count the rows and columns of nodes that have not sent
+    since. We go from the oldest matrix to the newest; the nodes passed are those that have not sent since
+    the one we are at.
     """
     for i in range(n_nodes):
         rows_out[i] = 0
@@ -138,8 +139,7 @@ def add_pseudo_acknowledgements(state: AckState, n_nodes: int, me: int, rows_out
                 items = state.content[packet + w]
                 carried |= items
                 lacking |= items & ~state.believes[i * state.n_words + w]
-            if carried != 0 and lacking == 0:
-                rows_out[i] |= 1 << j
+            rows_out[i] |= int(carried != 0 and lacking == 0) << j
 
 
 def absorb(
@@ -174,22 +174,43 @@ def absorb(
                 state.believes[i * n_words + w] |= items & origins[i * n_words + w]
 
     if acknowledgement == ACK:
-        for j in range(n_nodes):
-            if (rows[sender] >> j) & 1:
-                for w in range(n_words):
-                    state.believes[sender * n_words + w] |= state.content[j * n_words + w]
-        return
-
-    for i in range(n_nodes):
-        state.held[sender * n_nodes + i] = rows[i]
-    for j in range(n_nodes):
-        if not carried_items(state, n_nodes, j):
-            continue
+        learn_from_row(state, n_nodes, sender, rows[sender])
+    else:
         for i in range(n_nodes):
-            if (rows[i] >> j) & 1:
-                packet = (packet_meant(i, j, sender, n_nodes) * n_nodes + j) * n_words
-                for w in range(n_words):
-                    state.believes[i * n_words + w] |= state.content[packet + w]
+            state.held[sender * n_nodes + i] = rows[i]
+        learn_from_matrix(state, n_nodes, sender, rows)
+
+
+def learn_from_row(state: AckState, n_nodes: int, sender: int, row: int) -> None:
+    """Believe that the sender holds the last packets that its row acknowledges, as far as they are known."""
+    for w in range(state.n_words):
+        learned = 0
+        for j in range(n_nodes):
+            learned |= state.content[j * state.n_words + w] & all_if(row >> j)
+        state.believes[sender * state.n_words + w] |= learned
+
+
+def learn_from_matrix(state: AckState, n_nodes: int, sender: int, rows: Words) -> None:
+    """Believe that every node i holds the packets that row i acknowledges, as far as they are known."""
+    n_words = state.n_words
+    for j in range(n_nodes):
+        for w in range(n_words):
+            last = state.content[j * n_words + w]
+            second_last = state.content[(n_nodes + j) * n_words + w]
+            if last | second_last == 0:
+                continue
+            for i in range(n_nodes):
+                items = second_last if packet_meant(i, j, sender, n_nodes) else last
+                state.believes[i * n_words + w] |= items & all_if(rows[i] >> j)
+
+
+def all_if(word: int) -> int:
+    """A mask that keeps all if the lowest bit of the word is set, else nothing.
+
+    >>> 0b1100 & all_if(1), 0b1100 & all_if(2)
+    (12, 0)
+    """
+    return -(word & 1)
 
 
 def carried_items(state: AckState, n_nodes: int, j: int) -> bool:

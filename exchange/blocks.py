@@ -48,17 +48,17 @@ class Assembly:
     """Caches the fragments of each block until the whole block is there."""
 
     def __init__(self) -> None:
-        self._parts: dict[tuple[int, int], dict[int, Fragment]] = {}
+        self._parts: dict[tuple[int, int, int], dict[int, Fragment]] = {}  # by origin, sequence, count
 
     def add(self, fragment: Fragment) -> Block | None:
         """The whole block if this fragment completes it, else None."""
         if fragment.count == 1:
             return Block(fragment.origin, fragment.sequence, fragment.time_s, fragment.facts)
-        guid = (fragment.origin, fragment.sequence)
-        parts = self._parts.setdefault(guid, {})
+        block = (fragment.origin, fragment.sequence, fragment.count)
+        parts = self._parts.setdefault(block, {})
         parts[fragment.index] = fragment
         if len(parts) < fragment.count:
             return None
-        del self._parts[guid]
+        del self._parts[block]
         facts = tuple(fact for index in range(fragment.count) for fact in parts[index].facts)
         return Block(fragment.origin, fragment.sequence, fragment.time_s, facts)

@@ -105,10 +105,11 @@ class Codec:
             tuple(field.size_bits for field in attribute.fields) or (bits,)
             for attribute, bits in zip(tbox.attributes, self._value_bits, strict=True)
         ]
+        self._n_values = {ValueKind.LINK: n_instances, ValueKind.TYPE: len(tbox.classes)}
         self._header_fields = [self._header_fields_of(sender) for sender in range(n_nodes)]
         self.header_bits = header_bits(policy, n_nodes)
-        shape = f"{tbox.hash}|{n_instances}|{n_nodes}|{self.header_bits}|{duration_s!r}|{time_resolution_s!r}"
-        self._hash = zlib.crc32(shape.encode()) & ((1 << HASH_BITS) - 1)
+        shape = tbox.hash, n_instances, n_nodes, n_blocks, self.header_bits, duration_s, time_resolution_s
+        self._hash = zlib.crc32(repr(shape).encode()) & ((1 << HASH_BITS) - 1)
         self.decode = lru_cache(maxsize=32)(self._decode)
         """``decode(data) -> Packet``; every receiver of one broadcast decodes the same bytes."""
 
@@ -151,6 +152,7 @@ class Codec:
             SizeLine("number of fragments", FRAGMENT_COUNT_BITS),
             SizeLine("number of signals", SIGNAL_COUNT_BITS),
             SizeLine("one influence signal", self.signal_bits),
+            SizeLine("part of a larger block, more", 2 * INDEX_BITS),
             SizeLine("block head, own", self.fragment_bits(Fragment(0, 0, 0.0, ()), relayed=False)),
             SizeLine("block head, relayed", self.fragment_bits(Fragment(0, 0, 0.0, ()))),
         ]
@@ -190,7 +192,10 @@ class Codec:
 
     def _encode_value(self, fact: PropertyValue) -> int:
         bits = 0
-        indices = self._attributes[fact.attribute].encode(fact.value)
+        try:
+            indices = self._attributes[fact.attribute].encode(fact.value)
+        except ValueError as error:
+            raise ConfigurationError(f"{self._attributes[fact.attribute].name}: {error}") from None
         for index, size_bits in zip(indices, self._layouts[fact.attribute], strict=True):
             bits = bits << size_bits | index
         return bits
@@ -210,6 +215,11 @@ class Codec:
             fragments: ``(bits, size_bits)`` pairs of ``encode_fragment``.
             signals: influence signals, at most 15.
         """
+        if len(fragments) > MAX_FRAGMENTS_PER_PACKET or len(signals) > MAX_SIGNALS:
+            raise ConfigurationError(
+                f"{len(fragments)} fragments and {len(signals)} signals; a packet holds "
+                f"{MAX_FRAGMENTS_PER_PACKET} and {MAX_SIGNALS}"
+            )
         bits = self._hash << self._node_bits | sender
         bits = bits << self.header_bits | self._encode_rows(sender, rows)
         bits = bits << FRAGMENT_COUNT_BITS | len(fragments)
@@ -219,6 +229,8 @@ class Codec:
             size += fragment_size
         bits = bits << SIGNAL_COUNT_BITS | len(signals)
         for signal in signals:
+            if not -128 <= signal.value <= 127:
+                raise ConfigurationError(f"influence signal {signal.value}: a signed byte holds -128 to 127")
             bits = bits << self._subject_bits | signal.role
             bits = bits << SIGNAL_VALUE_BITS | signal.value & 0xFF
         size += SIGNAL_COUNT_BITS + len(signals) * self.signal_bits
@@ -287,9 +299,15 @@ class Codec:
         uid = reader.take(self._attribute_bits)
         if uid >= len(self._attributes):
             raise PeerFault(f"attribute {uid} is not in the TBox")
+        if subject >= self._n_instances:
+            raise PeerFault(f"instance {subject} is not one of {self._n_instances}")
+        attribute = self._attributes[uid]
         indices = [reader.take(size_bits) for size_bits in self._layouts[uid]]
         try:
-            value = self._attributes[uid].decode(indices)
+            value = attribute.decode(indices)
         except ValueError as error:
-            raise PeerFault(f"{self._attributes[uid].name}: {error}") from None
+            raise PeerFault(f"{attribute.name}: {error}") from None
+        n_values = len(attribute.symbols) or self._n_values.get(attribute.kind)
+        if n_values is not None and indices[0] >= n_values:
+            raise PeerFault(f"{attribute.name}: {indices[0]} of {n_values}")
         return PropertyValue(subject, uid, value)

@@ -17,6 +17,7 @@ is acknowledged.
 
 from __future__ import annotations
 
+from bisect import insort
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -122,7 +123,7 @@ class ExchangeManager:
         self._state = ack.new_state(self._n_nodes)
         self._ledger = Ledger(self._n_nodes)
         self._assembly = Assembly()
-        self._open: list[int] = []  # columns that are not settled
+        self._open: list[int] = []  # columns that are not settled, by item UID
         self._status: dict[tuple[int, int], Status] = {}  # by (subject, attribute)
         self._signals: tuple[InfluenceSignal, ...] = ()
         self._n_signals_said = 0
@@ -169,10 +170,12 @@ class ExchangeManager:
 
     def receive(self, data: bytes, now_s: float) -> Reception:
         """Take in a packet that arrives at ``now_s``; a bad one is counted, never raised."""
-        slot = self._schedule.slot_at(now_s)
+        slot = self._schedule.slot_of_arrival(now_s)
         sender = self._schedule.owner(slot)
         self._open_slots_through(slot)
         try:
+            if sender == self._me:
+                raise PeerFault("a packet in this vehicle's own slot")
             packet = self._codec.decode(data)
             if packet.sender != sender:
                 raise PeerFault(f"node {packet.sender} speaks in the slot of node {sender}")
@@ -268,6 +271,8 @@ class ExchangeManager:
             room_bits,
             chosen,
         )
+        for position in chosen[MAX_FRAGMENTS_PER_PACKET:n_chosen]:  # there is no room for their number
+            weights[position] = queue[position].weight + queue[position].priority
         for candidate, weight in zip(queue, weights, strict=True):
             candidate.weight = weight
         columns: list[int] = []
@@ -305,8 +310,11 @@ class ExchangeManager:
         column = self._ledger.add(Entry(fragment, bits, size, interested, priority))
         self._state.believes[self._me] |= 1 << column
         if interested and (own or self._policy.repeat):
-            self._open.append(column)
+            insort(self._open, column, key=self._uid)
         return column
+
+    def _uid(self, column: int) -> ItemUid:
+        return self._ledger.entries[column].fragment.uid
 
     def _interest(self, fragment: Fragment) -> tuple[int, int]:
         """Peers (bit word) that need any fact of the fragment, and the highest priority among them."""

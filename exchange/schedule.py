@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from exchange.errors import ConfigurationError
 
+GRACE_S = 1e-6
+"""A packet over the whole range may arrive this much into the next slot, by rounding."""
+
 
 @dataclass(frozen=True, slots=True)
 class TdmaSchedule:
@@ -52,6 +55,10 @@ class TdmaSchedule:
         if now_s >= self.start_s(slot + 1):  # the division may round either way at a boundary
             return slot + 1
         return slot if now_s >= self.start_s(slot) else slot - 1
+
+    def slot_of_arrival(self, now_s: float) -> int:
+        """The slot in which a packet was sent that is complete at ``now_s``: at a boundary, the one before it."""
+        return self.slot_at(max(0.0, now_s - GRACE_S))
 
     def next_slot_of(self, node: int, now_s: float) -> int:
         """First slot of ``node`` that starts at ``now_s`` or later."""

@@ -7,6 +7,7 @@ is malformed its checks pass it over.
 from __future__ import annotations
 
 import importlib
+import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
@@ -16,7 +17,7 @@ from pydantic import ValidationError
 
 from exchange.acoustics.link import LINKS
 from exchange.acoustics.modems import modems
-from exchange.policies import POLICIES
+from exchange.policies import POLICIES, header_bits
 from missions.errors import ConfigurationFault
 from remoras.sensors import Seabed
 from remoras.strategies import strategies
@@ -24,6 +25,8 @@ from worldmodel import TBox, core_ontology_paths
 
 MAX_CELLS = 4096
 """Cells of one area that ``mappedCell`` can name."""
+ROOM_BITS = 128
+"""What a packet needs beside its acknowledgements: its head, a signal, a block of one fact."""
 MAX_COORDINATE_M = 9000.0
 """The ``position`` attribute reaches somewhat farther than the world may, for vehicles that drift out of it."""
 
@@ -32,7 +35,7 @@ Raw = Mapping[str, Any]
 
 def cross_faults(raw: Raw) -> list[ConfigurationFault]:
     """All faults between the tables of ``raw``."""
-    checks = (_names, _slots, _world, _areas, _choices, _needs, _groups, _vehicles, _mission)
+    checks = (_names, _slots, _times, _world, _areas, _choices, _needs, _groups, _played_by, _vehicles, _mission)
     return [fault for check in checks for fault in check(raw)]
 
 
@@ -60,13 +63,11 @@ def _one_of(key: str, given: Any, allowed: Sequence[str]) -> Iterator[Configurat
 def _names(raw: Raw) -> Iterator[ConfigurationFault]:
     kinds = ("vehicle", "group", "area", "rally_point")
     counted = Counter(name for kind in kinds for name in _names_of(raw, kind))
+    first = {name: kind for kind in reversed(kinds) for name in _names_of(raw, kind)}
     for name, count in counted.items():
         if count > 1:
-            yield ConfigurationFault(
-                "name",
-                f'"{name}"',
-                f"used {count} times; vehicles, groups, areas and rally points need names of their own",
-            )
+            allowed = f"used {count} times; vehicles, groups, areas and rally points need names of their own"
+            yield ConfigurationFault(f"{first[name]}.{name}.name", f'"{name}"', allowed)
     for group in _entries(raw, "group"):
         for name, count in Counter(_names_of(group, "role")).items():
             if count > 1:
@@ -92,6 +93,12 @@ def _slots(raw: Raw) -> Iterator[ConfigurationFault]:
             )
 
 
+def _times(raw: Raw) -> Iterator[ConfigurationFault]:
+    period, tick = _table(raw, "decision").get("period_s"), _table(raw, "scenario").get("tick_s", 1.0)
+    if isinstance(period, int | float) and isinstance(tick, int | float) and period < tick:
+        yield ConfigurationFault("decision.period_s", str(period), f"allowed: scenario.tick_s = {tick} or more")
+
+
 def _bounds(raw: Raw) -> tuple[float, float, float, float] | None:
     world = _table(raw, "world")
     try:
@@ -110,6 +117,8 @@ def _world(raw: Raw) -> Iterator[ConfigurationFault]:
         yield ConfigurationFault("world.x_m", f"[{x_min}, {x_max}]", "west border must be below east border")
     if y_min >= y_max:
         yield ConfigurationFault("world.y_m", f"[{y_min}, {y_max}]", "south border must be below north border")
+    if x_min >= x_max or y_min >= y_max:
+        return
     for key, (low, high) in (("world.x_m", (x_min, x_max)), ("world.y_m", (y_min, y_max))):
         if low < -MAX_COORDINATE_M or high > MAX_COORDINATE_M:
             allowed = f"allowed: {-MAX_COORDINATE_M:.0f} to {MAX_COORDINATE_M:.0f}"
@@ -155,29 +164,55 @@ def _areas(raw: Raw) -> Iterator[ConfigurationFault]:
         if not (all(turn > 0 for turn in turns) or all(turn < 0 for turn in turns)):
             yield ConfigurationFault(key, "", "not the corners of a convex polygon in order")
         elif isinstance(cell_m, int | float) and cell_m > 0:
-            n_cells = len(Seabed.of_areas(float(cell_m), {"area": tuple(corners)}).cells)
+            n_cells = _n_cells(corners, float(cell_m))
             if not 1 <= n_cells <= MAX_CELLS:
                 yield ConfigurationFault(
                     key, f"{n_cells} cells of {cell_m} m", f"allowed: 1 to {MAX_CELLS}; change world.cell_m"
                 )
 
 
+def _n_cells(corners: Sequence[tuple[float, float]], cell_m: float) -> int:
+    """Cells of an area; where there are far too many, about how many."""
+    xs, ys = [x for x, _ in corners], [y for _, y in corners]
+    in_box = (max(xs) - min(xs)) * (max(ys) - min(ys)) / cell_m**2
+    return int(in_box) if in_box > 4 * MAX_CELLS else len(Seabed.of_areas(cell_m, {"": tuple(corners)}).cells)
+
+
 def _choices(raw: Raw) -> Iterator[ConfigurationFault]:
     communication = _table(raw, "communication")
     yield from _one_of("communication.modem", communication.get("modem"), list(modems()))
     yield from _one_of("communication.policy", communication.get("policy"), list(POLICIES))
+    yield from _header(raw)
     yield from _one_of("channel.name", _table(raw, "channel").get("name"), list(LINKS))
     strategy = _table(raw, "strategy").get("name")
     if isinstance(strategy, str) and ":" in strategy:
-        yield from _object_faults("strategy.name", strategy)
+        yield from _object_faults("strategy.name", strategy, ("name", "form", "adapt"))
     else:
         yield from _one_of("strategy.name", strategy, list(strategies()))
 
 
-def _object_faults(key: str, reference: str) -> Iterator[ConfigurationFault]:
+def _header(raw: Raw) -> Iterator[ConfigurationFault]:
+    """The acknowledgements of all nodes must leave room in a packet."""
+    communication = _table(raw, "communication")
+    modem, policy = modems().get(communication.get("modem", "")), POLICIES.get(communication.get("policy", ""))
+    n_vehicles = len(_entries(raw, "vehicle"))
+    if modem is not None and policy is not None and n_vehicles >= 2:
+        header = header_bits(policy, n_vehicles)
+        if header + ROOM_BITS > modem.payload_bits:
+            allowed = (
+                f"its acknowledgements take {header} bits for {n_vehicles} vehicles, a packet of modem {modem.name} "
+                f"has {modem.payload_bits} and needs {ROOM_BITS} for the rest: take ack or another modem"
+            )
+            yield ConfigurationFault("communication.policy", f'"{policy.name}"', allowed)
+
+
+def _object_faults(key: str, reference: str, needed: Sequence[str]) -> Iterator[ConfigurationFault]:
     try:
-        named_object(reference)
-    except (ImportError, AttributeError, ValueError) as error:
+        found = named_object(reference)
+        missing = [name for name in needed if not hasattr(found, name)]
+        if missing:
+            yield ConfigurationFault(key, f'"{reference}"', f"an object that has {', '.join(missing)}")
+    except (ImportError, AttributeError, ValueError, TypeError) as error:
         yield ConfigurationFault(key, f'"{reference}"', f"package.module:object that can be imported ({error})")
 
 
@@ -219,6 +254,19 @@ def _groups(raw: Raw) -> Iterator[ConfigurationFault]:
             for influenced in influences if isinstance(influences, list) else []:
                 yield from _one_of(f"{key}.influences", influenced, names)
             yield from _role_players(key, role, vehicles)
+
+
+def _played_by(raw: Raw) -> Iterator[ConfigurationFault]:
+    """A role that the holder of another must play needs a vehicle that is able to play both."""
+    for group in _entries(raw, "group"):
+        for role in _entries(group, "role"):
+            other = role.get("played_by")
+            if not isinstance(other, str) or "." not in other:
+                continue
+            names = {str(role.get("name")), other.split(".", 1)[1]}
+            if not any(names <= set(map(str, v.get("playable_roles") or ())) for v in _entries(raw, "vehicle")):
+                key = f"group.{group.get('name')}.role.{role.get('name')}.played_by"
+                yield ConfigurationFault(key, f'"{other}"', "no vehicle is able to play both roles")
 
 
 def _role_players(key: str, role: Raw, vehicles: Sequence[Raw]) -> Iterator[ConfigurationFault]:
@@ -273,13 +321,13 @@ def _mission(raw: Raw) -> Iterator[ConfigurationFault]:
     reference = _table(raw, "scenario").get("mission")
     if not isinstance(reference, str):
         return
-    faults = list(_object_faults("scenario.mission", reference))
+    faults = list(_object_faults("scenario.mission", reference, ("Settings", "MISSIONS", "truth")))
     if faults:
         yield from faults
         return
     mission = named_object(reference)
     try:
-        mission.Settings.model_validate(_table(raw, "mission"))
+        mission.Settings.model_validate_json(json.dumps(_table(raw, "mission"), default=str), strict=True)
     except ValidationError as error:
         for detail in error.errors():
             key = ".".join(["mission", *map(str, detail["loc"])])
@@ -290,6 +338,9 @@ def _mission(raw: Raw) -> Iterator[ConfigurationFault]:
             hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
             allowed = f"unknown key, allowed here: {', '.join(known)}{hint}" if unknown else str(detail["msg"])
             yield ConfigurationFault(key, given, allowed)
-    given_missions = {group.get("mission") for group in _entries(raw, "group")} - {None}
-    for name in sorted(m for m in given_missions if isinstance(m, str)):
-        yield from _one_of("group.mission", name, list(mission.MISSIONS))
+    for kind in ("vehicle", "group", "area", "rally_point"):
+        for name in _names_of(raw, kind):
+            if name in mission.MISSIONS:
+                yield ConfigurationFault(f"{kind}.{name}.name", f'"{name}"', "is the name of a mission")
+    for group in _entries(raw, "group"):
+        yield from _one_of(f"group.{group.get('name')}.mission", group.get("mission"), list(mission.MISSIONS))

@@ -281,7 +281,7 @@ class MappingRendezvous:
             position is not None and math.hypot(position[0] - x_m, position[1] - y_m) <= radius_m + HEARD_TOLERANCE_M
             for position in heard
         ]
-        return (Finding(group.name, "gatheredAt", group.rally_point),) if here and all(here) else ()
+        return (Finding(group.name, "gatheredAt", group.rally_point),) if all(here) else ()
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
         return Finding(objective.argument, "areaDone", vehicle) if objective.name == "Exploring" else None

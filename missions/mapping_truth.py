@@ -93,6 +93,6 @@ class MappingTruth:
     def _is_together(self, fleet: Any, group: Group) -> bool:
         x_m, y_m = self._rally_points_m[group.rally_point or ""]
         members = [v for v in fleet.vehicles if v.social.organisation.is_member(v.name, group.name)]
-        return all(
+        return bool(members) and all(
             math.hypot(v.functional.motion.x_m - x_m, v.functional.motion.y_m - y_m) <= self._radius_m for v in members
         )

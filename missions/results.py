@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import math
 import platform
-import shutil
 import statistics
 import tempfile
 from collections.abc import Sequence
@@ -136,14 +135,14 @@ def manifest(run: Run) -> dict[str, Any]:
 
 def check_output(folder: Path, force: bool) -> None:
     """Raise OutputError unless results can be written to ``folder`` without losing anything."""
-    if folder.exists() and not folder.is_dir():
-        raise OutputError(f"--out {folder}: is a file; name a folder")
-    if folder.is_dir() and any(folder.iterdir()) and not force:
-        raise OutputError(f"--out {folder}: exists and is not empty; name another folder or add --force")
-    parent = folder if folder.is_dir() else folder.parent
-    while not parent.exists():
-        parent = parent.parent
     try:
+        if folder.exists() and not folder.is_dir():
+            raise OutputError(f"--out {folder}: is a file; name a folder")
+        if folder.is_dir() and any(folder.iterdir()) and not force:
+            raise OutputError(f"--out {folder}: exists and is not empty; name another folder or add --force")
+        parent = folder if folder.is_dir() else folder.parent
+        while not parent.exists():
+            parent = parent.parent
         with tempfile.TemporaryFile(dir=parent):
             pass
     except OSError as error:
@@ -167,7 +166,7 @@ def write(run: Run, folder: Path, force: bool = False) -> None:
                 pq.write_table(table(name, run.recorder.rows(name)), draft / f"{name}.parquet", compression="zstd")
             if folder.exists():
                 for path in draft.iterdir():
-                    shutil.move(path, folder / path.name)
+                    path.replace(folder / path.name)
             else:
                 draft.rename(folder)
     except OSError as error:
@@ -195,17 +194,25 @@ class Results:
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        loaded: dict[str, Any] = json.loads((self.folder / "summary.json").read_text(encoding="utf-8"))
-        return loaded
+        return self._json("summary.json")
 
     @cached_property
     def manifest(self) -> dict[str, Any]:
-        loaded: dict[str, Any] = json.loads((self.folder / "manifest.json").read_text(encoding="utf-8"))
-        return loaded
+        return self._json("manifest.json")
+
+    def _json(self, name: str) -> dict[str, Any]:
+        try:
+            loaded: dict[str, Any] = json.loads((self.folder / name).read_text(encoding="utf-8"))
+            return loaded
+        except (OSError, ValueError) as error:
+            raise OutputError(f"{self.folder / name}: damaged: {error}") from None
 
     def table(self, name: str) -> pa.Table:
         """An Arrow table; ``.to_pandas()`` makes a data frame of it."""
-        return pq.read_table(self.folder / f"{name}.parquet")
+        try:
+            return pq.read_table(self.folder / f"{name}.parquet")
+        except (OSError, pa.ArrowException) as error:
+            raise OutputError(f"{self.folder / name}.parquet: damaged: {error}") from None
 
     def units(self, name: str) -> dict[str, str]:
         """Units of a table's columns."""

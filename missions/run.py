@@ -14,6 +14,7 @@ from exchange.manager import ExchangeManager
 from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
 from missions.checks import named_object
+from missions.errors import ConfigurationError, ConfigurationFault
 from missions.scenario import Scenario, VehicleTable
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase, VehicleData
@@ -21,7 +22,7 @@ from remoras.executive import ExecutiveLayer
 from remoras.fleet import Fleet
 from remoras.functional import FunctionalLayer
 from remoras.mission import Milestone, Mission
-from remoras.organisation import Group, RoleSpecification
+from remoras.organisation import Group, Organisation, RoleSpecification
 from remoras.recorder import Recorder
 from remoras.sensors import MappingSensor, Seabed
 from remoras.social import SocialLayer
@@ -173,6 +174,17 @@ def codec_of(scenario: Scenario, tbox: TBox, instances: Sequence[Instance]) -> C
     return Codec(tbox, len(instances), len(scenario.vehicle), policy, n_blocks, round(horizon_s, 9), resolution_s)
 
 
+def _refuse_headless(scenario: Scenario, founding: Organisation) -> None:
+    """A group without a head would wait for a mission for ever."""
+    faults = [
+        ConfigurationFault(f"group.{group}.role.{of_group.head_role}", "", "nobody came to play it before the mission")
+        for group, of_group in founding.groups.items()
+        if not founding.heads(group)
+    ]
+    if faults:
+        raise ConfigurationError(scenario.scenario.name, faults)
+
+
 def assemble(scenario: Scenario, seed: int, channel: Channel | None = None) -> Fleet:
     """A fleet ready to run. ``channel`` replaces the scenario's, for tests and experiments."""
     tbox = TBox.read(*core_ontology_paths())
@@ -190,6 +202,7 @@ def assemble(scenario: Scenario, seed: int, channel: Channel | None = None) -> F
     database = AUVDatabase(tuple(vehicle_data(table, transmit_j_per_bit) for table in scenario.vehicle))
     strategy = strategy_of(scenario)
     founding = strategy.form(database, groups_of(scenario))
+    _refuse_headless(scenario, founding)
     seabed = seabed_of(scenario)
     recorder = Recorder()
     world = scenario.world

@@ -18,6 +18,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from missions.checks import cross_faults, named_object
 from missions.errors import ConfigurationError, ConfigurationFault
+from missions.lines import Path as Path_
+from missions.lines import key_parts, line_of, lines_of, path_of
 from remoras.satisfaction import DecisionConstants
 
 Positive = Annotated[float, Field(gt=0.0)]
@@ -53,7 +55,9 @@ class Communication(Table):
     transmit_power_w: NotNegative = Field(10.0, description="power of the modem while it sends")
     policy: str = Field(description="exchange policy, see `remoras list policies`")
     carrier_evidence: bool = Field(True, description="take a peer that sends an item as holding it")
-    time_resolution_s: Positive = Field(0.1, description="resolution of observation times on the wire")
+    time_resolution_s: float = Field(
+        0.1, ge=0.001, le=10.0, multiple_of=0.001, description="resolution of observation times on the wire"
+    )
     needs: dict[str, Annotated[int, Field(ge=1, le=1000)]] = Field(
         description="priority of each attribute that vehicles need of each other"
     )
@@ -174,17 +178,17 @@ def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenar
     except tomllib.TOMLDecodeError as error:
         raise ConfigurationError(path, [ConfigurationFault("TOML", "", str(error))]) from None
     faults = [fault for option, text_ in overrides if (fault := _override(raw, option, text_)) is not None]
-    options = {".".join(_key_parts(text_.partition("=")[0].strip())): option for option, text_ in overrides}
+    options = {".".join(key_parts(text_.partition("=")[0].strip())): option for option, text_ in overrides}
     scenario: Scenario | None = None
     try:
-        scenario = Scenario.model_validate(raw)
+        scenario = Scenario.model_validate_json(json.dumps(raw, default=str), strict=True)
     except ValidationError as error:
-        faults += [_fault_of(detail, raw) for detail in error.errors()]
+        faults += [_fault_of(detail, raw) for detail in error.errors() if not _is_consequence(detail)]
     known = {(fault.key, fault.given) for fault in faults}
     faults += [fault for fault in cross_faults(raw) if (fault.key, fault.given) not in known]
     if faults or scenario is None:
-        lines = text.splitlines()
-        located = [_located(fault, lines, options) for fault in faults]
+        lines = lines_of(text)
+        located = [_located(fault, raw, lines, options) for fault in faults]
         raise ConfigurationError(path, sorted(located, key=lambda fault: fault.line or 0))
     return scenario
 
@@ -194,7 +198,7 @@ def _read(name_or_path: str) -> tuple[str, str]:
     known = shipped()
     if path.suffix != ".toml" and name_or_path in known:
         path = known[name_or_path]
-    if not path.is_file():
+    if not _is_file(path):
         nearest = get_close_matches(name_or_path, known, n=1)
         hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
         allowed = f"a TOML file or one of {', '.join(known)}{hint}"
@@ -205,13 +209,20 @@ def _read(name_or_path: str) -> tuple[str, str]:
         raise ConfigurationError(str(path), [ConfigurationFault("file", "", f"cannot be read: {error}")]) from None
 
 
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a name that no file can have
+        return False
+
+
 def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationFault | None:
     """Apply ``decision.weight_external=0`` or ``vehicle.AUV01.survey_speed_mps=1.7``; entries of lists by name."""
     key, equals, value = override.partition("=")
     if not equals or not key:
         return ConfigurationFault(option, override, "KEY=VALUE, for example decision.weight_external=0")
     target: Any = raw
-    parts = _key_parts(key.strip())
+    parts = key_parts(key.strip())
     for depth, part in enumerate(parts[:-1]):
         if isinstance(target, list):
             found = [entry for entry in target if isinstance(entry, dict) and entry.get("name") == part]
@@ -227,23 +238,6 @@ def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationF
         return ConfigurationFault(f"{option} {key}", "", "names a list: add the name of an entry and a key")
     target[parts[-1]] = _value(value.strip())
     return None
-
-
-def _key_parts(key: str) -> list[str]:
-    """Parts of a dotted key; a part in double quotes may hold dots.
-
-    >>> _key_parts('mission.importance."Performer.RendezVous"')
-    ['mission', 'importance', 'Performer.RendezVous']
-    """
-    parts, quoted = [""], False
-    for character in key:
-        if character == '"':
-            quoted = not quoted
-        elif character == "." and not quoted:
-            parts.append("")
-        else:
-            parts[-1] += character
-    return parts
 
 
 def _value(text: str) -> Any:
@@ -305,23 +299,23 @@ def _known_keys(location: Iterable[Any]) -> list[str]:
     return list(table.model_fields)
 
 
-def _located(fault: ConfigurationFault, lines: Sequence[str], options: Mapping[str, str]) -> ConfigurationFault:
-    """The fault with the option it was given by, or with the line of its key as near as it can be found."""
-    if fault.key in options:
-        return ConfigurationFault(f"{options[fault.key]} ({fault.key})", fault.given, fault.allowed)
-    if not lines or fault.key.startswith("--"):
+def _is_consequence(detail: Mapping[str, Any]) -> bool:
+    """A list that is only too short because an entry of it is wrong."""
+    context = detail.get("ctx", {})
+    given = detail.get("input")
+    return detail["type"] == "too_short" and isinstance(given, list) and len(given) >= context.get("min_length", 0)
+
+
+def _located(
+    fault: ConfigurationFault, raw: Mapping[str, Any], lines: Mapping[Path_, int], options: Mapping[str, str]
+) -> ConfigurationFault:
+    """The fault with the option it was given by, or with the line of its key."""
+    if fault.key.startswith("--"):
         return fault
-    line = 0
-    for part in fault.key.split("."):
-        for number in range(line, len(lines)):
-            text = lines[number].strip()
-            header = text.strip("[] ").split(".")[-1] if text.startswith("[") else None
-            named = text.replace(" ", "") == f'name="{part}"'.replace(" ", "")
-            if header == part or named or text.split("=")[0].strip().strip('"') == part:
-                line = number
-                break
-    found = line + 1 if line or fault.key.split(".")[0] in lines[0] else None
-    return ConfigurationFault(fault.key, fault.given, fault.allowed, found)
+    for key, option in options.items():
+        if f"{fault.key}.".startswith(f"{key}.") or f"{key}.".startswith(f"{fault.key}."):
+            return ConfigurationFault(f"{option} ({fault.key})", fault.given, fault.allowed)
+    return ConfigurationFault(fault.key, fault.given, fault.allowed, line_of(path_of(fault.key, raw), lines))
 
 
 def explanations() -> dict[str, tuple[str, str]]:

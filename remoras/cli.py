@@ -1,93 +1,19 @@
-"""The command line: the roof. It and ``cli_batch``, which is part of it, may import everything.
+"""The command line: the roof, the one place that may import everything.
 
 Imports are made where they are needed, so that ``--help`` answers at once.
 """
 
 from __future__ import annotations
 
-import functools
-import json
-import sys
-from collections.abc import Callable, Sequence
-from difflib import get_close_matches
-from enum import StrEnum
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, NoReturn, ParamSpec
+from typing import Annotated, Any
 
 import typer
 
-from remoras import cli_batch
+from remoras import cli_batch, cli_study  # noqa: F401 - their commands register with the application
+from remoras.cli_app import FAILED, Format, Json, app, command, fail, nearest, one_of, show_json
 from remoras.progress import Progress
-
-OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
-
-app = typer.Typer(
-    help="Fleets of autonomous marine vehicles: organisation and knowledge over a lossy acoustic channel.",
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-)
-Parameters = ParamSpec("Parameters")
-
-
-def fail(message: str) -> NoReturn:
-    """One clear message on the standard error, exit 2."""
-    print(f"remoras: {message}", file=sys.stderr)
-    raise typer.Exit(USAGE)
-
-
-def nearest(name: str, known: Sequence[str]) -> str:
-    found = get_close_matches(name, known, n=1)
-    return f"; did you mean {found[0]!r}?" if found else ""
-
-
-def one_of(what: str, name: str, known: Sequence[str]) -> None:
-    """Fail unless ``name`` is one of ``known``."""
-    if name not in known:
-        fail(f"{what} {name!r}: allowed are {', '.join(known)}{nearest(name, known)}")
-
-
-def command(name: str) -> Callable[[Callable[Parameters, None]], Callable[Parameters, None]]:
-    """A command whose user errors become one message and whose interruption exits with 130."""
-
-    def register(function: Callable[Parameters, None]) -> Callable[Parameters, None]:
-        @functools.wraps(function)
-        def reported(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
-            try:
-                function(*args, **kwargs)
-            except KeyboardInterrupt:
-                print("remoras: interrupted", file=sys.stderr)
-                raise typer.Exit(INTERRUPTED) from None
-            except BrokenPipeError:
-                sys.stderr.close()
-                raise typer.Exit(OK) from None
-            except Exception as error:
-                if not _is_users_fault(error):
-                    raise
-                fail(str(error))
-
-        app.command(name)(reported)
-        return function
-
-    return register
-
-
-def _is_users_fault(error: Exception) -> bool:
-    from exchange.errors import ExchangeError
-    from missions.errors import MissionsError
-    from remoras.errors import RemorasError
-    from visualisation.errors import VisualisationError
-    from worldmodel import WorldModelError
-
-    return isinstance(error, ExchangeError | MissionsError | RemorasError | VisualisationError | WorldModelError)
-
-
-def show_json(value: Any) -> None:
-    print(json.dumps(value, indent=2, allow_nan=False))
-
-
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON value and nothing else.")]
-
 
 # Listing ------------------------------------------------------------------------------------------
 
@@ -189,14 +115,6 @@ def _print_summary(report: dict[str, Any]) -> None:
         print(f"  {milestone['time_s']:>9.1f} s  {milestone['name']} {who}".rstrip())
 
 
-class Format(StrEnum):
-    """Formats of figures."""
-
-    PNG = "png"
-    SVG = "svg"
-    PDF = "pdf"
-
-
 @command("plot")
 def plot(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run.")],
@@ -212,89 +130,6 @@ def plot(
 
     for path in visualisation.draw(Results.read(folder), kinds or (), out or folder, file_format.value):
         print(path)
-
-
-# The policy study ---------------------------------------------------------------------------------
-
-
-def loss_rates(text: str) -> tuple[float, ...]:
-    """Loss rates of ``0.1,0.5`` or ``0.05:0.8:0.05`` (first, last, step).
-
-    >>> loss_rates("0.1:0.3:0.1"), loss_rates("0.5")
-    ((0.1, 0.2, 0.3), (0.5,))
-    """
-    try:
-        if ":" not in text:
-            return tuple(float(part) for part in text.split(","))
-        first, last, step = (float(part) for part in text.split(":"))
-        if step <= 0.0 or last < first:
-            raise ValueError
-    except ValueError:
-        fail(f"--per {text!r}: allowed are rates such as 0.1,0.5 or first:last:step such as 0.05:0.8:0.05")
-    return tuple(round(first + number * step, 10) for number in range(int((last - first) / step + 1e-9) + 1))
-
-
-@command("exchange-study")
-def exchange_study(
-    nodes: Annotated[int, typer.Option(help="Vehicles in the fleet, 2 to 64.")] = 5,
-    per: Annotated[str, typer.Option(help="Loss rates: 0.1,0.5 or first:last:step.")] = "0.05:0.8:0.05",
-    policies: Annotated[str, typer.Option(help="all, or names with commas between.")] = "all",
-    trials: Annotated[int, typer.Option(help="Trials of each policy at each loss rate.")] = 2000,
-    load: Annotated[str, typer.Option(help="single, batch or poisson:RATE (items per node and slot).")] = "single",
-    items: Annotated[int, typer.Option(help="Items at every node, for load batch.")] = 1,
-    item_bits: Annotated[int, typer.Option(help="Size of an item.")] = 60,
-    capacity_bits: Annotated[
-        int | None, typer.Option(help="Size of a packet, header charged; unlimited if left out.")
-    ] = None,
-    carrier_evidence: Annotated[bool, typer.Option(help="Take a node that sends an item as holding it.")] = False,
-    seed: Annotated[int, typer.Option(help="Root of all random draws.")] = 1,
-    jobs: Annotated[int, typer.Option(help="Cores to use; the numbers do not depend on it.")] = 1,
-    out: Annotated[Path | None, typer.Option(help="Folder for figures, captions and their CSV.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace what is already in --out.")] = False,
-    as_json: Json = False,
-) -> None:
-    """Study the exchange policies: time to delivery and to acknowledgement against packet loss."""
-    from exchange.policies import POLICIES
-    from exchange.study import ExchangeStudy, run, workload_named
-    from missions.results import check_output
-
-    study = ExchangeStudy(
-        nodes=nodes,
-        per=loss_rates(per),
-        policies=tuple(POLICIES) if policies == "all" else tuple(policies.split(",")),
-        trials=trials,
-        load=workload_named(load, items),
-        item_bits=item_bits,
-        capacity_bits=capacity_bits,
-        carrier_evidence=carrier_evidence,
-        seed=seed,
-    )
-    if out is not None:
-        check_output(out, force)
-    with Progress("exchange study", 1.0, "of the trials") as progress:
-        rows = run(
-            study, jobs, lambda done, total: progress.at(done / total), lambda text: print(text, file=sys.stderr)
-        )
-    if as_json:
-        show_json([row.as_json() for row in rows])
-    else:
-        _print_study(rows)
-
-
-def _print_study(rows: Sequence[Any]) -> None:
-    """A line for every policy and loss rate: mean slots with the half-width of the 95 % interval."""
-
-    def shown(estimate: Any) -> str:
-        if estimate is None:
-            return f"{'-':>18}"
-        if estimate.ci95_high is None:
-            return f"{estimate.mean:>18.2f}"
-        return f"{estimate.mean:>10.2f} +- {estimate.ci95_high - estimate.mean:<5.2f}"
-
-    print(f"{'per':>5} {'policy':<16} {'delivered':>17} {'source acked':>18} {'senders acked':>18}  slots; censored")
-    for row in rows:
-        estimates = (row.delivered_slots, row.source_acked_slots, row.senders_acked_slots)
-        print(f"{row.per:>5g} {row.policy:<16}", *map(shown, estimates), f"{row.censored_senders:>14}")
 
 
 # Scenarios ----------------------------------------------------------------------------------------
@@ -343,7 +178,13 @@ def explain(
     from missions.scenario import explanations
 
     known = explanations()
-    found = {name: text for name, text in known.items() if not key or name == key or name.startswith(f"{key}.")}
+    found = {
+        name: (kind, meaning)
+        for name, (kind, meaning) in known.items()
+        if not key
+        or f"{name}.".startswith(f"{key}.")
+        or (kind.startswith("dict") and key.startswith(f"{name}.") and name != "mission")
+    }
     if not found:
         fail(f"key {key!r} is in no scenario{nearest(key, list(known))}; `remoras explain` lists all keys")
     for name, (kind, meaning) in found.items():
@@ -380,8 +221,6 @@ def _not_available(name: str) -> None:
         fail(f"{name} is not available in this version")
 
 
-for _name, _function in cli_batch.COMMANDS.items():
-    command(_name)(_function)
 for _name in ("replay", "live", "export"):
     _not_available(_name)
 

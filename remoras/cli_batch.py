@@ -1,4 +1,4 @@
-"""Commands about many runs: sweep, status, compare. Part of the roof, like ``remoras.cli``, which registers them."""
+"""Commands about many runs: sweep, status, compare."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ import csv
 import json
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from remoras.cli_app import FAILED, Json, command, show_json
 from remoras.progress import Progress
 
-FAILED, PARTLY_DONE = 1, 3
-
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON value and nothing else.")]
+PARTLY_DONE = 3
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")]
 
 
+@command("sweep")
 def sweep(
     study: Annotated[str, typer.Argument(metavar="STUDY", help="Shipped study or TOML file.")],
     out: Annotated[Path, typer.Option(help="Folder for the runs; run again on the same folder to go on.")],
@@ -55,6 +55,7 @@ def sweep(
         raise typer.Exit(FAILED)
 
 
+@command("status")
 def status(folder: Folder, as_json: Json = False) -> None:
     """Say how far a sweep is, while it goes on or after."""
     from missions.runlog import SweepResults
@@ -66,6 +67,7 @@ def status(folder: Folder, as_json: Json = False) -> None:
     _show(found, as_json, [_status_line(found), *shown])
 
 
+@command("compare")
 def compare(
     folder: Folder,
     metrics: Annotated[
@@ -120,7 +122,7 @@ def _comparison_lines(rows: Sequence[dict[str, Any]]) -> Sequence[str]:
 
 
 def _show(value: Any, as_json: bool, lines: Sequence[str]) -> None:
-    print(json.dumps(value, indent=2, allow_nan=False) if as_json else "\n".join(lines))
-
-
-COMMANDS: dict[str, Callable[..., None]] = {"sweep": sweep, "status": status, "compare": compare}
+    if as_json:
+        show_json(value)
+    else:
+        print("\n".join(lines))

@@ -79,11 +79,17 @@ class Remoras:
 
     def form(self, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
         organisation = Organisation.of(groups)
-        for group in groups:
-            for role in group.roles:
-                if role.founding:
-                    for data in self._founders(database, organisation, role):
-                        organisation, _ = organisation.assign(data.name, group.name, role.name)
+        founding = [(group.name, role) for group in groups for role in group.roles if role.founding]
+        founded: set[tuple[str, str]] = set()
+        while ready := [
+            (group, role)
+            for group, role in founding
+            if (group, role.name) not in founded and (role.played_by is None or role.played_by in founded)
+        ]:
+            for group, role in ready:
+                founded.add((group, role.name))
+                for data in self._founders(database, organisation, role):
+                    organisation, _ = organisation.assign(data.name, group, role.name)
         return organisation
 
     @staticmethod

@@ -1,0 +1,91 @@
+"""Cost of the policy study, against the time NumPy needs to draw as many random numbers as there are link outcomes."""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import Any
+
+import numpy as np
+
+from exchange.study import ExchangeStudy, StudyRow, run
+
+PER = tuple(step / 20 for step in range(1, 17))
+REPEATS = 3
+DRAWS_AT_ONCE = 1 << 16
+SCALING_NODES = (12, 25, 50)
+SCALING_POLICIES = {"ack": 2, "m-ack-repeat": 3, "mps-ack-repeat": 3}
+"""The power of the number of nodes that the cost of a slot may grow with."""
+
+
+def link_outcomes(rows: list[StudyRow]) -> int:
+    """Packets that a receiver heard or lost, over all slots of all trials."""
+    return sum(row.slots_played * (row.nodes - 1) for row in rows)
+
+
+def float32_draws_s(n_draws: int) -> float:
+    """Seconds that NumPy's default generator needs for so many float32 uniforms, in memory that stays in the cache."""
+    generator = np.random.default_rng(1)
+    block = np.empty(DRAWS_AT_ONCE, np.float32)
+    began_s = time.perf_counter()
+    for _ in range(n_draws // DRAWS_AT_ONCE + 1):
+        generator.random(out=block, dtype=np.float32)
+    return time.perf_counter() - began_s
+
+
+def study_s(study: ExchangeStudy) -> tuple[float, list[StudyRow]]:
+    """Seconds that a study takes on one core, and its rows."""
+    began_s = time.perf_counter()
+    rows = run(study, jobs=1, say=lambda text: print(text, file=sys.stderr))
+    return time.perf_counter() - began_s, rows
+
+
+def figure_row(n_nodes: int) -> dict[str, Any]:
+    """Six policies, sixteen loss rates, 2000 trials; the best of some repeats, the two measured in turn."""
+    study = ExchangeStudy(nodes=n_nodes, per=PER, trials=2000)
+    run(ExchangeStudy(nodes=n_nodes, trials=1), say=lambda text: print(text, file=sys.stderr))
+    measured = [study_s(study) for _ in range(REPEATS)]
+    n_outcomes = link_outcomes(measured[0][1])
+    floor_s = min(float32_draws_s(n_outcomes) for _ in range(REPEATS))
+    value_s = min(seconds for seconds, _ in measured)
+    return {
+        "name": f"policy study, N = {n_nodes}, 6 policies x 16 PER x 2000",
+        "value": value_s,
+        "unit": "s",
+        "reference": f"{n_outcomes} float32 uniforms",
+        "reference_value": floor_s,
+        "ratio": value_s / floor_s,
+    }
+
+
+def slot_s(policy: str, n_nodes: int) -> float:
+    """CPU seconds of a slot; at PER 0.5, where half of the fleet hears each packet."""
+    study = ExchangeStudy(nodes=n_nodes, per=(0.5,), trials=40, policies=(policy,))
+    row = min((run(study)[0] for _ in range(REPEATS)), key=lambda row: row.cpu_s)
+    return row.cpu_s / row.slots_played
+
+
+def scaling_rows() -> list[dict[str, Any]]:
+    """Cost of a slot with many nodes, against that with fewer times the power that it may grow with."""
+    found = []
+    for policy, power in SCALING_POLICIES.items():
+        costs_us = {n_nodes: 1e6 * slot_s(policy, n_nodes) for n_nodes in SCALING_NODES}
+        fewest = SCALING_NODES[0]
+        for n_nodes in SCALING_NODES[1:]:
+            allowed_us = costs_us[fewest] * (n_nodes / fewest) ** power
+            found.append(
+                {
+                    "name": f"slot of {policy}, N = {n_nodes}",
+                    "value": costs_us[n_nodes],
+                    "unit": "us",
+                    "reference": f"slot at N = {fewest}, times ({n_nodes}/{fewest})^{power}",
+                    "reference_value": allowed_us,
+                    "ratio": costs_us[n_nodes] / allowed_us,
+                }
+            )
+    return found
+
+
+def rows() -> list[dict[str, Any]]:
+    """Benchmark rows."""
+    return [figure_row(5), figure_row(10), *scaling_rows()]

@@ -1,0 +1,80 @@
+"""Means over trials with their confidence intervals, from sums that do not grow with the number of trials.
+
+A trial reports a quantity as a sum and a count: slots until the end and 1, or the latencies of many items and their
+number. The mean is the sum of sums over the sum of counts. Its variance, and that of the ratio to a baseline met by the
+same trials, come from the linearised residuals of the trials (Cochran, Sampling Techniques, 1977, chapter 6), and these
+need only the products of the sums and counts, added up. Intervals are normal: meant for thirty trials or more.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Z_95 = 1.959964
+ROUNDING = 1e-13
+"""A variance that is this small a part of its terms is rounding."""
+
+Moments = NDArray[np.float64]
+"""Products of (1, sum, count, sum of the baseline, count of the baseline), added up over trials: (..., 5, 5)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A mean and its 95 % confidence interval; the interval is None for a single trial."""
+
+    mean: float
+    ci95_low: float | None
+    ci95_high: float | None
+
+
+def moments(outcomes: NDArray[np.int64], baseline: NDArray[np.int64]) -> Moments:
+    """Add up trials.
+
+    Args:
+        outcomes: of the policy, shape (n_trials, n_quantities, 2 or more): sum, count.
+        baseline: of the baseline policy in the same trials, same shape.
+
+    Returns:
+        Shape (n_quantities, 5, 5).
+    """
+    ones = np.ones((*outcomes.shape[:2], 1))
+    vectors = np.concatenate([ones, outcomes[:, :, :2], baseline[:, :, :2]], axis=2)
+    products: Moments = vectors.transpose(1, 2, 0) @ vectors.transpose(1, 0, 2)
+    return products
+
+
+def mean(products: Moments) -> Estimate | None:
+    """The mean of one quantity, shape (5, 5); None if no trial counts.
+
+    >>> trials = np.array([[[1, 1]], [[2, 1]], [[6, 1]]])
+    >>> mean(moments(trials, trials)[0]).mean
+    3.0
+    """
+    _, total, count, _, _ = products[0]
+    if count == 0:
+        return None
+    value = total / count
+    return _estimate(value, np.array([0.0, 1.0, -value, 0.0, 0.0]) / count, products)
+
+
+def relative_mean(products: Moments) -> Estimate | None:
+    """The mean over that of the baseline; None if either has no trial that counts."""
+    _, total, count, base_total, base_count = products[0]
+    if count == 0 or base_count == 0 or total == 0 or base_total == 0:
+        return None
+    value = (total / count) / (base_total / base_count)
+    weights = value * np.array([0.0, 1 / total, -1 / count, -1 / base_total, 1 / base_count])
+    return _estimate(value, weights, products)
+
+
+def _estimate(value: float, weights: NDArray[np.float64], products: Moments) -> Estimate:
+    """The estimate whose residual in a trial is the weighted sum of that trial's numbers."""
+    n_trials = products[0, 0]
+    if n_trials < 2:
+        return Estimate(float(value), None, None)
+    variance = float(weights @ products @ weights) * n_trials / (n_trials - 1)
+    rounding = float(abs(weights) @ products @ abs(weights)) * ROUNDING
+    half = Z_95 * math.sqrt(variance) if variance > rounding else 0.0
+    return Estimate(float(value), float(value - half), float(value + half))

@@ -1,0 +1,342 @@
+"""The command line as a person and as a script meet it: what is printed where, and with what exit code."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from missions.results import Results
+from missions.scenario import explanations, load, shipped
+from remoras.cli import app
+
+SHORT = ["--set", "scenario.duration_s=30"]
+NOT_BUILT = ["replay", "live", "export"]
+HEAVY = ["numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "pydantic", "networkx"]
+
+
+def remoras(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def refused(*arguments: object) -> str:
+    """The message of a command that the user got wrong: exit 2, one message on stderr, nothing on stdout."""
+    result = remoras(*arguments)
+    assert result.exit_code == 2, result.output
+    assert result.stdout == ""
+    assert "Traceback" not in result.stderr
+    assert isinstance(result.exception, SystemExit)
+    return result.stderr
+
+
+# Importing ----------------------------------------------------------------------------------------
+
+
+def modules_after(program: str) -> set[str]:
+    program += "; import sys; print('\\n'.join(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)
+    return set(done.stdout.split())
+
+
+def test_the_command_line_loads_nothing_heavy():
+    """So that --help answers at once."""
+    loaded = modules_after("import remoras.cli")
+    assert "remoras.cli" in loaded
+    assert loaded.isdisjoint(HEAVY)
+
+
+def test_help_loads_nothing_heavy_either():
+    program = "import remoras.cli; from typer.testing import CliRunner;"
+    program += "assert CliRunner().invoke(remoras.cli.app, ['run', '--help']).exit_code == 0"
+    assert modules_after(program).isdisjoint(set(HEAVY) - {"pydantic"})  # Typer itself checks ranges with it
+
+
+# help ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "command", [[], ["list"], ["run"], ["plot"], ["validate"], ["example"], ["explain"], ["doctor"]]
+)
+def test_every_command_has_help(command: list[str]):
+    result = remoras(*command, "--help")
+    assert result.exit_code == 0
+    assert "Usage:" in result.stdout
+    assert result.stderr == ""
+
+
+def test_run_offers_the_options_promised():
+    options = set(re.findall(r"--[a-z]+", remoras("run", "--help").stdout))
+    assert options >= {"--strategy", "--policy", "--channel", "--per", "--seed", "--set", "--out", "--json"}
+
+
+@pytest.mark.parametrize(
+    "arguments", [["rnu"], ["run"], ["run", "mapping-rendezvous", "--sed", "1"], ["list", "a", "b"]]
+)
+def test_what_the_parser_refuses_is_a_usage_error(arguments: list[str]):
+    assert "Usage" in refused(*arguments)
+
+
+# list ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("kind", "among"),
+    [
+        ("scenarios", "mapping-rendezvous"),
+        ("strategies", "remoras"),
+        ("policies", "mps-ack-repeat"),
+        ("channels", "bernoulli"),
+        ("modems", "nanomodem-v3"),
+    ],
+)
+def test_what_can_be_named_is_listed_and_described(kind: str, among: str):
+    text = remoras("list", kind)
+    assert text.exit_code == 0
+    assert re.search(rf"^ +{among} +\S", text.stdout, re.MULTILINE)
+    rows = json.loads(remoras("list", kind, "--json").stdout)
+    assert [set(row) for row in rows] == [{"name", "description"}] * len(rows)
+    assert among in {row["name"] for row in rows}
+    assert all(row["description"] for row in rows)
+
+
+def test_without_a_kind_everything_is_listed():
+    found = json.loads(remoras("list", "--json").stdout)
+    assert list(found) == ["scenarios", "strategies", "policies", "channels", "modems"]
+    assert len(found["policies"]) == 6
+
+
+def test_every_listed_name_is_accepted():
+    found = json.loads(remoras("list", "--json").stdout)
+    for option, kind in [("policy", "policies"), ("channel", "channels"), ("strategy", "strategies")]:
+        for row in found[kind]:
+            assert remoras("run", "mapping-rendezvous", *SHORT, f"--{option}", row["name"]).exit_code == 1
+    for row in found["scenarios"]:
+        assert remoras("validate", row["name"]).exit_code == 0
+
+
+# run ----------------------------------------------------------------------------------------------
+
+
+def test_a_completed_mission_is_reported_and_exits_0():
+    result = remoras("run", "mapping-rendezvous")
+    assert result.exit_code == 0
+    assert re.search(r"^completed +True$", result.stdout, re.MULTILINE)
+    assert "mission_complete" in result.stdout
+
+
+def test_a_mission_that_does_not_complete_exits_1_and_says_why():
+    result = remoras("run", "mapping-rendezvous", *SHORT)
+    assert result.exit_code == 1
+    assert "not together after 30 s: Coordination, Operational" in result.stdout
+
+
+@pytest.mark.parametrize(("settings", "code"), [([], 0), (SHORT, 1)])
+def test_json_is_one_value_and_nothing_else(settings: list[str], code: int, tmp_path: Path):
+    """In a process of its own, where warnings and progress would show."""
+    main = "from remoras.cli import main; main()"
+    command = [sys.executable, "-c", main, "run", "mapping-rendezvous", *settings, "--json", "--out", tmp_path / "out"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == code
+    report = json.loads(done.stdout)
+    assert report["completed"] == (code == 0)
+    assert report == Results.read(tmp_path / "out").summary
+
+
+def test_options_reach_the_run_and_the_seed_repeats_it():
+    options = ["--policy", "m-ack", "--channel", "bernoulli", "--per", "0.5", "--seed", "4", "--strategy", "remoras"]
+    reports = [json.loads(remoras("run", "mapping-rendezvous", *SHORT, *options, "--json").stdout) for _ in range(2)]
+    given = {"policy": "m-ack", "channel": "bernoulli", "per": 0.5, "seed": 4, "strategy": "remoras"}
+    assert given.items() <= reports[0].items()
+    for report in reports:
+        del report["wall_s"]
+    assert reports[0] == reports[1]
+
+
+def test_the_perfect_channel_is_the_bound_from_above():
+    report = json.loads(
+        remoras("run", "mapping-rendezvous", *SHORT, "--channel", "perfect", "--per", "0.5", "--json").stdout
+    )
+    assert (report["channel"], report["per"], report["delivery_ratio"]) == ("perfect", 0.0, 1.0)
+
+
+def test_results_are_written_and_not_overwritten_without_being_asked(tmp_path: Path):
+    out = tmp_path / "run"
+    run = ("run", "mapping-rendezvous", *SHORT, "--out", out)
+    assert f"remoras plot {out}" in remoras(*run, "--seed", "1").stdout
+    message = refused(*run, "--seed", "2")
+    assert str(out) in message
+    assert "--force" in message
+    assert Results.read(out).summary["seed"] == 1
+    assert remoras(*run, "--seed", "3", "--force").exit_code == 1
+    assert Results.read(out).summary["seed"] == 3
+
+
+def test_an_output_that_cannot_be_is_told_before_the_run(tmp_path: Path):
+    """The mission would not complete and exit 1; what is refused is refused first."""
+    (tmp_path / "file").write_text("precious", encoding="utf-8")
+    for place in ("file", "file/below"):
+        assert "--out" in refused("run", "mapping-rendezvous", *SHORT, "--out", tmp_path / place)
+    assert (tmp_path / "file").read_text(encoding="utf-8") == "precious"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--strategy", "remora"], "--strategy.*'remoras'"),
+        (["--policy", "mpsack"], "--policy.*did you mean 'mps-ack'"),
+        (["--channel", "bernouli"], "--channel.*did you mean 'bernoulli'"),
+        (["--per", "1"], r"--per.* = 1.*less than 1"),
+        (["--per", "-0.1"], r"--per.*greater than or equal to 0"),
+        (["--per", "half"], r"--per.*\"half\".*number"),
+        (["--seed", "-1"], r"--seed"),
+        (["--seed", "one"], r"--seed"),
+        (["--set", "channel.pre=0.1"], "--set.*did you mean 'per'"),
+        (["--set", "communication.modem=seatrac"], "--set.*did you mean 'seatrac-x150'"),
+        (["--set", "vehicle.AUV3.slot=1"], "AUV3.*none of ASV00"),
+        (["--set", "nonsense"], "KEY=VALUE"),
+    ],
+)
+def test_a_wrong_option_is_told_with_what_is_allowed(arguments: list[str], says: str):
+    assert re.search(says, refused("run", "mapping-rendezvous", *arguments), re.DOTALL)
+
+
+def test_an_unknown_scenario_is_told_with_the_nearest():
+    assert "did you mean 'mapping-rendezvous'" in refused("run", "mapping-rendezvouz")
+    assert "did you mean 'mapping-rendezvous'" in refused("validate", "maping-rendezvous")
+
+
+def test_all_faults_of_a_file_are_told_with_file_and_line(tmp_path: Path):
+    file = tmp_path / "mine.toml"
+    text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
+    text = text.replace("cell_m = 25.0", "cell = 25.0").replace("slot = 2", "slot = 1").replace('"remoras"', '"remora"')
+    file.write_text(text, encoding="utf-8")
+    for command in ("run", "validate"):
+        message = refused(command, file)
+        assert f"{file}:" in message
+        for key in ("world.cell", "world.cell_m: missing", "vehicle.AUV01.slot", "strategy.name"):
+            assert key in message
+
+
+@pytest.mark.slow
+def test_cells_that_are_far_too_small_are_refused_and_do_not_take_for_ever():
+    """An area of 250 m in cells of 1 cm has 625 million of them."""
+    command = [sys.executable, "-c", "from remoras.cli import main; main()", "run", "mapping-rendezvous"]
+    try:
+        done = subprocess.run([*command, "--set", "world.cell_m=0.01"], capture_output=True, check=False, timeout=10)
+    except subprocess.TimeoutExpired:
+        pytest.fail("no answer")
+    assert done.returncode == 2
+
+
+# validate, example, explain -----------------------------------------------------------------------
+
+
+def test_a_valid_scenario_is_described():
+    """Four slots of 1.1058 + 0.6667 s."""
+    result = remoras("validate", "mapping-rendezvous")
+    assert result.exit_code == 0
+    assert "ok; 4 vehicles, 2 groups, 3 areas, slot 1.772 s, frame 7.09 s" in result.stdout
+    assert "AUV00 plays Coordinator of Operational" in result.stdout
+
+
+def test_the_example_is_a_scenario_that_validates(tmp_path: Path):
+    file = tmp_path / "mine.toml"
+    file.write_text(remoras("example", "scenario").stdout, encoding="utf-8")
+    assert remoras("validate", file).exit_code == 0
+    assert load(str(file)) == load("mapping-rendezvous")
+
+
+def test_the_example_of_an_organisation_is_its_groups():
+    text = remoras("example", "organisation").stdout
+    assert text.count("[[group]]") == 2
+    assert "[[vehicle]]" not in text
+    assert "did you mean 'organisation'" in refused("example", "organization")
+
+
+def test_a_key_is_explained_by_type_range_and_meaning():
+    text = remoras("explain", "channel.per").stdout
+    assert "packet error rate" in text
+    assert "float" in text
+
+
+def test_a_table_explains_all_its_keys_and_nothing_explains_everything():
+    vehicle = remoras("explain", "vehicle").stdout
+    assert "vehicle.slot" in vehicle
+    assert "vehicle.sensor.swath_m" in vehicle
+    everything = remoras("explain").stdout
+    assert all(key in everything for key in explanations())
+
+
+def test_an_unknown_key_is_told_with_the_nearest():
+    assert "did you mean 'communication.policy'" in refused("explain", "comunication.policy")
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        "mission.patience_s",
+        "channel.per",
+        "communication.needs.playsRole",
+    ],
+)
+def test_every_key_that_a_scenario_may_hold_is_explained(key: str):
+    assert remoras("explain", key).exit_code == 0
+
+
+def test_an_unknown_kind_is_told_with_the_nearest():
+    assert "did you mean 'policies'" in refused("list", "policys")
+
+
+# plot, doctor, what is not there yet --------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("results") / "run"
+    assert remoras("run", "mapping-rendezvous", *SHORT, "--out", out).exit_code == 1
+    return out
+
+
+def test_figures_are_drawn_where_they_are_asked_for(results: Path, tmp_path: Path):
+    kinds = pytest.importorskip("visualisation").KINDS
+    kind = next(iter(kinds))
+    result = remoras("plot", results, kind, "--format", "svg", "--out", tmp_path / "figures")
+    assert result.exit_code == 0, result.output
+    printed = [Path(line) for line in result.stdout.splitlines()]
+    assert printed
+    assert all(path.is_file() and path.parent == tmp_path / "figures" for path in printed)
+
+
+def test_an_unknown_figure_is_told_with_what_there_is(results: Path):
+    kinds = pytest.importorskip("visualisation").KINDS
+    message = refused("plot", results, "trajectorys")
+    assert all(kind in message for kind in kinds)
+
+
+def test_a_folder_without_results_cannot_be_drawn(tmp_path: Path):
+    assert "no results of a run" in refused("plot", tmp_path)
+    assert "no results of a run" in refused("plot", tmp_path / "nowhere")
+
+
+@pytest.mark.parametrize("broken", ["summary.json", "trajectories.parquet"])
+def test_results_that_were_damaged_cannot_be_drawn(results: Path, tmp_path: Path, broken: str):
+    for path in results.iterdir():
+        if path.is_file():
+            (tmp_path / path.name).write_bytes(path.read_bytes() if path.name != broken else b"{")
+    refused("plot", tmp_path, "--out", tmp_path / "figures")
+
+
+def test_the_doctor_finds_this_installation_well():
+    pytest.importorskip("visualisation").draw  # noqa: B018
+    result = remoras("doctor")
+    assert result.exit_code == 0, result.output
+    assert "mesa" in result.stdout
+    assert result.stdout.rstrip().endswith("ok")
+
+
+@pytest.mark.parametrize("command", NOT_BUILT)
+def test_a_command_that_is_not_built_says_so(command: str):
+    assert refused(command, "--json", "whatever") == f"remoras: {command} is not available in this version\n"

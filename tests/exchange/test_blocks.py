@@ -1,0 +1,96 @@
+"""Blocks that are too large for a packet: cut, carried in any order, and whole again or not there at all."""
+
+import itertools
+
+import pytest
+from fleet_radio import BATTERY, MAPPED_CELL, POSITION, bay, block_of_cells, codec_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from exchange.blocks import MAX_FRAGMENTS, Assembly, fragments_of
+from exchange.errors import ConfigurationError
+from exchange.packets import Fragment
+from worldmodel import Block, PropertyValue
+
+N_NODES = 4
+CODEC = codec_of(N_NODES)
+HEAD_BITS = CODEC.fragment_bits(Fragment(0, 0, 0.0, (), 0, 2))
+"""A relayed part of a larger block, without facts: 1 + 2 + 14 + 18 + 1 + 4 + 4 = 44 bits."""
+
+facts = st.one_of(
+    st.integers(0, 4095).map(lambda cell: PropertyValue(bay(N_NODES), MAPPED_CELL, float(cell))),
+    st.integers(0, 100).map(lambda percent: PropertyValue(0, BATTERY, percent / 100)),
+    st.tuples(st.integers(-99, 99), st.integers(-99, 99)).map(lambda at: PropertyValue(1, POSITION, at)),
+)
+blocks = st.builds(
+    Block,
+    st.integers(0, N_NODES - 1),
+    st.integers(0, 9999),
+    st.integers(0, 9999).map(float),
+    st.lists(facts, min_size=1, max_size=MAX_FRAGMENTS).map(tuple),
+)
+capacities = st.integers(HEAD_BITS + 60, 800)
+"""A position, the largest fact here, has 3 + 5 + 2 * 16 + 1 = 41 bits; any block here goes in with a fact to a part."""
+
+
+def test_a_block_that_fits_stays_whole():
+    block = block_of_cells(N_NODES, 3)
+    size_bits = CODEC.fragment_bits(Fragment(0, 0, 1.0, block.facts))
+    (whole,) = fragments_of(block, size_bits, CODEC.fragment_bits)
+    assert (whole.index, whole.count, whole.facts) == (0, 1, block.facts)
+    assert len(fragments_of(block, size_bits - 1, CODEC.fragment_bits)) == 2
+
+
+@settings(max_examples=200)
+@given(blocks, capacities)
+def test_parts_are_in_order_within_capacity_and_as_few_as_can_be(block: Block, capacity_bits: int):
+    parts = fragments_of(block, capacity_bits, CODEC.fragment_bits)
+    assert sum((part.facts for part in parts), ()) == block.facts
+    assert [(part.index, part.count) for part in parts] == [(index, len(parts)) for index in range(len(parts))]
+    assert all(CODEC.fragment_bits(part) <= capacity_bits for part in parts)
+    assert len({part.uid for part in parts}) == len(parts)
+    for one, following in itertools.pairwise(parts):  # not even its first fact would have gone in before
+        fuller = Fragment(one.origin, one.sequence, one.time_s, (*one.facts, following.facts[0]), 0, 2)
+        assert CODEC.fragment_bits(fuller) > capacity_bits
+
+
+@settings(max_examples=200)
+@given(blocks, capacities, st.data())
+def test_assembly_undoes_it_in_any_order_with_any_repetition(block: Block, capacity_bits: int, data: st.DataObject):
+    """Nothing comes out before the last missing part, and then the block, once."""
+    parts = fragments_of(block, capacity_bits, CODEC.fragment_bits)
+    order = data.draw(st.permutations(parts))
+    last = order.pop()
+    again = data.draw(st.lists(st.sampled_from(order), max_size=5)) if order else []
+    assembly = Assembly()
+    assert all(assembly.add(part) is None for part in [*order, *again])
+    assert assembly.add(last) == block
+
+
+def test_parts_of_two_blocks_are_kept_apart():
+    one, other = block_of_cells(N_NODES, 6, origin=0), block_of_cells(N_NODES, 6, origin=1)
+    pairs = zip(*(fragments_of(b, 120, CODEC.fragment_bits) for b in (one, other)), strict=True)
+    assembly = Assembly()
+    assert [whole for pair in pairs for part in pair if (whole := assembly.add(part))] == [one, other]
+
+
+def test_a_fact_larger_than_a_packet_is_refused_with_both_sizes():
+    """A cell takes 3 (of 8 instances) + 5 + 12 + 1 = 21 bits, behind a head of 44."""
+    with pytest.raises(ConfigurationError, match="one fact needs 65 bits, a packet has room for 64"):
+        fragments_of(block_of_cells(N_NODES, 2), 64, CODEC.fragment_bits)
+
+
+def test_a_block_of_too_many_parts_is_refused_with_their_number():
+    """One cell of 21 bits to a part of 44 + 21: 16 cells just go, 17 do not."""
+    capacity_bits = HEAD_BITS + 21
+    assert len(fragments_of(block_of_cells(N_NODES, MAX_FRAGMENTS), capacity_bits, CODEC.fragment_bits)) == 16
+    with pytest.raises(ConfigurationError, match="a block of 17 facts needs 17 fragments, 16 are allowed"):
+        fragments_of(block_of_cells(N_NODES, 17), capacity_bits, CODEC.fragment_bits)
+
+
+def test_parts_that_disagree_on_how_many_they_are_make_no_block_and_no_error():
+    """Part 2 of 3 and part 0 of 2 of one block: two parts, and part 1 is not among them."""
+    assembly = Assembly()
+    fact = block_of_cells(N_NODES, 1).facts
+    assert assembly.add(Fragment(0, 0, 1.0, fact, 2, 3)) is None
+    assert assembly.add(Fragment(0, 0, 1.0, fact, 0, 2)) is None

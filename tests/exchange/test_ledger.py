@@ -1,0 +1,44 @@
+"""Columns of the ledger: an item set is an integer, and a bit keeps its meaning for good."""
+
+from fleet_radio import cells
+from hypothesis import given
+from hypothesis import strategies as st
+
+from exchange.ledger import Entry, Ledger
+from exchange.packets import Fragment, ItemUid
+
+
+def entry(origin: int, sequence: int, part: int = 0) -> Entry:
+    return Entry(Fragment(origin, sequence, 0.0, cells(4, 1), part, part + 1), 0, 0, 0b1110, 1)
+
+
+def test_an_item_has_one_column_and_unknown_items_have_none():
+    ledger = Ledger(4)
+    first, second = ledger.add(entry(0, 7)), ledger.add(entry(2, 7))
+    assert (first, second) == (0, 1)
+    assert ledger.column(ItemUid(0, 7, 0)) == 0
+    assert ledger.column(ItemUid(0, 8, 0)) is None
+    assert ItemUid(2, 7, 0) in ledger
+    assert len(ledger) == 2
+
+
+def test_parts_of_one_block_are_items_of_their_own():
+    ledger = Ledger(4)
+    assert [ledger.add(entry(1, 3, part)) for part in range(3)] == [0, 1, 2]
+    assert ledger.origins == [0, 0b111, 0, 0]
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 3), st.integers(0, 200)), unique=True, max_size=150),
+    st.integers(0),
+)
+def test_a_set_of_items_is_read_back_by_its_bits(guids: list[tuple[int, int]], some: int):
+    """More than 64 items too: a set is one integer of any width."""
+    ledger = Ledger(4)
+    for origin, sequence in guids:
+        ledger.add(entry(origin, sequence))
+    chosen = some & ((1 << len(guids)) - 1)
+    assert list(ledger.uids(chosen)) == [ItemUid(*guid, 0) for bit, guid in enumerate(guids) if chosen >> bit & 1]
+    assert sum(ledger.origins) == (1 << len(guids)) - 1  # every item has exactly one origin
+    for node in range(4):
+        assert all(uid.origin == node for uid in ledger.uids(ledger.origins[node]))

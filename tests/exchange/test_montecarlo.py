@@ -1,0 +1,245 @@
+"""The compiled slot loop against the same loop uncompiled, against plain vehicles, and against formulas."""
+
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exchange import ack, compiler, montecarlo, trial
+from exchange.acoustics.loss import uniform
+from exchange.policies import POLICIES, AckPolicy
+from exchange.trial import CENSORED, COUNT, N_QUANTITIES, NEVER, SUM, Floats, Ints, Load, Rules
+
+SEED = 5
+
+SINGLE = Load(1, 1, 0.0, 60, NEVER, 0, 0, 100_000)
+BATCH = Load(5, 3, 0.0, 60, 300, 0, 0, 100_000)
+LARGE_BATCH = Load(5, 30, 0.0, 60, 300, 0, 0, 100_000)
+POISSON = Load(5, 8, 0.08, 60, 200, 25, 125, 100_000)
+WIDE_POISSON = Load(5, 20, 0.08, 60, 200, 25, 125, 100_000)
+
+
+def p_loss(n_nodes: int, per: float) -> Floats:
+    matrix = np.full((n_nodes, n_nodes), per)
+    np.fill_diagonal(matrix, 1.0)
+    return matrix
+
+
+def play(
+    run: Callable[..., None], policy: AckPolicy, load: Load, per: float, n_nodes: int = 5, n_trials: int = 3,
+    carrier_evidence: bool = False, remembered_slots: int = 40,
+) -> Ints:  # fmt: skip
+    n_words = -(-load.n_sources * load.columns_per_source // trial.WORD_BITS)
+    rules = Rules(int(policy.acknowledgement), policy.repeat, carrier_evidence, n_nodes, n_words)
+    outcomes = np.zeros((n_trials, N_QUANTITIES, 3), np.int64)
+    received = np.full((n_trials, remembered_slots), montecarlo.NOT_DRAWN, np.int64)
+    run(rules, load, p_loss(n_nodes, per), SEED, 0, received, outcomes)
+    return outcomes
+
+
+@pytest.fixture(scope="module")
+def narrow() -> Callable[..., None]:
+    return compiler.compiled(True, print)
+
+
+@pytest.fixture(scope="module")
+def wide() -> Callable[..., None]:
+    return compiler.compiled(False, print)
+
+
+@pytest.mark.parametrize("carrier_evidence", [False, True])
+@pytest.mark.parametrize("name", POLICIES)
+def test_compiled_is_interpreted(
+    name: str, carrier_evidence: bool, narrow: Callable[..., None], wide: Callable[..., None]
+) -> None:
+    policy = POLICIES[name]
+    for load in (SINGLE, BATCH, POISSON):
+        expected = play(montecarlo.run_trials, policy, load, 0.5, carrier_evidence=carrier_evidence, n_trials=1)
+        assert np.array_equal(play(narrow, policy, load, 0.5, carrier_evidence=carrier_evidence, n_trials=1), expected)
+        assert np.array_equal(play(wide, policy, load, 0.5, carrier_evidence=carrier_evidence, n_trials=1), expected)
+
+
+@pytest.mark.parametrize("load", [LARGE_BATCH, WIDE_POISSON], ids=["batch", "poisson"])
+def test_compiled_is_interpreted_with_items_in_several_words(load: Load, wide: Callable[..., None]) -> None:
+    for policy in (POLICIES["ack"], POLICIES["mps-ack-repeat"]):
+        expected = play(montecarlo.run_trials, policy, load, 0.3, n_trials=1)
+        assert np.array_equal(play(wide, policy, load, 0.3, n_trials=1), expected)
+
+
+def test_remembered_losses_are_the_ones_drawn(narrow: Callable[..., None]) -> None:
+    """However much of a trial is remembered, and whoever drew it, the losses are the same."""
+    for policy in POLICIES.values():
+        few, many = (play(narrow, policy, SINGLE, 0.6, remembered_slots=slots) for slots in (1, 400))
+        assert np.array_equal(few, many)
+
+
+class Vehicles:
+    """Nodes on lists and integers, as a vehicle runs them, that hear what the loss draws say: one item at node 0."""
+
+    def __init__(self, policy: AckPolicy, n_nodes: int, per: float, trial_number: int) -> None:
+        self.policy, self.n_nodes = policy, n_nodes
+        self.p_loss, self.trial_number = per, trial_number
+        self.states = [ack.new_state(n_nodes) for _ in range(n_nodes)]
+        self.states[0].believes[0] = 1
+        self.origins = [1] + [0] * (n_nodes - 1)
+        self.n_sent = 0
+
+    def settled(self, node: int) -> bool:
+        return bool(ack.settled(self.states[node], self.n_nodes, 0))
+
+    def play(self, slot: int) -> None:
+        kind, owner = int(self.policy.acknowledgement), slot % self.n_nodes
+        for state in self.states:
+            ack.open_slot(kind, state, self.n_nodes, owner)
+        may_send = owner == 0 or self.policy.repeat
+        content = self.states[owner].believes[owner] if may_send and not self.settled(owner) else 0
+        self.n_sent += content
+        rows = [0] * self.n_nodes
+        ack.compose(kind, self.states[owner], self.n_nodes, owner, (content,), rows)
+        for node in range(self.n_nodes):
+            if node != owner and uniform(SEED, self.trial_number, slot, owner, node) >= self.p_loss:
+                state = self.states[node]
+                ack.absorb(kind, False, state, self.n_nodes, node, owner, rows, (content,), self.origins)
+
+    def outcome(self) -> dict[int, int]:
+        """Slots until each stage, and items sent."""
+        found: dict[int, int] = {}
+        slot = 0
+        while trial.SENDERS_ACKED not in found:
+            self.play(slot)
+            slot += 1
+            for stage, reached in self.stages():
+                if reached and stage not in found:
+                    found[stage] = slot
+        found[trial.TRANSMISSIONS] = self.n_sent
+        return found
+
+    def stages(self) -> Iterator[tuple[int, bool]]:
+        senders = range(self.n_nodes) if self.policy.repeat else (0,)
+        yield trial.DELIVERED, all(state.believes[node] for node, state in enumerate(self.states))
+        yield trial.SOURCE_ACKED, self.settled(0)
+        yield trial.SENDERS_ACKED, all(self.settled(node) for node in senders)
+
+
+@pytest.mark.parametrize("n_nodes", [2, 3, 5, 11])
+@pytest.mark.parametrize("name", POLICIES)
+def test_the_study_is_a_fleet_of_vehicles(name: str, n_nodes: int, narrow: Callable[..., None]) -> None:
+    """The interpreted form on lists, item sets as plain integers, gives the slots that the compiled study gives."""
+    outcomes = play(narrow, POLICIES[name], SINGLE, 0.4, n_nodes=n_nodes, n_trials=4)
+    for number, outcome in enumerate(outcomes):
+        for quantity, value in Vehicles(POLICIES[name], n_nodes, 0.4, number).outcome().items():
+            assert outcome[quantity, SUM] == value
+
+
+@pytest.mark.parametrize("name", ["ack", "mps-ack"])
+def test_sixty_four_nodes_fill_the_word(name: str, narrow: Callable[..., None]) -> None:
+    outcome = play(narrow, POLICIES[name], SINGLE, 0.1, n_nodes=64, n_trials=1)[0]
+    for quantity, value in Vehicles(POLICIES[name], 64, 0.1, 0).outcome().items():
+        assert outcome[quantity, SUM] == value
+    assert outcome[trial.FALSE_BELIEFS, SUM] == 0
+
+
+@pytest.mark.parametrize("load", [BATCH, LARGE_BATCH, POISSON, WIDE_POISSON])
+@pytest.mark.parametrize("name", POLICIES)
+def test_nobody_believes_what_is_false(name: str, load: Load, wide: Callable[..., None]) -> None:
+    for carrier_evidence in (False, True):
+        outcomes = play(wide, POLICIES[name], load, 0.5, n_trials=30, carrier_evidence=carrier_evidence)
+        assert outcomes[:, trial.FALSE_BELIEFS, SUM].sum() == 0
+        assert outcomes[:, : trial.N_STAGES, CENSORED].sum() == 0
+
+
+def test_stages_follow_one_another(narrow: Callable[..., None]) -> None:
+    for policy in POLICIES.values():
+        outcomes = play(narrow, policy, SINGLE, 0.6, n_trials=50)
+        delivered, source, senders = (outcomes[:, stage, SUM] for stage in range(3))
+        assert (delivered < source).all()
+        assert (source <= senders).all()
+        assert policy.repeat or (source == senders).all()
+        assert (outcomes[:, trial.SLOTS, SUM] == senders).all()
+
+
+def test_what_is_lost_at_one_rate_is_lost_at_every_higher_one() -> None:
+    low, high = (
+        [montecarlo.receivers(99, slot, 6, p_loss(6, per)) for slot in range(300)] for per in (0.3, 0.6)
+    )  # fmt: skip
+    assert all(more & few == few for more, few in zip(low, high, strict=True))
+    assert not any((word >> slot % 6) & 1 for slot, word in enumerate(low))
+
+
+def test_a_trial_that_does_not_end_is_censored_and_not_counted(narrow: Callable[..., None]) -> None:
+    outcomes = play(narrow, POLICIES["ack"], SINGLE._replace(max_slots=20), 0.7, n_trials=40)
+    for stage in range(trial.N_STAGES):
+        ended = outcomes[:, stage, CENSORED] == 0
+        assert (outcomes[ended, stage, COUNT] == 1).all()
+        assert (outcomes[ended, stage, SUM] > 0).all()
+        assert (outcomes[~ended, stage, :2] == 0).all()
+    assert 0 < outcomes[:, trial.SOURCE_ACKED, CENSORED].sum() <= 40
+    assert outcomes[:, trial.SLOTS, SUM].max() == 20
+
+
+def test_packets_keep_to_their_capacity() -> None:
+    """Header 4 bits, items of 60: a packet of 184 bits carries three of them, one of 183 bits two."""
+    for capacity_bits, most in ((184, 3), (183, 2), (64, 1)):
+        load = BATCH._replace(capacity_bits=capacity_bits)
+        rules = Rules(0, True, False, 5, 1)
+        fleet = trial.new_fleet(rules, load)
+        trial.clear(fleet)
+        for column in range(15):
+            trial.add_item(rules, fleet, column // 3, column, 0)
+        sent = [montecarlo.play_slot(rules, load, fleet, slot, 0b11111 & ~(1 << slot % 5)) for slot in range(5)]
+        assert sent == [most] * 5
+
+
+def test_poisson_numbers_have_the_poisson_distribution() -> None:
+    """Quantiles of a fine grid: the share of k is exp(-m) m^k / k!."""
+    grid = (np.arange(200_000) + 0.5) / 200_000
+    numbers = np.array([montecarlo.poisson_number(float(u), 0.7) for u in grid])
+    for k in range(5):
+        assert (numbers == k).mean() == pytest.approx(math.exp(-0.7) * 0.7**k / math.factorial(k), abs=1e-5)
+
+
+def test_poisson_load_is_conserved(wide: Callable[..., None]) -> None:
+    """Little's law over the window: items in flight = rate x time to acknowledgement; what goes in comes out."""
+    load = POISSON._replace(columns_per_source=40, window_start=500, window_end=4500)
+    outcomes = play(wide, POLICIES["mps-ack"], load, 0.3, n_trials=20)
+    sums, counts = outcomes[:, :, SUM].sum(axis=0), outcomes[:, :, COUNT].sum(axis=0)
+    offered = sums[trial.OFFERED] / counts[trial.OFFERED]
+    assert offered == pytest.approx(5 * 0.08, rel=4 / math.sqrt(sums[trial.OFFERED]))
+    assert sums[trial.REFUSED] == 0
+    assert sums[trial.GOODPUT] / counts[trial.GOODPUT] == pytest.approx(offered, rel=0.01)
+    latency = sums[trial.SOURCE_ACKED] / counts[trial.SOURCE_ACKED]
+    assert sums[trial.IN_FLIGHT] / counts[trial.IN_FLIGHT] == pytest.approx(offered * latency, rel=0.01)
+
+
+def test_a_full_queue_refuses_items(wide: Callable[..., None]) -> None:
+    load = WIDE_POISSON._replace(rate=2.0)
+    sums = play(wide, POLICIES["ack"], load, 0.3, n_trials=5)[:, :, SUM].sum(axis=0)
+    assert 0 < sums[trial.REFUSED] < sums[trial.OFFERED]
+
+
+@pytest.mark.parametrize("name", ["ack", "m-ack", "mps-ack-repeat"])
+def test_columns_are_reused_without_mixing_items(name: str, wide: Callable[..., None]) -> None:
+    """With room to spare in the queue, its length does not matter: a reused column is as good as a new one."""
+    loads = [POISSON._replace(columns_per_source=columns, rate=0.03, window_end=425) for columns in (30, 200)]
+    short, long = (play(wide, POLICIES[name], load, 0.3, n_trials=10) for load in loads)
+    assert np.array_equal(short, long)
+
+
+def test_the_machine_code_is_kept_by_sources_and_versions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    first = compiler.cache_folder("1")
+    assert first is not None
+    assert first.is_dir()
+    assert compiler.cache_folder("1") == first
+    assert compiler.cache_folder("2") != first
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
+    assert compiler.cache_folder("1") is None
+
+
+def test_every_function_that_the_slot_loop_calls_is_listed_for_the_compiler() -> None:
+    listed = {*compiler.INLINED, *compiler.CALLED, *compiler.ALLOCATING}
+    assert len(listed) == len(compiler.INLINED) + len(compiler.CALLED) + len(compiler.ALLOCATING)
+    assert {function.__module__ for function in listed} <= {module.__name__ for module in compiler.SOURCES}

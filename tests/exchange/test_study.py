@@ -1,0 +1,301 @@
+"""The study as users ask for it: closed forms, intervals, paired comparison, and what is refused."""
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+from exchange import estimates
+from exchange.errors import ConfigurationError
+from exchange.policies import POLICIES
+from exchange.study import Estimate, ExchangeStudy, LoadKind, StudyRow, Workload, run, workload_named
+
+PER = 0.5
+
+
+def rows_by_policy(study: ExchangeStudy) -> dict[str, StudyRow]:
+    return {row.policy: row for row in run(study)}
+
+
+def standard_error(estimate: Estimate) -> float:
+    assert estimate.ci95_high is not None
+    return (estimate.ci95_high - estimate.mean) / estimates.Z_95
+
+
+def agrees(estimate: Estimate | None, expected: float) -> bool:
+    assert estimate is not None
+    return abs(estimate.mean - expected) < 4 * standard_error(estimate)
+
+
+def expected_last_slot(n_nodes: int, successes: Sequence[float], slots_in_frame: Sequence[int]) -> float:
+    """Mean of max_j ((G_j - 1) N + slot_j), G_j geometric with success probability s_j: the sum of P(max > s)."""
+    mean, slot = 0.0, 0
+    while True:
+        p_all_done = math.prod(
+            1 - (1 - success) ** (1 + (slot - in_frame) // n_nodes) if slot >= in_frame else 0.0
+            for success, in_frame in zip(successes, slots_in_frame, strict=True)
+        )
+        if p_all_done > 1 - 1e-12:
+            return mean
+        mean += 1 - p_all_done
+        slot += 1
+
+
+# Closed forms (paper, section 5.2) ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("p_there", "p_back"), [(0.5, 0.5), (0.2, 0.7), (0.8, 0.1)])
+def test_one_receiver_takes_one_over_p_frames(p_there: float, p_back: float) -> None:
+    """E(T delivered) = 1 / (1 - p_ij), E(T acked) = 1 / ((1 - p_ij) (1 - p_ji)) frames of two slots."""
+    row = rows_by_policy(
+        ExchangeStudy(nodes=2, per=(), links=((0.0, p_there), (p_back, 0.0)), policies=("ack",), trials=8000)
+    )["ack"]
+    assert agrees(row.delivered_slots, 2 / (1 - p_there) - 1)
+    assert agrees(row.source_acked_slots, 2 / ((1 - p_there) * (1 - p_back)))
+    assert row.per == pytest.approx((p_there + p_back) / 2)
+
+
+@pytest.mark.parametrize("receiver", [1, 2, 3, 4])
+def test_the_closed_forms_hold_for_each_receiver_of_a_fleet(receiver: int) -> None:
+    """All links of node 0 are perfect but those with one receiver: only that one is waited for."""
+    links = [[0.0] * 5 for _ in range(5)]
+    links[0][receiver], links[receiver][0] = 0.6, 0.3
+    row = rows_by_policy(
+        ExchangeStudy(nodes=5, per=(), links=tuple(map(tuple, links)), policies=("ack",), trials=8000)
+    )["ack"]
+    assert agrees(row.delivered_slots, 5 * (1 / 0.4 - 1) + 1)
+    # Acknowledged in the receiver's slot of a frame, but not before the last of the others has spoken once.
+    assert agrees(row.source_acked_slots, expected_last_slot(5, [0.4 * 0.7, 1.0], [receiver + 1, 5 - (receiver == 4)]))
+
+
+@pytest.mark.parametrize("n_nodes", [3, 5, 10])
+@pytest.mark.parametrize("per", [0.1, 0.5, 0.8])
+def test_all_receivers_take_the_maximum_of_geometric_variables(n_nodes: int, per: float) -> None:
+    row = rows_by_policy(ExchangeStudy(nodes=n_nodes, per=(per,), policies=("ack",), trials=8000))["ack"]
+    n_others = n_nodes - 1
+    assert agrees(row.delivered_slots, expected_last_slot(n_nodes, [1 - per] * n_others, [1] * n_others))
+    in_frame = [receiver + 1 for receiver in range(1, n_nodes)]
+    assert agrees(row.source_acked_slots, expected_last_slot(n_nodes, [(1 - per) ** 2] * n_others, in_frame))
+
+
+def test_the_figure_stated_for_the_command_line() -> None:
+    row = rows_by_policy(ExchangeStudy(nodes=5, per=(0.5,), policies=("ack",), trials=8000))["ack"]
+    assert row.source_acked_slots is not None
+    assert 36 <= row.source_acked_slots.mean <= 38.5
+
+
+def test_without_loss_everything_takes_one_frame() -> None:
+    for row in run(ExchangeStudy(per=(0.0,), trials=10)):
+        assert row.delivered_slots == Estimate(1.0, 1.0, 1.0)
+        assert row.source_acked_slots == Estimate(5.0, 5.0, 5.0)
+        assert row.false_beliefs == 0
+
+
+# Rows -----------------------------------------------------------------------------------------------------------------
+
+
+def test_rows_come_in_order_and_hold_what_the_contract_names() -> None:
+    rows = run(ExchangeStudy(per=(0.1, 0.4), policies=("mps-ack", "ack-repeat"), trials=20))
+    assert [(row.per, row.policy) for row in rows] == [
+        (0.1, "mps-ack"), (0.1, "ack-repeat"), (0.4, "mps-ack"), (0.4, "ack-repeat"),
+    ]  # fmt: skip
+    values = json.loads(json.dumps(rows[0].as_json(), allow_nan=False))
+    for name in ("source_acked_slots", "senders_acked_slots", "delivered_slots", "item_transmissions"):
+        assert set(values[name]) == {"mean", "ci95_low", "ci95_high"}
+    assert values["header_bits"] == 20
+    assert values["load"] == "single"
+    assert values["items"] == 1
+    assert values["carrier_evidence"] is False
+    assert 0 < values["relative_source"] < 1
+    assert values["relative_source_ci95"][0] < values["relative_source"] < values["relative_source_ci95"][1]
+    assert {"nodes", "trials", "relative_senders", "false_beliefs", "cpu_s"} <= set(values)
+
+
+def numbers(rows: list[StudyRow]) -> list[StudyRow]:
+    return [replace(row, cpu_s=0.0) for row in rows]
+
+
+def test_the_numbers_do_not_depend_on_jobs_nor_on_the_company() -> None:
+    study = ExchangeStudy(per=(0.3, 0.6), trials=1100)
+    alone = run(replace(study, per=(0.6,), policies=("m-ack",)))
+    together = run(study, jobs=3)
+    assert numbers(together) == numbers(run(study))
+    assert numbers(alone) == [row for row in numbers(together) if (row.per, row.policy) == (0.6, "m-ack")]
+
+
+def test_progress_is_told_and_ends_with_all() -> None:
+    told: list[tuple[int, int]] = []
+    run(ExchangeStudy(per=(0.1, 0.2), trials=600), progress=lambda done, total: told.append((done, total)))
+    assert told == [(done, 4) for done in range(1, 5)]
+
+
+def test_seeds_differ_and_repeat() -> None:
+    first, again, other = (numbers(run(ExchangeStudy(trials=100, seed=seed))) for seed in (1, 1, 2))
+    assert first == again
+    assert first != other
+
+
+def test_more_loss_never_helps_ack() -> None:
+    """Paired draws: what is lost at one rate is lost at every higher one, so the means cannot cross by chance."""
+    rows = run(ExchangeStudy(per=tuple(p / 10 for p in range(10)), policies=("ack",), trials=200))
+    means = [row.delivered_slots.mean for row in rows if row.delivered_slots is not None]
+    assert len(means) == 10
+    assert all(low <= high for low, high in pairwise(means))
+
+
+def test_censored_trials_are_counted_apart() -> None:
+    row = rows_by_policy(ExchangeStudy(per=(0.7,), policies=("ack",), trials=400, max_slots=30))["ack"]
+    assert 0 < row.censored_delivered < row.censored_source == row.censored_senders < 400
+    assert row.delivered_slots is not None
+    assert row.delivered_slots.mean <= 30
+    none = rows_by_policy(ExchangeStudy(per=(0.99,), policies=("ack",), trials=4, max_slots=5))["ack"]
+    assert none.censored_source == 4
+    assert none.source_acked_slots is None
+    assert none.relative_source is None
+    assert json.dumps(none.as_json(), allow_nan=False)
+
+
+def test_a_batch_takes_longer_than_an_item_and_no_limit_helps() -> None:
+    single = rows_by_policy(ExchangeStudy(trials=300))
+    batch = rows_by_policy(ExchangeStudy(trials=300, load=Workload(LoadKind.BATCH, items=4)))
+    tight = rows_by_policy(ExchangeStudy(trials=300, load=Workload(LoadKind.BATCH, items=4), capacity_bits=100))
+    for name in POLICIES:
+        of = [rows[name].source_acked_slots for rows in (single, batch, tight)]
+        assert None not in of
+        assert of[0].mean < of[1].mean < of[2].mean  # type: ignore[union-attr]
+        assert batch[name].items == 4
+        assert batch[name].false_beliefs == tight[name].false_beliefs == 0
+
+
+def test_poisson_load_reports_throughput() -> None:
+    study = ExchangeStudy(trials=60, load=workload_named("poisson:0.02"), capacity_bits=256, per=(0.2,))
+    row = rows_by_policy(study)["mps-ack"]
+    assert row.load == "poisson:0.02"
+    assert row.items is None
+    assert agrees(row.offered_items_per_slot, 0.1)
+    assert agrees(row.goodput_items_per_slot, 0.1)
+    assert row.refused_fraction == Estimate(0.0, 0.0, 0.0)
+    assert row.items_in_flight is not None
+    assert row.delivered_slots is not None
+    assert row.source_acked_slots is not None
+    assert row.delivered_slots.mean < row.source_acked_slots.mean
+    single = rows_by_policy(ExchangeStudy(trials=60))["mps-ack"]
+    assert single.goodput_items_per_slot is None
+
+
+def test_carrier_evidence_helps_those_who_repeat() -> None:
+    without, with_it = (rows_by_policy(ExchangeStudy(carrier_evidence=value)) for value in (False, True))
+    for name in ("ack-repeat", "m-ack-repeat", "mps-ack-repeat"):
+        slow, fast = without[name].senders_acked_slots, with_it[name].senders_acked_slots
+        assert slow is not None
+        assert fast is not None
+        assert fast.ci95_high is not None
+        assert slow.ci95_low is not None
+        assert fast.ci95_high < slow.ci95_low
+    assert without["ack"].source_acked_slots == with_it["ack"].source_acked_slots
+
+
+# Intervals ------------------------------------------------------------------------------------------------------------
+
+
+def outcomes_of(sums: Any, counts: Any) -> np.ndarray[Any, np.dtype[np.int64]]:
+    return np.stack([np.asarray(sums), np.asarray(counts)], axis=-1)[:, None, :].astype(np.int64)
+
+
+def test_the_interval_of_a_mean_is_the_textbook_one() -> None:
+    dice = np.random.default_rng(0)
+    numbers_ = dice.geometric(0.3, 500)
+    trials = outcomes_of(numbers_, np.ones(500))
+    estimate = estimates.mean(estimates.moments(trials, trials)[0])
+    assert estimate is not None
+    assert estimate.mean == pytest.approx(numbers_.mean())
+    assert standard_error(estimate) == pytest.approx(numbers_.std(ddof=1) / math.sqrt(500))
+
+
+def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
+    """Ratio of two correlated means, true value 1.5, 400 times: 95 % within four standard errors of a proportion."""
+    dice = np.random.default_rng(1)
+    covered = 0
+    for _ in range(400):
+        common = dice.geometric(0.2, 200)
+        policy = outcomes_of(15 * common + dice.integers(-3, 4, 200), np.full(200, 3))
+        baseline = outcomes_of(10 * common + dice.integers(-3, 4, 200), np.full(200, 3))
+        estimate = estimates.relative_mean(estimates.moments(policy, baseline)[0])
+        assert estimate is not None
+        assert estimate.ci95_low is not None
+        assert estimate.ci95_high is not None
+        covered += estimate.ci95_low <= 1.5 <= estimate.ci95_high
+    assert covered / 400 == pytest.approx(0.95, abs=4 * math.sqrt(0.95 * 0.05 / 400))
+
+
+def test_a_policy_is_exactly_as_good_as_itself() -> None:
+    row = rows_by_policy(ExchangeStudy(trials=50))["ack"]
+    assert row.relative_source == Estimate(1.0, 1.0, 1.0)
+
+
+def test_one_trial_has_no_interval() -> None:
+    row = rows_by_policy(ExchangeStudy(trials=1, per=(0.1,)))["ack"]
+    assert row.source_acked_slots is not None
+    assert row.source_acked_slots.ci95_low is None
+
+
+# What is refused ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"per": (1.0,)}, "per is 1: every packet is lost and the exchange never ends"),
+        ({"per": (-0.1,)}, r"per is -0\.1: a loss probability must be from 0 to below 1"),
+        ({"per": (1.5,)}, r"per is 1\.5"),
+        ({"per": (float("nan"),)}, "per is nan"),
+        ({"per": ()}, "per is empty"),
+        ({"nodes": 1}, "nodes is 1: allowed are 2 to 64"),
+        ({"nodes": 65}, "nodes is 65: allowed are 2 to 64"),
+        ({"trials": 0}, "trials is 0"),
+        ({"seed": -1}, "seed is -1"),
+        ({"policies": ("mack",)}, "unknown policy 'mack'.*m-ack"),
+        ({"policies": ()}, "policies is empty"),
+        ({"capacity_bits": 63, "policies": ("ack",)}, "capacity_bits is 63: with 5 nodes policy ack needs 64"),
+        ({"capacity_bits": 79}, "policy m-ack needs 80, 20 for its header and 60 for one item"),
+        ({"item_bits": 0}, "item_bits is 0"),
+        ({"max_slots": 0}, "max_slots is 0"),
+        ({"links": ((0.0, 0.5), (0.5, 0.0))}, "per and links are both given.*5 rows of 5"),
+        ({"nodes": 2, "per": (), "links": ((0.0, 1.0), (0.5, 0.0))}, r"links\[0\]\[1\] is 1: .*never ends"),
+        ({"load": workload_named("poisson:1"), "max_slots": 100}, "warm-up and window"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_what_was_given_and_what_is_allowed(
+    settings: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        ExchangeStudy(**settings)
+
+
+def test_all_faults_are_told_at_once() -> None:
+    with pytest.raises(ConfigurationError, match=r"nodes is 1.*trials is 0.*per is 2"):
+        ExchangeStudy(nodes=1, trials=0, per=(2.0,))
+
+
+@pytest.mark.parametrize("text", ["triple", "poisson", "poisson:", "poisson:x", "single:3", "poisson:0", "poisson:-1"])
+def test_an_unknown_load_is_refused(text: str) -> None:
+    with pytest.raises(ConfigurationError, match="poisson"):
+        workload_named(text)
+
+
+def test_items_belong_to_a_batch() -> None:
+    with pytest.raises(ConfigurationError, match="items is 3"):
+        workload_named("single", items=3)
+    with pytest.raises(ConfigurationError, match="items is 0"):
+        workload_named("batch", items=0)
+    assert workload_named("batch", items=3) == Workload(LoadKind.BATCH, 3)
+
+
+def test_jobs_must_be_positive() -> None:
+    with pytest.raises(ConfigurationError, match="jobs is 0"):
+        run(ExchangeStudy(trials=1), jobs=0)

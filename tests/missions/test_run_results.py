@@ -1,0 +1,265 @@
+"""What a run leaves behind: a summary, a manifest and tables with units, whole or not at all, alike every time."""
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from small_mission import SMALL
+
+from missions.errors import OutputError
+from missions.results import LIBRARIES, Results, quantile, summary, write
+from missions.run import Run
+from missions.run import run as run_scenario
+from missions.scenario import load
+
+SUMMARY = """scenario, strategy, policy, channel, per, seed, n_vehicles, completed, reason, mission_time_s,
+coverage_fraction, duplicate_fraction, distance_m, energy_j, n_packets, n_bytes, delivery_ratio, mean_latency_s,
+p95_latency_s, false_beliefs, wall_s, milestones""".replace("\n", " ").split(", ")
+
+COLUMNS = {
+    "trajectories": "time_s, vehicle, x_m, y_m, heading_rad, speed_mps, energy_j",
+    "roles": "time_s, vehicle, group, role, event",
+    "activities": "time_s, vehicle, type, name, role, motivation",
+    "satisfaction": "time_s, vehicle, group, role, value",
+    "coverage": "time_s, vehicle, cell_x, cell_y",
+    "packets": "slot, time_s, sender, size_bits, items, acks, receivers, lost_by",
+    "knowledge": "time_s, vehicle, item, origin, event",
+    "faults": "time_s, vehicle, kind, detail",
+}
+UNITS = {"s": "s", "m": "m", "rad": "rad", "mps": "m/s", "j": "J", "bits": "bit"}
+"""Unit by the last part of a column's name."""
+
+
+def small_run(folder: Path, seed: int = 1, *settings: str) -> Run:
+    file = folder / "pond.toml"
+    file.write_text(SMALL, encoding="utf-8")
+    return run_scenario(load(str(file), [("--set", setting) for setting in settings]), seed)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    return small_run(tmp_path_factory.mktemp("scenario"))
+
+
+@pytest.fixture(scope="module")
+def folder(finished: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("results") / "pond"
+    write(finished, made)
+    return made
+
+
+# The files ----------------------------------------------------------------------------------------
+
+
+def test_a_folder_holds_summary_manifest_and_every_table(folder: Path):
+    expected = {"summary.json", "manifest.json", *(f"{name}.parquet" for name in COLUMNS)}
+    assert {path.name for path in folder.iterdir()} == expected
+    assert [path.name for path in folder.parent.iterdir()] == ["pond"]  # no drafts are left beside it
+
+
+@pytest.mark.parametrize("table", COLUMNS)
+def test_columns_and_units_are_those_promised(folder: Path, table: str):
+    results = Results.read(folder)
+    assert results.table(table).column_names == COLUMNS[table].split(", ")
+    units = results.units(table)
+    for name in results.table(table).column_names:
+        suffix = name.rsplit("_", 1)[-1]
+        if "_" in name and suffix in UNITS:
+            assert units[name] == UNITS[suffix]
+
+
+def test_events_of_roles_and_knowledge_are_of_closed_sets(folder: Path):
+    results = Results.read(folder)
+    assert set(results.table("roles")["event"].to_pylist()) <= {"assigned", "active", "inactive", "left"}
+    assert set(results.table("knowledge")["event"].to_pylist()) == {"observed", "received", "acknowledged"}
+    assert all(-128 <= value <= 127 for value in results.table("satisfaction")["value"].to_pylist())
+
+
+@pytest.mark.parametrize("table", COLUMNS)
+def test_rows_are_in_the_order_of_time(folder: Path, table: str):
+    times_s = Results.read(folder).table(table)["time_s"].to_pylist()
+    assert times_s == sorted(times_s)
+
+
+def test_a_table_of_nothing_keeps_its_columns(tmp_path: Path):
+    """Nothing is mapped in the first 3 s, and nothing goes wrong."""
+    write(small_run(tmp_path, 1, "scenario.duration_s=3"), tmp_path / "out")
+    results = Results.read(tmp_path / "out")
+    for name in ("coverage", "faults"):
+        assert results.table(name).num_rows == 0
+        assert results.table(name).column_names == COLUMNS[name].split(", ")
+    assert results.units("coverage")["time_s"] == "s"
+
+
+def test_the_manifest_repeats_the_run(folder: Path, finished: Run, tmp_path: Path):
+    manifest = Results.read(folder).manifest
+    assert manifest["seed"] == 1
+    assert set(manifest["libraries"]) == set(LIBRARIES)
+    file = tmp_path / "again.toml"
+    file.write_text(manifest["scenario"], encoding="utf-8")
+    assert load(str(file)) == finished.scenario
+    again = run_scenario(load(str(file)), manifest["seed"])
+    assert again.recorder.packets == finished.recorder.packets
+    assert again.milestones == finished.milestones
+
+
+# The summary --------------------------------------------------------------------------------------
+
+
+def test_the_summary_has_the_fields_promised_in_order(folder: Path, finished: Run):
+    written = Results.read(folder).summary
+    assert list(written) == SUMMARY == list(summary(finished))
+    assert all(list(each) == ["name", "vehicle", "group", "time_s"] for each in written["milestones"])
+    times_s = [each["time_s"] for each in written["milestones"]]
+    assert times_s == sorted(times_s)
+    assert written["false_beliefs"] == 0
+
+
+def test_the_figures_of_the_summary_are_those_of_the_tables(folder: Path):
+    results = Results.read(folder)
+    report, packets = results.summary, results.table("packets").to_pylist()
+    heard, lost = (sum(len(row[key]) for row in packets) for key in ("receivers", "lost_by"))
+    assert report["delivery_ratio"] == pytest.approx(heard / (heard + lost))
+    assert heard + lost == (report["n_vehicles"] - 1) * len(packets)
+    assert report["n_packets"] == len(packets)
+    assert 8 * report["n_bytes"] == sum(row["size_bits"] for row in packets)
+    energies = {row["vehicle"]: row["energy_j"] for row in results.table("trajectories").to_pylist()}
+    assert report["energy_j"] == pytest.approx(sum(energies.values()), abs=0.02)
+    mapped = {(row["cell_x"], row["cell_y"]) for row in results.table("coverage").to_pylist()}
+    assert report["coverage_fraction"] == len(mapped) / 50  # ten by five cells
+
+
+def test_latencies_are_from_observation_to_reception(folder: Path):
+    results = Results.read(folder)
+    knowledge = results.table("knowledge").to_pylist()
+    observed_s = {row["item"]: row["time_s"] for row in knowledge if row["event"] == "observed"}
+    latencies_s = sorted(row["time_s"] - observed_s[row["item"]] for row in knowledge if row["event"] == "received")
+    assert latencies_s[0] > 0.0
+    assert results.summary["mean_latency_s"] == pytest.approx(sum(latencies_s) / len(latencies_s), abs=2e-4)
+    assert latencies_s[0] <= results.summary["p95_latency_s"] <= latencies_s[-1]
+
+
+def test_nothing_is_known_before_it_is_observed_nor_acknowledged_before_it_is_received(folder: Path):
+    first: dict[tuple[str, str], float] = {}
+    for row in Results.read(folder).table("knowledge").to_pylist():
+        first.setdefault((row["item"], row["event"]), row["time_s"])
+    for (item, event), time_s in first.items():
+        if event == "received":
+            assert first[item, "observed"] < time_s
+        elif event == "acknowledged":
+            assert first[item, "received"] <= time_s  # at once, by a relay that needs not pass it on
+
+
+def test_with_nobody_heard_there_is_no_ratio_and_no_latency_instead_of_nan(tmp_path: Path):
+    report = summary(small_run(tmp_path, 1, "scenario.duration_s=0.5"))
+    assert (report["n_packets"], report["delivery_ratio"], report["mean_latency_s"]) == (0, None, None)
+    assert json.loads(json.dumps(report, allow_nan=False)) == report
+
+
+@pytest.mark.parametrize(("share", "value"), [(0.0, 0.0), (0.25, 2.5), (0.95, 9.5), (1.0, 10.0)])
+def test_quantiles_are_linear_between_values(share: float, value: float):
+    assert quantile([float(number) for number in range(11)], share) == pytest.approx(value)
+    assert quantile([3.0], share) == 3.0
+
+
+# Nothing is lost ----------------------------------------------------------------------------------
+
+
+def everything_in(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+def test_results_are_not_overwritten_unless_asked(finished: Run, tmp_path: Path):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "thesis.tex").write_text("precious", encoding="utf-8")
+    with pytest.raises(OutputError, match=r"exists and is not empty; name another folder or add --force"):
+        write(finished, out)
+    assert everything_in(tmp_path) == {"out/thesis.tex": b"precious"}
+    write(finished, out, force=True)
+    assert (out / "thesis.tex").read_text(encoding="utf-8") == "precious"
+    assert Results.read(out).summary == json.loads(json.dumps(summary(finished)))
+
+
+def test_an_empty_folder_and_folders_that_do_not_exist_yet_are_filled(finished: Run, tmp_path: Path):
+    (tmp_path / "empty").mkdir()
+    for out in (tmp_path / "empty", tmp_path / "a" / "b" / "c"):
+        write(finished, out)
+        assert Results.read(out).manifest["seed"] == 1
+
+
+@pytest.mark.parametrize("place", ["file", "file/below"])
+def test_a_file_in_the_way_is_left_alone(finished: Run, tmp_path: Path, place: str):
+    (tmp_path / "file").write_bytes(b"precious")
+    with pytest.raises(OutputError, match=r"--out .*file"):
+        write(finished, tmp_path / place, force=True)
+    assert everything_in(tmp_path) == {"file": b"precious"}
+
+
+def test_a_name_that_the_system_refuses_is_told(finished: Run, tmp_path: Path):
+    with pytest.raises(OutputError):
+        write(finished, tmp_path / ("x" * 300))
+
+
+def test_an_interrupted_write_leaves_nothing(finished: Run, tmp_path: Path):
+    """A table that cannot be written: the recorder holds text where a number belongs."""
+    broken = Run(**{**vars(finished), "recorder": type(finished.recorder)()})
+    broken.recorder.trajectories += finished.recorder.trajectories
+    broken.recorder.faults.append(("no time", "Boat", "kind", "detail"))
+    with pytest.raises((TypeError, ValueError)):
+        write(broken, tmp_path / "out")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_without_results_says_what_is_missing(folder: Path, tmp_path: Path):
+    with pytest.raises(OutputError, match=r"no results of a run, missing: summary\.json, manifest\.json"):
+        Results.read(tmp_path)
+    for path in folder.iterdir():
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    (tmp_path / "packets.parquet").unlink()
+    with pytest.raises(OutputError, match=r"missing: packets\.parquet$"):
+        Results.read(tmp_path)
+
+
+# Alike every time ---------------------------------------------------------------------------------
+
+OTHER_PYTHONS = [Path(name) for name in os.environ.get("REMORAS_OTHER_PYTHONS", "").split(os.pathsep) if name]
+"""Interpreters, with the package installed, whose tables have to be the same."""
+
+
+def digests(python: Path, hash_seed: str, out: Path) -> dict[str, str]:
+    """The tables of one run in a process of its own, by their content."""
+    program = (
+        "import sys; from pathlib import Path; from missions.results import write; from missions.run import run;"
+        "from missions.scenario import load;"
+        "write(run(load(sys.argv[1], [('--per', 'channel.per=0.4')]), 11), Path(sys.argv[2]))"
+    )
+    scenario = out.parent / "pond.toml"
+    scenario.write_text(SMALL, encoding="utf-8")
+    environment = {**os.environ, "PYTHONHASHSEED": hash_seed}
+    subprocess.run([python, "-c", program, scenario, out], check=True, env=environment)
+    return {name: hashlib.sha256((out / f"{name}.parquet").read_bytes()).hexdigest() for name in COLUMNS}
+
+
+def test_the_same_seed_gives_the_same_bytes_in_every_process(tmp_path: Path):
+    """Sets and dictionaries are laid out differently under another hash seed; no table may show it."""
+    here = Path(sys.executable)
+    one, other = digests(here, "1", tmp_path / "one"), digests(here, "31337", tmp_path / "other")
+    assert one == other
+
+
+@pytest.mark.skipif(not OTHER_PYTHONS, reason="REMORAS_OTHER_PYTHONS names no second interpreter")
+def test_the_same_seed_gives_the_same_bytes_under_another_python(tmp_path: Path):
+    here = digests(Path(sys.executable), "1", tmp_path / "here")
+    for number, python in enumerate(OTHER_PYTHONS):
+        assert digests(python, "2", tmp_path / f"there{number}") == here
+
+
+def test_another_seed_gives_another_sea(finished: Run, tmp_path: Path):
+    other = small_run(tmp_path, seed=2)
+    lost, lost_now = ([row[7] for row in run.recorder.packets] for run in (finished, other))
+    assert lost != lost_now

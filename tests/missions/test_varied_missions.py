@@ -1,0 +1,305 @@
+"""The shipped scenario with other fleets, areas, seas and modems: it completes, or says why not."""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import tomli_w
+from small_mission import SMALL, Raw, named, run_varied, shipped_tables
+
+from exchange.acoustics.modems import modems
+from exchange.policies import POLICIES
+from missions.run import Run
+from missions.run import run as run_scenario
+from missions.scenario import load
+
+
+def is_sound(run: Run) -> None:
+    """What holds for every run, whatever became of it."""
+    assert run.n_false_beliefs == 0
+    assert run.completed == (run.reason == "")
+    assert [milestone.time_s for milestone in run.milestones] == sorted(m.time_s for m in run.milestones)
+    assert [milestone.name for milestone in run.milestones].count("mission_complete") == int(run.completed)
+    assert not [row for row in run.recorder.faults if "refused" in row[2] or row[2] == "bad packet"]
+    mapped = {(row[2], row[3]) for row in run.recorder.coverage}
+    assert len(mapped) <= len(run.recorder.coverage)
+    payload_bits = modems()[run.scenario.communication.modem].payload_bits
+    assert all(0 < row[3] <= payload_bits for row in run.recorder.packets)
+
+
+def names_at(run: Run, milestone: str) -> list[str]:
+    return [m.vehicle or m.group for m in run.milestones if m.name == milestone]
+
+
+def coverage(run: Run, n_cells: int) -> float:
+    return len({(row[2], row[3]) for row in run.recorder.coverage}) / n_cells
+
+
+# Fleets -------------------------------------------------------------------------------------------
+
+
+def with_auvs(n: int) -> Callable[[Raw], None]:
+    """One surface vehicle and n AUVs; the later ones are like AUV01."""
+
+    def vary(raw: Raw) -> None:
+        surface, first, second, _ = raw["vehicle"]
+        more = [{**second, "name": f"AUV{number:02d}", "slot": number + 1} for number in range(1, n)]
+        if n == 1:
+            first["playable_roles"].append("Performer")
+        raw["vehicle"] = [surface, first, *more]
+
+    return vary
+
+
+@pytest.mark.parametrize("n_auvs", [1, 2, 4, 7])
+def test_two_to_eight_vehicles_complete(tmp_path: Path, n_auvs: int):
+    run = run_varied(tmp_path, with_auvs(n_auvs))
+    is_sound(run)
+    assert run.completed, run.reason
+    assert names_at(run, "gathered")[-1] == "Coordination"
+    if n_auvs >= 4:  # three of them have an area each, and the fourth has none to wait for
+        assert len(names_at(run, "mapping_done")) == 3
+        assert coverage(run, 300) == 1.0
+
+
+@pytest.mark.slow
+def test_sixteen_vehicles_complete(tmp_path: Path):
+    """The assignments of sixteen no longer fit one packet."""
+    run = run_varied(tmp_path, with_auvs(15), "channel.per=0.2")
+    is_sound(run)
+    assert run.completed, run.reason
+
+
+def test_names_are_only_names(tmp_path: Path):
+    """Spaces, accents, quotes, commas: the run is the same in all but the names."""
+
+    def rename(raw: Raw) -> None:
+        for vehicle, name in zip(raw["vehicle"], ["Élan, 1", 'the "Ray"', "a/b", "x y;z"], strict=True):
+            vehicle["name"] = name
+
+    renamed, usual = run_varied(tmp_path, rename, "channel.per=0.3"), run_varied(tmp_path, id, "channel.per=0.3")
+    is_sound(renamed)
+    assert [m.time_s for m in renamed.milestones] == [m.time_s for m in usual.milestones]
+    assert [row[2:5] for row in renamed.recorder.trajectories] == [row[2:5] for row in usual.recorder.trajectories]
+
+
+def test_the_order_of_the_tables_does_not_matter(tmp_path: Path):
+    """Slots decide who is who in the frame, not the place in the file."""
+    turned, usual = run_varied(tmp_path, lambda raw: raw["vehicle"].reverse()), run_varied(tmp_path, id)
+    assert turned.milestones == usual.milestones
+    assert turned.recorder.packets == usual.recorder.packets
+
+
+def test_other_slots_are_fine(tmp_path: Path):
+    def vary(raw: Raw) -> None:
+        for vehicle, slot in zip(raw["vehicle"], (2, 0, 3, 1), strict=True):
+            vehicle["slot"] = slot
+
+    run = run_varied(tmp_path, vary)
+    is_sound(run)
+    assert run.completed, run.reason
+    assert [row[2] for row in run.recorder.packets[:4]] == ["AUV00", "AUV02", "ASV00", "AUV01"]
+
+
+def test_a_vehicle_without_a_sensor_maps_nothing_and_gets_no_area(tmp_path: Path):
+    run = run_varied(tmp_path, lambda raw: named(raw["vehicle"], "AUV01").pop("sensor"))
+    is_sound(run)
+    assert run.completed, run.reason
+    assert "AUV01" not in {row[1] for row in run.recorder.coverage}
+    assert "AUV01" not in names_at(run, "mapping_done")
+
+
+def test_performers_without_a_social_layer_do_what_they_are_told(tmp_path: Path):
+    def vary(raw: Raw) -> None:
+        for vehicle in raw["vehicle"][2:]:
+            vehicle["social_layer"] = False
+
+    run = run_varied(tmp_path, vary)
+    is_sound(run)
+    assert run.completed, run.reason
+    assert sorted(names_at(run, "mapping_done")) == ["AUV01", "AUV02"]
+
+
+# Areas --------------------------------------------------------------------------------------------
+
+
+def with_areas(corners: list[list[list[float]]]) -> Callable[[Raw], None]:
+    """As many areas, each with a role of its own that every AUV can play."""
+
+    def vary(raw: Raw) -> None:
+        raw["area"] = [{"name": f"area {number}", "corners_m": each} for number, each in enumerate(corners)]
+        wings = [{"name": f"Wing{number}", "maximum": 1, "area": f"area {number}"} for number in range(len(corners))]
+        group = named(raw["group"], "Operational")
+        group["role"] = [role for role in group["role"] if "area" not in role] + wings
+        for vehicle in raw["vehicle"][1:]:
+            kept = [role for role in vehicle["playable_roles"] if role not in ("LeftWinger", "Midfield", "RightWinger")]
+            vehicle["playable_roles"] = kept + [wing["name"] for wing in wings]
+        if not corners:
+            del raw["area"]
+
+    return vary
+
+
+def square(x_m: float, y_m: float, side_m: float) -> list[list[float]]:
+    return [[x_m, y_m], [x_m + side_m, y_m], [x_m + side_m, y_m + side_m], [x_m, y_m + side_m]]
+
+
+def ring(n_corners: int, x_m: float, y_m: float, radius_m: float) -> list[list[float]]:
+    angles = [2.0 * math.pi * corner / n_corners for corner in range(n_corners)]
+    return [[x_m + radius_m * math.cos(angle), y_m + radius_m * math.sin(angle)] for angle in angles]
+
+
+SHAPES = {
+    "none": [],
+    "one": [square(100, 100, 100)],
+    "clockwise": [square(100, 100, 100)[::-1]],
+    "triangle": [[[100, 100], [400, 100], [100, 400]]],
+    "hexagons": [ring(6, 225, 225, 100), ring(6, 475, 225, 100), ring(6, 225, 475, 100)],
+    "diamond": [[[300, 100], [500, 300], [300, 500], [100, 300]]],
+    "strip": [[[100, 100], [600, 100], [600, 130], [100, 130]]],
+    "as many as a fleet cannot share": [square(100 + 100 * (n % 4), 100 + 100 * (n // 4), 100) for n in range(10)],
+    "one upon the other": [square(100, 100, 200), square(100, 100, 200), square(200, 200, 200)],
+    "around the origin": [square(-90, -90, 150)],
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_areas_of_any_shape_and_number(tmp_path: Path, shape: str):
+    run = run_varied(tmp_path, with_areas(SHAPES[shape]))
+    is_sound(run)
+    assert run.completed, run.reason
+    if not SHAPES[shape]:
+        assert run.recorder.coverage == []
+        assert names_at(run, "gathered") == ["Operational", "Coordination"]
+
+
+def test_ten_areas_for_three_vehicles_are_all_mapped(tmp_path: Path):
+    """Ten squares of 4 by 4 cells; nobody is left waiting for long, so nobody gives up."""
+    run = run_varied(tmp_path, with_areas(SHAPES["as many as a fleet cannot share"]))
+    assert len(names_at(run, "mapping_done")) == 10
+    assert coverage(run, 160) == 1.0
+
+
+def test_coverage_of_a_triangle_is_of_its_own_cells(tmp_path: Path):
+    """No cell outside the area is ever counted as mapped: cell (x, y) has its centre below the slope x + y = 500 m."""
+    run = run_varied(tmp_path, with_areas(SHAPES["triangle"]))
+    assert {(row[2], row[3]) for row in run.recorder.coverage}
+    assert all((x + 0.5) * 25.0 + (y + 0.5) * 25.0 < 500.0 for _, _, x, y in run.recorder.coverage)
+
+
+# Seas and modems ----------------------------------------------------------------------------------
+
+
+def larger(times: float) -> Callable[[Raw], None]:
+    """Everything that is a length is so many times as long."""
+
+    def vary(raw: Raw) -> None:
+        for axis in ("x_m", "y_m"):
+            raw["world"][axis] = [times * border for border in raw["world"][axis]]
+        raw["world"]["cell_m"] *= times
+        raw["communication"]["range_m"] *= times
+        raw["scenario"]["duration_s"] *= max(1.0, times)
+        for area in raw["area"]:
+            area["corners_m"] = [[times * x, times * y] for x, y in area["corners_m"]]
+        for rally in raw["rally_point"]:
+            rally["position_m"] = [times * place for place in rally["position_m"]]
+        for vehicle in raw["vehicle"]:
+            vehicle["energy_j"] *= max(1.0, times)
+            if "sensor" in vehicle:
+                vehicle["sensor"]["swath_m"] *= times
+
+    return vary
+
+
+@pytest.mark.parametrize("times", [0.3, 2.0, 8.0])
+def test_worlds_of_other_sizes(tmp_path: Path, times: float):
+    run = run_varied(tmp_path, larger(times))
+    is_sound(run)
+    assert run.completed, run.reason
+
+
+def test_a_world_larger_than_positions_can_be_told_is_refused(tmp_path: Path):
+    """A position is told within 10 km; 20 times the usual 800 m is 16 km."""
+    with pytest.raises(Exception, match=r"world\.x_m.*16000.*allowed"):
+        run_varied(tmp_path, larger(20.0))
+
+
+@pytest.mark.parametrize("modem", sorted(modems()))
+def test_every_modem_carries_the_mission(tmp_path: Path, modem: str):
+    run = run_varied(tmp_path, id, f"communication.modem={modem}", "channel.per=0.2")
+    is_sound(run)
+    assert run.completed, run.reason
+
+
+@pytest.mark.parametrize("policy", sorted(POLICIES))
+def test_every_policy_carries_the_mission_without_carrier_evidence(tmp_path: Path, policy: str):
+    settings = [f"communication.policy={policy}", "channel.per=0.4", "communication.carrier_evidence=false"]
+    run = run_varied(tmp_path, id, *settings, seed=7)
+    is_sound(run)
+    assert run.completed, run.reason
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(8))
+def test_a_small_fleet_in_a_bad_sea(seed: int, tmp_path: Path):
+    file = tmp_path / "pond.toml"
+    file.write_text(SMALL, encoding="utf-8")
+    run = run_scenario(load(str(file), [("--per", "channel.per=0.7")]), seed)
+    is_sound(run)
+    assert run.completed, run.reason
+
+
+def test_the_small_scenario_runs(tmp_path: Path):
+    """100 m by 50 m at 10 m: 10 by 5 cells, five rows of 90 m and four turns of 10 m. At 1.5 m/s that is 327 s, and
+    62 m of way at 2 m/s come first; the consultation takes a frame or two of 2.1 s."""
+    file = tmp_path / "pond.toml"
+    file.write_text(SMALL, encoding="utf-8")
+    run = run_scenario(load(str(file)), seed=1)
+    is_sound(run)
+    assert run.completed, run.reason
+    assert coverage(run, 50) == 1.0
+    (done_s,) = [m.time_s for m in run.milestones if m.name == "mapping_done"]
+    assert 490 / 1.5 + 62 / 2.0 <= done_s <= (490 / 1.5 + 62 / 2.0) * 1.1 + 5.0
+
+
+# What does not complete says why ------------------------------------------------------------------
+
+
+def test_a_fleet_out_of_earshot_says_that_consultation_never_ended(tmp_path: Path):
+    def vary(raw: Raw) -> None:
+        raw["scenario"]["duration_s"] = 300.0
+        raw["communication"]["range_m"] = 50.0
+        named(raw["vehicle"], "AUV02")["start_m"] = [700.0, 0.0]
+
+    run = run_varied(tmp_path, vary)
+    is_sound(run)
+    assert run.reason == "consultation had not ended after 300 s"
+    assert any("AUV02" in row[7] for row in run.recorder.packets)
+
+
+def test_what_is_not_exchanged_is_not_known(tmp_path: Path):
+    run = run_varied(tmp_path, lambda raw: raw["communication"]["needs"].clear(), "scenario.duration_s=120")
+    is_sound(run)
+    assert "consultation had not ended" in run.reason
+    assert {row[4] for row in run.recorder.knowledge} == {"observed"}
+    assert {row[4] for row in run.recorder.packets} == {0}
+
+
+@pytest.mark.parametrize("energy_j", [3_000.0, 20_000.0, 120_000.0])
+def test_a_fleet_that_went_home_with_empty_batteries_has_not_completed(tmp_path: Path, energy_j: float):
+    """The survey of an area takes 1700 s at 40 W and more: 68 kJ without the way there, the wait and the way home."""
+
+    def vary(raw: Raw) -> None:
+        for vehicle in raw["vehicle"]:
+            vehicle["energy_j"] = energy_j
+
+    run = run_varied(tmp_path, vary, "scenario.duration_s=3000")
+    assert coverage(run, 300) < 0.5
+    assert not run.completed
+
+
+def test_the_shipped_tables_are_those_of_the_shipped_scenario(tmp_path: Path):
+    file = tmp_path / "same.toml"
+    file.write_text(tomli_w.dumps(shipped_tables()), encoding="utf-8")
+    assert load(str(file)) == load("mapping-rendezvous")

@@ -1,0 +1,70 @@
+"""The walk of one observation: from a sensor on A, over the channel, to a changed plan on B, by one item UID."""
+
+import itertools
+
+import pytest
+
+from missions.run import Run, run, schedule_of
+from missions.scenario import load
+
+SCENARIO = load("mapping-rendezvous", [("--per", "channel.per=0.3")])
+
+
+@pytest.fixture(scope="module")
+def finished() -> Run:
+    return run(SCENARIO, seed=5)
+
+
+def events_of(finished: Run, item: str) -> list[tuple[float, str, str]]:
+    return [(row[0], row[1], row[4]) for row in finished.recorder.knowledge if row[2] == item]
+
+
+def test_a_mapped_cell_becomes_an_item_that_its_peers_receive_and_acknowledge(finished: Run) -> None:
+    mapped_s, mapper = next((row[0], row[1]) for row in finished.recorder.coverage if row[1] == "AUV02")
+    item = next(row[2] for row in finished.recorder.knowledge if row[0] == mapped_s and row[1] == mapper)
+    events = events_of(finished, item)
+    assert events[0] == (mapped_s, "AUV02", "observed")
+    received = [vehicle for _, vehicle, event in events if event == "received"]
+    assert sorted(received) == ["ASV00", "AUV00", "AUV01"]
+    assert (events[-1][1], events[-1][2]) == ("AUV02", "acknowledged")
+    assert [event[0] for event in events] == sorted(event[0] for event in events)
+
+
+def test_nothing_is_received_before_sound_can_have_brought_it(finished: Run) -> None:
+    """Every item is received in a slot that opened after it was observed, at least one shortest packet later."""
+    schedule = schedule_of(SCENARIO)
+    observed = {row[2]: row[0] for row in finished.recorder.knowledge if row[4] == "observed"}
+    for time_s, _, item, _, event in finished.recorder.knowledge:
+        if event == "received":
+            slot_s = schedule.start_s(schedule.slot_of_arrival(time_s))
+            assert observed[item] <= slot_s < time_s
+
+
+def test_a_finished_area_changes_the_coordinators_plan(finished: Run) -> None:
+    """AUV02's area is done: AUV00 plans its group's mission anew when the news arrives, not before."""
+    done_s = next(m.time_s for m in finished.milestones if m.name == "mapping_done" and m.vehicle == "AUV02")
+    item = next(
+        row[2] for row in reversed(finished.recorder.knowledge) if row[1] == "AUV02" and row[4] == "observed"
+        and row[0] <= done_s
+    )  # fmt: skip
+    heard_s = next(
+        time_s for time_s, vehicle, event in events_of(finished, item) if (vehicle, event) == ("AUV00", "received")
+    )
+    planned = [row[0] for row in finished.recorder.activities if row[1] == "AUV00" and row[3] == "MissionPlanner"]
+    assert heard_s > done_s
+    assert heard_s in planned
+    assert not [time_s for time_s in planned if done_s - 100.0 < time_s < heard_s]
+
+
+def test_the_books_balance(finished: Run) -> None:
+    """Conservation: every packet is received or lost by each of the others; energy and time only grow."""
+    others = {"ASV00", "AUV00", "AUV01", "AUV02"}
+    for row in finished.recorder.packets:
+        assert sorted([*row[6], *row[7]]) == sorted(others - {row[2]})
+    for name in others:
+        track = [row for row in finished.recorder.trajectories if row[1] == name]
+        assert all(
+            before[0] < after[0] and before[6] <= after[6] for before, after in itertools.pairwise(track)
+        )
+    received = {(row[2], row[1]) for row in finished.recorder.knowledge if row[4] == "received"}
+    assert len(received) == sum(row[4] == "received" for row in finished.recorder.knowledge)

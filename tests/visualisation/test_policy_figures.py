@@ -1,0 +1,85 @@
+"""Figures of the policy study: the files, the numbers behind them, and what is refused."""
+
+import csv
+from pathlib import Path
+
+import pytest
+
+from exchange.study import ExchangeStudy, StudyRow, Workload, loaded_studies, run
+from visualisation.errors import DrawingError
+from visualisation.policies import caption, loaded_figure, unloaded_figure, write
+
+
+@pytest.fixture(scope="module")
+def rows() -> list[StudyRow]:
+    return run(ExchangeStudy(per=(0.1, 0.4, 0.7), trials=50, seed=3))
+
+
+@pytest.fixture(scope="module")
+def loaded() -> list[StudyRow]:
+    return [row for study in loaded_studies(trials=2)[::4] for row in run(study)]
+
+
+@pytest.mark.parametrize("kind", ["delivered", "source", "senders"])
+def test_a_figure_comes_with_caption_and_numbers(rows: list[StudyRow], kind: str, tmp_path: Path) -> None:
+    picture, text, table = write(rows, kind, tmp_path / "new", "figure-3", "svg")
+    assert picture.name == "figure-3.svg"
+    assert picture.stat().st_size > 5000
+    assert "n = 50 trials per point, seed 3" in text.read_text(encoding="utf-8")
+    with table.open(encoding="utf-8") as file:
+        read = list(csv.DictReader(file))
+    assert [(line["policy"], float(line["per"])) for line in read] == [(row.policy, row.per) for row in rows]
+    for line, row in zip(read, rows, strict=True):
+        assert row.senders_acked_slots is not None
+        assert float(line["senders_acked_slots_mean"]) == row.senders_acked_slots.mean
+    assert "cpu_s" not in read[0]
+
+
+def test_the_loaded_case_has_its_own_figure(loaded: list[StudyRow], tmp_path: Path) -> None:
+    picture, text, _ = write(loaded, "loaded", tmp_path, "loaded")
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert "packets of 256 bits" in text.read_text(encoding="utf-8")
+    assert "Poisson" in caption(loaded, "loaded")
+
+
+def test_the_same_rows_give_the_same_bytes(rows: list[StudyRow], tmp_path: Path) -> None:
+    files = [write(rows, "source", tmp_path / name, "figure") for name in ("one", "other")]
+    assert [path.read_bytes() for path in files[0]] == [path.read_bytes() for path in files[1]]
+
+
+def test_every_policy_has_a_look_of_its_own(rows: list[StudyRow]) -> None:
+    axes = unloaded_figure(rows, "source").axes[0]
+    lines = [line for line in axes.get_lines() if len(line.get_xdata()) == 3]
+    looks = {(line.get_color(), line.get_linestyle(), str(line.get_markerfacecolor())) for line in lines}
+    assert len(lines) == len(looks) == 6
+    assert {str(label.get_text()) for label in axes.figure.legends[0].get_texts()} == {row.policy for row in rows}
+
+
+def test_axes_name_quantity_and_unit(rows: list[StudyRow], loaded: list[StudyRow]) -> None:
+    labels = [axes.get_ylabel() for axes in (*unloaded_figure(rows, "source").axes, *loaded_figure(loaded).axes)]
+    assert labels == [
+        "time relative to ACK",
+        "time / slots",
+        "delivery latency / slots",
+        "acknowledgement latency / slots",
+        "items in flight",
+        "goodput / items per slot",
+    ]
+
+
+def test_a_figure_stands_with_a_single_point_and_with_none(tmp_path: Path) -> None:
+    write(run(ExchangeStudy(per=(0.2,), trials=1, policies=("ack",))), "source", tmp_path, "one")
+    censored = run(ExchangeStudy(per=(0.9,), trials=3, max_slots=2, load=Workload()))
+    _, text, _ = write(censored, "senders", tmp_path, "none")
+    assert "Censored, and not in the means: 18" in text.read_text(encoding="utf-8")
+
+
+def test_what_cannot_be_drawn_is_refused(rows: list[StudyRow], tmp_path: Path) -> None:
+    with pytest.raises(DrawingError, match=r"unknown kind of figure 'sorce'.*nearest: 'source'"):
+        write(rows, "sorce", tmp_path, "x")
+    with pytest.raises(DrawingError, match="unknown format 'bmp'"):
+        write(rows, "source", tmp_path, "x", "bmp")
+    with pytest.raises(DrawingError, match="there are none"):
+        write([], "source", tmp_path, "x")
+    with pytest.raises(DrawingError, match="needs rows of Poisson load"):
+        write(rows, "loaded", tmp_path, "x")

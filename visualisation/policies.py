@@ -1,0 +1,232 @@
+"""Figures of the policy study, the numbers behind each as CSV, and captions.
+
+A figure of unloaded exchange has the times relative to ACK on the left, as the paper draws them, and the times
+themselves on the right. A figure of the loaded case has the offered load on its axes. Colour tells the
+acknowledgement, line style and fill of the markers tell whether nodes repeat items.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, MultipleLocator, NullLocator
+
+from exchange.study import Estimate, StudyRow
+from visualisation import style
+from visualisation.errors import DrawingError, unknown
+
+LEFT_IN, GAP_IN, RIGHT_IN, TOP_IN, BODY_IN, AXIS_IN = 0.5, 0.62, 0.1, 0.24, 2.3, 0.4
+LOADED_BODY_IN, ROW_GAP_IN = 1.75, 0.3
+LEGEND_COLUMNS = 3
+
+ACKNOWLEDGEMENTS = {"ack": (style.BLUE, "o"), "m-ack": (style.VERMILLION, "s"), "mps-ack": (style.GREEN, "^")}
+REPEATING = (0, (4, 1.2))
+
+
+class Unloaded(NamedTuple):
+    """What a figure of unloaded exchange shows: the fields of a row, and the words for them."""
+
+    relative: str
+    absolute: str
+    until: str
+
+
+UNLOADED = {
+    "delivered": Unloaded("relative_delivered", "delivered_slots", "all nodes hold the item"),
+    "source": Unloaded("relative_source", "source_acked_slots", "the source knows that all nodes hold the item"),
+    "senders": Unloaded("relative_senders", "senders_acked_slots", "all senders know that all nodes hold the item"),
+}
+"""Kinds of figures of unloaded exchange."""
+
+LOADED = (
+    ("delivered_slots", "delivery latency / slots"),
+    ("source_acked_slots", "acknowledgement latency / slots"),
+    ("items_in_flight", "items in flight"),
+    ("goodput_items_per_slot", "goodput / items per slot"),
+)
+"""Panels of the loaded case."""
+
+
+def write(rows: Sequence[StudyRow], kind: str, folder: Path, name: str, format: str = "png") -> list[Path]:
+    """Write a figure, its caption and the numbers behind it.
+
+    Args:
+        rows: of one study, or for `loaded` of studies that differ in their rate only.
+        kind: `delivered`, `source` or `senders`, or `loaded`.
+        folder: made if it is not there.
+        name: of the files, without suffix.
+        format: png, svg or pdf.
+
+    Returns:
+        The files written: figure, caption, numbers.
+
+    Raises:
+        DrawingError: the kind or the format is not known, or there is nothing to draw.
+    """
+    if kind not in (*UNLOADED, "loaded"):
+        raise unknown("kind of figure", kind, (*UNLOADED, "loaded"))
+    if format not in style.FORMATS:
+        raise unknown("format", format, style.FORMATS)
+    if not rows:
+        raise DrawingError("a figure needs rows of a study, and there are none")
+    folder.mkdir(parents=True, exist_ok=True)
+    picture, text, table = (folder / f"{name}.{suffix}" for suffix in (format, "txt", "csv"))
+    drawn = loaded_figure(rows) if kind == "loaded" else unloaded_figure(rows, kind)
+    style.save(drawn, picture, format)
+    text.write_text(caption(rows, kind) + "\n", encoding="utf-8")
+    write_csv(rows, table)
+    return [picture, text, table]
+
+
+def unloaded_figure(rows: Sequence[StudyRow], kind: str) -> Figure:
+    """Times relative to ACK, and in slots, over the packet error rate, each with its interval."""
+    shown = UNLOADED[kind]
+    with style.paper():
+        drawn, ((left, right),) = _panels(rows, 1, BODY_IN)
+        for axes, field in ((left, shown.relative), (right, shown.absolute)):
+            _series(axes, rows, lambda row: row.per, field)
+            axes.set_xlabel("packet error rate", labelpad=2)
+            axes.set_xlim(0.0, max(0.8, *(row.per for row in rows)) + 0.02)
+            axes.xaxis.set_major_locator(MultipleLocator(0.2))
+        left.set_ylim(bottom=0.0)
+        left.set_ylabel("time relative to ACK", labelpad=3)
+        right.set_ylabel("time / slots", labelpad=3)
+        _logarithmic(right)
+    return drawn
+
+
+def loaded_figure(rows: Sequence[StudyRow]) -> Figure:
+    """Latencies, items in flight and goodput over the offered load."""
+    with style.paper():
+        drawn, panels = _panels(rows, 2, LOADED_BODY_IN)
+        for axes, (field, label) in zip((axes for row in panels for axes in row), LOADED, strict=True):
+            _series(axes, rows, _offered, field)
+            axes.set_ylabel(label, labelpad=3)
+            axes.set_xlim(0.0, 1.03 * max(_offered(row) for row in rows))
+            if field.endswith("slots"):
+                _logarithmic(axes)
+            else:
+                axes.set_ylim(bottom=0.0)
+        goodput = panels[1][1]
+        top = goodput.get_ylim()[1]
+        goodput.plot([0, top], [0, top], color=style.GREY, linewidth=0.6, linestyle=(0, (1, 1.5)), zorder=1)
+        goodput.set_ylim(top=top)
+        goodput.text(
+            0.80 * top, 0.84 * top, "all that is offered", color=style.GREY, fontsize=style.TINY_PT, ha="right"
+        )
+        for axes in panels[1]:
+            axes.set_xlabel("offered load / items per slot", labelpad=2)
+    return drawn
+
+
+def caption(rows: Sequence[StudyRow], kind: str) -> str:
+    """What the figure shows, under which conditions, from how many trials and which seed."""
+    first = rows[0]
+    evidence = "taken" if first.carrier_evidence else "not taken"
+    trials = f"n = {first.trials} trials per point, seed {first.seed}; bands: 95 % confidence intervals of the means"
+    carrying = f"carrying an item {evidence} as evidence of holding it"
+    censored = sum(row.censored_senders for row in rows)
+    note = f" Censored, and not in the means: {censored}." if censored else ""
+    if kind == "loaded":
+        return (
+            f"Loaded exchange: N = {first.nodes} nodes, packet error rate {first.per:g}, items of {first.item_bits} "
+            f"bits generated at every node (Poisson), packets of {first.capacity_bits} bits, headers charged. "
+            f"Latencies from an item's generation to its delivery to all nodes, and to its source's knowing it. "
+            f"A node keeps a bounded queue of own items and refuses more. {trials}; {carrying}.{note}"
+        )
+    return (
+        f"Mean time until {UNLOADED[kind].until}; left: relative to ACK in the same trials, right: in slots. "
+        f"N = {first.nodes} nodes, load {first.load}; {trials}; {carrying}.{note}"
+    )
+
+
+def write_csv(rows: Sequence[StudyRow], path: Path) -> None:
+    """The rows as a table, estimates as three columns each; without what depends on the machine."""
+    table = [_flat(row) for row in rows]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(table[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(table)
+
+
+def _flat(row: StudyRow) -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for name in StudyRow.__dataclass_fields__:
+        value = getattr(row, name)
+        if name in ESTIMATES:
+            for part in ("mean", "ci95_low", "ci95_high"):
+                flat[f"{name}_{part}"] = None if value is None else getattr(value, part)
+        elif name != "cpu_s":
+            flat[name] = value
+    return flat
+
+
+ESTIMATES = frozenset(name for name, field in StudyRow.__dataclass_fields__.items() if "Estimate" in str(field.type))
+
+
+def _offered(row: StudyRow) -> float:
+    if row.offered_items_per_slot is None:
+        raise DrawingError(f"load {row.load} has no offered load: the loaded figure needs rows of Poisson load")
+    return row.offered_items_per_slot.mean
+
+
+def _series(axes: Axes, rows: Sequence[StudyRow], x_of: Any, field: str) -> None:
+    """A line with its band for every policy, over the rows that have the estimate."""
+    for policy in dict.fromkeys(row.policy for row in rows):
+        points: list[tuple[float, Estimate]] = sorted(
+            (x_of(row), getattr(row, field)) for row in rows if row.policy == policy and getattr(row, field) is not None
+        )
+        xs = [x for x, _ in points]
+        look = _look(policy)
+        low = [estimate.mean if estimate.ci95_low is None else estimate.ci95_low for _, estimate in points]
+        high = [estimate.mean if estimate.ci95_high is None else estimate.ci95_high for _, estimate in points]
+        axes.fill_between(xs, low, high, color=look["color"], alpha=0.2, linewidth=0)
+        axes.plot(xs, [estimate.mean for _, estimate in points], **look)
+
+
+def _look(policy: str) -> dict[str, Any]:
+    colour, marker = ACKNOWLEDGEMENTS[policy.removesuffix("-repeat")]
+    repeats = policy.endswith("-repeat")
+    return {
+        "color": colour, "marker": marker, "linestyle": REPEATING if repeats else "-", "markeredgewidth": 0.8,
+        "markerfacecolor": "white" if repeats else colour, "label": policy,
+    }  # fmt: skip
+
+
+def _panels(rows: Sequence[StudyRow], n_rows: int, body_in: float) -> tuple[Figure, list[list[Axes]]]:
+    """A page with two panels in each row, letters above them, and the legend below."""
+    policies = list(dict.fromkeys(row.policy for row in rows))
+    legend_in = style.legend_height_in(len(policies), LEGEND_COLUMNS) + 0.08
+    height_in = n_rows * (TOP_IN + body_in) + (n_rows - 1) * ROW_GAP_IN + AXIS_IN + legend_in
+    width_in = (style.PAGE_IN - LEFT_IN - GAP_IN - RIGHT_IN) / 2
+    drawn = style.blank(style.PAGE_IN, height_in)
+    panels: list[list[Axes]] = []
+    for row in range(n_rows):
+        top_in = row * (TOP_IN + body_in + ROW_GAP_IN) + TOP_IN
+        panels.append([])
+        for column in range(2):
+            left_in = LEFT_IN + column * (width_in + GAP_IN)
+            box = left_in / style.PAGE_IN, 1 - (top_in + body_in) / height_in
+            axes = drawn.add_axes((*box, width_in / style.PAGE_IN, body_in / height_in))
+            axes.spines[["top", "right"]].set_visible(False)
+            axes.set_title(f"({'abcd'[2 * row + column]})", loc="left", pad=3)
+            panels[-1].append(axes)
+    handles = [panels[0][0].plot([], [], **_look(policy))[0] for policy in policies]
+    drawn.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 0.03 / height_in), ncols=LEGEND_COLUMNS)
+    return drawn, panels
+
+
+def _logarithmic(axes: Axes) -> None:
+    """Plain numbers at 1, 2 and 5 of each decade; a panel without a point stays as it is."""
+    if not math.isfinite(axes.dataLim.minposy):
+        return
+    axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
