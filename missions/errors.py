@@ -36,3 +36,11 @@ class ConfigurationError(MissionsError):
 
 class OutputError(MissionsError):
     """An output folder cannot be written, or holds something that would be overwritten."""
+
+
+class ClusterError(MissionsError):
+    """The cluster cannot be reached, was lost, or runs another version."""
+
+
+class StudyChangedError(MissionsError):
+    """A folder holds the runs of another study, or of the same study before it was changed."""

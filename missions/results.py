@@ -25,6 +25,7 @@ import tomli_w
 
 from missions.errors import OutputError
 from missions.run import Run, seabed_of
+from missions.scenario import Scenario
 from remoras.recorder import TABLES, Recorder
 
 LIBRARIES = ("mesa", "rdflib", "networkx", "numpy", "matplotlib", "pyarrow", "pydantic")
@@ -47,13 +48,7 @@ def summary(run: Run) -> dict[str, Any]:
     n_cells = len(seabed_of(scenario).cells)
     latencies = sorted(_latencies_s(recorder))
     return {
-        "scenario": scenario.scenario.name,
-        "strategy": scenario.strategy.name,
-        "policy": scenario.communication.policy,
-        "channel": scenario.channel.name,
-        "per": scenario.channel.per if scenario.channel.name != "perfect" else 0.0,
-        "seed": run.seed,
-        "n_vehicles": len(scenario.vehicle),
+        **identity(scenario, run.seed),
         "completed": run.completed,
         "reason": run.reason,
         "mission_time_s": round(run.end_s, 4),
@@ -72,6 +67,19 @@ def summary(run: Run) -> dict[str, Any]:
             {"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": round(m.time_s, 4)}
             for m in run.milestones
         ],
+    }
+
+
+def identity(scenario: Scenario, seed: int) -> dict[str, Any]:
+    """The fields of a summary that are known before the run."""
+    return {
+        "scenario": scenario.scenario.name,
+        "strategy": scenario.strategy.name,
+        "policy": scenario.communication.policy,
+        "channel": scenario.channel.name,
+        "per": scenario.channel.per if scenario.channel.name != "perfect" else 0.0,
+        "seed": seed,
+        "n_vehicles": len(scenario.vehicle),
     }
 
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from remoras import cli_study  # noqa: F401 - its command registers with the application
+from remoras import cli_batch, cli_study  # noqa: F401 - their commands register with the application
 from remoras.cli_app import FAILED, Format, Json, app, command, fail, nearest, one_of, show_json
 from remoras.progress import Progress
 
@@ -228,7 +228,7 @@ def _not_available(name: str) -> None:
         fail(f"{name} is not available in this version")
 
 
-for _name in ("sweep", "status", "compare", "replay", "live", "export"):
+for _name in ("replay", "live", "export"):
     _not_available(_name)
 
 

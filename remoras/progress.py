@@ -25,22 +25,33 @@ class Progress:
         self._total = total
         self._unit = unit
         self._began = self._last_line = time.monotonic()
+        self._first: float | None = None
         self._bar: Any = None
         self._task: Any = None
 
     def __enter__(self) -> Progress:
         return self
 
+    def of(self, done: float, total: float) -> None:
+        """``done`` of a total that may change is done."""
+        self._total = total
+        self.at(done)
+
     def at(self, done: float) -> None:
         """``done`` of the total is done."""
         now = time.monotonic()
+        if self._first is None:
+            self._first, self._began = done, now
         if now - self._began < QUIET_S:
             return
         if sys.stderr.isatty():
             self._show_bar(done)
         elif now - self._last_line >= LINE_EVERY_S:
             self._last_line = now
-            print(f"{self._label}: {done:.0f} of {self._total:.0f} {self._unit}".rstrip(), file=sys.stderr)
+            rate = (done - self._first) / (now - self._began)
+            left = f", {(self._total - done) / rate:.0f} s left" if rate > 0.0 else ""
+            text = f"{self._label}: {done:.0f} of {self._total:.0f} {self._unit}, {rate:.2g} per s{left}"
+            print(text, file=sys.stderr)
 
     def _show_bar(self, done: float) -> None:
         if self._bar is None:
@@ -48,11 +59,14 @@ class Progress:
             from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
             from rich.progress import Progress as RichProgress
 
-            columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+            counts = TextColumn("{task.completed:.0f} of {task.total:.0f} {task.fields[unit]}")
+            rates = TextColumn("{task.fields[rate]:.2g}/s")
+            columns = (TextColumn("{task.description}"), BarColumn(), counts, rates, TimeRemainingColumn())
             self._bar = RichProgress(*columns, console=Console(stderr=True), transient=True)
             self._bar.start()
-            self._task = self._bar.add_task(self._label, total=self._total)
-        self._bar.update(self._task, completed=done)
+            self._task = self._bar.add_task(self._label, total=self._total, unit=self._unit, rate=0.0)
+        rate = (done - (self._first or 0.0)) / max(time.monotonic() - self._began, QUIET_S)
+        self._bar.update(self._task, completed=done, total=self._total, rate=rate)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None

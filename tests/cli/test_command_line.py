@@ -14,7 +14,7 @@ from missions.scenario import explanations, load, shipped
 from remoras.cli import app
 
 SHORT = ["--set", "scenario.duration_s=30"]
-NOT_BUILT = ["sweep", "status", "compare", "replay", "live", "export"]
+NOT_BUILT = ["replay", "live", "export"]
 HEAVY = ["numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "pydantic", "networkx"]
 
 

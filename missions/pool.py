@@ -1,0 +1,122 @@
+"""A process pool that survives its workers.
+
+The pool of the standard library breaks as a whole when one of its processes dies. Here every process has a thread
+that watches it: if it dies, the call that it was working on fails with ``WorkerDied``, and a new process takes
+the next call.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+from collections.abc import Callable
+from concurrent.futures import BrokenExecutor, Executor, Future
+from multiprocessing.connection import Connection
+from multiprocessing.context import BaseContext
+from multiprocessing.process import BaseProcess
+from queue import SimpleQueue
+from threading import Thread
+from typing import Any, ParamSpec, TypeVar
+
+Parameters = ParamSpec("Parameters")
+T = TypeVar("T")
+Call = tuple["Future[Any]", Callable[..., Any], tuple[Any, ...], dict[str, Any]]
+
+
+class WorkerDied(BrokenExecutor):
+    """The process that a call ran in is dead; the pool is not."""
+
+
+class SupervisedPool(Executor):
+    """An executor of ``n_workers`` processes, each replaced when it dies.
+
+    Args:
+        preload: module that new processes find loaded already.
+    """
+
+    def __init__(self, n_workers: int, preload: str) -> None:
+        known = multiprocessing.get_all_start_methods()
+        self._context: BaseContext = multiprocessing.get_context("forkserver" if "forkserver" in known else "spawn")
+        self._context.set_forkserver_preload([preload])
+        self._calls: SimpleQueue[Call | None] = SimpleQueue()
+        self._processes: set[BaseProcess] = set()
+        self._open = True
+        self._threads = [Thread(target=self._watch, daemon=True) for _ in range(n_workers)]
+        for thread in self._threads:
+            thread.start()
+
+    def submit(self, fn: Callable[Parameters, T], /, *args: Parameters.args, **kwargs: Parameters.kwargs) -> Future[T]:
+        """The future result of a call in one of the processes."""
+        if not self._open:
+            raise RuntimeError("the pool is shut down")
+        future: Future[T] = Future()
+        self._calls.put((future, fn, args, kwargs))
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the processes: after the calls that wait, or at once with ``cancel_futures``."""
+        self._open = False
+        if cancel_futures:
+            while not self._calls.empty():
+                if (call := self._calls.get()) is not None:
+                    call[0].cancel()
+            for process in list(self._processes):
+                process.kill()
+        for _ in self._threads:
+            self._calls.put(None)
+        if wait:
+            for thread in self._threads:
+                thread.join()
+
+    def _watch(self) -> None:
+        """Give calls to one process, and start another when it dies."""
+        process: BaseProcess | None = None
+        while (call := self._calls.get()) is not None:
+            future, *request = call
+            if not future.set_running_or_notify_cancel():
+                continue
+            if process is None or not process.is_alive():
+                process, connection = self._started()
+            try:
+                connection.send(request)
+                succeeded, value = connection.recv()
+            except (EOFError, OSError):
+                process.join()
+                self._processes.discard(process)
+                future.set_exception(WorkerDied(f"process {process.pid} ended with {process.exitcode}"))
+                process = None
+                continue
+            if succeeded:
+                future.set_result(value)
+            else:
+                future.set_exception(value)
+        if process is not None:
+            connection.close()
+            process.join()
+            self._processes.discard(process)
+
+    def _started(self) -> tuple[BaseProcess, Connection]:
+        ours, theirs = self._context.Pipe()
+        process: BaseProcess = self._context.Process(target=_serve, args=(theirs,), daemon=True)  # type: ignore[attr-defined]
+        process.start()
+        theirs.close()
+        self._processes.add(process)
+        return process, ours
+
+
+def _serve(connection: Connection) -> None:
+    """Answer calls until the other end is closed; interruption is the parent's business."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    while True:
+        try:
+            function, args, kwargs = connection.recv()
+        except (EOFError, OSError):
+            return
+        try:
+            answer = (True, function(*args, **kwargs))
+        except Exception as error:
+            answer = (False, error)
+        try:
+            connection.send(answer)
+        except OSError:
+            return

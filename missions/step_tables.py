@@ -1,0 +1,120 @@
+"""Tables of a sample of runs: whole numbers in small units, packed.
+
+A table of ``remoras.recorder`` becomes whole numbers of centimetres, milliradians, milliseconds: differences between
+neighbouring rows are then small, so delta coding and zstd take little room. Trajectories are sorted by vehicle for
+the same reason. A file holds one row group per run, and the first column says which. Parts, one folder per run, are
+written while the sweep is on and merged when it ends.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import shutil
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from remoras.recorder import TABLES, Column, Recorder
+
+UNITS = {
+    "s": ("_s", "_ms", "ms", 1000), "m": ("_m", "_cm", "cm", 100), "rad": ("_rad", "_mrad", "mrad", 1000),
+    "m/s": ("_mps", "_mmps", "mm/s", 1000), "J": ("_j", "_j", "J", 1), "1": ("", "_milli", "0.001", 1000),
+}  # fmt: skip
+"""Unit of the recorder -> (ending of the column, its ending here, unit here, how many of these make one)."""
+
+
+def _field(column: Column) -> pa.Field:
+    if column.kind == "float":
+        ending, small_ending, unit, _ = UNITS[column.unit]
+        return pa.field(column.name.removesuffix(ending) + small_ending, pa.int32(), metadata={"unit": unit})
+    kinds = {"int": pa.int32(), "str": pa.string(), "list": pa.list_(pa.string())}
+    return pa.field(column.name, kinds[column.kind], metadata={"unit": column.unit} if column.unit else None)
+
+
+def schema(name: str) -> pa.Schema:
+    """Columns of a table of the sample, the key of the run first."""
+    return pa.schema([pa.field("key", pa.string()), *map(_field, TABLES[name])])
+
+
+def packed(name: str, rows: Sequence[tuple[Any, ...]], key: str) -> pa.Table:
+    """Rows of a run in small whole units; a value that is not finite becomes null."""
+    if name == "trajectories":
+        rows = sorted(rows, key=lambda row: (row[1], row[0]))
+    wanted = schema(name)
+    arrays = [pa.array([key] * len(rows), pa.string())]
+    for number, column in enumerate(TABLES[name]):
+        values: Any = [row[number] for row in rows]
+        mask = None
+        if column.kind == "float":
+            scaled = np.rint(np.array(values, dtype=float) * UNITS[column.unit][3])
+            mask = ~np.isfinite(scaled)
+            values = np.where(mask, 0.0, scaled).astype(np.int32)
+        arrays.append(pa.array(values, wanted.field(number + 1).type, mask=mask))
+    return pa.Table.from_arrays(arrays, schema=wanted)
+
+
+def writer(target: Any, name: str) -> pq.ParquetWriter:
+    """A writer of a table of the sample."""
+    wanted = schema(name)
+    numbers = {field.name: "DELTA_BINARY_PACKED" for field in wanted if pa.types.is_integer(field.type)}
+    texts = [
+        f.name if pa.types.is_string(f.type) else f"{f.name}.list.element" for f in wanted if f.name not in numbers
+    ]
+    return pq.ParquetWriter(
+        target, wanted, compression="zstd", use_dictionary=texts, column_encoding=numbers, write_statistics=["key"]
+    )
+
+
+def encoded(recorder: Recorder, key: str) -> dict[str, bytes]:
+    """Every table of a run as a Parquet file in memory."""
+    files = {}
+    for name in TABLES:
+        buffer = io.BytesIO()
+        with writer(buffer, name) as out:
+            out.write_table(packed(name, recorder.rows(name), key))
+        files[name] = buffer.getvalue()
+    return files
+
+
+def write_part(folder: Path, key: str, tables: Mapping[str, bytes]) -> None:
+    """Keep the tables of a run as a part; it appears whole or not at all."""
+    draft, part = folder / f".{key}", folder / key
+    shutil.rmtree(draft, ignore_errors=True)
+    draft.mkdir(parents=True)
+    for name, content in tables.items():
+        with (draft / f"{name}.parquet").open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+    shutil.rmtree(part, ignore_errors=True)
+    draft.rename(part)
+
+
+def merge(parts: Path, tables: Path, keys: Collection[str]) -> None:
+    """Bring the parts of these runs into one file per table, beside what is there already, in the order of the keys."""
+    if not parts.is_dir():
+        return
+    tables.mkdir(exist_ok=True)
+    for name in TABLES:
+        merged, draft = tables / f"{name}.parquet", tables / f".{name}.parquet"
+        old = pq.ParquetFile(merged) if merged.is_file() else None
+        places: dict[str, int] = {}
+        if old is not None:
+            for number in range(old.num_row_groups):
+                places[old.metadata.row_group(number).column(0).statistics.min] = number
+        with writer(draft, name) as out:
+            for key in sorted(keys):
+                part = parts / key / f"{name}.parquet"
+                if key in places and old is not None:
+                    out.write_table(old.read_row_group(places[key]))
+                elif part.is_file() and (table := pq.read_table(part)).num_rows:
+                    out.write_table(table)
+        if old is not None:
+            old.close()
+        draft.replace(merged)
+    shutil.rmtree(parts)

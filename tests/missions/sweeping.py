@@ -1,0 +1,65 @@
+"""Small studies for the tests of sweeps, and what of their results may not depend on how they were made."""
+
+import io
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pyarrow.parquet as pq
+
+from missions.execution import MACHINE_COLUMNS
+from missions.runlog import LEDGER, RUNS, TABLES
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+
+
+def study_text(repeats: int = 4, per: str = "[0.1, 0.4]", duration_s: float = 20, extra: str = "") -> str:
+    return f"""
+[study]
+name = "tiny"
+scenario = "mapping-rendezvous"
+strategies = ["remoras"]
+policies = ["ack", "mps-ack"]
+repeats = {repeats}
+seed = 7
+metrics = ["mission_time_s", "n_bytes"]
+
+[[channel]]
+name = "bernoulli"
+per = {per}
+
+[set]
+scenario.duration_s = {duration_s}
+{extra}
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "study.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def outcome(folder: Path) -> tuple[bytes, dict[str, bytes]]:
+    """(bytes of the runs without what depends on the machine, bytes of every table)."""
+    buffer = io.BytesIO()
+    pq.write_table(pq.read_table(folder / RUNS).drop_columns(list(MACHINE_COLUMNS)), buffer)
+    return buffer.getvalue(), {path.name: path.read_bytes() for path in sorted((folder / TABLES).iterdir())}
+
+
+def ledger_length(folder: Path) -> int:
+    path = folder / LEDGER
+    return path.read_bytes().count(b"\n") if path.is_file() else 0
+
+
+def environment() -> dict[str, str]:
+    """Environment in which other processes find the sources and the faulty strategies."""
+    return {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(HERE)])}
+
+
+def started(*arguments: object) -> "subprocess.Popen[str]":
+    """``remoras`` with these arguments."""
+    command = [sys.executable, "-c", "from remoras.cli import main; main()", *map(str, arguments)]
+    return subprocess.Popen(command, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

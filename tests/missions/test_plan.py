@@ -1,0 +1,62 @@
+"""Plans: seeds in common, keys, and when a configuration has been repeated enough."""
+
+from pathlib import Path
+
+from hypothesis import given
+from hypothesis import strategies as st
+from sweeping import study_text, written
+
+from missions.plan import Plan, repeats_needed, seed_of
+from missions.study import StoppingRule, load_study
+
+RULE = StoppingRule(metric="n_bytes", half_width=1.0, minimum=4, maximum=10)
+
+
+def plan_of(tmp_path: Path, text: str) -> Plan:
+    return Plan(load_study(str(written(tmp_path, text))))
+
+
+def test_all_configurations_of_a_repeat_share_their_seed(tmp_path: Path) -> None:
+    tasks = list(plan_of(tmp_path, study_text()).missing({}))
+    assert len(tasks) == len({task.key for task in tasks}) == 16
+    assert {(task.repeat, task.seed) for task in tasks} == {(repeat, seed_of(7, repeat)) for repeat in range(4)}
+    assert len({task.seed for task in tasks}) == 4
+
+
+def test_a_key_depends_on_configuration_and_seed_alone(tmp_path: Path) -> None:
+    keys = {task.key for task in plan_of(tmp_path, study_text()).missing({})}
+    longer = {task.key for task in plan_of(tmp_path, study_text(repeats=6)).missing({})}
+    other_loss = {task.key for task in plan_of(tmp_path, study_text(per="[0.2, 0.3]")).missing({})}
+    assert keys < longer
+    assert not keys & other_loss
+
+
+def test_the_replay_command_names_everything(tmp_path: Path) -> None:
+    task = next(plan_of(tmp_path, study_text()).missing({}))
+    assert task.replay == (
+        f"remoras run mapping-rendezvous --seed {task.seed} --set scenario.duration_s=20 --set strategy.name=remoras "
+        "--set communication.policy=ack --set channel.name=bernoulli --set channel.per=0.1"
+    )
+
+
+def test_the_stopping_rule_looks_at_the_minimum_and_then_now_and_again() -> None:
+    assert repeats_needed(RULE, []) == 4
+    assert repeats_needed(RULE, [5.0, 5.1, 4.9, 5.0]) == 4
+    spread = [0.0, 9.0, 0.0, 9.0]
+    assert repeats_needed(RULE, spread) == 6
+    assert repeats_needed(RULE, [*spread, 0.0]) == 6
+    assert repeats_needed(RULE, [*spread, 0.0, 9.0]) == 8
+    assert repeats_needed(RULE, [*spread, *spread, 0.0, 9.0]) == 10
+
+
+def test_failed_runs_count_as_repeats() -> None:
+    assert repeats_needed(RULE, [None] * 10) == 10
+
+
+@given(st.lists(st.floats(0.0, 20.0), min_size=10, max_size=10))
+def test_knowing_more_runs_never_takes_a_needed_repeat_back(values: list[float]) -> None:
+    """So the order in which runs finish decides nothing."""
+    needed = [repeats_needed(RULE, values[:known]) for known in range(11)]
+    assert needed == sorted(needed)
+    final = needed[-1]
+    assert repeats_needed(RULE, values[:final]) == final

@@ -1,0 +1,146 @@
+"""The log: nothing lost, nothing doubled, whatever the end of the file looks like."""
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+from sweeping import outcome, study_text, written
+
+from missions.errors import OutputError, StudyChangedError
+from missions.execution import run_chunk
+from missions.plan import Plan, version
+from missions.runlog import LEDGER, RunLog, SweepResults
+from missions.study import load_study
+
+
+def plan_of(tmp_path: Path, text: str = study_text(repeats=2)) -> Plan:
+    return Plan(load_study(str(written(tmp_path, text))))
+
+
+def finished_log(tmp_path: Path, n_runs: int = 3) -> tuple[Path, Plan]:
+    plan, folder = plan_of(tmp_path), tmp_path / "out"
+    log = RunLog(folder, plan)
+    log.append(run_chunk(version(), list(plan.missing({}))[:n_runs]))
+    log.compact()
+    log.close()
+    return folder, plan
+
+
+@pytest.mark.parametrize("cut", [1, 2, 40, 200])
+def test_a_torn_tail_is_cut_and_its_run_made_again(tmp_path: Path, cut: int) -> None:
+    folder, plan = finished_log(tmp_path)
+    content = (folder / LEDGER).read_bytes()
+    (folder / LEDGER).write_bytes(content[:-cut])
+    log = RunLog(folder, plan)
+    assert len(log.lines) == 2
+    assert (folder / LEDGER).read_bytes() == content[: content[:-1].rindex(b"\n") + 1]
+    log.append(run_chunk(version(), list(plan.missing(log.summaries))))
+    log.close()
+    status = SweepResults.read(folder).status()
+    assert (status.planned, status.done, status.remaining) == (8, 8, 0)
+
+
+def test_status_leaves_a_torn_tail_alone(tmp_path: Path) -> None:
+    """The sweep that writes it may be at it right now."""
+    folder, _ = finished_log(tmp_path)
+    content = (folder / LEDGER).read_bytes()[:-5]
+    (folder / LEDGER).write_bytes(content)
+    assert SweepResults.read(folder).status().remaining == 6
+    assert (folder / LEDGER).read_bytes() == content
+
+
+def test_a_run_is_logged_once(tmp_path: Path) -> None:
+    folder, plan = finished_log(tmp_path)
+    log = RunLog(folder, plan)
+    log.append(run_chunk(version(), list(plan.missing({}))[:3]))
+    log.close()
+    assert len((folder / LEDGER).read_text().splitlines()) == 3
+
+
+def test_a_broken_line_in_the_middle_is_named(tmp_path: Path) -> None:
+    folder, plan = finished_log(tmp_path)
+    lines = (folder / LEDGER).read_text().splitlines(keepends=True)
+    (folder / LEDGER).write_text(lines[0] + "oops\n" + lines[2])
+    with pytest.raises(OutputError, match=r"ledger.jsonl:2: not a line"):
+        RunLog(folder, plan)
+
+
+def test_a_changed_study_is_refused_and_the_change_shown(tmp_path: Path) -> None:
+    folder, _ = finished_log(tmp_path)
+    changed = plan_of(tmp_path, study_text(repeats=3))
+    with pytest.raises(StudyChangedError, match=r"study.study.repeats: was 2, now 3"):
+        RunLog(folder, changed)
+    assert len(SweepResults.read(folder).lines) == 3
+
+
+def test_a_changed_scenario_is_refused_and_the_change_shown(tmp_path: Path) -> None:
+    scenario = Path("missions/mapping-rendezvous.toml").read_text(encoding="utf-8")
+    (tmp_path / "own.toml").write_text(scenario, encoding="utf-8")
+    text = study_text(repeats=2).replace("mapping-rendezvous", "own.toml")
+    RunLog(tmp_path / "out", plan_of(tmp_path, text)).close()
+    (tmp_path / "own.toml").write_text(scenario.replace("patience_s = 60.0", "patience_s = 61.0"), encoding="utf-8")
+    with pytest.raises(StudyChangedError, match=r"mission.patience_s: was 60.0, now 61.0"):
+        RunLog(tmp_path / "out", plan_of(tmp_path, text))
+
+
+def test_comments_and_order_are_no_change(tmp_path: Path) -> None:
+    folder, _ = finished_log(tmp_path)
+    RunLog(folder, plan_of(tmp_path, "# about losses\n" + study_text(repeats=2))).close()
+
+
+def test_starting_anew_sets_the_old_runs_aside(tmp_path: Path) -> None:
+    folder, _ = finished_log(tmp_path)
+    old = (folder / LEDGER).read_bytes()
+    log = RunLog(folder, plan_of(tmp_path, study_text(repeats=3)), force_new=True)
+    assert log.lines == {}
+    log.close()
+    assert (folder / "before-1" / LEDGER).read_bytes() == old
+
+
+def test_two_sweeps_do_not_write_one_folder(tmp_path: Path) -> None:
+    plan = plan_of(tmp_path)
+    log = RunLog(tmp_path / "out", plan)
+    with pytest.raises(OutputError, match="another sweep is writing"):
+        RunLog(tmp_path / "out", plan)
+    log.close()
+
+
+def test_a_full_disk_is_named_and_leaves_the_ledger_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder, plan = finished_log(tmp_path)
+    log, before = RunLog(folder, plan), (folder / LEDGER).read_bytes()
+    more = run_chunk(version(), list(plan.missing(log.summaries))[:1])
+    full = OSError(28, "No space left on device")
+    write = os.write
+
+    def half(file: int, content: bytes) -> int:
+        if len(content) < 20:
+            raise full
+        return write(file, content[: len(content) // 2])  # type: ignore[no-any-return]
+
+    monkeypatch.setattr("missions.runlog.os.write", half)
+    with pytest.raises(OutputError, match="No space left on device"):
+        log.append(more)
+    monkeypatch.undo()
+    assert (folder / LEDGER).read_bytes() == before
+    log.append(more)
+    assert len(log.lines) == 4
+    log.close()
+
+
+def test_the_run_table_has_the_columns_of_the_contract(tmp_path: Path) -> None:
+    folder, _ = finished_log(tmp_path)
+    runs = SweepResults.read(folder).runs()
+    names = list(runs.columns)
+    assert names[:2] == ["key", "repeat"]
+    assert {"channel.per", "strategy.name", "scenario.duration_s", "milestones", "mission_time_s"} < set(names)
+    assert names[-5:] == ["wall_s", "cpu_s", "host", "worker", "finished_at"]
+    assert list(runs.key) == sorted(runs.key)
+    assert outcome(folder)[1]["trajectories.parquet"]
+
+
+def test_the_ledger_is_read_by_anything(tmp_path: Path) -> None:
+    folder, _ = finished_log(tmp_path)
+    lines = [json.loads(line) for line in (folder / LEDGER).read_text().splitlines()]
+    assert {line["status"] for line in lines} == {"done"}
+    assert all(line["summary"]["false_beliefs"] == 0 for line in lines)

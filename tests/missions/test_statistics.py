@@ -1,0 +1,116 @@
+"""Statistics against known values and against their own promises."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from missions.statistics import (
+    holm,
+    mean_interval,
+    paired_p,
+    pairing_gain,
+    restricted_mean_time,
+    t_half_width,
+    wilson_interval,
+)
+
+REPETITIONS = 1000
+N_RUNS = 30
+
+
+def draws(seed: int) -> np.random.Generator:
+    return np.random.Generator(np.random.Philox(seed))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shape", ["normal", "lognormal"])
+def test_the_interval_of_a_mean_covers_it_in_95_of_100(shape: str) -> None:
+    """Lognormal with sigma 0.5 is as skewed (1.75) as mission times under loss; its mean is exp(sigma^2 / 2)."""
+    generator = draws(11)
+    mean = 0.0 if shape == "normal" else float(np.exp(0.125))
+    covered = 0
+    for _ in range(REPETITIONS):
+        draw = generator.normal(0.0, 1.0, N_RUNS) if shape == "normal" else generator.lognormal(0.0, 0.5, N_RUNS)
+        low, high = mean_interval(draw) or (0.0, 0.0)
+        covered += low <= mean <= high
+    assert 930 <= covered <= 970
+
+
+def test_wilson_covers_a_success_rate_in_95_of_100() -> None:
+    successes = draws(12).binomial(N_RUNS, 0.8, REPETITIONS)
+    covered = sum(low <= 0.8 <= high for low, high in (wilson_interval(int(s), N_RUNS) for s in successes))
+    assert 930 <= covered <= 970
+
+
+@pytest.mark.slow
+def test_a_strategy_against_itself_is_flagged_in_at_most_6_of_100() -> None:
+    """Two sets of runs of one strategy, paired by losses they share: their differences mean nothing."""
+    generator = draws(13)
+    flagged = outside = 0
+    for _ in range(REPETITIONS):
+        shared = generator.lognormal(0.0, 0.5, N_RUNS)
+        differences = shared * (generator.lognormal(0.0, 0.3, N_RUNS) - generator.lognormal(0.0, 0.3, N_RUNS))
+        flagged += (paired_p(differences) or 1.0) <= 0.05
+        low, high = mean_interval(differences) or (0.0, 0.0)
+        outside += not low <= 0.0 <= high
+    assert flagged <= 60
+    assert outside <= 70
+
+
+def test_an_interval_of_values_that_hardly_vary_stays_among_them() -> None:
+    low, high = mean_interval([1.0] * 29 + [0.9]) or (0.0, 0.0)
+    assert 0.98 < low < 0.9967 < high <= 1.0
+    assert mean_interval([1.0] * 5) == (1.0, 1.0)
+    assert mean_interval([1.0]) is None
+
+
+def test_an_interval_is_the_same_again() -> None:
+    values = [3.0, 1.0, 4.0, 1.0, 5.0, 9.0, 2.0, 6.0]
+    assert mean_interval(values) == mean_interval(values)
+
+
+def test_students_half_width_agrees_with_scipy() -> None:
+    values = [3.0, 1.0, 4.0, 1.5, 5.0]
+    low, high = stats.t.interval(0.95, 4, np.mean(values), stats.sem(values))
+    assert t_half_width(values) == pytest.approx((high - low) / 2)
+
+
+def test_wilson_agrees_with_scipy() -> None:
+    for successes, n in ((0, 10), (3, 10), (10, 10), (27, 30)):
+        expected = stats.binomtest(successes, n).proportion_ci(method="wilson")
+        assert wilson_interval(successes, n) == pytest.approx((expected.low, expected.high), abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_restricted_mean_is_the_area_under_kaplan_meier(seed: int) -> None:
+    generator = draws(seed)
+    times = generator.integers(1, 20, 25).astype(float)
+    completed = generator.random(25) < 0.6
+    curve = stats.ecdf(stats.CensoredData.right_censored(times, ~completed)).sf
+    grid = np.arange(0.0, 15.0, 0.01)
+    assert restricted_mean_time(list(times), list(completed), 15.0) == pytest.approx(
+        float(np.sum(curve.evaluate(grid)) * 0.01), abs=0.02
+    )
+
+
+def test_the_sign_flip_test_agrees_with_scipy() -> None:
+    differences = draws(3).normal(0.4, 1.0, 20)
+    expected = stats.permutation_test(
+        (differences,), np.mean, permutation_type="samples", n_resamples=20_000, rng=draws(4)
+    ).pvalue
+    assert paired_p(differences) == pytest.approx(expected, abs=0.015)
+    assert paired_p([0.0] * 20) == 1.0
+    assert paired_p([0.0] * 5) == 1.0
+    assert paired_p([1.0]) is None
+
+
+def test_holm_agrees_with_the_worked_example() -> None:
+    """P values 0.01, 0.02, 0.03, 0.04: times 4, 3, 2, 1, never falling."""
+    assert holm([0.04, 0.01, 0.03, 0.02]) == pytest.approx([0.06, 0.04, 0.06, 0.06])
+    assert holm([]) == []
+
+
+def test_pairing_gains_nothing_without_common_draws() -> None:
+    a, b = draws(5).normal(size=4000), draws(6).normal(size=4000)
+    assert pairing_gain(a, b) == pytest.approx(1.0, abs=0.1)
+    assert pairing_gain(a, a + 0.1 * b) == pytest.approx(201.0, rel=0.1)

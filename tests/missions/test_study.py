@@ -1,0 +1,110 @@
+"""Studies: what they vary, and what is wrong with them."""
+
+from pathlib import Path
+
+import pytest
+from sweeping import study_text, written
+
+from missions.errors import ConfigurationError
+from missions.study import Study, load_study, shipped_studies
+
+BASE = """
+[study]
+name = "s"
+scenario = "mapping-rendezvous"
+repeats = 2
+"""
+
+
+def loaded(tmp_path: Path, text: str) -> Study:
+    return load_study(str(written(tmp_path, text)))
+
+
+def test_the_design_is_the_product_of_its_parts(tmp_path: Path) -> None:
+    study = loaded(tmp_path, study_text(extra="[grid]\nmission.patience_s = [30, 60, 90]\n"))
+    assert len(study.configurations) == 2 * 2 * 3
+    chosen = {
+        (c.scenario.communication.policy, c.scenario.channel.per, c.scenario.mission["patience_s"])
+        for c in study.configurations
+    }
+    assert len(chosen) == 12
+    assert all(c.scenario.scenario.duration_s == 20 for c in study.configurations)
+
+
+def test_settings_that_come_to_the_same_are_run_once(tmp_path: Path) -> None:
+    """1.0 and 1 are the same speed, whatever the file calls them."""
+    assert len(loaded(tmp_path, BASE + "[grid]\nscenario.tick_s = [1, 1.0]\n").configurations) == 1
+
+
+def test_vehicle_counts_come_from_scenarios(tmp_path: Path) -> None:
+    source = Path("missions/mapping-rendezvous.toml").read_text(encoding="utf-8")
+    extra = source[source.rindex("[[vehicle]]") :].replace('"AUV02"', '"AUV03"').replace("slot = 3", "slot = 4")
+    (tmp_path / "five.toml").write_text(source + extra, encoding="utf-8")
+    text = BASE.replace('"mapping-rendezvous"', '["mapping-rendezvous", "five.toml"]')
+    assert [len(c.scenario.vehicle) for c in loaded(tmp_path, text).configurations] == [4, 5]
+
+
+def test_a_latin_hypercube_meets_every_stratum_once_and_is_the_same_again(tmp_path: Path) -> None:
+    text = BASE + 'sampling = "latin"\nsamples = 8\n[latin]\nchannel.per = [0.0, 0.8]\nmission.patience_s = [20, 100]\n'
+    first, second = loaded(tmp_path, text), loaded(tmp_path, text)
+    assert first.configurations == second.configurations
+    rates = [c.scenario.channel.per for c in first.configurations]
+    assert sorted(int(rate / 0.1) for rate in rates) == list(range(8))
+    patience_s = [c.scenario.mission["patience_s"] for c in first.configurations]
+    assert sorted(int((value - 20) / 10) for value in patience_s) == list(range(8))
+
+
+def test_a_list_is_taken_as_it_is(tmp_path: Path) -> None:
+    text = (
+        BASE + 'sampling = "list"\n[[point]]\nchannel.per = 0.1\n[[point]]\nchannel.per = 0.2\nscenario.tick_s = 0.5\n'
+    )
+    found = [(c.scenario.channel.per, c.scenario.scenario.tick_s) for c in loaded(tmp_path, text).configurations]
+    assert found == [(0.1, 1.0), (0.2, 0.5)]
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (('"remoras"]', '"remora"]'), "study.toml:5: study.strategies"),
+        (('"remoras"]', '"remora"]'), "did you mean 'remoras'"),
+        (('"mps-ack"', '"mps-nack"'), "study.toml:6: study.policies"),
+        (('"n_bytes"', '"n_byte"'), "did you mean 'n_bytes'"),
+        (("repeats", "repeat"), "did you mean 'repeats'"),
+        (("[0.1, 0.4]", "[]"), "channel.per = []: no values"),
+        (("[0.1, 0.4]", "[0.1, 1.4]"), "study.toml:13: channel.per = 1.4"),
+        (('["remoras"]', "[]"), "study.strategies = []"),
+        (('["remoras"]', '["remoras", "remoras"]'), "listed twice"),
+        (("repeats = 4", "repeats = 0"), "study.repeats = 0"),
+        (('"mapping-rendezvous"', '"mapping-rendezvou"'), "did you mean 'mapping-rendezvous'"),
+        (("[set]", "[sets]"), "did you mean 'set'"),
+        (("duration_s", "duration"), "study.toml:16: set.scenario.duration"),
+        (("seed = 7", 'seed = 7\nsampling = "latin"'), "needs [latin], which is missing"),
+        (("[set]", "[latin]\nchannel.per = [0.1, 0.2]\n[set]"), "not used"),
+        (("seed = 7", 'baseline = "ack-repeat"'), "study.baseline"),
+        (("[set]", '[stopping]\nmetric = "n"\nhalf_width = 1\nmaximum = 3\n[set]'), "stopping.metric"),
+        (("[set]", '[stopping]\nmetric = "n_bytes"\nhalf_width = 1\nmaximum = 3\n[set]'), "stopping.minimum = 10"),
+        (('name = "bernoulli"', ""), "channel.name: missing"),
+        (("[study]", "[study"), "TOML"),
+    ],
+)
+def test_bad_input_is_named_with_its_place(tmp_path: Path, change: tuple[str, str], expected: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        loaded(tmp_path, study_text().replace(*change))
+    assert expected in str(caught.value)
+
+
+def test_all_faults_come_at_once(tmp_path: Path) -> None:
+    text = study_text().replace('"mps-ack"', '"x"').replace("[0.1, 0.4]", "[0.1, 1.4]").replace('"remoras"]', '"y"]')
+    with pytest.raises(ConfigurationError) as caught:
+        loaded(tmp_path, text)
+    assert {fault.key for fault in caught.value.faults} == {"study.strategies", "study.policies", "channel.per"}
+
+
+def test_a_missing_study_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="no-such-study"):
+        load_study("no-such-study")
+
+
+@pytest.mark.parametrize("name", list(shipped_studies()))
+def test_every_shipped_study_loads(name: str) -> None:
+    assert load_study(name).configurations

@@ -1,0 +1,211 @@
+"""Sweeps: every run once, whatever its worker does."""
+
+import json
+import os
+import shlex
+import subprocess
+import time
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sweeping import HERE, ROOT, outcome, started, study_text, written
+from typer.testing import CliRunner
+
+from missions.errors import ClusterError, OutputError
+from missions.execution import run_chunk
+from missions.plan import Plan
+from missions.pool import SupervisedPool, WorkerDied
+from missions.runlog import RUNS, RunLog, SweepResults
+from missions.study import Study, load_study
+from missions.sweep import PartlyDoneError, estimate, sweep
+from remoras.cli import app
+
+
+class Serial(Executor):
+    """The bare loop, as an executor."""
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+def study_of(tmp_path: Path, **options: Any) -> Study:
+    return load_study(str(written(tmp_path, study_text(**options))))
+
+
+def faulty(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> Study:
+    monkeypatch.syspath_prepend(str(HERE))
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(ROOT), str(HERE)]))
+    text = study_text(repeats=2).replace('["remoras"]', f'["remoras", "faulty_strategies:{name}"]')
+    return load_study(str(written(tmp_path, text)))
+
+
+def test_any_executor_gives_the_same_bytes(tmp_path: Path) -> None:
+    study = study_of(tmp_path)
+    sweep(study, tmp_path / "serial", executor=Serial())
+    sweep(study, tmp_path / "pool", jobs=2)
+    with ProcessPoolExecutor(1) as executor:
+        sweep(study, tmp_path / "standard", executor=executor)
+    assert outcome(tmp_path / "serial") == outcome(tmp_path / "pool") == outcome(tmp_path / "standard")
+
+
+def test_a_finished_sweep_is_left_as_it_is(tmp_path: Path) -> None:
+    study = study_of(tmp_path, repeats=1)
+    sweep(study, tmp_path / "out", executor=Serial())
+    before = (tmp_path / "out" / RUNS).read_bytes()
+    assert sweep(study, tmp_path / "out", executor=None).done == 4
+    assert (tmp_path / "out" / RUNS).read_bytes() == before
+
+
+def test_a_run_that_raises_is_one_failed_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    status = sweep(faulty(tmp_path, "RAISING", monkeypatch), tmp_path / "out", executor=Serial())
+    assert (status.planned, status.done, status.failed, status.remaining) == (16, 8, 8, 0)
+    runs = SweepResults.read(tmp_path / "out").runs()
+    failed = runs[runs.status == "failed"]
+    assert all("ValueError: no fleet today" in error for error in failed.error)
+    command = shlex.split(failed.replay.iloc[0])
+    with pytest.raises(ValueError, match="no fleet today"):
+        CliRunner().invoke(app, command[1:], catch_exceptions=False)
+
+
+def test_a_run_that_kills_its_process_is_one_failed_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    status = sweep(faulty(tmp_path, "KILLING", monkeypatch), tmp_path / "out", jobs=2)
+    assert (status.done, status.failed, status.remaining) == (8, 8, 0)
+    runs = SweepResults.read(tmp_path / "out").runs()
+    assert set(runs[runs.status == "failed"].strategy) == {"faulty_strategies:KILLING"}
+    assert all("process died" in error for error in runs[runs.status == "failed"].error)
+
+
+def test_the_stopping_rule_ends_repeats_and_does_not_depend_on_the_order(tmp_path: Path) -> None:
+    extra = '[stopping]\nmetric = "n_bytes"\nhalf_width = 30\nminimum = 3\nmaximum = 12\n'
+    study = study_of(tmp_path, extra=extra)
+    status = sweep(study, tmp_path / "serial", executor=Serial())
+    assert 4 * 3 <= status.done < 4 * 12
+    sweep(study, tmp_path / "pool", jobs=2)
+    assert outcome(tmp_path / "serial") == outcome(tmp_path / "pool")
+    runs = SweepResults.read(tmp_path / "serial").runs()
+    assert runs.groupby(["policy", "per"]).size().nunique() > 1
+
+
+def test_another_version_of_a_worker_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ClusterError, match="install the same"):
+        run_chunk("0.0.1", [])
+
+
+def test_a_broken_engine_leaves_a_sweep_that_can_go_on(tmp_path: Path) -> None:
+    class Breaking(Serial):
+        n_calls = 0
+
+        def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+            self.n_calls += 1
+            if self.n_calls > 3:
+                raise BrokenExecutor
+            return super().submit(fn, *args, **kwargs)
+
+    study = study_of(tmp_path)
+    with pytest.raises(PartlyDoneError):
+        sweep(study, tmp_path / "out", executor=Breaking())
+    assert sweep(study, tmp_path / "out", executor=Serial()).remaining == 0
+
+
+def test_a_full_disk_leaves_a_sweep_that_can_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study, append = study_of(tmp_path), RunLog.append
+
+    def full_after_five(log: RunLog, finished: Any) -> None:
+        if len(log.lines) >= 5:
+            raise OutputError("ledger.jsonl: cannot be written: No space left on device")
+        append(log, finished)
+
+    monkeypatch.setattr(RunLog, "append", full_after_five)
+    with pytest.raises(PartlyDoneError, match="No space left"):
+        sweep(study, tmp_path / "out", executor=Serial())
+    monkeypatch.undo()
+    assert SweepResults.read(tmp_path / "out").status().done >= 5
+    assert sweep(study, tmp_path / "out", executor=Serial()).remaining == 0
+
+
+def test_a_dry_run_counts_and_writes_nothing(tmp_path: Path) -> None:
+    found = estimate(study_of(tmp_path), jobs=2)
+    assert found.planned == 16
+    assert 0.0 < found.estimate_s < 60.0
+    assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]
+
+
+def test_the_pool_outlives_its_processes() -> None:
+    pool = SupervisedPool(2, preload="missions.execution")
+    dead, alive = pool.submit(os._exit, 3), [pool.submit(pow, 2, n) for n in range(20)]
+    with pytest.raises(WorkerDied, match="ended with 3"):
+        dead.result(30)
+    assert [future.result(30) for future in alive] == [2**n for n in range(20)]
+    with pytest.raises(TypeError):
+        pool.submit(pow, "a", 2).result(30)
+    pool.shutdown()
+    with pytest.raises(RuntimeError):
+        pool.submit(pow, 2, 2)
+
+
+def test_the_commands_work_together(tmp_path: Path) -> None:
+    study, out = written(tmp_path, study_text(repeats=3)), tmp_path / "out"
+    runner = CliRunner()
+    dry = runner.invoke(app, ["sweep", str(study), "--out", str(out), "--dry-run", "--json"])
+    assert set(json.loads(dry.stdout)) == {"planned", "estimate_s"}
+    made = runner.invoke(app, ["sweep", str(study), "--out", str(out), "--jobs", "2", "--json"])
+    assert made.exit_code == 0, made.output
+    shown = runner.invoke(app, ["status", str(out), "--json"])
+    assert json.loads(shown.stdout) == json.loads(made.stdout)
+    assert json.loads(shown.stdout) == {"planned": 12, "done": 12, "failed": 0, "censored": 12, "remaining": 0}
+    compared = runner.invoke(app, ["compare", str(out), "--json", "--out", str(tmp_path / "rows.csv")])
+    assert len(json.loads(compared.stdout)) == 8
+    assert len((tmp_path / "rows.csv").read_text().splitlines()) == 9
+    assert "difference to ack" in runner.invoke(app, ["compare", str(out)]).stdout
+    changed = runner.invoke(app, ["sweep", str(written(tmp_path, study_text(repeats=4))), "--out", str(out)])
+    assert changed.exit_code == 2
+    assert "was 3, now 4" in changed.output
+
+
+def test_failed_runs_exit_with_1_and_say_how_to_replay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    faulty(tmp_path, "RAISING", monkeypatch)
+    made = CliRunner().invoke(app, ["sweep", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out")])
+    assert made.exit_code == 1
+    shown = CliRunner().invoke(app, ["status", str(tmp_path / "out")]).stdout
+    assert "8 failed" in shown
+    assert "replay: remoras run mapping-rendezvous" in shown
+
+
+def test_an_interruption_keeps_what_is_finished_and_exits_with_130(tmp_path: Path) -> None:
+    study, out = written(tmp_path, study_text(repeats=60)), tmp_path / "out"
+    process = started("sweep", study, "--out", out, "--jobs", "2")
+    ledger = out / "ledger.jsonl"
+    while not (ledger.is_file() and ledger.stat().st_size) and process.poll() is None:
+        time.sleep(0.02)
+    process.send_signal(2)
+    assert process.wait(30) == 130, process.communicate()
+    status = SweepResults.read(out).status()
+    assert 0 < status.done < status.planned
+    assert (out / RUNS).is_file()
+
+
+def test_an_unreachable_cluster_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("missions.cluster.REACH_S", 0.5)
+    with pytest.raises(ClusterError, match=r"tcp://127.0.0.1:9: cannot be reached"):
+        sweep(study_of(tmp_path, repeats=1), tmp_path / "out", cluster="tcp://127.0.0.1:9")
+
+
+def test_plan_is_not_needed_to_read_a_sweep(tmp_path: Path) -> None:
+    """Somebody who gets the folder has neither the study file nor its scenarios."""
+    study = study_of(tmp_path, repeats=1)
+    sweep(study, tmp_path / "out", executor=Serial())
+    assert SweepResults.read(tmp_path / "out").schedule == Plan(study).schedule
+
+
+def test_no_process_is_left_behind(tmp_path: Path) -> None:
+    sweep(study_of(tmp_path, repeats=1), tmp_path / "out", jobs=2)
+    time.sleep(0.3)
+    children = subprocess.run(
+        ["ps", "-o", "args=", "--ppid", str(os.getpid())], capture_output=True, text=True, check=False
+    )
+    assert "_serve" not in children.stdout
