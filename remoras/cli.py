@@ -177,6 +177,17 @@ def example(
     print(text.rstrip())
 
 
+def _explained(key: str, known: dict[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:
+    """What is known of a key, of all keys of a table, or of the table of free keys that it stands in."""
+    return {
+        name: (kind, meaning)
+        for name, (kind, meaning) in known.items()
+        if not key
+        or f"{name}.".startswith(f"{key}.")
+        or (kind.startswith("dict") and key.startswith(f"{name}.") and name != "mission")
+    }
+
+
 @command("explain")
 def explain(
     key: Annotated[str, typer.Argument(help="A key such as communication.policy; a table for all its keys.")] = "",
@@ -185,13 +196,10 @@ def explain(
     from missions.scenario import explanations
 
     known = explanations()
-    found = {
-        name: (kind, meaning)
-        for name, (kind, meaning) in known.items()
-        if not key
-        or f"{name}.".startswith(f"{key}.")
-        or (kind.startswith("dict") and key.startswith(f"{name}.") and name != "mission")
-    }
+    found = _explained(key, known)
+    if not found and key.count(".") > 1:  # an entry of a list by its name, as --set has it
+        table, _, rest = key.split(".", 2)
+        found = _explained(f"{table}.{rest}", known)
     if not found:
         fail(f"key {key!r} is in no scenario{nearest(key, list(known))}; `remoras explain` lists all keys")
     for name, (kind, meaning) in found.items():
