@@ -104,9 +104,9 @@ class MappingTruth:
         """Are all its members at the rally point, and has every founding role as many players as it needs?"""
         x_m, y_m = self._rally_points_m[group.rally_point or ""]
         members = [v for v in fleet.vehicles if v.social.organisation.is_member(v.name, group.name)]
-        return not self._lacking(fleet, group) and all(
+        return all(
             math.hypot(v.functional.motion.x_m - x_m, v.functional.motion.y_m - y_m) <= self._radius_m for v in members
-        )
+        ) and not self._lacking(fleet, group)
 
     @staticmethod
     def _lacking(fleet: Any, group: Group) -> list[str]:
