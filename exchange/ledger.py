@@ -22,8 +22,6 @@ class Entry:
     interested: int  # bit word over nodes: the peers with a need for it
     priority: int
     weight: int = 0
-    sent_in_slot: int | None = None
-    settled: bool = False
 
 
 class Ledger:

@@ -240,7 +240,7 @@ class ExchangeManager:
             )
         self._open_slots_through(slot)
         signals = self._signals
-        columns, wire = self._choose(slot, self._room_bits - len(signals) * self._codec.signal_bits)
+        columns, wire = self._choose(self._room_bits - len(signals) * self._codec.signal_bits)
         entries = [self._ledger.entries[column] for column in columns]
         content = 0
         for column in columns:
@@ -257,7 +257,7 @@ class ExchangeManager:
             sum(row.bit_count() for row in rows),
         )
 
-    def _choose(self, slot: int, room_bits: int) -> tuple[list[int], list[tuple[int, int]]]:
+    def _choose(self, room_bits: int) -> tuple[list[int], list[tuple[int, int]]]:
         """Columns of the items for this packet, and the wire form of all it carries, by the weighted queue."""
         queue: list[Entry | Status] = [self._ledger.entries[column] for column in self._open]
         queue += [status for status in self._status.values() if status.fragment is not None]
@@ -283,7 +283,6 @@ class ExchangeManager:
             if isinstance(candidate, Status):
                 candidate.fragment = None
             else:
-                candidate.sent_in_slot = slot
                 columns.append(self._open[position])
         return columns, wire
 

@@ -47,7 +47,7 @@ from remoras.behaviours import (
     ZigzagExploring,
 )
 from remoras.beliefs import Beliefs, Key
-from remoras.database import AUVDatabase, VehicleData
+from remoras.database import VehicleData
 from remoras.errors import PlanningError
 from remoras.htn import Domain, FactsLike, Operator, Plan, Task, plan
 from remoras.mission import Finding
@@ -166,9 +166,6 @@ class MappingRendezvous:
             dict(zip(self.MISSIONS, (supervision_methods(groups), mapping_methods(groups)), strict=True)),
         )
         self._activity_domain = activity_domain(ACTIVITY_TYPES)
-
-    def known_before(self, database: AUVDatabase) -> Mapping[Key, Any]:
-        return {}
 
     def founding_objectives(self) -> Sequence[Objective]:
         return [

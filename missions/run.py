@@ -211,7 +211,7 @@ def assemble(scenario: Scenario, seed: int, channel: Channel | None = None) -> F
 
     def make_vehicle(fleet: Fleet, data: VehicleData) -> Vehicle:
         model = WorldModel(tbox, data.node, instances, resolution_s, n_origins=n_nodes, run_time_instances_per_origin=0)
-        beliefs = Beliefs(model, mission.known_before(database))
+        beliefs = Beliefs(model)
         sensor = MappingSensor(seabed, data.swath_m, data.sensor_speed_mps)
         return Vehicle(
             fleet,

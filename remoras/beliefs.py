@@ -1,13 +1,12 @@
 """What a vehicle believes, as facts an HTN planner can look up.
 
-A key is ``(attribute, instance)`` by name, for example ``("hasMission", "Operational")``. What everybody knew
-before the mission (corners of areas, rally points, static vehicle data) is looked up first; the rest is the
-latest value in the vehicle's world model, links given by the name of their target.
+A key is ``(attribute, instance)`` by name, for example ``("hasMission", "Operational")``. Its value is
+the latest in the vehicle's world model, links given by the name of their target.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 from worldmodel import Change, TBox, ValueKind, WorldModel
@@ -18,14 +17,11 @@ Key = tuple[str, str]
 class Beliefs:
     """Facts of one vehicle: ``get(key, default)``."""
 
-    def __init__(self, model: WorldModel, known_before: Mapping[Key, Any]) -> None:
+    def __init__(self, model: WorldModel) -> None:
         self.model = model
-        self._known_before = known_before
         self._tbox: TBox = model.tbox
 
     def get(self, key: Key, default: Any = None, /) -> Any:
-        if key in self._known_before:
-            return self._known_before[key]
         attribute = self._tbox.attribute_named(key[0])
         value = self.model.value(self.model.instance_named(key[1]).uid, attribute.uid)
         if value is None:

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 from remoras.activities import Activity, ActivitySet, Objective
 from remoras.behaviours import Behaviour, Picture
 from remoras.beliefs import Beliefs, Key
-from remoras.database import AUVDatabase, VehicleData
+from remoras.database import VehicleData
 from remoras.htn import Domain, FactsLike
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
@@ -57,10 +57,6 @@ class Mission(Protocol):
 
     social_domain: Domain
     """Missions into ``AllocateRoles(group)``, ``AssignObjective(group, role, name, argument)``, ``GiveMission``."""
-
-    def known_before(self, database: AUVDatabase) -> Mapping[Key, Any]:
-        """Facts that the whole fleet shares from the start."""
-        ...
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Objectives that roles have from the start."""

@@ -234,7 +234,7 @@ class SocialLayer:
             if vehicle == self.me:
                 (result.assigned if plays else result.left).append(RoleAssignment(group, role, vehicle))
                 result.activities_due = True
-        elif outcome not in (Outcome.SUCCESS, Outcome.ROLE_ALREADY_HANDLED, Outcome.ROLE_NOT_HANDLED):
+        elif outcome not in (Outcome.ROLE_ALREADY_HANDLED, Outcome.ROLE_NOT_HANDLED):
             result.refused.append(f"{vehicle} as {role} of {group}: {outcome.value}")
 
     # Planning ------------------------------------------------------------------------------------

@@ -24,8 +24,6 @@ from worldmodel.facts import (
     Block,
     BlockKey,
     Change,
-    Fault,
-    FaultCode,
     Guid,
     Instance,
     Observation,
@@ -34,19 +32,6 @@ from worldmodel.facts import (
 from worldmodel.fields import Grid
 from worldmodel.merge import Arrivals, Merged, enter
 from worldmodel.tbox import TYPE_UID, TBox, Value
-
-__all__ = [
-    "Block",
-    "Change",
-    "Fault",
-    "FaultCode",
-    "Guid",
-    "Holdings",
-    "Instance",
-    "Observation",
-    "PropertyValue",
-    "WorldModel",
-]
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,9 +10,9 @@ NAMED = [("AUV", "AUV00"), ("AUV", "AUV01"), ("Group", "Operational"), ("Area", 
 INSTANCES = tuple(Instance(uid, TBOX.class_named(kind).uid, name) for uid, (kind, name) in enumerate(NAMED))
 
 
-def beliefs(owner: int = 0, **known_before: object) -> Beliefs:
+def beliefs(owner: int = 0) -> Beliefs:
     model = WorldModel(TBOX, owner, INSTANCES, n_origins=2, run_time_instances_per_origin=0)
-    return Beliefs(model, {("batteryFraction", name): value for name, value in known_before.items()})
+    return Beliefs(model)
 
 
 def test_what_nobody_has_said_is_the_default() -> None:
@@ -55,12 +55,6 @@ def test_keys_name_what_is_now_believed_otherwise() -> None:
     ).block
     assert held.keys_of(merge(held.model, [new]).changes) == {("areaDone", "middle"), ("batteryFraction", "AUV01")}
     assert held.keys_of(merge(held.model, [old]).changes) == set()  # old news change no belief
-
-
-def test_what_was_known_before_is_not_asked_of_the_world_model() -> None:
-    held = beliefs(AUV01=0.25)
-    held.model.record([held.fact("AUV01", "batteryFraction", 0.5)], 1.0)
-    assert held.get(("batteryFraction", "AUV01")) == 0.25
 
 
 def test_names_and_uids() -> None:
