@@ -19,8 +19,9 @@ from exchange.acoustics.link import LINKS
 from exchange.acoustics.modems import modems
 from exchange.policies import POLICIES, header_bits
 from missions.errors import ConfigurationFault
+from remoras.errors import StrategyError
 from remoras.sensors import Seabed
-from remoras.strategies import strategies
+from remoras.strategies import configured, strategies
 from worldmodel import TBox, core_ontology_paths
 
 MAX_CELLS = 4096
@@ -186,9 +187,19 @@ def _choices(raw: Raw) -> Iterator[ConfigurationFault]:
     yield from _one_of("channel.name", _table(raw, "channel").get("name"), list(LINKS))
     strategy = _table(raw, "strategy").get("name")
     if isinstance(strategy, str) and ":" in strategy:
-        yield from _object_faults("strategy.name", strategy, ("name", "form", "adapt"))
+        needed = ("name", "declaration", "form", "adapt", "negotiator")
+        faults = list(_object_faults("strategy.name", strategy, needed))
     else:
-        yield from _one_of("strategy.name", strategy, list(strategies()))
+        faults = list(_one_of("strategy.name", strategy, list(strategies())))
+    yield from faults
+    settings = _table(_table(raw, "strategy"), "parameters")
+    if settings and isinstance(strategy, str) and not faults:
+        found = named_object(strategy) if ":" in strategy else strategies()[strategy]
+        for name, value in settings.items():
+            try:
+                configured(found, {name: value})
+            except StrategyError as error:
+                yield ConfigurationFault(f"strategy.parameters.{name}", json.dumps(value), error.allowed)
 
 
 def _header(raw: Raw) -> Iterator[ConfigurationFault]:

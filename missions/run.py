@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from exchange.acoustics import loss
 from exchange.acoustics.channel import BroadcastChannel, Channel
 from exchange.acoustics.link import link_named
 from exchange.acoustics.modems import modems
@@ -16,17 +17,19 @@ from exchange.schedule import TdmaSchedule
 from missions.checks import named_object
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.scenario import Scenario, VehicleTable
+from remoras.agreement import agree
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase, VehicleData
 from remoras.executive import ExecutiveLayer
 from remoras.fleet import Fleet
 from remoras.functional import FunctionalLayer
 from remoras.mission import Milestone, Mission
+from remoras.negotiation import negotiated_attributes
 from remoras.organisation import Group, Organisation, RoleSpecification
 from remoras.recorder import Recorder
 from remoras.sensors import MappingSensor, Seabed
 from remoras.social import SocialLayer
-from remoras.strategies import Strategy, strategies
+from remoras.strategies import Strategy, configured, strategies
 from remoras.vehicle import Vehicle
 from worldmodel import InformationNeed, Instance, NeedsIndex, TBox, WorldModel, core_ontology_paths
 
@@ -115,7 +118,23 @@ def mission_of(scenario: Scenario) -> Mission:
 def strategy_of(scenario: Scenario) -> Strategy:
     name = scenario.strategy.name
     strategy: Strategy = named_object(name) if ":" in name else strategies()[name]
-    return strategy
+    return configured(strategy, scenario.strategy.parameters)
+
+
+def actual(data: VehicleData, spread: float, seed: int) -> VehicleData:
+    """The vehicle as it really is in the run with that seed: somewhat slower or faster than its data.
+
+    The draw is keyed by seed and node, in a stream of its own: no strategy, policy or channel changes it.
+    """
+    if spread == 0.0:
+        return data
+    factor = 1.0 + spread * (2.0 * loss.uniform(seed, loss.SPEEDS, data.node, 0, 0) - 1.0)
+    return replace(
+        data,
+        transit_speed_mps=factor * data.transit_speed_mps,
+        survey_speed_mps=factor * data.survey_speed_mps,
+        sensor_speed_mps=factor * data.sensor_speed_mps,
+    )
 
 
 def instances_of(scenario: Scenario, tbox: TBox, missions: Sequence[str]) -> tuple[Instance, ...]:
@@ -131,8 +150,13 @@ def instances_of(scenario: Scenario, tbox: TBox, missions: Sequence[str]) -> tup
 
 
 def needs_of(scenario: Scenario, tbox: TBox) -> NeedsIndex:
-    """Every vehicle needs every listed attribute of every instance of its domain."""
-    attributes = [(tbox.attribute_named(name), priority) for name, priority in scenario.communication.needs.items()]
+    """Every vehicle needs every listed attribute of every instance of its domain.
+
+    What the strategy says is needed most if it is not listed.
+    """
+    listed = scenario.communication.needs
+    strategic = dict.fromkeys(negotiated_attributes(strategy_of(scenario), tbox), max(listed.values()))
+    attributes = [(tbox.attribute_named(name), priority) for name, priority in {**strategic, **listed}.items()]
     needs = tuple(InformationNeed(a.uid, priority, class_uid=a.domain) for a, priority in attributes)
     return NeedsIndex(tbox, {vehicle.slot: needs for vehicle in scenario.vehicle})
 
@@ -171,7 +195,8 @@ def codec_of(scenario: Scenario, tbox: TBox, instances: Sequence[Instance]) -> C
     policy = POLICIES[communication.policy]
     n_frames = int(scenario.scenario.duration_s / schedule_of(scenario).frame_s) + 1
     seabed = seabed_of(scenario)
-    n_blocks = STATUS_PER_FRAME * n_frames + len(seabed.cells) + SPARE_BLOCKS
+    stated = strategy_of(scenario).declaration.blocks_per_round * max(1, len(scenario.area))
+    n_blocks = (STATUS_PER_FRAME + stated) * n_frames + len(seabed.cells) + SPARE_BLOCKS
     return Codec(tbox, len(instances), len(scenario.vehicle), policy, n_blocks, round(horizon_s, 9), resolution_s)
 
 
@@ -202,8 +227,8 @@ def assemble(scenario: Scenario, seed: int, channel: Channel | None = None) -> F
     transmit_j_per_bit = scenario.communication.transmit_power_w / modem.rate_bps
     database = AUVDatabase(tuple(vehicle_data(table, transmit_j_per_bit) for table in scenario.vehicle))
     strategy = strategy_of(scenario)
-    founding = strategy.form(database, groups_of(scenario))
-    _refuse_headless(scenario, founding)
+    agreement = agree(strategy, mission, database, groups_of(scenario))
+    _refuse_headless(scenario, agreement.organisation)
     seabed = seabed_of(scenario)
     recorder = Recorder()
     world = scenario.world
@@ -212,13 +237,14 @@ def assemble(scenario: Scenario, seed: int, channel: Channel | None = None) -> F
     def make_vehicle(fleet: Fleet, data: VehicleData) -> Vehicle:
         model = WorldModel(tbox, data.node, instances, resolution_s, n_origins=n_nodes, run_time_instances_per_origin=0)
         beliefs = Beliefs(model)
-        sensor = MappingSensor(seabed, data.swath_m, data.sensor_speed_mps)
+        real = actual(data, scenario.uncertainty.speed_spread, seed)
+        sensor = MappingSensor(seabed, real.swath_m, real.sensor_speed_mps)
         return Vehicle(
             fleet,
             data,
-            SocialLayer(data.name, database, beliefs, mission, strategy, founding),
+            SocialLayer(data.name, database, beliefs, mission, strategy, agreement),
             ExecutiveLayer(scenario.decision.constants(schedule.frame_s)),
-            FunctionalLayer(data, sensor, bounds_m, mission.behaviour_for),
+            FunctionalLayer(real, sensor, bounds_m, mission.behaviour_for),
             beliefs,
             ExchangeManager(
                 data.node,

@@ -70,6 +70,18 @@ class ChannelTable(Table):
 
 class StrategyTable(Table):
     name: str = Field(description="organisational strategy, a shipped name or package.module:object")
+    parameters: dict[str, bool | int | float | str] = Field(
+        {}, description="parameters of the strategy, see `remoras list strategies`; others keep their defaults"
+    )
+
+
+class Uncertainty(Table):
+    speed_spread: float = Field(
+        0.0,
+        ge=0.0,
+        le=0.5,
+        description="every vehicle is by up to this share slower or faster than its data, evenly, drawn once per run",
+    )
 
 
 class DecisionTable(Table):
@@ -150,6 +162,7 @@ class Scenario(Table):
     communication: Communication
     channel: ChannelTable
     strategy: StrategyTable
+    uncertainty: Uncertainty = Uncertainty()
     decision: DecisionTable = DecisionTable()
     mission: dict[str, Any] = Field({}, description="settings of the mission")
     area: tuple[Area, ...] = ()

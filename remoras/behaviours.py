@@ -20,6 +20,8 @@ from remoras.satisfaction import Progress
 Point = tuple[float, float]
 CAPTURE_M = 1.0
 """A waypoint counts as reached within this distance."""
+FAR_M = 10_000.0
+"""At this distance an area that nobody has begun is half the stimulus that it is nearby."""
 STEADY_M = 0.05
 """Approaching by less than this in a tick is standing still."""
 
@@ -30,6 +32,7 @@ class Picture:
 
     Attributes:
         positions: last position known of each vehicle, by name; headings from the last two of them.
+        heard_s: when a packet of each peer was last heard, by name.
         gathered: groups believed to be together at their rally point.
         planning_due: the social layer has something to plan.
         last_news_s: when a peer's contribution to the mission was last heard of.
@@ -42,6 +45,7 @@ class Picture:
     now_s: float = 0.0
     positions: dict[str, Point] = field(default_factory=dict)
     headings: dict[str, float] = field(default_factory=dict)
+    heard_s: dict[str, float] = field(default_factory=dict)
     gathered: set[str] = field(default_factory=set)
     planning_due: bool = False
     last_news_s: float = -math.inf
@@ -155,7 +159,10 @@ class Working(Standing):
 
 
 class ZigzagExploring:
-    """Along the rows of a grid: at transit speed to the first point, then at survey speed."""
+    """Along the rows of a grid: at transit speed to the first point, then at survey speed.
+
+    Until it has begun, it is the less of a stimulus the farther away the first point is.
+    """
 
     def __init__(self, waypoints: Sequence[Point], data: VehicleData) -> None:
         self._waypoints = list(waypoints)
@@ -173,7 +180,10 @@ class ZigzagExploring:
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         if self._reached_end(motion):
             return DONE
-        perceived = self._approach.judge(distance_m(motion, self._waypoints[self._next]), performed)
+        to_go_m = distance_m(motion, self._waypoints[self._next])
+        if self._next == 0 and not performed:
+            return Perception(1.0 / (1.0 + to_go_m / FAR_M))
+        perceived = self._approach.judge(to_go_m, performed)
         return ADVANCING if perceived is RETREATING else perceived  # turning at the end of a row is progress
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:

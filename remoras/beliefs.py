@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from worldmodel import Change, TBox, ValueKind, WorldModel
+from worldmodel import Change, PropertyValue, TBox, ValueKind, WorldModel
 
 Key = tuple[str, str]
 
@@ -44,6 +44,12 @@ class Beliefs:
             for change in changes
             for fact in change.new_latest
         }
+
+    def by_name(self, fact: PropertyValue) -> tuple[str, str, Any]:
+        """A fact by names: (subject, attribute, value)."""
+        attribute = self._tbox.attributes[fact.attribute]
+        value = self.name(fact.target) if attribute.kind is ValueKind.LINK else fact.value
+        return self.name(fact.subject), attribute.name, value
 
     def fact(self, subject: str, attribute: str, value: str | float | bool) -> tuple[int, int, Any]:
         """A fact ready to be recorded; a string value is the name of the instance linked to."""

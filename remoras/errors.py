@@ -11,3 +11,16 @@ class OrganisationError(RemorasError):
 
 class PlanningError(RemorasError):
     """An HTN domain is malformed: a task without methods, a method that is no sequence of tasks."""
+
+
+class StrategyError(RemorasError):
+    """A parameter that a strategy does not have, or a value that it does not allow.
+
+    Attributes:
+        key: name of the parameter; allowed: what is allowed.
+    """
+
+    def __init__(self, key: str, allowed: str) -> None:
+        super().__init__(f"{key}: {allowed}")
+        self.key = key
+        self.allowed = allowed

@@ -65,6 +65,9 @@ class Mission(Protocol):
     corners_m: Mapping[str, tuple[tuple[float, float], ...]]
     """Corners of every area, by name."""
 
+    rally_points_m: Mapping[str, tuple[float, float]]
+    """Rally points, by name."""
+
     def is_individual(self, objective: Objective) -> bool:
         """Can the objective be pursued without interacting with others?"""
         ...

@@ -21,13 +21,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from remoras.activities import ActivitySet, Objective
+from remoras.agreement import Agreement
 from remoras.behaviours import Picture
 from remoras.beliefs import Beliefs, Key
 from remoras.database import AUVDatabase
 from remoras.htn import NoPlan, Task, plan
 from remoras.mission import Mission
 from remoras.motion import Motion
-from remoras.organisation import Organisation, Outcome, RoleAssignment
+from remoras.negotiation import ROLE_ATTRIBUTES, Negotiation
+from remoras.organisation import Outcome, RoleAssignment
 from remoras.strategies.strategy import Evidence, Strategy
 from worldmodel import Change, Observation, TBox
 
@@ -67,7 +69,7 @@ class SocialLayer:
         beliefs: facts of this vehicle.
         mission: the mission's tasks.
         strategy: forms the organisation and allocates roles.
-        founding: the organisation agreed before the mission.
+        agreement: what was agreed before the mission.
     """
 
     def __init__(
@@ -77,26 +79,30 @@ class SocialLayer:
         beliefs: Beliefs,
         mission: Mission,
         strategy: Strategy,
-        founding: Organisation,
+        agreement: Agreement,
     ) -> None:
         self.me = me
         self.auv_database = database
         self.optimiser = strategy
-        self.organisation = founding
+        self.organisation = agreement.organisation
         self._beliefs = beliefs
         self._mission = mission
         self._tbox: TBox = beliefs.model.tbox
         self._objectives: dict[tuple[str, str, str], Objective] = {
-            (o.group, o.role, o.name): o for o in mission.founding_objectives()
+            (o.group, o.role, o.name): o for o in agreement.objectives
         }
         self._standing = mission.standing_sets(database[me])
         self._pending: list[Observation] = []
         self._newest: dict[tuple[str, ...], tuple[float, int, int, int]] = {}  # what counts, and since when
         self._proposed: dict[RoleAssignment | Objective, None] = {}  # issued in this round, not yet counting
-        self._plans_rest_on: dict[str, frozenset[Key]] = {}  # group -> facts of its mission's plan
+        self._plans_rest_on: dict[str, frozenset[Key]] = {}  # group led -> facts of its mission's plan
         self._activities: dict[Objective, tuple[tuple[ActivitySet, ...], frozenset[Key]]] = {}
         self._led = self._groups_led()
-        self._due: set[str] = {group for group in founding.groups if self.leads(group) and self.missions.get(group)}
+        self._plans_rest_on.update(
+            {group: agreement.rests_on[group] for group in self._led if group in agreement.rests_on}
+        )
+        self._due: set[str] = {g for g in self._led if g not in self._plans_rest_on and self.missions.get(g)}
+        self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, mission.rally_points_m)
         self.issued: set[RoleAssignment] = set()
         self.issued_objectives: set[Objective] = set()
         self.finished: list[Objective] = []
@@ -164,6 +170,7 @@ class SocialLayer:
             for position, fact in enumerate(change.block.facts):
                 if self._is_organisational(self._tbox.attributes[fact.attribute].name):
                     self._pending.append(Observation(change.block, position))
+            self._negotiation.note(change)
         keys = self._beliefs.keys_of(changes)
         for group in self._led:
             rests_on = self._plans_rest_on.get(group, frozenset())
@@ -180,7 +187,7 @@ class SocialLayer:
 
     @staticmethod
     def _is_organisational(attribute: str) -> bool:
-        return attribute in ("playsRole", "leftRole") or attribute.startswith(OBJECTIVE_PREFIX)
+        return attribute in ROLE_ATTRIBUTES or attribute.startswith(OBJECTIVE_PREFIX)
 
     @property
     def planned(self) -> frozenset[str]:
@@ -237,6 +244,12 @@ class SocialLayer:
         elif outcome not in (Outcome.ROLE_ALREADY_HANDLED, Outcome.ROLE_NOT_HANDLED):
             result.refused.append(f"{vehicle} as {role} of {group}: {outcome.value}")
 
+    def negotiate(self, now_s: float, picture: Picture, motion: Motion) -> list[tuple[list[Fact], bool]]:
+        """End of a round: facts that this vehicle states together to organise its groups, and whether it tells them."""
+        evidence = self._evidence({**picture.positions, self.me: motion.position_m})
+        statements = self._negotiation.negotiate(now_s, self.organisation, evidence, picture.heard_s)
+        return [([self._beliefs.fact(*fact) for fact in said.facts], said.told) for said in statements]
+
     # Planning ------------------------------------------------------------------------------------
 
     def plan_missions(self, picture: Picture) -> Deliberation:
@@ -263,7 +276,7 @@ class SocialLayer:
             return self._allocate(task.args[0], picture)
         if task.name == "GiveMission":
             group, mission = task.args
-            if beliefs.get(("hasMission", group)) == mission:
+            if self.missions.get(group) == mission:
                 return []
             return [beliefs.fact(group, "hasMission", mission)]
         objective = Objective(*task.args)
@@ -280,21 +293,23 @@ class SocialLayer:
         for proposed in self._proposed:
             if isinstance(proposed, RoleAssignment):
                 expected, _ = expected.assign(proposed.vehicle, proposed.group, proposed.role)
-        allocated = self.optimiser.adapt(expected.groups[group], expected, self._evidence(picture))
+        allocated = self.optimiser.adapt(expected.groups[group], expected, self._evidence(picture.positions))
         allowed = [a for a in allocated if self.organisation.is_member(a.vehicle, a.group)]
         self.issued.update(allowed)
         self._proposed.update(dict.fromkeys(allowed))
         return [self._beliefs.fact(a.vehicle, "playsRole", f"{a.group}.{a.role}") for a in allowed]
 
-    def _evidence(self, picture: Picture) -> Evidence:
+    def _evidence(self, positions_m: Mapping[str, tuple[float, float]]) -> Evidence:
         corners = self._mission.corners_m
         done = frozenset(area for area in corners if self._beliefs.get(("areaDone", area)) is not None)
-        return Evidence(self.auv_database, dict(picture.positions), corners, done)
+        return Evidence(self.auv_database, dict(positions_m), corners, done)
 
     def findings(self, picture: Picture, motion: Motion) -> list[Fact]:
         """What this vehicle concludes as the leader of its groups, as facts."""
         facts: list[Fact] = []
         for name in self._led:
+            if name in self._negotiation.holding:
+                continue
             group = self.organisation.groups[name]
             for finding in self._mission.findings(group, self.organisation, self._beliefs, picture, motion):
                 facts.append(self._beliefs.fact(finding.subject, finding.attribute, finding.value))

@@ -145,8 +145,17 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     # Consultation --------------------------------------------------------------------------------
 
     def consult(self, now_s: float) -> bool:
-        """End of a TDMA frame: what was heard in it counts. True if something changed here."""
-        if not self.social.consultation_due or self.functional.exhausted:
+        """End of a TDMA frame: what was heard in it counts, and what is made of it. True if something changed here."""
+        if self.functional.exhausted:
+            return False
+        changed = self._take_effect(now_s)
+        for facts, told in self.social.negotiate(now_s, self.functional.picture, self.functional.motion):
+            self._conclude(facts, now_s, told)
+        return self._take_effect(now_s) or changed
+
+    def _take_effect(self, now_s: float) -> bool:
+        """Roles and objectives stated so far count from now on."""
+        if not self.social.consultation_due:
             return False
         result = self.social.consult()
         for assignment in result.assigned:
@@ -170,14 +179,15 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     # The exchange --------------------------------------------------------------------------------
 
     def speak(self, now_s: float) -> Transmission | None:
-        """The packet for the own slot that opens now; None from a vehicle without energy."""
-        if self.functional.exhausted:
+        """The packet for the own slot that opens now; None from a vehicle without energy or words."""
+        declaration = self.social.optimiser.declaration
+        if self.functional.exhausted or not declaration.communicates:
             return None
         self._conclude([(self.data.node, self._position, self.functional.motion.position_m)], now_s)
         battery = round(max(0.0, self.functional.picture.battery), 2)
         if self.world_model.value(self.data.node, self._battery) != battery:
             self._conclude([(self.data.node, self._battery, battery)], now_s)
-        if self.executive.decision.has(ActivityType.COMMUNICATION):
+        if declaration.influences and self.executive.decision.has(ActivityType.COMMUNICATION):
             self.manager.offer_signals(self._signals(now_s))
         sent = self.manager.packet_to_send(now_s)
         self.functional.transmitted(sent.size_bits)
@@ -204,6 +214,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self._record_item(now_s, uid, "acknowledged")
         self._merge(reception.blocks, now_s)
         emitter = self.social.auv_database.names[reception.sender]
+        self.functional.picture.heard_s[emitter] = now_s
         for signal in reception.signals:
             self._hear_signal(emitter, signal, now_s)
         if self.social.planning_due:
@@ -235,13 +246,14 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     # What the vehicle itself finds out ----------------------------------------------------------
 
-    def _conclude(self, facts: Sequence[tuple[int, int, Any]], now_s: float) -> None:
-        """Record facts in the own world model and offer them to the others."""
+    def _conclude(self, facts: Sequence[tuple[int, int, Any]], now_s: float, told: bool = True) -> None:
+        """Record facts in the own world model and, if they are to be told, offer them to the others."""
         if not facts:
             return
         change = self.world_model.record(facts, now_s)
-        for uid in self.manager.offer([change]):
-            self._record_item(now_s, uid, "observed")
+        if told and self.social.optimiser.declaration.communicates:
+            for uid in self.manager.offer([change]):
+                self._record_item(now_s, uid, "observed")
         self._consider([change])
 
     def _consider(self, changes: Sequence[Change]) -> None:

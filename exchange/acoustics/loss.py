@@ -10,6 +10,9 @@ constants fit into 63 bits and the shifts are masked, so the same lines give the
 and on compiled signed 64-bit words.
 """
 
+SPEEDS = 2
+"""`trial` of the draws that say how fast a vehicle really is; losses of missions have 0."""
+
 _LOW_64 = 0xFFFF_FFFF_FFFF_FFFF
 _LOW_37 = (1 << 37) - 1
 _LOW_31 = (1 << 31) - 1

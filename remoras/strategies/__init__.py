@@ -5,12 +5,29 @@ Adding a strategy is adding a file here, or naming ``package.module:object`` in 
 
 from __future__ import annotations
 
+import dataclasses
 import importlib
 import pkgutil
+import typing
+from collections.abc import Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
 
-from remoras.strategies.strategy import Evidence, Strategy
+from pydantic import TypeAdapter, ValidationError
 
-__all__ = ["Evidence", "Strategy", "strategies"]
+from remoras.errors import StrategyError
+from remoras.strategies.strategy import Declaration, Evidence, Strategy
+
+__all__ = ["Declaration", "Evidence", "Parameter", "Strategy", "configured", "parameters", "strategies"]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A parameter of a strategy: its value where a scenario gives none, and what it means."""
+
+    name: str
+    default: bool | int | float | str
+    description: str
 
 
 def strategies() -> dict[str, Strategy]:
@@ -22,3 +39,41 @@ def strategies() -> dict[str, Strategy]:
         if strategy is not None:
             found[strategy.name] = strategy
     return dict(sorted(found.items()))
+
+
+def parameters(strategy: Strategy) -> tuple[Parameter, ...]:
+    """What can be set of a strategy: the fields of its dataclass."""
+    if not dataclasses.is_dataclass(strategy):
+        return ()
+    annotated = typing.get_type_hints(type(strategy), include_extras=True)
+    return tuple(
+        Parameter(
+            field.name,
+            getattr(strategy, field.name),
+            next((m.description or "" for m in typing.get_args(annotated[field.name])[1:]), ""),
+        )
+        for field in dataclasses.fields(strategy)
+        if field.init
+    )
+
+
+def configured(strategy: Strategy, settings: Mapping[str, object]) -> Strategy:
+    """The strategy with some of its parameters set.
+
+    Raises:
+        StrategyError: a name or a value that the strategy does not allow; its ``key`` is the name.
+    """
+    if not settings:
+        return strategy
+    known = [parameter.name for parameter in parameters(strategy)]
+    annotated = typing.get_type_hints(type(strategy), include_extras=True)
+    for name, value in settings.items():
+        if name not in known:
+            nearest = get_close_matches(name, known, n=1)
+            hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
+            raise StrategyError(name, f"{strategy.name} has {', '.join(known) or 'no parameters'}{hint}")
+        try:
+            TypeAdapter(annotated[name]).validate_python(value, strict=True)
+        except ValidationError as error:
+            raise StrategyError(name, error.errors()[0]["msg"]) from None
+    return dataclasses.replace(strategy, **settings)  # type: ignore[type-var]  # it has fields, so it is a dataclass

@@ -1,0 +1,82 @@
+"""A vehicle's part in allocating areas during the mission, whatever the strategy: what it hears, what it states."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from remoras.beliefs import Beliefs
+from remoras.organisation import Organisation
+from remoras.strategies.strategy import Evidence, Heard, Negotiator, Situation, Statement, Strategy
+from remoras.survey import Point
+from worldmodel import Change, TBox
+
+ROLE_ATTRIBUTES = ("playsRole", "leftRole")
+
+
+def negotiated_attributes(strategy: Strategy, tbox: TBox) -> tuple[str, ...]:
+    """Attributes of the ontology by which the vehicles of a strategy organise themselves."""
+    known = {attribute.name for attribute in tbox.attributes}
+    return tuple(dict.fromkeys([*ROLE_ATTRIBUTES, *(name for name in strategy.declaration.messages if name in known)]))
+
+
+class Negotiation:
+    """The negotiators of one vehicle, one for each of its groups that has areas.
+
+    Args:
+        me: own name.
+        strategy: makes the negotiators.
+        organisation: as agreed before the mission.
+        beliefs: facts of this vehicle.
+        rally_points_m: rally points by name.
+    """
+
+    def __init__(
+        self,
+        me: str,
+        strategy: Strategy,
+        organisation: Organisation,
+        beliefs: Beliefs,
+        rally_points_m: Mapping[str, Point],
+    ) -> None:
+        self._me = me
+        self._beliefs = beliefs
+        tbox = beliefs.model.tbox
+        self._attributes = frozenset(tbox.attribute_named(name).uid for name in negotiated_attributes(strategy, tbox))
+        self._negotiators: dict[str, Negotiator] = {}
+        self._rally_m: dict[str, Point | None] = {}
+        for group in organisation.groups.values():
+            if any(role.area is not None for role in group.roles) and organisation.is_member(me, group.name):
+                negotiator = strategy.negotiator(me, group)
+                if negotiator is not None:
+                    self._negotiators[group.name] = negotiator
+                    self._rally_m[group.name] = rally_points_m.get(group.rally_point or "")
+        self._heard: list[Heard] = []
+        self._round = 0
+        self.holding = frozenset(self._negotiators)
+        """Groups that are not to be taken for gathered, since there is work to be given out."""
+
+    def note(self, change: Change) -> None:
+        """Keep what a peer states until the end of the round."""
+        block = change.block
+        if self._negotiators and block.facts[0].attribute in self._attributes:
+            issuer = self._beliefs.name(block.origin)
+            if issuer != self._me:
+                facts = tuple(self._beliefs.by_name(fact) for fact in block.facts)
+                self._heard.append(Heard(issuer, block.time_s, facts))
+
+    def negotiate(
+        self, now_s: float, organisation: Organisation, evidence: Evidence, heard_s: Mapping[str, float]
+    ) -> list[Statement]:
+        """End of a round: what this vehicle states to organise its groups."""
+        self._round += 1
+        heard, self._heard = tuple(self._heard), []
+        statements: list[Statement] = []
+        holding = []
+        for group, negotiator in self._negotiators.items():
+            rally_m = self._rally_m[group]
+            move = negotiator.negotiate(Situation(now_s, self._round, organisation, evidence, rally_m, heard, heard_s))
+            statements += move.statements
+            if move.holding:
+                holding.append(group)
+        self.holding = frozenset(holding)
+        return statements

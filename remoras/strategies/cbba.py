@@ -1,0 +1,213 @@
+"""Consensus-based bundle algorithm, asynchronous: everybody bids, nobody leads.
+
+Every vehicle keeps a bundle of areas that it means to do, and the path through them. It adds the area that raises the
+score of its path most, among those for which it can outbid all that it has heard of. The score of a path is the sum of
+exp(-t / discount_s) over the times t at which its areas will be finished. When it hears a stronger bid for an area of
+its bundle, it drops the area and all that it added later, whose bids rested on it, and bids anew. Bids are broadcast
+when they change and repeated every ``repeat_rounds``, those of others too; nothing is acknowledged. An area is begun
+when its claim has stood for ``settle_rounds``; from then on its claim is the strongest there is, and if two have begun
+the same area, the one of the higher node gives it up on hearing of it.
+
+Source: Choi, Brunet, How 2009 (bundles, scores, consensus); Johnson, Ponda, Choi, How 2010 (asynchronous messages).
+Their tables of decisions are replaced by ``claims``: the latest bid of each vehicle is kept, the strongest wins.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from remoras.database import AUVDatabase
+from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
+from remoras.strategies.areas import Expectations, Outlook, after, at_work, open_roles
+from remoras.strategies.claims import Claim, Claims
+from remoras.strategies.founding import common_roles, founded
+from remoras.strategies.strategy import Declaration, Evidence, Move, Situation, Statement
+
+BEGUN = 65535
+"""Strength of the claim to an area that has been begun; bids stay below."""
+
+
+class Bidder:
+    """Bundle, path and claims of one vehicle."""
+
+    def __init__(self, me: str, group: Group, strategy: Cbba) -> None:
+        self._me = me
+        self._group = group
+        self._with = strategy
+        self._roles = {role.name: role for role in group.roles}
+        self._claims: Claims | None = None
+        self._bundle: list[str] = []  # in the order in which they were added
+        self._path: list[str] = []  # in the order in which they are to be done
+        self._expectations = Expectations()
+        self._unsaid: set[str] = set()
+        self._known_done: frozenset[str] = frozenset()
+        self._bid_anew = True
+
+    def negotiate(self, situation: Situation) -> Move:
+        group, evidence = self._group, situation.evidence
+        data = evidence.database[self._me]
+        claims = self._claims = self._claims or Claims(evidence.database)
+        for heard in situation.heard:
+            self._hear(heard.issuer, {attribute: (subject, value) for subject, attribute, value in heard.facts}, claims)
+        if evidence.done != self._known_done:
+            self._known_done, self._bid_anew = evidence.done, True
+        unfinished = {role.name: role for role in open_roles(group, evidence)}
+        self._drop({name for name in self._bundle if name not in unfinished})
+        self._give_way(situation.round, claims)
+        held = at_work(self._me, group, situation.organisation, evidence)
+        said: list[Statement] = []
+        for role in held:
+            if claims.winner(role.name) != self._me:  # another has begun it too
+                said.append(Statement(((self._me, "leftRole", self._full(role.name)),), told=False))
+                self._claim(role.name, Claim(situation.round, 0), claims)
+        held = [role for role in held if claims.winner(role.name) == self._me]
+        if self._bid_anew:
+            self._bid_anew = False
+            outlook = self._expectations.of(data, held, situation.now_s, evidence)
+            self._build([role for role in unfinished.values() if data.can_play(role.name)], outlook, situation, claims)
+        if not held and (name := self._next(situation.round, claims)) is not None:
+            said.append(Statement(((self._me, "playsRole", self._full(name)),), told=False))
+            self._drop({name})
+            self._claim(name, Claim(situation.round, BEGUN), claims)
+            self._bid_anew = True
+        said += self._sayings(situation.round, list(unfinished), claims)
+        return Move(tuple(said), holding=bool(unfinished))
+
+    def _full(self, role: str) -> str:
+        return f"{self._group.name}.{role}"
+
+    # Consensus -----------------------------------------------------------------------------------
+
+    def _hear(self, issuer: str, facts: dict[str, tuple[str, str | float | bool]], claims: Claims) -> None:
+        """A claim of the issuer, or one that it relays."""
+        if "bid" not in facts or "bidRound" not in facts:
+            return
+        group, _, role = facts["bid"][0].partition(".")
+        vehicle = str(facts["winner"][1]) if "winner" in facts else issuer
+        if group != self._group.name or vehicle == self._me:
+            return
+        if claims.take(role, vehicle, Claim(int(facts["bidRound"][1]), int(facts["bid"][1]))):
+            self._unsaid.add(role)
+            self._bid_anew = True
+
+    def _give_way(self, now: int, claims: Claims) -> None:
+        """Drop the first area of the bundle that is lost, and all that were added after it."""
+        lost = next((n for n, name in enumerate(self._bundle) if claims.winner(name) != self._me), None)
+        if lost is not None:
+            for name in self._bundle[lost:]:
+                self._claim(name, Claim(now, 0), claims)
+            self._drop(set(self._bundle[lost:]))
+
+    def _drop(self, names: set[str]) -> None:
+        if names:
+            self._bundle = [name for name in self._bundle if name not in names]
+            self._path = [name for name in self._path if name not in names]
+            self._bid_anew = True
+
+    def _claim(self, role: str, claim: Claim, claims: Claims) -> None:
+        if claims.take(role, self._me, claim):
+            self._unsaid.add(role)
+
+    # Bundle --------------------------------------------------------------------------------------
+
+    def _score(self, path: Sequence[str], outlook: Outlook, evidence: Evidence) -> float:
+        data, total = evidence.database[self._me], 0.0
+        for name in path:
+            then = after(outlook, data, evidence.corners_m[self._roles[name].area or ""])
+            if then is None:
+                return 0.0
+            outlook = then
+            total += math.exp(-outlook.free_s / self._with.discount_s)
+        return total
+
+    def _build(
+        self, roles: Sequence[RoleSpecification], outlook: Outlook, situation: Situation, claims: Claims
+    ) -> None:
+        """Add areas to the bundle while one can be won."""
+        evidence = situation.evidence
+        while len(self._bundle) < self._with.bundle:
+            base = self._score(self._path, outlook, evidence)
+            best: tuple[int, str, list[str]] | None = None
+            for role in roles:
+                if role.name in self._bundle or BEGUN in (c.strength for c in claims.standing(role.name).values()):
+                    continue
+                paths = [[*self._path[:n], role.name, *self._path[n:]] for n in range(len(self._path) + 1)]
+                score, path = max(((self._score(p, outlook, evidence), p) for p in paths), key=lambda found: found[0])
+                bid = min(BEGUN - 1, round(BEGUN * (score - base)))
+                if bid > 0 and claims.beats(role.name, self._me, bid) and (best is None or bid > best[0]):
+                    best = bid, role.name, path
+            if best is None:
+                return
+            bid, name, self._path = best
+            self._bundle.append(name)
+            self._claim(name, Claim(situation.round, bid), claims)
+
+    def _next(self, now: int, claims: Claims) -> str | None:
+        """The area to begin now: the first of the path, once its claim has stood."""
+        for name in self._path[:1]:
+            claim = claims.of(name, self._me)
+            if claim is not None and now - claim.at >= self._with.settle_rounds:
+                return name
+        return None
+
+    # Saying --------------------------------------------------------------------------------------
+
+    def _sayings(self, now: int, unfinished: Sequence[str], claims: Claims) -> list[Statement]:
+        """Own claims and known winners, of roles about which there is something new; from time to time of all."""
+        due = unfinished if now % self._with.repeat_rounds == 0 else [n for n in unfinished if n in self._unsaid]
+        self._unsaid.clear()
+        said = []
+        for name in due:
+            subject = self._full(name)
+            own, winner = claims.of(name, self._me), claims.winner(name)
+            if own is not None:
+                said.append(Statement(((subject, "bid", own.strength), (subject, "bidRound", own.at))))
+            if winner is not None and winner != self._me:
+                claim = claims.standing(name)[winner]
+                facts = (subject, "winner", winner), (subject, "bid", claim.strength), (subject, "bidRound", claim.at)
+                said.append(Statement(facts))
+        return said
+
+
+@dataclass(frozen=True, slots=True)
+class Cbba:
+    """Bids and bundles; see the module's text."""
+
+    bundle: Annotated[int, Field(ge=1, le=64, description="most areas that a vehicle plans ahead")] = 3
+    settle_rounds: Annotated[
+        int, Field(ge=0, le=1000, description="TDMA frames that a claim must have stood before its area is begun")
+    ] = 2
+    repeat_rounds: Annotated[
+        int, Field(ge=1, le=1000, description="TDMA frames after which all claims are said again")
+    ] = 5
+    discount_s: Annotated[
+        float, Field(gt=0.0, le=1e6, description="an area finished this much later is worth 1/e of the other")
+    ] = 3600.0
+
+    name: ClassVar[str] = "cbba"
+    declaration: ClassVar[Declaration] = Declaration(
+        source="Choi, Brunet, How 2009; Johnson, Ponda, Choi, How 2010",
+        messages={
+            "bid": "how strongly the sender, or the winner it names, claims an area; not acknowledged",
+            "bidRound": "when that was claimed",
+            "winner": "whose claim the sender relays",
+        },
+        blocks_per_round=2,
+    )
+
+    def form(self, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
+        return founded(database, groups)
+
+    def adapt(self, group: Group, organisation: Organisation, evidence: Evidence) -> tuple[RoleAssignment, ...]:
+        return common_roles(group, organisation, evidence)
+
+    def negotiator(self, me: str, group: Group) -> Bidder:
+        return Bidder(me, group, self)
+
+
+STRATEGY = Cbba()

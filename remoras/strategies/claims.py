@@ -1,0 +1,57 @@
+"""Who claims which area, as far as one vehicle knows: a table that heals itself.
+
+Of each vehicle's claim to a role the latest is kept; of the claims to a role the strongest wins, of equals that of
+the lower node. Hearing is a join: the order, repetitions and relays of messages make no difference, only what has not
+been heard yet does. So vehicles that have heard the same agree, and nobody has to ask whether others did.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from remoras.database import AUVDatabase
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Claim:
+    """How strongly a vehicle claims a role, and since when it says so; strength 0 withdraws the claim."""
+
+    at: int
+    strength: int
+
+
+class Claims:
+    """Latest claims by role and vehicle."""
+
+    def __init__(self, database: AUVDatabase) -> None:
+        self._database = database
+        self._of: dict[str, dict[str, Claim]] = {}
+
+    def take(self, role: str, vehicle: str, claim: Claim) -> bool:
+        """Note a claim; True if it is news."""
+        known = self._of.setdefault(role, {})
+        if vehicle in known and known[vehicle] >= claim:
+            return False
+        known[vehicle] = claim
+        return True
+
+    def of(self, role: str, vehicle: str) -> Claim | None:
+        """The latest claim of a vehicle."""
+        return self._of.get(role, {}).get(vehicle)
+
+    def standing(self, role: str) -> dict[str, Claim]:
+        """Claims that have not been withdrawn."""
+        return {vehicle: claim for vehicle, claim in self._of.get(role, {}).items() if claim.strength > 0}
+
+    def winner(self, role: str) -> str | None:
+        """Who has the strongest claim."""
+        standing = self.standing(role)
+        return min(standing, key=lambda v: (-standing[v].strength, self._database[v].node), default=None)
+
+    def beats(self, role: str, vehicle: str, strength: int) -> bool:
+        """Would a claim of that strength win?"""
+        winner = self.winner(role)
+        if winner is None or winner == vehicle:
+            return True
+        nodes = self._database[vehicle].node, self._database[winner].node
+        return (strength, -nodes[0]) > (self.standing(role)[winner].strength, -nodes[1])

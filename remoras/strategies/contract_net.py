@@ -1,0 +1,237 @@
+"""Contract net: announce, bid, award, with time-outs and re-auction.
+
+The head announces areas that nobody holds, ``lot`` at a time, while some member holds fewer than ``queue``. A member
+with room bids for up to ``bids`` of them the time at which it expects to have done the area. When the auction ends,
+areas go to the lowest bids, at most one to each bidder; the winner accepts by stating the role itself. An award not
+accepted within ``accept_rounds``, and what a vehicle holds that has not been heard for ``silence_rounds``, is cancelled
+and auctioned anew. A vehicle without work that has not heard the head for so long auctions by itself. If two hold the
+same area, the one that came later gives it up on hearing of the other.
+
+Announcements and bids are said once: a lost one is made up for by the next auction. Awards, acceptances and results
+are facts, acknowledged and repeated until they are.
+
+Source: Smith 1980 (contract net); Sariel, Balch, Erdogan 2008 (DEMiR-CF: local models, time-outs, re-auction).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from remoras.database import AUVDatabase
+from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
+from remoras.strategies.areas import Expectations, after, at_work, open_roles, surveyors
+from remoras.strategies.central import QUEUE, SILENCE, Silence
+from remoras.strategies.claims import Claim, Claims
+from remoras.strategies.founding import common_roles, founded
+from remoras.strategies.strategy import Declaration, Evidence, Fact, Heard, Move, Situation, Statement
+
+EARLIEST = 1_000_000
+"""Strength of a claim made at time 0; it falls by one in a second, so the earlier claim is the stronger."""
+HIGHEST_BID_S = 65535
+
+
+@dataclass(slots=True)
+class Auction:
+    """An auction of the own: the round it ends in, and the bids so far by vehicle."""
+
+    ends: int
+    bids_s: dict[str, int]
+
+
+class Contractor:
+    """Auctioneer and bidder of one vehicle."""
+
+    def __init__(self, me: str, group: Group, strategy: ContractNet) -> None:
+        self._me = me
+        self._group = group
+        self._with = strategy
+        self._claims: Claims | None = None
+        self._auctions: dict[str, Auction] = {}  # own ones, by role
+        self._offered: dict[str, None] = {}  # roles announced by others in this round
+        self._unaccepted: dict[tuple[str, str], int] = {}  # own awards (role, vehicle), and the round they were made in
+        self._accepted: set[str] = set()
+        self._silence = Silence(me, strategy.silence_rounds)
+        self._expectations = Expectations()
+
+    def negotiate(self, situation: Situation) -> Move:
+        group, organisation, evidence = self._group, situation.organisation, situation.evidence
+        claims = self._claims = self._claims or Claims(evidence.database)
+        self._offered.clear()
+        for heard in situation.heard:
+            for fact in heard.facts:
+                self._hear(heard, fact, claims)
+        roles = {role.name: role for role in open_roles(group, evidence)}
+        self._auctions = {name: auction for name, auction in self._auctions.items() if name in roles}
+        said: list[Fact] = []
+        for role in at_work(self._me, group, organisation, evidence):
+            if claims.winner(role.name) != self._me:  # somebody had it before
+                said.append(self._leave(role.name, self._me, situation, claims))
+            elif role.name not in self._accepted:
+                self._accepted.add(role.name)
+                said.append((self._me, "playsRole", self._full(role.name)))
+        members = surveyors(group, organisation, evidence.database)
+        held = {data.name: [name for name in roles if claims.winner(name) == data.name] for data in members}
+        heads = organisation.heads(group.name)
+        silent = self._silence.out_of_reach([*heads, *held], situation)
+        takes_over = not held.get(self._me) and silent.issuperset(heads)
+        if self._me in heads or takes_over or self._auctions:
+            said += self._cancel(held, silent, situation, claims)
+            said += self._award(held, silent, situation, claims)
+            said += self._announce(roles, held, silent, situation, claims)
+        said += self._bid([*roles.values()], held.get(self._me, []), situation)
+        return Move(tuple(Statement((fact,)) for fact in said), holding=bool(roles))
+
+    def _full(self, role: str) -> str:
+        return f"{self._group.name}.{role}"
+
+    def _hear(self, heard: Heard, fact: Fact, claims: Claims) -> None:
+        subject, attribute, value = fact
+        group, _, role = (str(value) if attribute in ("playsRole", "leftRole") else subject).partition(".")
+        if group != self._group.name:
+            return
+        match attribute:
+            case "auctionEnds":
+                self._offered[role] = None
+            case "bid" if role in self._auctions:
+                self._auctions[role].bids_s[heard.issuer] = int(value)
+            case "playsRole":
+                self._note(role, subject, heard.time_s, claims)
+                if heard.issuer == subject:
+                    self._unaccepted.pop((role, subject), None)
+            case "leftRole":
+                claims.take(role, subject, Claim(round(heard.time_s), 0))
+                self._unaccepted.pop((role, subject), None)
+
+    @staticmethod
+    def _note(role: str, vehicle: str, time_s: float, claims: Claims) -> None:
+        """A vehicle holds a role since then, unless it is known to hold it for longer."""
+        if vehicle not in claims.standing(role):
+            claims.take(role, vehicle, Claim(round(time_s), EARLIEST - round(time_s)))
+
+    def _leave(self, role: str, vehicle: str, situation: Situation, claims: Claims) -> Fact:
+        claims.take(role, vehicle, Claim(round(situation.now_s), 0))
+        self._accepted.discard(role)
+        return vehicle, "leftRole", self._full(role)
+
+    # Auctioneer ----------------------------------------------------------------------------------
+
+    def _cancel(
+        self, held: Mapping[str, list[str]], silent: Collection[str], situation: Situation, claims: Claims
+    ) -> list[Fact]:
+        late = [key for key, made in self._unaccepted.items() if situation.round - made >= self._with.accept_rounds]
+        lost = [(role, vehicle) for vehicle in sorted(silent) for role in held[vehicle]]
+        said = []
+        for role, vehicle in dict.fromkeys(late + lost):
+            self._unaccepted.pop((role, vehicle), None)
+            said.append(self._leave(role, vehicle, situation, claims))
+            if role in held[vehicle]:
+                held[vehicle].remove(role)
+        return said
+
+    def _award(
+        self, held: Mapping[str, list[str]], silent: Collection[str], situation: Situation, claims: Claims
+    ) -> list[Fact]:
+        """Areas whose auction is over go to the lowest bids."""
+        over = {role: auction for role, auction in self._auctions.items() if auction.ends <= situation.round}
+        database = situation.evidence.database
+        bids = sorted(
+            (s, database[v].node, role, v) for role, auction in over.items() for v, s in auction.bids_s.items()
+        )
+        said: list[Fact] = []
+        served: set[str] = set()
+        for _, _, role, vehicle in bids:
+            has_room = vehicle in held and len(held[vehicle]) < self._with.queue and vehicle not in silent
+            if has_room and vehicle not in served and claims.winner(role) is None:
+                served.add(vehicle)
+                held[vehicle].append(role)
+                self._note(role, vehicle, situation.now_s, claims)
+                if vehicle == self._me:
+                    self._accepted.add(role)
+                else:
+                    self._unaccepted[role, vehicle] = situation.round
+                said.append((vehicle, "playsRole", self._full(role)))
+        for role in over:
+            del self._auctions[role]
+        return said
+
+    def _announce(
+        self,
+        roles: Mapping[str, RoleSpecification],
+        held: Mapping[str, list[str]],
+        silent: Collection[str],
+        situation: Situation,
+        claims: Claims,
+    ) -> list[Fact]:
+        """Auction areas that nobody holds while somebody has room for one."""
+        if self._auctions or all(len(held[name]) >= self._with.queue or name in silent for name in held):
+            return []
+        vacant = [name for name in roles if claims.winner(name) is None][: self._with.lot]
+        ends = situation.round + self._with.bidding_rounds
+        self._auctions = {name: Auction(ends, {}) for name in vacant}
+        ends_s = round(situation.now_s * (1.0 + self._with.bidding_rounds / situation.round))
+        return [(self._full(name), "auctionEnds", ends_s) for name in vacant]
+
+    # Bidder --------------------------------------------------------------------------------------
+
+    def _bid(self, roles: Sequence[RoleSpecification], held: Sequence[str], situation: Situation) -> list[Fact]:
+        """Bids for the announced areas that would be done first; own auctions are bid for without a word."""
+        data, evidence = situation.evidence.database[self._me], situation.evidence
+        named = {role.name: role for role in roles}
+        mine = [name for name, auction in self._auctions.items() if self._me not in auction.bids_s]
+        if len(held) >= self._with.queue or not (mine or self._offered):
+            return []
+        outlook = self._expectations.of(data, [named[name] for name in held], situation.now_s, evidence)
+        bids = []
+        for name in dict.fromkeys([*mine, *self._offered]):
+            if name in named and data.can_play(name):
+                then = after(outlook, data, evidence.corners_m[named[name].area or ""])
+                if then is not None:
+                    bids.append((min(HIGHEST_BID_S, round(then.free_s)), name))
+        said: list[Fact] = []
+        for bid_s, name in sorted(bids)[: self._with.bids]:
+            if name in self._auctions:
+                self._auctions[name].bids_s[self._me] = bid_s
+            if name in self._offered:
+                said.append((self._full(name), "bid", bid_s))
+        return said
+
+
+@dataclass(frozen=True, slots=True)
+class ContractNet:
+    """Announce, bid, award; see the module's text."""
+
+    queue: Annotated[int, QUEUE] = 2
+    lot: Annotated[int, Field(ge=1, le=64, description="most areas auctioned at a time")] = 6
+    bids: Annotated[int, Field(ge=1, le=64, description="most areas that a vehicle bids for at a time")] = 3
+    bidding_rounds: Annotated[int, Field(ge=2, le=1000, description="TDMA frames from announcement to award")] = 3
+    accept_rounds: Annotated[int, Field(ge=1, le=10_000, description="TDMA frames to accept an award")] = 30
+    silence_rounds: Annotated[int, SILENCE] = 30
+
+    name: ClassVar[str] = "contract-net"
+    declaration: ClassVar[Declaration] = Declaration(
+        source="Smith 1980; Sariel, Balch, Erdogan 2008",
+        messages={
+            "auctionEnds": "an area is auctioned until then; not acknowledged",
+            "bid": "when the sender expects to have done the area; not acknowledged",
+            "playsRole": "award by the auctioneer, acceptance by the winner",
+            "leftRole": "cancellation by the auctioneer, or withdrawal",
+            "areaDone": "a vehicle has finished an area",
+        },
+        blocks_per_round=2,
+    )
+
+    def form(self, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
+        return founded(database, groups)
+
+    def adapt(self, group: Group, organisation: Organisation, evidence: Evidence) -> tuple[RoleAssignment, ...]:
+        return common_roles(group, organisation, evidence)
+
+    def negotiator(self, me: str, group: Group) -> Contractor:
+        return Contractor(me, group, self)
+
+
+STRATEGY = ContractNet()

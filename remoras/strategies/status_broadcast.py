@@ -1,0 +1,191 @@
+"""Status broadcast: everybody tells the state of its mission again and again, and predicts those it does not hear.
+
+Every ``period_rounds`` a vehicle broadcasts which area it is at and which areas it knows to be done; repetition takes
+the place of acknowledgement. From what it has heard it predicts when each other vehicle will have done its area and,
+by the same rule that it follows itself, which one that vehicle will turn to: of the areas that are left, the one it is
+expected to finish first; vehicles choose in the order in which they become free. A vehicle that is free takes what
+this prediction leaves to it. An area that a silent vehicle should have finished is left alone until no other is left
+and ``doubt_rounds`` have passed; then it is done again. If two are at the same area, the one that came later leaves it
+on hearing of the other.
+
+Source: Sotzing, Lane 2010 (DELPHIS: broadcast of the mission state, prediction of silent partners).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from remoras.database import AUVDatabase, VehicleData
+from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
+from remoras.strategies.areas import Outlook, after, at_work, open_roles, surveyors
+from remoras.strategies.founding import common_roles, founded
+from remoras.strategies.strategy import Declaration, Evidence, Fact, Heard, Move, Situation, Statement
+from remoras.survey import Point
+
+AREAS_PER_BLOCK = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """A vehicle at the area of a role, and since when."""
+
+    role: str
+    since_s: float
+    from_m: Point
+
+
+class Broadcaster:
+    """One vehicle's account of the mission, its own and what it has heard."""
+
+    def __init__(self, me: str, group: Group, strategy: StatusBroadcast) -> None:
+        self._me = me
+        self._group = group
+        self._with = strategy
+        self._work: dict[str, Work] = {}  # last known of every vehicle
+        self._done: set[str] = set()  # areas that somebody reported
+
+    def negotiate(self, situation: Situation) -> Move:
+        group, organisation, evidence = self._group, situation.organisation, situation.evidence
+        for heard in situation.heard:
+            for fact in heard.facts:
+                self._hear(heard, fact, evidence)
+        roles = {r.name: r for r in open_roles(group, evidence) if r.area not in self._done}
+        said: list[Statement] = []
+        held = [role for role in at_work(self._me, group, organisation, evidence) if role.name in roles]
+        for role in at_work(self._me, group, organisation, evidence):
+            if role.name not in roles or self._is_later(role.name, evidence.database):
+                said.append(Statement(((self._me, "leftRole", self._full(role.name)),), told=False))
+                held = [other for other in held if other is not role]
+        if not held:
+            self._work.pop(self._me, None)
+            name = self._choice(roles, situation)
+            if name is not None:
+                self._work[self._me] = Work(name, situation.now_s, evidence.position_m(self._me))
+                said.append(Statement(((self._me, "playsRole", self._full(name)),), told=False))
+        if situation.round % self._with.period_rounds == 0 or any(not statement.told for statement in said):
+            said += self._state(evidence)
+        return Move(tuple(said), holding=bool(roles))
+
+    def _full(self, role: str) -> str:
+        return f"{self._group.name}.{role}"
+
+    def _hear(self, heard: Heard, fact: Fact, evidence: Evidence) -> None:
+        subject, attribute, value = fact
+        if attribute == "knownDone":
+            self._done.add(subject)
+        elif attribute == "worksOn" and subject == heard.issuer:
+            group, _, role = str(value).partition(".")
+            known = self._work.get(subject)
+            if group == self._group.name and (known is None or known.role != role):
+                self._work[subject] = Work(role, heard.time_s, evidence.position_m(subject))
+
+    def _is_later(self, role: str, database: AUVDatabase) -> bool:
+        """Was somebody else at the area of ``role`` before this vehicle?"""
+        mine = self._work.get(self._me)
+        return mine is not None and any(
+            work.role == role and (work.since_s, database[name].node) < (mine.since_s, database[self._me].node)
+            for name, work in self._work.items()
+            if name != self._me
+        )
+
+    # Prediction ----------------------------------------------------------------------------------
+
+    def _choice(self, roles: Mapping[str, RoleSpecification], situation: Situation) -> str | None:
+        """The role that is left to this vehicle when all who become free choose in turn; None if there is none."""
+        evidence, now_s = situation.evidence, situation.now_s
+        members = surveyors(self._group, situation.organisation, evidence.database)
+        outlooks: dict[str, Outlook] = {}
+        taken: dict[str, float] = {}  # role -> when it is expected to be done
+        for data in members:
+            work = self._work.get(data.name)
+            outlooks[data.name] = Outlook(now_s, evidence.position_m(data.name))
+            if work is not None and work.role in roles and data.name != self._me:
+                then = after(Outlook(work.since_s, work.from_m), data, self._corners(roles[work.role], evidence))
+                if then is not None:
+                    outlooks[data.name], taken[work.role] = then, then.free_s
+        free = {name: role for name, role in roles.items() if name not in taken}
+        found = self._in_turn(members, outlooks, free, evidence)
+        if found is None:  # nothing is left but what somebody should have finished by now
+            doubt_s = self._with.doubt_rounds * now_s / situation.round
+            doubted = {name: roles[name] for name, due_s in taken.items() if due_s + doubt_s <= now_s}
+            here = {self._me: outlooks[self._me]} if self._me in outlooks else {}
+            found = self._in_turn([data for data in members if data.name in here], here, doubted, evidence)
+        return found
+
+    def _in_turn(
+        self,
+        members: Sequence[VehicleData],
+        outlooks: Mapping[str, Outlook],
+        roles: Mapping[str, RoleSpecification],
+        evidence: Evidence,
+    ) -> str | None:
+        outlook, left = dict(outlooks), dict(roles)
+        while left and self._me in outlook:
+            data = min((d for d in members if d.name in outlook), key=lambda d: (outlook[d.name].free_s, d.node))
+            then = [
+                (o.free_s, name, o)
+                for name, role in left.items()
+                if data.can_play(name) and (o := after(outlook[data.name], data, self._corners(role, evidence)))
+            ]
+            if not then:
+                del outlook[data.name]
+                continue
+            _, name, outlook[data.name] = min(then)
+            if data.name == self._me:
+                return name
+            del left[name]
+        return None
+
+    @staticmethod
+    def _corners(role: RoleSpecification, evidence: Evidence) -> tuple[Point, ...]:
+        return evidence.corners_m[role.area or ""]
+
+    # Saying --------------------------------------------------------------------------------------
+
+    def _state(self, evidence: Evidence) -> list[Statement]:
+        """The state of the mission as this vehicle knows it."""
+        areas = [role.area for role in self._group.roles if role.area is not None]
+        facts: list[Fact] = [(area, "knownDone", True) for area in areas if area in evidence.done or area in self._done]
+        said = [Statement(tuple(facts[n : n + AREAS_PER_BLOCK])) for n in range(0, len(facts), AREAS_PER_BLOCK)]
+        work = self._work.get(self._me)
+        if work is not None:
+            said.append(Statement(((self._me, "worksOn", self._full(work.role)),)))
+        return said
+
+
+@dataclass(frozen=True, slots=True)
+class StatusBroadcast:
+    """Mission states, repeated; see the module's text."""
+
+    period_rounds: Annotated[
+        int, Field(ge=1, le=1000, description="TDMA frames between two broadcasts of the state")
+    ] = 2
+    doubt_rounds: Annotated[
+        int, Field(ge=0, le=10_000, description="TDMA frames that a silent vehicle's area may be late")
+    ] = 30
+
+    name: ClassVar[str] = "status-broadcast"
+    declaration: ClassVar[Declaration] = Declaration(
+        source="Sotzing, Lane 2010 (DELPHIS)",
+        messages={
+            "worksOn": "the area that the sender is at; not acknowledged",
+            "knownDone": "an area that the sender knows to be done; not acknowledged",
+        },
+        blocks_per_round=1,
+    )
+
+    def form(self, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
+        return founded(database, groups)
+
+    def adapt(self, group: Group, organisation: Organisation, evidence: Evidence) -> tuple[RoleAssignment, ...]:
+        return common_roles(group, organisation, evidence)
+
+    def negotiator(self, me: str, group: Group) -> Broadcaster:
+        return Broadcaster(me, group, self)
+
+
+STRATEGY = StatusBroadcast()
