@@ -9,16 +9,17 @@ from __future__ import annotations
 import importlib
 import json
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
 from typing import Any
 
 from pydantic import ValidationError
 
-from exchange.acoustics.link import LINKS
 from exchange.acoustics.modems import modems
 from exchange.policies import POLICIES, header_bits
+from missions.channel import channel_faults
 from missions.errors import ConfigurationFault
+from missions.tables import Raw, entries, names_of, one_of, table_of
 from remoras.errors import StrategyError
 from remoras.sensors import Seabed
 from remoras.strategies import configured, strategies
@@ -31,53 +32,33 @@ ROOM_BITS = 128
 MAX_COORDINATE_M = 9000.0
 """The ``position`` attribute reaches somewhat farther than the world may, for vehicles that drift out of it."""
 
-Raw = Mapping[str, Any]
-
 
 def cross_faults(raw: Raw) -> list[ConfigurationFault]:
     """All faults between the tables of ``raw``."""
-    checks = (_names, _slots, _times, _world, _areas, _choices, _needs, _groups, _played_by, _vehicles, _mission)
+    checks = (
+        _names, _slots, _times, _world, _areas, _choices, channel_faults, _needs, _groups, _played_by, _vehicles,
+        _mission,
+    )  # fmt: skip
     return [fault for check in checks for fault in check(raw)]
-
-
-def _entries(raw: Raw, key: str) -> list[Raw]:
-    entries = raw.get(key, [])
-    return [e for e in entries if isinstance(e, dict)] if isinstance(entries, list) else []
-
-
-def _names_of(raw: Raw, key: str) -> list[str]:
-    return [e["name"] for e in _entries(raw, key) if isinstance(e.get("name"), str)]
-
-
-def _table(raw: Raw, key: str) -> Raw:
-    table = raw.get(key, {})
-    return table if isinstance(table, dict) else {}
-
-
-def _one_of(key: str, given: Any, allowed: Sequence[str]) -> Iterator[ConfigurationFault]:
-    if isinstance(given, str) and given not in allowed:
-        nearest = get_close_matches(given, allowed, n=1)
-        hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
-        yield ConfigurationFault(key, f'"{given}"', f"allowed: {', '.join(allowed) or 'none'}{hint}")
 
 
 def _names(raw: Raw) -> Iterator[ConfigurationFault]:
     kinds = ("vehicle", "group", "area", "rally_point")
-    counted = Counter(name for kind in kinds for name in _names_of(raw, kind))
-    first = {name: kind for kind in reversed(kinds) for name in _names_of(raw, kind)}
+    counted = Counter(name for kind in kinds for name in names_of(raw, kind))
+    first = {name: kind for kind in reversed(kinds) for name in names_of(raw, kind)}
     for name, count in counted.items():
         if count > 1:
             allowed = f"used {count} times; vehicles, groups, areas and rally points need names of their own"
             yield ConfigurationFault(f"{first[name]}.{name}.name", f'"{name}"', allowed)
-    for group in _entries(raw, "group"):
-        for name, count in Counter(_names_of(group, "role")).items():
+    for group in entries(raw, "group"):
+        for name, count in Counter(names_of(group, "role")).items():
             if count > 1:
                 yield ConfigurationFault(f"group.{group.get('name')}.role.{name}", "", f"listed {count} times")
 
 
 def _slots(raw: Raw) -> Iterator[ConfigurationFault]:
     owners: dict[int, list[str]] = {}
-    vehicles = _entries(raw, "vehicle")
+    vehicles = entries(raw, "vehicle")
     for vehicle in vehicles:
         if isinstance(vehicle.get("slot"), int):
             owners.setdefault(vehicle["slot"], []).append(str(vehicle.get("name")))
@@ -95,13 +76,13 @@ def _slots(raw: Raw) -> Iterator[ConfigurationFault]:
 
 
 def _times(raw: Raw) -> Iterator[ConfigurationFault]:
-    period, tick = _table(raw, "decision").get("period_s"), _table(raw, "scenario").get("tick_s", 1.0)
+    period, tick = table_of(raw, "decision").get("period_s"), table_of(raw, "scenario").get("tick_s", 1.0)
     if isinstance(period, int | float) and isinstance(tick, int | float) and period < tick:
         yield ConfigurationFault("decision.period_s", str(period), f"allowed: scenario.tick_s = {tick} or more")
 
 
 def _bounds(raw: Raw) -> tuple[float, float, float, float] | None:
-    world = _table(raw, "world")
+    world = table_of(raw, "world")
     try:
         (x_min, x_max), (y_min, y_max) = world["x_m"], world["y_m"]
         return float(x_min), float(y_min), float(x_max), float(y_max)
@@ -124,13 +105,13 @@ def _world(raw: Raw) -> Iterator[ConfigurationFault]:
         if low < -MAX_COORDINATE_M or high > MAX_COORDINATE_M:
             allowed = f"allowed: {-MAX_COORDINATE_M:.0f} to {MAX_COORDINATE_M:.0f}"
             yield ConfigurationFault(key, f"[{low}, {high}]", allowed)
-    places = [(f"area.{a.get('name')}.corners_m", c) for a in _entries(raw, "area") for c in _points(a, "corners_m")]
+    places = [(f"area.{a.get('name')}.corners_m", c) for a in entries(raw, "area") for c in _points(a, "corners_m")]
     places += [
         (f"rally_point.{r.get('name')}.position_m", p)
-        for r in _entries(raw, "rally_point")
+        for r in entries(raw, "rally_point")
         for p in _point(r, "position_m")
     ]
-    places += [(f"vehicle.{v.get('name')}.start_m", p) for v in _entries(raw, "vehicle") for p in _point(v, "start_m")]
+    places += [(f"vehicle.{v.get('name')}.start_m", p) for v in entries(raw, "vehicle") for p in _point(v, "start_m")]
     for key, (x, y) in places:
         if not (x_min <= x <= x_max and y_min <= y <= y_max):
             yield ConfigurationFault(
@@ -152,8 +133,8 @@ def _points(entry: Raw, key: str) -> list[tuple[float, float]]:
 
 
 def _areas(raw: Raw) -> Iterator[ConfigurationFault]:
-    cell_m = _table(raw, "world").get("cell_m")
-    for area in _entries(raw, "area"):
+    cell_m = table_of(raw, "world").get("cell_m")
+    for area in entries(raw, "area"):
         corners = _points(area, "corners_m")
         key = f"area.{area.get('name')}.corners_m"
         if len(corners) < 3:
@@ -180,19 +161,18 @@ def _n_cells(corners: Sequence[tuple[float, float]], cell_m: float) -> int:
 
 
 def _choices(raw: Raw) -> Iterator[ConfigurationFault]:
-    communication = _table(raw, "communication")
-    yield from _one_of("communication.modem", communication.get("modem"), list(modems()))
-    yield from _one_of("communication.policy", communication.get("policy"), list(POLICIES))
+    communication = table_of(raw, "communication")
+    yield from one_of("communication.modem", communication.get("modem"), list(modems()))
+    yield from one_of("communication.policy", communication.get("policy"), list(POLICIES))
     yield from _header(raw)
-    yield from _one_of("channel.name", _table(raw, "channel").get("name"), list(LINKS))
-    strategy = _table(raw, "strategy").get("name")
+    strategy = table_of(raw, "strategy").get("name")
     if isinstance(strategy, str) and ":" in strategy:
         needed = ("name", "declaration", "form", "adapt", "negotiator")
         faults = list(_object_faults("strategy.name", strategy, needed))
     else:
-        faults = list(_one_of("strategy.name", strategy, list(strategies())))
+        faults = list(one_of("strategy.name", strategy, list(strategies())))
     yield from faults
-    settings = _table(_table(raw, "strategy"), "parameters")
+    settings = table_of(table_of(raw, "strategy"), "parameters")
     if settings and isinstance(strategy, str) and not faults:
         found = named_object(strategy) if ":" in strategy else strategies()[strategy]
         for name, value in settings.items():
@@ -204,9 +184,9 @@ def _choices(raw: Raw) -> Iterator[ConfigurationFault]:
 
 def _header(raw: Raw) -> Iterator[ConfigurationFault]:
     """The acknowledgements of all nodes must leave room in a packet."""
-    communication = _table(raw, "communication")
+    communication = table_of(raw, "communication")
     modem, policy = modems().get(communication.get("modem", "")), POLICIES.get(communication.get("policy", ""))
-    n_vehicles = len(_entries(raw, "vehicle"))
+    n_vehicles = len(entries(raw, "vehicle"))
     if modem is not None and policy is not None and n_vehicles >= 2:
         header = header_bits(policy, n_vehicles)
         if header + ROOM_BITS > modem.payload_bits:
@@ -236,22 +216,22 @@ def named_object(reference: str) -> Any:
 
 
 def _needs(raw: Raw) -> Iterator[ConfigurationFault]:
-    needs = _table(_table(raw, "communication"), "needs")
+    needs = table_of(table_of(raw, "communication"), "needs")
     known = [attribute.name for attribute in TBox.read(*core_ontology_paths()).attributes]
     for name in needs:
-        for fault in _one_of(f"communication.needs.{name}", name, known):
+        for fault in one_of(f"communication.needs.{name}", name, known):
             yield ConfigurationFault(fault.key, "", f"no attribute of the ontology; {fault.allowed}")
 
 
 def _groups(raw: Raw) -> Iterator[ConfigurationFault]:
-    vehicles = _entries(raw, "vehicle")
-    areas, rallies = _names_of(raw, "area"), _names_of(raw, "rally_point")
-    all_roles = [f"{g.get('name')}.{name}" for g in _entries(raw, "group") for name in _names_of(g, "role")]
-    for group in _entries(raw, "group"):
+    vehicles = entries(raw, "vehicle")
+    areas, rallies = names_of(raw, "area"), names_of(raw, "rally_point")
+    all_roles = [f"{g.get('name')}.{name}" for g in entries(raw, "group") for name in names_of(g, "role")]
+    for group in entries(raw, "group"):
         prefix = f"group.{group.get('name')}"
-        yield from _one_of(f"{prefix}.rally_point", group.get("rally_point"), rallies)
-        roles = _entries(group, "role")
-        names = _names_of(group, "role")
+        yield from one_of(f"{prefix}.rally_point", group.get("rally_point"), rallies)
+        roles = entries(group, "role")
+        names = names_of(group, "role")
         heads = [role for role in roles if role.get("head")]
         if len(heads) != 1 or not heads[0].get("founding"):
             yield ConfigurationFault(
@@ -259,23 +239,23 @@ def _groups(raw: Raw) -> Iterator[ConfigurationFault]:
             )
         for role in roles:
             key = f"{prefix}.role.{role.get('name')}"
-            yield from _one_of(f"{key}.area", role.get("area"), areas)
-            yield from _one_of(f"{key}.played_by", role.get("played_by"), all_roles)
+            yield from one_of(f"{key}.area", role.get("area"), areas)
+            yield from one_of(f"{key}.played_by", role.get("played_by"), all_roles)
             influences = role.get("influences", [])
             for influenced in influences if isinstance(influences, list) else []:
-                yield from _one_of(f"{key}.influences", influenced, names)
+                yield from one_of(f"{key}.influences", influenced, names)
             yield from _role_players(key, role, vehicles)
 
 
 def _played_by(raw: Raw) -> Iterator[ConfigurationFault]:
     """A role that the holder of another must play needs a vehicle that is able to play both."""
-    for group in _entries(raw, "group"):
-        for role in _entries(group, "role"):
+    for group in entries(raw, "group"):
+        for role in entries(group, "role"):
             other = role.get("played_by")
             if not isinstance(other, str) or "." not in other:
                 continue
             names = {str(role.get("name")), other.split(".", 1)[1]}
-            if not any(names <= set(map(str, v.get("playable_roles") or ())) for v in _entries(raw, "vehicle")):
+            if not any(names <= set(map(str, v.get("playable_roles") or ())) for v in entries(raw, "vehicle")):
                 key = f"group.{group.get('name')}.role.{role.get('name')}.played_by"
                 yield ConfigurationFault(key, f'"{other}"', "no vehicle is able to play both roles")
 
@@ -303,18 +283,18 @@ def _role_players(key: str, role: Raw, vehicles: Sequence[Raw]) -> Iterator[Conf
 
 
 def _vehicles(raw: Raw) -> Iterator[ConfigurationFault]:
-    roles = sorted({name for group in _entries(raw, "group") for name in _names_of(group, "role")})
+    roles = sorted({name for group in entries(raw, "group") for name in names_of(group, "role")})
     founding = sorted(
         str(role.get("name"))
-        for group in _entries(raw, "group")
-        for role in _entries(group, "role")
+        for group in entries(raw, "group")
+        for role in entries(group, "role")
         if role.get("founding")
     )
-    for vehicle in _entries(raw, "vehicle"):
+    for vehicle in entries(raw, "vehicle"):
         prefix = f"vehicle.{vehicle.get('name')}"
         playable = vehicle.get("playable_roles", [])
         for role in playable if isinstance(playable, list) else []:
-            yield from _one_of(f"{prefix}.playable_roles", role, roles)
+            yield from one_of(f"{prefix}.playable_roles", role, roles)
         if isinstance(playable, list) and not set(founding).intersection(map(str, playable)):
             allowed = f"plays no founding role, so it would belong to no group; founding: {', '.join(founding)}"
             yield ConfigurationFault(f"{prefix}.playable_roles", "", allowed)
@@ -329,7 +309,7 @@ def _vehicles(raw: Raw) -> Iterator[ConfigurationFault]:
 
 
 def _mission(raw: Raw) -> Iterator[ConfigurationFault]:
-    reference = _table(raw, "scenario").get("mission")
+    reference = table_of(raw, "scenario").get("mission")
     if not isinstance(reference, str):
         return
     faults = list(
@@ -340,7 +320,7 @@ def _mission(raw: Raw) -> Iterator[ConfigurationFault]:
         return
     mission = named_object(reference)
     try:
-        mission.Settings.model_validate_json(json.dumps(_table(raw, "mission"), default=str), strict=True)
+        mission.Settings.model_validate_json(json.dumps(table_of(raw, "mission"), default=str), strict=True)
     except ValidationError as error:
         for detail in error.errors():
             key = ".".join(["mission", *map(str, detail["loc"])])
@@ -352,20 +332,20 @@ def _mission(raw: Raw) -> Iterator[ConfigurationFault]:
             allowed = f"unknown key, allowed here: {', '.join(known)}{hint}" if unknown else str(detail["msg"])
             yield ConfigurationFault(key, given, allowed)
     for kind in ("vehicle", "group", "area", "rally_point"):
-        for name in _names_of(raw, kind):
+        for name in names_of(raw, kind):
             if name in mission.MISSIONS:
                 yield ConfigurationFault(f"{kind}.{name}.name", f'"{name}"', "is the name of a mission")
-    for group in _entries(raw, "group"):
-        yield from _one_of(f"group.{group.get('name')}.mission", group.get("mission"), list(mission.MISSIONS))
-    idle = [group.get("name") for group in _entries(raw, "group") if group.get("mission") is None]
-    if idle and all(group.get("mission") != mission.DELEGATING_MISSION for group in _entries(raw, "group")):
+    for group in entries(raw, "group"):
+        yield from one_of(f"group.{group.get('name')}.mission", group.get("mission"), list(mission.MISSIONS))
+    idle = [group.get("name") for group in entries(raw, "group") if group.get("mission") is None]
+    if idle and all(group.get("mission") != mission.DELEGATING_MISSION for group in entries(raw, "group")):
         allowed = f'nobody gives the group its mission: one group must have mission = "{mission.DELEGATING_MISSION}"'
         yield ConfigurationFault(f"group.{idle[0]}.mission", "", allowed)
-    missing = [name for name in mission.NEEDS if name not in _table(_table(raw, "communication"), "needs")]
+    missing = [name for name in mission.NEEDS if name not in table_of(table_of(raw, "communication"), "needs")]
     if missing:
         allowed = f"missing: {', '.join(missing)}; without them nobody learns what the mission needs"
         yield ConfigurationFault("communication.needs", "", allowed)
-    roles = [name for group in _entries(raw, "group") for name in _names_of(group, "role")]
-    for key in _table(_table(raw, "mission"), "importance"):
+    roles = [name for group in entries(raw, "group") for name in names_of(group, "role")]
+    for key in table_of(table_of(raw, "mission"), "importance"):
         if "." in key:
-            yield from _one_of(f"mission.importance.{key}", key.split(".")[0], roles)
+            yield from one_of(f"mission.importance.{key}", key.split(".")[0], roles)

@@ -37,6 +37,8 @@ DECIMALS = {"m": 3, "rad": 6, "m/s": 4, "J": 2, "s": 4, "1": 6}
 def summary(run: Run) -> dict[str, Any]:
     """The figures of a run, with the names of the contract.
 
+    ``per``: mean packet error rate of the loss model as it is set: 0 for perfect, ``per`` for bernoulli, the mean over
+    all directed pairs of vehicles for matrix, the stationary mean for gilbert-elliott; without blackouts and range.
     ``coverage_fraction``: cells of the areas that somebody mapped. ``duplicate_fraction``: share of the mapping that
     was done again by another vehicle. ``delivery_ratio``: packets received among all (packet, receiver) pairs.
     Latencies: from an item's observation to its reception, over all (item, receiver) pairs; NaN becomes null.
@@ -77,7 +79,7 @@ def identity(scenario: Scenario, seed: int) -> dict[str, Any]:
         "strategy": scenario.strategy.name,
         "policy": scenario.communication.policy,
         "channel": scenario.channel.name,
-        "per": scenario.channel.per if scenario.channel.name != "perfect" else 0.0,
+        "per": scenario.channel.mean_per(len(scenario.vehicle)),
         "seed": seed,
         "n_vehicles": len(scenario.vehicle),
     }

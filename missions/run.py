@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 
 from exchange.acoustics import loss
 from exchange.acoustics.channel import BroadcastChannel, Channel
-from exchange.acoustics.link import link_named
 from exchange.acoustics.modems import modems
 from exchange.codec import Codec
 from exchange.manager import ExchangeManager
@@ -178,12 +177,14 @@ def seabed_of(scenario: Scenario) -> Seabed:
 
 
 def channel_of(scenario: Scenario, seed: int) -> BroadcastChannel:
+    nodes = {vehicle.name: vehicle.slot for vehicle in scenario.vehicle}
     return BroadcastChannel(
         modems()[scenario.communication.modem],
-        link_named(scenario.channel.name, scenario.channel.per),
+        scenario.channel.link_model(nodes, seed),
         seed,
         sound_speed_mps=scenario.world.sound_speed_mps,
         range_m=scenario.communication.range_m,
+        blackouts=scenario.channel.blackouts(nodes),
     )
 
 

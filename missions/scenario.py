@@ -14,24 +14,15 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
+from missions.channel import ChannelTable, leave_aside
 from missions.checks import cross_faults, named_object
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.lines import Path as Path_
 from missions.lines import key_parts, line_of, lines_of, path_of
+from missions.tables import Name, NotNegative, PointM, Positive, Table, table_of
 from remoras.satisfaction import DecisionConstants
-
-Positive = Annotated[float, Field(gt=0.0)]
-NotNegative = Annotated[float, Field(ge=0.0)]
-Name = Annotated[str, Field(min_length=1, max_length=40, pattern=r"^[^.\n]+$")]
-PointM = tuple[float, float]
-
-
-class Table(BaseModel):
-    """A TOML table: frozen, and no key that is not listed here."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class About(Table):
@@ -61,11 +52,6 @@ class Communication(Table):
     needs: dict[str, Annotated[int, Field(ge=1, le=1000)]] = Field(
         description="priority of each attribute that vehicles need of each other"
     )
-
-
-class ChannelTable(Table):
-    name: str = Field(description="loss model, see `remoras list channels`")
-    per: float = Field(0.0, ge=0.0, lt=1.0, description="packet error rate of the bernoulli channel")
 
 
 class StrategyTable(Table):
@@ -191,8 +177,10 @@ def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenar
         raw = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ConfigurationError(path, [ConfigurationFault("TOML", "", str(error))]) from None
+    own_channel = dict(table_of(raw, "channel"))
     faults = [fault for option, text_ in overrides if (fault := _override(raw, option, text_)) is not None]
     options = {".".join(key_parts(text_.partition("=")[0].strip())): option for option, text_ in overrides}
+    faults += leave_aside(own_channel, raw, options)
     scenario: Scenario | None = None
     try:
         scenario = Scenario.model_validate_json(json.dumps(raw, default=str), strict=True)

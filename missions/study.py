@@ -20,7 +20,8 @@ from typing import Any, Literal
 from pydantic import Field, ValidationError, field_validator
 
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.scenario import Name, Scenario, Table, load, shipped
+from missions.scenario import Scenario, load, shipped
+from missions.tables import Name, Table
 
 METRICS = (
     "mission_time_s", "completed", "coverage_fraction", "duplicate_fraction", "distance_m", "energy_j", "n_packets",
@@ -193,10 +194,14 @@ def points(file: StudyFile) -> list[Settings]:
 
 
 def _product(grid: Mapping[str, Any]) -> list[Settings]:
-    """Settings of a full grid; a value that is no list stays the same everywhere."""
-    choices = [[(key, value) for value in (values if isinstance(values, list) else [values])]
-               for key, values in grid.items()]  # fmt: skip
+    """Settings of a full grid; a value that is no list, or a list of tables, stays the same everywhere."""
+    choices = [[(key, value) for value in (values if _is_axis(values) else [values])] for key, values in grid.items()]
     return [tuple(chosen) for chosen in itertools.product(*choices)]
+
+
+def _is_axis(values: Any) -> bool:
+    """Whether a grid runs over the values: a list of tables, such as ``[[channel.link]]``, is one value."""
+    return isinstance(values, list) and not any(isinstance(value, Mapping) for value in values)
 
 
 def _channels(file: StudyFile) -> list[Settings]:

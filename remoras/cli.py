@@ -69,7 +69,7 @@ def run(
     strategy: Annotated[str | None, typer.Option(help="Organisational strategy.")] = None,
     policy: Annotated[str | None, typer.Option(help="Exchange policy.")] = None,
     channel: Annotated[str | None, typer.Option(help="Loss model of the channel.")] = None,
-    per: Annotated[str | None, typer.Option(help="Packet error rate, 0 to below 1.")] = None,
+    per: Annotated[str | None, typer.Option(help="Packet error rate of bernoulli or matrix, 0 to below 1.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Root of all random draws.")] = 1,
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a key; see `explain`.")

@@ -21,6 +21,21 @@ class Arrival:
     data: bytes
 
 
+@dataclass(frozen=True, slots=True)
+class Blackout:
+    """A time in which a node is neither heard nor hears.
+
+    Args:
+        from_s: a packet that starts at this time, or later,
+        until_s: but before this one, is cut off.
+        node: whom it befalls; everybody if None.
+    """
+
+    from_s: float
+    until_s: float
+    node: int | None = None
+
+
 class Channel(Protocol):
     """Carries packets; it knows geometry and loss, never content."""
 
@@ -40,7 +55,8 @@ class BroadcastChannel:
     """One packet at a time in one sea: straight rays, one sound speed, a range, a loss model.
 
     A packet is lost at a receiver if the draw of ``loss.uniform(seed, trial, slot, sender, receiver)``
-    lies below the link's probability, or if the receiver is farther away than ``range_m``.
+    lies below the link's probability, or if the receiver is farther away than ``range_m``, or if sender or
+    receiver is blacked out when the packet starts.
     """
 
     modem: Modem
@@ -49,15 +65,19 @@ class BroadcastChannel:
     trial: int = 0
     sound_speed_mps: float = 1500.0
     range_m: float = math.inf
+    blackouts: tuple[Blackout, ...] = ()
 
     def transmit(
         self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
     ) -> list[Arrival]:
+        cut_off = {b.node for b in self.blackouts if b.from_s <= now_s < b.until_s}
+        if None in cut_off or sender in cut_off:
+            return []
         x_m, y_m = positions_m[sender]
         sent_s = now_s + self.modem.packet_s(8 * len(data))
         arrivals = []
         for receiver, (other_x_m, other_y_m) in enumerate(positions_m):
-            if receiver == sender:
+            if receiver == sender or receiver in cut_off:
                 continue
             range_m = math.hypot(other_x_m - x_m, other_y_m - y_m)
             if range_m > self.range_m:

@@ -36,6 +36,15 @@ def slot_key(key: int, slot: int) -> int:
     return mixed(key + slot + 1)
 
 
+STATES = 1 << 62
+"""Stands where slots stand, beyond all of them: the stream of the states of links, apart from that of losses."""
+
+
+def state_key(seed: int, trial: int) -> int:
+    """The generator's state for the states of the links in one trial; takes the place of a trial's key."""
+    return slot_key(trial_key(seed, trial), STATES)
+
+
 def link_uniform(key: int, sender: int, receiver: int) -> float:
     """The uniform number in [0, 1) of one link in the slot with that key."""
     return ((mixed(key + (sender << 16) + receiver + 1) >> 11) & _LOW_53) * 2.0**-53

@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from missions.scenario import shipped
+from missions.study import load_study
 from remoras.cli import app
 
 ROOT = Path(__file__).parents[2]
@@ -34,6 +36,21 @@ def test_the_how_tos_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.chdir(tmp_path)
     for block in blocks(ROOT / "docs" / "howto.md", "python"):
         exec(compile(block, "howto.md", "exec"), {"__name__": "howto"})
+
+
+def test_the_tables_of_the_how_tos_load(tmp_path: Path) -> None:
+    shipped_text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
+    own_channel = shipped_text[shipped_text.index("[channel]") : shipped_text.index("[strategy]")]
+    found = blocks(ROOT / "docs" / "howto.md", "toml")
+    assert sum(block.startswith("[channel]") for block in found) == 2
+    for number, block in enumerate(found):
+        file = tmp_path / f"{number}.toml"
+        if "[study]" in block:
+            file.write_text(block, encoding="utf-8")
+            assert load_study(str(file)).configurations
+        else:
+            file.write_text(shipped_text.replace(own_channel, block), encoding="utf-8")
+            assert CliRunner().invoke(app, ["validate", str(file)]).exit_code == 0
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)

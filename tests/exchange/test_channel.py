@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.acoustics.channel import BroadcastChannel
+from exchange.acoustics.channel import Blackout, BroadcastChannel
 from exchange.acoustics.link import Bernoulli, Perfect
 from exchange.acoustics.modems import modems
 from exchange.schedule import TdmaSchedule
@@ -129,3 +129,35 @@ def test_seeds_and_trials_have_losses_of_their_own():
     ]
     assert all(one != other for number, one in enumerate(of) for other in of[number + 1 :])
     assert lost(BroadcastChannel(MODEM, Bernoulli(0.4), seed=1), 200) == of[0]
+
+
+# Blackouts ----------------------------------------------------------------------------------------
+
+
+@given(st.floats(0.0, 100.0), st.floats(0.1, 100.0), st.floats(0.0, 200.0), st.sampled_from([None, 0, 1, 2, 3]))
+def test_a_node_that_is_blacked_out_is_neither_heard_nor_hears(
+    from_s: float, lasts_s: float, now_s: float, node: int | None
+):
+    channel = BroadcastChannel(MODEM, Perfect(), 1, blackouts=(Blackout(from_s, from_s + lasts_s, node),))
+    heard = {arrival.receiver for arrival in channel.transmit(0, 0, b"x", now_s, TOGETHER_M)}
+    if not from_s <= now_s < from_s + lasts_s:
+        assert heard == {1, 2, 3}
+    elif node in (None, 0):
+        assert heard == set()
+    else:
+        assert heard == {1, 2, 3} - {node}
+
+
+def test_a_blackout_holds_from_its_start_to_just_before_its_end_and_two_of_them_add_up():
+    blackouts = (Blackout(10.0, 20.0, 1), Blackout(15.0, 30.0, 2))
+    channel = BroadcastChannel(MODEM, Perfect(), 1, blackouts=blackouts)
+    times_s = [math.nextafter(10.0, 0.0), 10.0, 15.0, math.nextafter(20.0, 0.0), 20.0, 30.0]
+    heard = [[arrival.receiver for arrival in channel.transmit(0, 0, b"x", t_s, TOGETHER_M)] for t_s in times_s]
+    assert heard == [[1, 2, 3], [2, 3], [3], [3], [1, 3], [1, 2, 3]]
+
+
+def test_a_blackout_changes_no_loss_outside_of_it():
+    plain = lost(BroadcastChannel(MODEM, Bernoulli(0.4), seed=1), 200)
+    cut = lost(BroadcastChannel(MODEM, Bernoulli(0.4), seed=1, blackouts=(Blackout(100.0, 200.0),)), 200)
+    inside = {(slot, node) for slot in range(50, 100) for node in range(4) if node != slot % 4}  # a slot each 2 s
+    assert cut == plain | inside

@@ -1,0 +1,51 @@
+"""What all tables of a scenario or study share: their base, their commonest types, and how they are read raw."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from difflib import get_close_matches
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from missions.errors import ConfigurationFault
+
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+Probability = Annotated[float, Field(ge=0.0, le=1.0)]
+Name = Annotated[str, Field(min_length=1, max_length=40, pattern=r"^[^.\n]+$")]
+PointM = tuple[float, float]
+
+Raw = Mapping[str, Any]
+"""A table as TOML has it, not checked yet."""
+
+
+class Table(BaseModel):
+    """A TOML table: frozen, and no key that is not listed here."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+def entries(raw: Raw, key: str) -> list[Raw]:
+    """The tables of a list of tables; what is none is passed over."""
+    found = raw.get(key, [])
+    return [e for e in found if isinstance(e, dict)] if isinstance(found, list) else []
+
+
+def names_of(raw: Raw, key: str) -> list[str]:
+    """Names of the tables of a list."""
+    return [e["name"] for e in entries(raw, key) if isinstance(e.get("name"), str)]
+
+
+def table_of(raw: Raw, key: str) -> Raw:
+    """The table below a key; an empty one if there is none."""
+    table = raw.get(key, {})
+    return table if isinstance(table, dict) else {}
+
+
+def one_of(key: str, given: Any, allowed: Sequence[str]) -> Iterator[ConfigurationFault]:
+    """A fault, with the nearest name, if a text is none of those allowed."""
+    if isinstance(given, str) and given not in allowed:
+        nearest = get_close_matches(given, allowed, n=1)
+        hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
+        yield ConfigurationFault(key, f'"{given}"', f"allowed: {', '.join(allowed) or 'none'}{hint}")

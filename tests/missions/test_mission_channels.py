@@ -1,0 +1,314 @@
+"""The table [channel]: what of it is used, what is refused, and what a mission hears."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from small_mission import SMALL, line_of, named, run_varied, shipped_tables
+
+from exchange.acoustics.link import LINKS, GilbertElliott
+from missions.channel import OF_MODELS, USED_BY, ChannelTable
+from missions.errors import ConfigurationError, ConfigurationFault
+from missions.results import identity, summary
+from missions.run import Run, channel_of
+from missions.scenario import Scenario, explanations, load
+from missions.study import load_study
+
+SHIPPED = ["ASV00", "AUV00", "AUV01", "AUV02"]
+OWN = '[channel]\nname = "bernoulli"\nper = 0.2\n'
+LINKED = """\
+[channel]
+name = "matrix"
+per = 0.2
+
+[[channel.link]]
+sender = "Diver"
+receiver = "Boat"
+per = 0.5
+
+[[channel.link]]
+sender = "Boat"
+receiver = "Diver"
+per = 1.0
+
+[[channel.blackout]]
+from_s = 600.0
+until_s = 900.0
+vehicle = "Diver"
+"""
+BURSTS = """\
+[channel]
+name = "gilbert-elliott"
+p_good_to_bad = 0.1
+p_bad_to_good = 0.3
+per_good = 0.05
+per_bad = 0.8
+"""
+
+
+def loaded(folder: Path, channel: str, *settings: str) -> Scenario:
+    file = folder / "pond.toml"
+    file.write_text(SMALL.replace(OWN, channel), encoding="utf-8")
+    return load(str(file), [("--set", setting) for setting in settings])
+
+
+def faults_of(folder: Path, channel: str, *settings: str) -> tuple[ConfigurationFault, ...]:
+    with pytest.raises(ConfigurationError) as caught:
+        loaded(folder, channel, *settings)
+    return caught.value.faults
+
+
+def test_every_model_that_can_be_named_says_which_keys_it_uses():
+    assert set(USED_BY) == set(LINKS)
+    assert set(ChannelTable.model_fields) == OF_MODELS | {"name", "blackout"}
+
+
+# What is read -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", list(LINKS))
+def test_every_model_runs_as_soon_as_it_is_named(name: str):
+    scenario = load("mapping-rendezvous", [("--channel", f"channel.name={name}")])
+    assert 0.0 <= channel_of(scenario, 1).link.p_loss(5, 0, 1, 800.0) <= 1.0
+    assert 0.0 <= identity(scenario, 1)["per"] <= 1.0
+
+
+def test_links_and_blackouts_are_of_the_nodes_that_own_the_slots(tmp_path: Path):
+    """Boat is the first vehicle of the file and owns slot 1."""
+    channel = channel_of(loaded(tmp_path, LINKED), 1)
+    assert (channel.link.p_loss(0, 0, 1, 9.0), channel.link.p_loss(1, 1, 0, 9.0)) == (0.5, 1.0)
+    assert [(b.from_s, b.until_s, b.node) for b in channel.blackouts] == [(600.0, 900.0, 0)]
+
+
+def test_the_states_of_the_links_come_from_the_seed_of_the_run(tmp_path: Path):
+    link = channel_of(loaded(tmp_path, BURSTS, "channel.per_bad=0.9"), 7).link
+    assert link == GilbertElliott(0.1, 0.3, 0.05, 0.9, seed=7)
+
+
+@pytest.mark.parametrize(
+    ("channel", "per"),
+    [
+        ('[channel]\nname = "perfect"\n', 0.0),
+        (OWN, 0.2),
+        (LINKED, 0.75),  # (0.5 + 1.0) / 2
+        (LINKED.replace('[[channel.link]]\nsender = "Boat"\nreceiver = "Diver"\nper = 1.0\n', ""), 0.35),
+        (BURSTS, 0.2375),  # 3/4 * 0.05 + 1/4 * 0.8
+        (BURSTS + "[[channel.blackout]]\nfrom_s = 0\nuntil_s = 1e5\n", 0.2375),
+    ],
+)
+def test_the_summary_has_the_mean_packet_error_rate(tmp_path: Path, channel: str, per: float):
+    assert identity(loaded(tmp_path, channel), 1)["per"] == pytest.approx(per, rel=1e-12)
+
+
+@pytest.mark.parametrize("channel", [OWN, LINKED, BURSTS])
+@pytest.mark.parametrize("settings", [(), ("channel.name=perfect",), ("channel.name=gilbert-elliott",)])
+def test_what_is_written_is_read_again(tmp_path: Path, channel: str, settings: tuple[str, ...]):
+    """As the manifest has it: settings of a model that was replaced are not in it."""
+    scenario = loaded(tmp_path, channel, *settings)
+    again = Scenario.model_validate_json(scenario.model_dump_json(exclude_none=True))
+    assert again == scenario
+    table = scenario.channel.model_dump()
+    assert set(table) == {"name", "blackout", *USED_BY[scenario.channel.name]}
+
+
+def test_every_key_is_explained():
+    known = explanations()
+    keys = [
+        "link.sender",
+        "link.receiver",
+        "link.per",
+        "p_good_to_bad",
+        "per_bad",
+        "blackout.from_s",
+        "blackout.vehicle",
+    ]
+    assert all(known[f"channel.{key}"][1] for key in keys)
+
+
+# What is refused ----------------------------------------------------------------------------------
+
+ONE_FAULT = [
+    # (channel, replaced, by, key, given, what the message says)
+    (LINKED, 'sender = "Diver"', 'sender = "Diner"', "link.1.sender", '"Diner"', "did you mean 'Diver'"),
+    (LINKED, 'receiver = "Diver"', 'receiver = "Jetty"', "link.2.receiver", '"Jetty"', "allowed: Boat, Diver"),
+    (LINKED, 'receiver = "Diver"', 'receiver = "Boat"', "link.2.receiver", '"Boat"', "must not be the sender"),
+    (LINKED, "per = 1.0", "per = 1.1", "link.2.per", "1.1", "less than or equal to 1"),
+    (LINKED, "per = 0.5", "per = -0.1", "link.1.per", "-0.1", "greater than or equal to 0"),
+    (LINKED, "per = 0.5", "prr = 0.5", "link.1.prr", "0.5", "did you mean 'per'"),
+    (LINKED, "until_s = 900.0", "until_s = 600.0", "blackout.1.until_s", "600.0", "above from_s = 600.0"),
+    (LINKED, "from_s = 600.0", "from_s = -1.0", "blackout.1.from_s", "-1.0", "greater than or equal to 0"),
+    (LINKED, 'vehicle = "Diver"', 'vehicle = "Drive"', "blackout.1.vehicle", '"Drive"', "did you mean 'Diver'"),
+    (BURSTS, "p_good_to_bad = 0.1", "p_good_to_bad = 0.8", "p_good_to_bad", "0.8", "at most 1, not 1.1"),
+    (BURSTS, "p_bad_to_good = 0.3", "p_bad_to_good = 0.95", "p_bad_to_good", "0.95", "at most 1, not 1.05"),
+    (BURSTS, "per_bad = 0.8", "per_bad = 1.01", "per_bad", "1.01", "less than or equal to 1"),
+    (BURSTS, "per_bad = 0.8", "per = 0.8", "per", "0.8", "not used by the gilbert-elliott channel, only by bernoulli"),
+    (OWN, "per = 0.2", "per_bad = 0.2", "per_bad", "0.2", "not used by the bernoulli channel, only by gilbert-elliott"),
+]
+
+
+@pytest.mark.parametrize(("channel", "old", "new", "key", "given", "says"), ONE_FAULT, ids=[c[2] for c in ONE_FAULT])
+def test_one_fault_is_one_clear_message(
+    tmp_path: Path, channel: str, old: str, new: str, key: str, given: str, says: str
+):
+    changed = channel.replace(old, new, 1)
+    assert changed != channel
+    (fault,) = [fault for fault in faults_of(tmp_path, changed) if fault.key == f"channel.{key}"]
+    assert fault.given == given
+    assert says in fault.allowed
+    assert fault.line == line_of(SMALL, "[channel]") + channel[: channel.index(old)].count("\n")
+
+
+def test_a_link_that_is_listed_twice_is_a_fault(tmp_path: Path):
+    twice = LINKED.replace('sender = "Boat"\nreceiver = "Diver"', 'sender = "Diver"\nreceiver = "Boat"')
+    (fault,) = faults_of(tmp_path, twice)
+    assert (fault.key, fault.allowed) == ("channel.link.2.receiver", "the link from Diver to Boat is listed twice")
+
+
+def test_a_chain_that_never_changes_is_a_fault(tmp_path: Path):
+    (fault,) = faults_of(tmp_path, BURSTS, "channel.p_good_to_bad=0", "channel.p_bad_to_good=0")
+    assert "above 0" in fault.allowed
+
+
+@pytest.mark.parametrize(
+    ("channel", "settings", "key"),
+    [
+        (OWN, ["channel.per_bad=0.9"], "channel.per_bad"),
+        (OWN, ["channel.name=gilbert-elliott", "channel.per=0.3"], "channel.per"),
+        (OWN, ['channel={name = "bernoulli", per_good = 0.1}'], "channel.per_good"),
+        (OWN, ['channel.link=[{sender = "Boat", receiver = "Diver", per = 0.1}]'], "channel.link"),
+        (BURSTS, ["channel.name=bernoulli", "channel.per_bad=0.9"], "channel.per_bad"),
+        (BURSTS + "per = 0.1\n", ["channel.name=gilbert-elliott"], "channel.per"),
+        (OWN + "per_bad = 0.1\n", ["channel.name=matrix"], "channel.per_bad"),
+    ],
+)
+def test_a_setting_without_effect_is_refused(tmp_path: Path, channel: str, settings: list[str], key: str):
+    faults = faults_of(tmp_path, channel, *settings)
+    assert [fault.key for fault in faults if key in fault.key] == [fault.key for fault in faults]
+    assert "not used by" in faults[0].allowed
+
+
+@pytest.mark.parametrize(
+    ("channel", "settings"),
+    [
+        (OWN, ["channel.name=perfect"]),
+        (OWN, ["channel.name=perfect", "channel.per=0.5"]),
+        (OWN, ["channel.name=gilbert-elliott"]),
+        (BURSTS, ["channel.name=bernoulli", "channel.per=0.5"]),
+        (LINKED, ["channel.name=bernoulli"]),
+        (LINKED.replace('"matrix"', '"perfect"'), []),
+    ],
+)
+def test_settings_of_a_model_that_is_replaced_or_of_a_perfect_channel_are_left_aside(
+    tmp_path: Path, channel: str, settings: list[str]
+):
+    kept = loaded(tmp_path, channel, *settings).channel
+    assert kept == ChannelTable(**kept.model_dump())
+
+
+# In a study ---------------------------------------------------------------------------------------
+
+STUDY = """
+[study]
+name = "s"
+scenario = "mapping-rendezvous"
+repeats = 1
+[[channel]]
+"""
+
+
+def channels_of(folder: Path, tables: str) -> list[ChannelTable]:
+    file = folder / "study.toml"
+    file.write_text(STUDY + tables, encoding="utf-8")
+    return [configuration.scenario.channel for configuration in load_study(str(file)).configurations]
+
+
+def test_a_study_sweeps_the_rates_of_bursts(tmp_path: Path):
+    text = 'name = "gilbert-elliott"\np_good_to_bad = [0.01, 0.1]\n[grid]\nchannel.per_bad = [0.5, 0.9, 1.0]\n'
+    found = {(channel.p_good_to_bad, channel.per_bad) for channel in channels_of(tmp_path, text)}
+    assert found == {(p, per) for p in (0.01, 0.1) for per in (0.5, 0.9, 1.0)}
+
+
+def test_links_and_blackouts_of_a_study_are_one_value_each(tmp_path: Path):
+    text = 'name = "matrix"\nper = [0.1, 0.2]\n'
+    for sender in SHIPPED[1:]:
+        text += f'[[channel.link]]\nsender = "{sender}"\nreceiver = "ASV00"\nper = 0.5\n'
+    text += "[[channel.blackout]]\nfrom_s = 10\nuntil_s = 20\n[[channel.blackout]]\nfrom_s = 30\nuntil_s = 40\n"
+    channels = channels_of(tmp_path, text)
+    assert [(channel.per, len(channel.link), len(channel.blackout)) for channel in channels] == [
+        (0.1, 3, 2),
+        (0.2, 3, 2),
+    ]
+
+
+def test_a_list_of_lists_of_blackouts_is_a_grid(tmp_path: Path):
+    text = 'name = "perfect"\n[grid]\nchannel.blackout = [[], [{from_s = 10.0, until_s = 20.0, vehicle = "AUV01"}]]\n'
+    assert [len(channel.blackout) for channel in channels_of(tmp_path, text)] == [0, 1]
+
+
+def test_a_perfect_channel_runs_once_however_many_rates_the_study_has(tmp_path: Path):
+    text = 'name = "perfect"\n[[channel]]\nname = "bernoulli"\n[grid]\nchannel.per = [0.1, 0.2]\n'
+    assert [channel.name for channel in channels_of(tmp_path, text)] == ["perfect", "bernoulli", "bernoulli"]
+
+
+@pytest.mark.parametrize(
+    ("tables", "says"),
+    [
+        ('name = "bernoulli"\nper_bad = 0.5\n', r"study.toml:8: channel.per_bad.* not used by the bernoulli channel"),
+        ('name = "gilbert-elliott"\nper = [0.1, 0.2]\n', r"study.toml:8: channel.per.* not used by the gilbert"),
+        ('name = "matrix"\n[[channel.link]]\nsender = "AUV0"\nreceiver = "ASV00"\nper = 1\n', r"did you mean 'AUV02'"),
+    ],
+)
+def test_bad_channels_of_a_study_are_named_with_their_place(tmp_path: Path, tables: str, says: str):
+    with pytest.raises(ConfigurationError, match=says):
+        channels_of(tmp_path, tables)
+
+
+# In a mission -------------------------------------------------------------------------------------
+
+
+def run_with(folder: Path, channel: dict[str, Any], seed: int = 1) -> Run:
+    return run_varied(folder, lambda raw: raw.update(channel=channel), "scenario.duration_s=150", seed=seed)
+
+
+def lost_by(run: Run) -> dict[tuple[float, str], set[str]]:
+    """Who did not hear the packet, by its time and sender."""
+    return {(time_s, sender): set(lost) for _, time_s, sender, _, _, _, _, lost in run.recorder.packets}
+
+
+def test_the_fleet_of_the_shipped_scenario_is_the_one_meant_here():
+    assert [vehicle["name"] for vehicle in shipped_tables()["vehicle"]] == SHIPPED
+    assert named(shipped_tables()["vehicle"], "AUV01")["slot"] == 2
+
+
+def test_a_blackout_cuts_exactly_its_time_out_of_a_mission(tmp_path: Path):
+    """All are within range; AUV01 is deaf and dumb from 30 to 60 s, everybody from 80 s to 90 s."""
+    blackouts = [{"from_s": 30.0, "until_s": 60.0, "vehicle": "AUV01"}, {"from_s": 80.0, "until_s": 90.0}]
+    packets = lost_by(run_with(tmp_path, {"name": "perfect", "blackout": blackouts}))
+    assert {sender for time_s, sender in packets if 30.0 <= time_s < 60.0} == set(SHIPPED)
+    for (time_s, sender), lost in packets.items():
+        others = set(SHIPPED) - {sender}
+        if 80.0 <= time_s < 90.0 or (30.0 <= time_s < 60.0 and sender == "AUV01"):
+            assert lost == others
+        else:
+            assert lost == ({"AUV01"} if 30.0 <= time_s < 60.0 else set())
+
+
+def test_a_link_may_be_lost_in_one_direction_only(tmp_path: Path):
+    link = {"sender": "AUV00", "receiver": "ASV00", "per": 1.0}
+    run = run_with(tmp_path, {"name": "matrix", "link": [link]})
+    packets = lost_by(run)
+    assert {sender for _, sender in packets} == set(SHIPPED)
+    assert all(lost == ({"ASV00"} if sender == "AUV00" else set()) for (_, sender), lost in packets.items())
+    assert summary(run)["per"] == pytest.approx(1 / 12)
+
+
+def test_bursts_are_those_of_the_seed_and_a_higher_loss_in_them_loses_more(tmp_path: Path):
+    """The bad slots of a run lose all with per_bad = 1, the good ones nothing with per_good = 0."""
+    bursts = {"name": "gilbert-elliott", "per_good": 0.0, "per_bad": 1.0}
+    run = run_with(tmp_path, bursts, seed=3)
+    link = GilbertElliott(0.1, 0.3, 0.0, 1.0, seed=3)
+    nodes = {name: node for node, name in enumerate(SHIPPED)}
+    assert any(row[7] for row in run.recorder.packets)
+    for slot, _, sender, _, _, _, _, lost in run.recorder.packets:
+        others = [name for name in SHIPPED if name != sender]
+        assert set(lost) == {name for name in others if link.is_bad(slot, nodes[sender], nodes[name])}
