@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 import json
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
 from typing import Any
 
@@ -19,6 +19,13 @@ from exchange.acoustics.link import LINKS
 from exchange.acoustics.modems import modems
 from exchange.policies import POLICIES, header_bits
 from missions.errors import ConfigurationFault
+from missions.raw_tables import Raw
+from missions.raw_tables import bounds_m as _bounds
+from missions.raw_tables import entries_of as _entries
+from missions.raw_tables import names_of as _names_of
+from missions.raw_tables import one_of as _one_of
+from missions.raw_tables import point_of as _point
+from missions.raw_tables import table_of as _table
 from remoras.sensors import Seabed
 from remoras.strategies import strategies
 from worldmodel import TBox, core_ontology_paths
@@ -30,34 +37,11 @@ ROOM_BITS = 128
 MAX_COORDINATE_M = 9000.0
 """The ``position`` attribute reaches somewhat farther than the world may, for vehicles that drift out of it."""
 
-Raw = Mapping[str, Any]
-
 
 def cross_faults(raw: Raw) -> list[ConfigurationFault]:
     """All faults between the tables of ``raw``."""
     checks = (_names, _slots, _times, _world, _areas, _choices, _needs, _groups, _played_by, _vehicles, _mission)
     return [fault for check in checks for fault in check(raw)]
-
-
-def _entries(raw: Raw, key: str) -> list[Raw]:
-    entries = raw.get(key, [])
-    return [e for e in entries if isinstance(e, dict)] if isinstance(entries, list) else []
-
-
-def _names_of(raw: Raw, key: str) -> list[str]:
-    return [e["name"] for e in _entries(raw, key) if isinstance(e.get("name"), str)]
-
-
-def _table(raw: Raw, key: str) -> Raw:
-    table = raw.get(key, {})
-    return table if isinstance(table, dict) else {}
-
-
-def _one_of(key: str, given: Any, allowed: Sequence[str]) -> Iterator[ConfigurationFault]:
-    if isinstance(given, str) and given not in allowed:
-        nearest = get_close_matches(given, allowed, n=1)
-        hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
-        yield ConfigurationFault(key, f'"{given}"', f"allowed: {', '.join(allowed) or 'none'}{hint}")
 
 
 def _names(raw: Raw) -> Iterator[ConfigurationFault]:
@@ -99,15 +83,6 @@ def _times(raw: Raw) -> Iterator[ConfigurationFault]:
         yield ConfigurationFault("decision.period_s", str(period), f"allowed: scenario.tick_s = {tick} or more")
 
 
-def _bounds(raw: Raw) -> tuple[float, float, float, float] | None:
-    world = _table(raw, "world")
-    try:
-        (x_min, x_max), (y_min, y_max) = world["x_m"], world["y_m"]
-        return float(x_min), float(y_min), float(x_max), float(y_max)
-    except (KeyError, TypeError, ValueError):
-        return None
-
-
 def _world(raw: Raw) -> Iterator[ConfigurationFault]:
     bounds = _bounds(raw)
     if bounds is None:
@@ -135,14 +110,6 @@ def _world(raw: Raw) -> Iterator[ConfigurationFault]:
             yield ConfigurationFault(
                 key, f"[{x}, {y}]", f"outside the world, x {x_min} to {x_max}, y {y_min} to {y_max}"
             )
-
-
-def _point(entry: Raw, key: str) -> list[tuple[float, float]]:
-    try:
-        x, y = entry[key]
-        return [(float(x), float(y))]
-    except (KeyError, TypeError, ValueError):
-        return []
 
 
 def _points(entry: Raw, key: str) -> list[tuple[float, float]]:
