@@ -1,4 +1,5 @@
-"""Cost of a sweep over the runs it makes, its gain from a second process, and the size of its trajectories."""
+"""Cost of a sweep over the runs it makes, its gain from a second process, the size of its trajectories, and the cost
+of a run of the shipped comparison of strategies."""
 
 from __future__ import annotations
 
@@ -9,15 +10,20 @@ import time
 from pathlib import Path
 from typing import Any
 
+from missions.execution import run_task
 from missions.plan import Plan
 from missions.run import run
 from missions.step_tables import packed, writer
-from missions.study import Study, load_study
+from missions.study import Study, load_study, shipped_studies
 from missions.sweep import sweep
 
 REPEATS = 12
 TRIES = 2
 MEASURED_ROWS, STATED_ROWS = 1_000_000, 8_000_000
+
+COMPARISON = "strategies-under-loss"
+RUNS_PER_STRATEGY = 3
+RUN_LIMIT_S = 0.5
 
 STUDY = f"""
 [study]
@@ -71,6 +77,31 @@ def trajectory_bytes(of: Study) -> tuple[int, int]:
     return n_rows, len(buffer.getvalue())
 
 
+def mean_run_s(of: Study) -> float:
+    """Mean CPU seconds of a run, over configurations of every strategy that are evenly spaced in the study."""
+    plan, by_strategy = Plan(of), dict[str, list[int]]()
+    for number, configuration in enumerate(of.configurations):
+        by_strategy.setdefault(configuration.scenario.strategy.name, []).append(number)
+    total_s = 0.0
+    for numbers in by_strategy.values():
+        n_runs = min(RUNS_PER_STRATEGY, len(numbers))
+        tasks = [plan.task(numbers[(2 * k + 1) * len(numbers) // (2 * n_runs)], 0) for k in range(n_runs)]
+        began = time.process_time()
+        for task in tasks:
+            run_task(task)
+        total_s += (time.process_time() - began) / n_runs * len(numbers)
+    return total_s / len(of.configurations)
+
+
+def comparison_rows() -> list[dict[str, Any]]:
+    """Cost of a run of the comparison; nothing where this version does not ship it."""
+    if COMPARISON not in shipped_studies():
+        return []
+    value_s = mean_run_s(load_study(COMPARISON))
+    name = f"run of {COMPARISON}, mean"
+    return [_row(name, value_s, "s CPU", "limit", RUN_LIMIT_S, value_s / RUN_LIMIT_S)]
+
+
 def rows() -> list[dict[str, Any]]:
     """Benchmark rows: the best of some tries, the three measured in turn."""
     of = study()
@@ -82,6 +113,7 @@ def rows() -> list[dict[str, Any]]:
         _row("sweep of 48 missions, 1 process", one_s, "s", "bare loop", bare_s, one_s / bare_s),
         _row("sweep of 48 missions, 2 processes", two_s, "s", "1 process", one_s, one_s / two_s),
         _row(f"8 M trajectory rows, from {n_rows / 1e6:.2f} M", size_mb, "MB", "limit", 60.0, size_mb / 60.0),
+        *comparison_rows(),
     ]
 
 

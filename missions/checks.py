@@ -19,7 +19,7 @@ from exchange.acoustics.modems import modems
 from exchange.policies import POLICIES, header_bits
 from missions.channel import channel_faults
 from missions.errors import ConfigurationFault
-from missions.tables import Raw, entries, names_of, one_of, table_of
+from missions.tables import Raw, bounds_of, entries, names_of, one_of, point_of, table_of
 from remoras.errors import StrategyError
 from remoras.sensors import Seabed
 from remoras.strategies import configured, strategies
@@ -81,17 +81,8 @@ def _times(raw: Raw) -> Iterator[ConfigurationFault]:
         yield ConfigurationFault("decision.period_s", str(period), f"allowed: scenario.tick_s = {tick} or more")
 
 
-def _bounds(raw: Raw) -> tuple[float, float, float, float] | None:
-    world = table_of(raw, "world")
-    try:
-        (x_min, x_max), (y_min, y_max) = world["x_m"], world["y_m"]
-        return float(x_min), float(y_min), float(x_max), float(y_max)
-    except (KeyError, TypeError, ValueError):
-        return None
-
-
 def _world(raw: Raw) -> Iterator[ConfigurationFault]:
-    bounds = _bounds(raw)
+    bounds = bounds_of(raw)
     if bounds is None:
         return
     x_min, y_min, x_max, y_max = bounds
@@ -109,9 +100,9 @@ def _world(raw: Raw) -> Iterator[ConfigurationFault]:
     places += [
         (f"rally_point.{r.get('name')}.position_m", p)
         for r in entries(raw, "rally_point")
-        for p in _point(r, "position_m")
+        for p in point_of(r, "position_m")
     ]
-    places += [(f"vehicle.{v.get('name')}.start_m", p) for v in entries(raw, "vehicle") for p in _point(v, "start_m")]
+    places += [(f"vehicle.{v.get('name')}.start_m", p) for v in entries(raw, "vehicle") for p in point_of(v, "start_m")]
     for key, (x, y) in places:
         if not (x_min <= x <= x_max and y_min <= y <= y_max):
             yield ConfigurationFault(
@@ -119,17 +110,9 @@ def _world(raw: Raw) -> Iterator[ConfigurationFault]:
             )
 
 
-def _point(entry: Raw, key: str) -> list[tuple[float, float]]:
-    try:
-        x, y = entry[key]
-        return [(float(x), float(y))]
-    except (KeyError, TypeError, ValueError):
-        return []
-
-
 def _points(entry: Raw, key: str) -> list[tuple[float, float]]:
     corners = entry.get(key, [])
-    return [p for c in corners for p in _point({"c": c}, "c")] if isinstance(corners, list) else []
+    return [p for c in corners for p in point_of({"c": c}, "c")] if isinstance(corners, list) else []
 
 
 def _areas(raw: Raw) -> Iterator[ConfigurationFault]:

@@ -133,8 +133,21 @@ def _cells(lines: Iterable[Line], left_out: Collection[str]) -> dict[Cell, dict[
             scenario, strategy, policy, channel, per = (summary[key] for key in CELL_FIELDS)
             cell = Cell(scenario, strategy, policy, channel, per, settings)
             found.setdefault(cell, {})[line["repeat"]] = summary
-    ordered = sorted(found, key=lambda c: (c.scenario, c.channel, c.per, c.settings, c.strategy, c.policy))
+    ordered = sorted(found, key=_in_order)
     return {cell: dict(sorted(found[cell].items())) for cell in ordered}
+
+
+def _in_order(cell: Cell) -> tuple[Any, ...]:
+    """Settings that are numbers go by their value: 4 vehicles come before 16."""
+    settings = tuple((key, _number(value), value) for key, value in cell.settings)
+    return cell.scenario, cell.channel, cell.per, settings, cell.strategy, cell.policy
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return 0.0
 
 
 def _values(runs: Mapping[int, Mapping[str, Any]], metric: str) -> dict[int, float]:

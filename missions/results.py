@@ -12,7 +12,8 @@ import math
 import platform
 import statistics
 import tempfile
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import metadata
@@ -24,7 +25,7 @@ import pyarrow.parquet as pq
 import tomli_w
 
 from missions.errors import OutputError
-from missions.run import Run, seabed_of
+from missions.run import Run, seabed_of, transmit_j_per_bit
 from missions.scenario import Scenario
 from remoras.recorder import TABLES, Recorder
 
@@ -42,6 +43,8 @@ def summary(run: Run) -> dict[str, Any]:
     ``coverage_fraction``: cells of the areas that somebody mapped. ``duplicate_fraction``: share of the mapping that
     was done again by another vehicle. ``delivery_ratio``: packets received among all (packet, receiver) pairs.
     Latencies: from an item's observation to its reception, over all (item, receiver) pairs; NaN becomes null.
+    ``consistency_time_s`` and ``consistent_fraction``: see ``consistency``. ``least_mapped_fraction``: see there.
+    ``modem_energy_j``: of ``energy_j`` what the modems sent with.
     """
     scenario, recorder = run.scenario, run.recorder
     received = sum(len(row[6]) for row in recorder.packets)
@@ -49,6 +52,8 @@ def summary(run: Run) -> dict[str, Any]:
     mapped = {(row[2], row[3]) for row in recorder.coverage}
     n_cells = len(seabed_of(scenario).cells)
     latencies = sorted(_latencies_s(recorder))
+    n_bits = sum(row[3] for row in recorder.packets)
+    consistency_time_s, consistent_fraction = consistency(recorder, len(scenario.vehicle))
     return {
         **identity(scenario, run.seed),
         "completed": run.completed,
@@ -56,13 +61,17 @@ def summary(run: Run) -> dict[str, Any]:
         "mission_time_s": round(run.end_s, 4),
         "coverage_fraction": len(mapped) / n_cells if n_cells else 0.0,
         "duplicate_fraction": 1.0 - len(mapped) / len(recorder.coverage) if recorder.coverage else 0.0,
+        "least_mapped_fraction": least_mapped_fraction(recorder, area_roles(scenario)),
         "distance_m": round(run.distance_m, 3),
         "energy_j": round(_energy_j(recorder), 2),
+        "modem_energy_j": round(n_bits * transmit_j_per_bit(scenario), 2),
         "n_packets": len(recorder.packets),
-        "n_bytes": sum(row[3] for row in recorder.packets) // 8,
+        "n_bytes": n_bits // 8,
         "delivery_ratio": received / (received + lost) if received + lost else None,
         "mean_latency_s": round(statistics.fmean(latencies), 4) if latencies else None,
         "p95_latency_s": round(quantile(latencies, 0.95), 4) if latencies else None,
+        "consistency_time_s": None if consistency_time_s is None else round(consistency_time_s, 4),
+        "consistent_fraction": consistent_fraction,
         "false_beliefs": run.n_false_beliefs,
         "wall_s": round(run.wall_s, 3),
         "milestones": [
@@ -100,6 +109,48 @@ def quantile(ordered: Sequence[float], share: float) -> float:
 def _latencies_s(recorder: Recorder) -> list[float]:
     observed = {item: time_s for time_s, _, item, _, event in recorder.knowledge if event == "observed"}
     return [time_s - observed[item] for time_s, _, item, _, event in recorder.knowledge if event == "received"]
+
+
+def consistency(recorder: Recorder, n_vehicles: int) -> tuple[float | None, float | None]:
+    """(consistency_time_s, consistent_fraction): how soon the fleet has one picture, and of how much of it.
+
+    An item is consistent once every vehicle of the fleet holds it, one that has fallen silent too. The time is the mean
+    over such items, from the observation of each until its last vehicle held it; None if there is no such item. The
+    fraction is their share of all items observed by the end of the run; None if there were none.
+    """
+    observed_s: dict[str, float] = {}
+    lacking: dict[str, int] = {}
+    waits_s: list[float] = []
+    for time_s, _, item, _, event in recorder.knowledge:  # in time order; a vehicle receives an item once
+        if event == "observed":
+            observed_s[item], lacking[item] = time_s, n_vehicles - 1
+        elif event == "received":
+            lacking[item] -= 1
+            if not lacking[item]:
+                waits_s.append(time_s - observed_s[item])
+    if not observed_s:
+        return None, None
+    return (math.fsum(waits_s) / len(waits_s) if waits_s else None), len(waits_s) / len(observed_s)
+
+
+def area_roles(scenario: Scenario) -> set[tuple[str, str]]:
+    """(group, role) of the roles whose holder explores an area."""
+    return {(group.name, role.name) for group in scenario.group for role in group.role if role.area is not None}
+
+
+def least_mapped_fraction(recorder: Recorder, roles: Collection[tuple[str, str]]) -> float | None:
+    """Utility of the worst vehicle: the smallest share of the mapped cells that was first mapped by one vehicle.
+
+    Over the vehicles that held one of ``roles`` at any time. With n of them it is 1/n if they shared the work equally
+    and 0 if one did nothing; None if nobody held such a role or nothing was mapped. (Egalitarian welfare: Brandt
+    et al., Handbook of Computational Social Choice, 2016, chapter 12.)
+    """
+    first: dict[tuple[int, int], str] = {}
+    for _, vehicle, x, y in recorder.coverage:
+        first.setdefault((x, y), vehicle)
+    holders = {vehicle for _, vehicle, group, role, event in recorder.roles if (group, role) in roles}
+    counts = Counter(first.values())
+    return min(counts[vehicle] for vehicle in holders) / len(first) if holders and first else None
 
 
 def _energy_j(recorder: Recorder) -> float:

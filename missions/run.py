@@ -54,17 +54,22 @@ class Run:
     wall_s: float
 
 
-def vehicle_data(table: VehicleTable, transmit_j_per_bit: float) -> VehicleData:
+def vehicle_data(table: VehicleTable, j_per_bit: float) -> VehicleData:
     """Static data of a vehicle from its table; without a sensor it maps nothing."""
     fields = table.model_dump(exclude={"sensor", "slot"})
     sensor = table.sensor
     return VehicleData(
         **fields,
         node=table.slot,
-        transmit_j_per_bit=transmit_j_per_bit,
+        transmit_j_per_bit=j_per_bit,
         swath_m=sensor.swath_m if sensor else 0.0,
         sensor_speed_mps=sensor.speed_limit_mps if sensor else table.survey_speed_mps,
     )
+
+
+def transmit_j_per_bit(scenario: Scenario) -> float:
+    """Energy of the modem for each bit that it sends: its power while it sends over its bit rate."""
+    return scenario.communication.transmit_power_w / modems()[scenario.communication.modem].rate_bps
 
 
 def groups_of(scenario: Scenario) -> tuple[Group, ...]:
@@ -225,8 +230,8 @@ def assemble(scenario: Scenario, seed: int, channel: Channel | None = None) -> F
     codec = codec_of(scenario, tbox, instances)
     needs = needs_of(scenario, tbox)
     modem = modems()[scenario.communication.modem]
-    transmit_j_per_bit = scenario.communication.transmit_power_w / modem.rate_bps
-    database = AUVDatabase(tuple(vehicle_data(table, transmit_j_per_bit) for table in scenario.vehicle))
+    j_per_bit = transmit_j_per_bit(scenario)
+    database = AUVDatabase(tuple(vehicle_data(table, j_per_bit) for table in scenario.vehicle))
     strategy = strategy_of(scenario)
     agreement = agree(strategy, mission, database, groups_of(scenario))
     _refuse_headless(scenario, agreement.organisation)

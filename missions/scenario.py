@@ -18,6 +18,7 @@ from pydantic import BaseModel, Field, ValidationError
 
 from missions.channel import ChannelTable, leave_aside
 from missions.checks import cross_faults, named_object
+from missions.copies import MAX_VEHICLES, SPACING_M, with_copies
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.lines import Path as Path_
 from missions.lines import key_parts, line_of, lines_of, path_of
@@ -140,6 +141,19 @@ class VehicleTable(Table):
     sensor: Sensor | None = Field(None, description="mapping sensor, if it has one")
 
 
+class FleetTable(Table):
+    """Brings the fleet to a size; gone from the resolved scenario, which lists every vehicle."""
+
+    size: int | None = Field(
+        None,
+        ge=2,
+        le=MAX_VEHICLES,
+        description="vehicles, listed ones and copies; those listed if absent",
+    )
+    copies_of: str | None = Field(None, description="vehicle that is copied to bring the fleet to its size")
+    spacing_m: float = Field(SPACING_M, ge=1.0, description="distance between the starts of copies at one depth")
+
+
 class Scenario(Table):
     """The whole input of a run."""
 
@@ -154,7 +168,8 @@ class Scenario(Table):
     area: tuple[Area, ...] = ()
     rally_point: tuple[RallyPoint, ...] = ()
     group: tuple[GroupTable, ...] = Field(min_length=1)
-    vehicle: tuple[VehicleTable, ...] = Field(min_length=2, max_length=64)
+    fleet: FleetTable | None = Field(None, exclude=True)
+    vehicle: tuple[VehicleTable, ...] = Field(min_length=2, max_length=MAX_VEHICLES)
 
 
 def shipped() -> dict[str, Path]:
@@ -181,18 +196,20 @@ def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenar
     faults = [fault for option, text_ in overrides if (fault := _override(raw, option, text_)) is not None]
     options = {".".join(key_parts(text_.partition("=")[0].strip())): option for option, text_ in overrides}
     faults += leave_aside(own_channel, raw, options)
+    copies = with_copies(raw)
+    faults += copies.faults
     scenario: Scenario | None = None
     try:
-        scenario = Scenario.model_validate_json(json.dumps(raw, default=str), strict=True)
+        scenario = Scenario.model_validate_json(json.dumps(copies.raw, default=str), strict=True)
     except ValidationError as error:
-        faults += [_fault_of(detail, raw) for detail in error.errors() if not _is_consequence(detail)]
+        faults += [_fault_of(detail, copies.raw) for detail in error.errors() if not _is_consequence(detail)]
     known = {(fault.key, fault.given) for fault in faults}
-    faults += [fault for fault in cross_faults(raw) if (fault.key, fault.given) not in known]
+    faults += [fault for fault in cross_faults(copies.raw) if (fault.key, fault.given) not in known]
     if faults or scenario is None:
         lines = lines_of(text)
-        located = [_located(fault, raw, lines, options) for fault in faults]
+        located = [_located(fault, raw, lines, options) for fault in copies.attributed(faults)]
         raise ConfigurationError(path, sorted(located, key=lambda fault: fault.line or 0))
-    return scenario
+    return scenario.model_copy(update={"fleet": None})
 
 
 def _read(name_or_path: str) -> tuple[str, str]:
@@ -335,24 +352,26 @@ def _limit(constraint: Any) -> str:
     )
 
 
-def explanations() -> dict[str, tuple[str, str]]:
-    """(type and range, meaning) of every key, by dotted key; entries of lists without their name."""
+def explanations_of(root: type[BaseModel], prefix: str = "") -> dict[str, tuple[str, str]]:
+    """(type and range, meaning) of every key of a table and of the tables in it, by dotted key."""
     found: dict[str, tuple[str, str]] = {}
+    for name, info in root.model_fields.items():
+        annotation: Any = info.annotation
+        inner = [annotation, *getattr(annotation, "__args__", ())]
+        nested = next((c for c in inner if isinstance(c, type) and issubclass(c, Table)), None)
+        if nested is not None:
+            found |= explanations_of(nested, f"{prefix}{name}.")
+            continue
+        limits = [text for m in info.metadata if (text := _limit(m))]
+        default = "" if info.is_required() else f", default {info.default!r}"
+        kind = getattr(annotation, "__name__", str(annotation)).replace("typing.", "")
+        found[prefix + name] = (", ".join([kind, *limits]) + default, info.description or "")
+    return found
 
-    def visit(table: type[BaseModel], prefix: str) -> None:
-        for name, info in table.model_fields.items():
-            annotation: Any = info.annotation
-            inner = [annotation, *getattr(annotation, "__args__", ())]
-            nested = next((c for c in inner if isinstance(c, type) and issubclass(c, Table)), None)
-            if nested is not None:
-                visit(nested, f"{prefix}{name}.")
-                continue
-            limits = [text for m in info.metadata if (text := _limit(m))]
-            default = "" if info.is_required() else f", default {info.default!r}"
-            kind = getattr(annotation, "__name__", str(annotation)).replace("typing.", "")
-            found[prefix + name] = (", ".join([kind, *limits]) + default, info.description or "")
 
-    visit(Scenario, "")
+def explanations() -> dict[str, tuple[str, str]]:
+    """(type and range, meaning) of every key of a scenario; entries of lists without their name."""
+    found = explanations_of(Scenario)
     for name in shipped():
-        visit(named_object(load(name).scenario.mission).Settings, "mission.")
+        found |= explanations_of(named_object(load(name).scenario.mission).Settings, "mission.")
     return found

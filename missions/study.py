@@ -1,8 +1,9 @@
 """Study: what a sweep varies, frozen, read from a TOML file and checked whole.
 
-The design is scenarios x strategies x policies x channels x points. A point sets keys of the scenario, named as
-``--set`` names them; points come from a full grid, a list or a Latin hypercube. Every configuration of the design is
-resolved when the study is loaded, so that a study that starts can also finish: all faults are reported at once.
+The design is scenarios x vehicles x strategies x policies x channels x points. A point sets keys of the scenario,
+named as ``--set`` names them; points come from a full grid, a list or a Latin hypercube. Every configuration of the
+design is resolved when the study is loaded, so that a study that starts can also finish: all faults are reported at
+once.
 """
 
 from __future__ import annotations
@@ -20,12 +21,13 @@ from typing import Any, Literal
 from pydantic import Field, ValidationError, field_validator
 
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.scenario import Scenario, load, shipped
+from missions.scenario import Scenario, explanations_of, load, shipped
 from missions.tables import Name, Table
 
 METRICS = (
-    "mission_time_s", "completed", "coverage_fraction", "duplicate_fraction", "distance_m", "energy_j", "n_packets",
-    "n_bytes", "delivery_ratio", "mean_latency_s", "p95_latency_s", "false_beliefs",
+    "mission_time_s", "completed", "coverage_fraction", "duplicate_fraction", "least_mapped_fraction", "distance_m",
+    "energy_j", "modem_energy_j", "n_packets", "n_bytes", "delivery_ratio", "mean_latency_s", "p95_latency_s",
+    "consistency_time_s", "consistent_fraction", "false_beliefs",
 )  # fmt: skip
 """Fields of a summary that can be compared."""
 
@@ -40,6 +42,9 @@ class Design(Table):
     scenario: tuple[str, ...] = Field(min_length=1, description="scenario, or list of scenarios: names or files")
     strategies: tuple[str, ...] | None = Field(None, min_length=1, description="strategies; the scenario's if absent")
     policies: tuple[str, ...] | None = Field(None, min_length=1, description="policies; the scenario's if absent")
+    vehicles: tuple[int, ...] | None = Field(
+        None, min_length=1, description="sizes of the fleet (fleet.size); the scenario's if absent"
+    )
     repeats: int = Field(ge=1, le=1_000_000, description="runs of each configuration")
     seed: int = Field(1, ge=0, le=2**53, description="master seed")
     metrics: tuple[str, ...] = Field(
@@ -71,11 +76,17 @@ class StudyFile(Table):
     """A study as its file has it."""
 
     study: Design
-    channel: tuple[dict[str, Any], ...] = ()
-    set: dict[str, Any] = Field({})
-    grid: dict[str, Any] = Field({})
-    point: tuple[dict[str, Any], ...] = ()
-    latin: dict[str, Any] = Field({})
+    channel: tuple[dict[str, Any], ...] = Field(
+        (), description="in a study: a table for each channel, in which a list of values is a grid"
+    )
+    set: dict[str, Any] = Field({}, description="keys of the scenario that are the same in all runs")
+    grid: dict[str, Any] = Field({}, description="keys of the scenario with lists of values; all combinations are run")
+    point: tuple[dict[str, Any], ...] = Field(
+        (), description='keys of the scenario, a table for each point; for sampling = "list"'
+    )
+    latin: dict[str, Any] = Field(
+        {}, description='keys of the scenario with their [lowest, highest]; for sampling = "latin"'
+    )
     stopping: StoppingRule | None = None
 
 
@@ -110,11 +121,36 @@ class Study:
         """Most repeats of a configuration."""
         return self.file.stopping.maximum if self.file.stopping else self.design.repeats
 
+    @property
+    def n_runs(self) -> int:
+        """Runs of the whole study; with a stopping rule the most that there can be."""
+        return len(self.configurations) * self.maximum
+
 
 def shipped_studies() -> dict[str, Path]:
     """Study files that come with the package, by name."""
     folder = Path(str(resources.files("missions"))) / "studies"
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+
+
+def is_study(name_or_path: str) -> bool:
+    """Is this the name of a shipped study, or a TOML file with a table ``[study]``?"""
+    if name_or_path in shipped_studies():
+        return True
+    try:
+        return "study" in tomllib.loads(Path(name_or_path).read_text(encoding="utf-8"))
+    except (OSError, ValueError):  # no such file, not text, not TOML
+        return False
+
+
+def example_study() -> str:
+    """A commented study file to start from."""
+    return (resources.files("missions") / "examples" / "study.toml").read_text(encoding="utf-8")
+
+
+def study_explanations() -> dict[str, tuple[str, str]]:
+    """(type and range, meaning) of every key of a study."""
+    return explanations_of(StudyFile)
 
 
 def load_study(name_or_path: str) -> Study:
@@ -219,6 +255,7 @@ def _resolved(file: StudyFile, folder: Path) -> tuple[tuple[Configuration, ...],
         [("set", tuple(flattened(file.set)))],
         [("study:strategies", (("strategy.name", name),)) for name in design.strategies or ()] or [("", ())],
         [("study:policies", (("communication.policy", name),)) for name in design.policies or ()] or [("", ())],
+        [("study:vehicles", (("fleet.size", size),)) for size in design.vehicles or ()] or [("", ())],
         [("channel", settings) for settings in _channels(file)],
         [(table, point) for point in points(file)],
     ]
@@ -284,10 +321,11 @@ def _own_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
     compared = (*(design.strategies or ()), *(design.policies or ()))
     if design.baseline is not None and design.baseline not in compared:
         yield ConfigurationFault("study:baseline", f'"{design.baseline}"', f"allowed: {', '.join(compared) or 'none'}")
-    lists = {"strategies": design.strategies, "policies": design.policies, "scenario": design.scenario}
+    lists = {"strategies": design.strategies, "policies": design.policies, "scenario": design.scenario,
+             "vehicles": design.vehicles}  # fmt: skip
     for name, values in lists.items():
         if values and len(set(values)) < len(values):
-            yield ConfigurationFault(f"study:{name}", toml_value(values), "a name is listed twice")
+            yield ConfigurationFault(f"study:{name}", toml_value(values), "a value is listed twice")
     if stopping and stopping.minimum > stopping.maximum:
         yield ConfigurationFault("stopping:minimum", str(stopping.minimum), f"allowed: 2 to {stopping.maximum}")
     yield from _point_faults(file)

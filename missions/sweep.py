@@ -52,7 +52,7 @@ Progress = Callable[[int, int], None]
 def estimate(study: Study, jobs: int) -> Estimate:
     """Count the runs of a study and time a few of them, without writing anything."""
     plan = Plan(study)
-    planned = len(study.configurations) * study.maximum
+    planned = study.n_runs
     numbers = sorted({round(share * (len(study.configurations) - 1) / TIMED_RUNS) for share in range(TIMED_RUNS + 1)})
     began = time.perf_counter()
     for number in numbers:

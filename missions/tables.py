@@ -49,3 +49,22 @@ def one_of(key: str, given: Any, allowed: Sequence[str]) -> Iterator[Configurati
         nearest = get_close_matches(given, allowed, n=1)
         hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
         yield ConfigurationFault(key, f'"{given}"', f"allowed: {', '.join(allowed) or 'none'}{hint}")
+
+
+def bounds_of(raw: Raw) -> tuple[float, float, float, float] | None:
+    """(x_min, y_min, x_max, y_max) of the world, metres; None where it is malformed."""
+    world = table_of(raw, "world")
+    try:
+        (x_min, x_max), (y_min, y_max) = world["x_m"], world["y_m"]
+        return float(x_min), float(y_min), float(x_max), float(y_max)
+    except (KeyError, TypeError, ValueError):
+        return None
+
+
+def point_of(entry: Raw, key: str) -> list[PointM]:
+    """The point below a key as the one entry of a list; an empty list if there is none."""
+    try:
+        x, y = entry[key]
+        return [(float(x), float(y))]
+    except (KeyError, TypeError, ValueError):
+        return []

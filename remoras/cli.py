@@ -137,13 +137,17 @@ def plot(
 
 @command("validate")
 def validate(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="Scenario file, or a shipped name.")],
+    file: Annotated[str, typer.Argument(metavar="FILE", help="Scenario or study: a file, or a shipped name.")],
     as_json: Json = False,
 ) -> None:
-    """Check a scenario file whole; every fault is reported with its line."""
+    """Check a scenario or study file whole; every fault is reported with its line."""
     from missions.run import assemble, schedule_of
     from missions.scenario import load
+    from missions.study import is_study
 
+    if is_study(file):
+        _validate_study(file, as_json)
+        return
     scenario = load(file)
     fleet = assemble(scenario, seed=0)
     founded = next(iter(fleet.vehicles)).social.organisation
@@ -152,25 +156,50 @@ def validate(
     if as_json:
         founding = [{"vehicle": a.vehicle, "group": a.group, "role": a.role} for a in sorted(founded.assignments)]
         show_json(
-            {"file": file, "ok": True, "slot_s": schedule.slot_s, "frame_s": schedule.frame_s, "founding": founding}
+            {
+                "file": file,
+                "kind": "scenario",
+                "ok": True,
+                "slot_s": schedule.slot_s,
+                "frame_s": schedule.frame_s,
+                "founding": founding,
+            }
         )
         return
     print(
-        f"{file}: ok; {len(scenario.vehicle)} vehicles, {len(scenario.group)} groups, {len(scenario.area)} areas, "
-        f"slot {schedule.slot_s:.3f} s, frame {schedule.frame_s:.2f} s"
+        f"{file}: scenario ok; {len(scenario.vehicle)} vehicles, {len(scenario.group)} groups, "
+        f"{len(scenario.area)} areas, slot {schedule.slot_s:.3f} s, frame {schedule.frame_s:.2f} s"
     )
     for assignment in sorted(founded.assignments):
         print(f"  founding: {assignment.vehicle} plays {assignment.role} of {assignment.group}")
 
 
+def _validate_study(file: str, as_json: bool) -> None:
+    from missions.study import load_study
+
+    study = load_study(file)
+    n_configurations, at_most = len(study.configurations), "at most " if study.file.stopping else ""
+    if as_json:
+        show_json(
+            {"file": file, "kind": "study", "ok": True, "configurations": n_configurations, "planned": study.n_runs}
+        )
+        return
+    runs = f"{at_most}{study.maximum} repeats = {at_most}{study.n_runs} runs"
+    print(f"{file}: study ok; {n_configurations} configurations x {runs}")
+
+
 @command("example")
 def example(
-    what: Annotated[str, typer.Argument(help="scenario or organisation.")] = "scenario",
+    what: Annotated[str, typer.Argument(help="scenario, study or organisation.")] = "scenario",
 ) -> None:
     """Print a commented example to start from."""
     from missions.scenario import shipped
+    from missions.study import example_study
 
-    one_of("example", what, ["scenario", "organisation"])
+    one_of("example", what, ["scenario", "study", "organisation"])
+    if what == "study":
+        print(example_study().rstrip())
+        return
     text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
     if what == "organisation":
         text = "[[group]]" + text.split("[[group]]", 1)[1].split("[[vehicle]]", 1)[0]
@@ -192,16 +221,17 @@ def _explained(key: str, known: dict[str, tuple[str, str]]) -> dict[str, tuple[s
 def explain(
     key: Annotated[str, typer.Argument(help="A key such as communication.policy; a table for all its keys.")] = "",
 ) -> None:
-    """Say what a key of a scenario means: type, range, default."""
+    """Say what a key of a scenario or of a study means: type, range, default."""
     from missions.scenario import explanations
+    from missions.study import study_explanations
 
-    known = explanations()
+    known = explanations() | study_explanations()
     found = _explained(key, known)
     if not found and key.count(".") > 1:  # an entry of a list by its name, as --set has it
         table, _, rest = key.split(".", 2)
         found = _explained(f"{table}.{rest}", known)
     if not found:
-        fail(f"key {key!r} is in no scenario{nearest(key, list(known))}; `remoras explain` lists all keys")
+        fail(f"key {key!r} is in no scenario and no study{nearest(key, list(known))}; `remoras explain` lists all keys")
     for name, (kind, meaning) in found.items():
         print(f"{name}  ({kind})\n    {meaning}")
 

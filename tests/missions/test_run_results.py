@@ -17,8 +17,9 @@ from missions.run import run as run_scenario
 from missions.scenario import load
 
 SUMMARY = """scenario, strategy, policy, channel, per, seed, n_vehicles, completed, reason, mission_time_s,
-coverage_fraction, duplicate_fraction, distance_m, energy_j, n_packets, n_bytes, delivery_ratio, mean_latency_s,
-p95_latency_s, false_beliefs, wall_s, milestones""".replace("\n", " ").split(", ")
+coverage_fraction, duplicate_fraction, least_mapped_fraction, distance_m, energy_j, modem_energy_j, n_packets, n_bytes,
+delivery_ratio, mean_latency_s, p95_latency_s, consistency_time_s, consistent_fraction, false_beliefs, wall_s,
+milestones""".replace("\n", " ").split(", ")
 
 COLUMNS = {
     "trajectories": "time_s, vehicle, x_m, y_m, heading_rad, speed_mps, energy_j",

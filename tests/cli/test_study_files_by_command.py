@@ -1,0 +1,114 @@
+"""Study files at the command line: an example to start from, what the keys mean, is the file in order."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from missions.study import example_study, load_study, study_explanations
+from remoras.cli import app
+
+
+def remoras(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def example(tmp_path: Path) -> Path:
+    file = tmp_path / "study.toml"
+    file.write_text(remoras("example", "study").stdout, encoding="utf-8")
+    return file
+
+
+def test_the_example_is_commented_and_loads_as_it_is(example: Path) -> None:
+    assert example.read_text(encoding="utf-8").strip() == example_study().strip()
+    assert "#" in example_study()
+    sizes = {len(configuration.scenario.vehicle) for configuration in load_study(str(example)).configurations}
+    assert sizes == {4, 8}
+
+
+def test_every_key_of_a_study_is_in_the_example() -> None:
+    written = example_study()
+    assert [key for key in study_explanations() if key.split(".")[-1] not in written] == []
+
+
+def test_what_the_example_has_in_comments_loads_too(tmp_path: Path) -> None:
+    text = example_study()
+    points_from, latin_from, stopping_from = (
+        text.index(start) for start in ("# [[point]]", "# [latin]", "# [stopping]")
+    )
+    point, latin, stopping = (
+        re.sub(r"^# ?", "", part, flags=re.MULTILINE)
+        for part in (
+            text[points_from : text.index('# With sampling = "latin"')],
+            text[latin_from : text.index("# Optional")],
+            text[stopping_from:],
+        )
+    )
+    head = text[: text.index("# Keys of the scenario and their values")]
+    for sampling, tables in (("grid", stopping), ("latin", latin), ("list", point)):
+        file = tmp_path / f"{sampling}.toml"
+        file.write_text(head.replace('sampling = "grid"', f'sampling = "{sampling}"') + tables, encoding="utf-8")
+        assert load_study(str(file)).file.study.sampling == sampling
+
+
+def test_sweep_takes_the_example(example: Path, tmp_path: Path) -> None:
+    """2 policies, 2 sizes, 4 loss rates and 2 weights, 10 repeats of each."""
+    counted = remoras("sweep", example, "--out", tmp_path / "out", "--dry-run", "--json")
+    assert json.loads(counted.stdout)["planned"] == 2 * 2 * 4 * 2 * 10
+
+
+def test_validate_tells_studies_from_scenarios_and_counts_runs(example: Path) -> None:
+    found = json.loads(remoras("validate", example, "--json").stdout)
+    assert (found["kind"], found["configurations"], found["planned"]) == ("study", 32, 320)
+    assert "study ok; 32 configurations x 10 repeats = 320 runs" in remoras("validate", example).stdout
+    assert json.loads(remoras("validate", "mapping-rendezvous", "--json").stdout)["kind"] == "scenario"
+    assert "scenario ok; 4 vehicles" in remoras("validate", "mapping-rendezvous").stdout
+
+
+def test_a_stopping_rule_says_at_most(example: Path) -> None:
+    rule = '[stopping]\nmetric = "n_bytes"\nhalf_width = 1.0\nmaximum = 60\n'
+    example.write_text(example_study() + rule, encoding="utf-8")
+    assert "at most 1920 runs" in remoras("validate", example).stdout
+
+
+def test_validate_reports_the_faults_of_a_study(example: Path) -> None:
+    example.write_text(example_study().replace("vehicles = [4, 8] ", "vehicles = [3, 8] "), encoding="utf-8")
+    result = remoras("validate", example)
+    assert result.exit_code == 2
+    assert "study.vehicles = 3: allowed: 4, the vehicles that are listed, to 64" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("key", "says"),
+    [
+        ("study.repeats", "at least 1"),
+        ("stopping.half_width", "95 % interval"),
+        ("study.vehicles", "fleet.size"),
+        ("study", "study.baseline"),
+        ("grid", "all combinations"),
+        ("grid.decision.weight_external", "all combinations"),
+        ("channel", "channel.per"),
+        ("fleet.size", "at most 64"),
+    ],
+)
+def test_keys_of_studies_are_explained_as_those_of_scenarios(key: str, says: str) -> None:
+    result = remoras("explain", key)
+    assert result.exit_code == 0
+    assert says in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("key", "nearest"),
+    [("study.repeat", "study.repeats"), ("stoping.half_width", "stopping.half_width"), ("fleet.sise", "fleet.size")],
+)
+def test_the_nearest_key_is_of_either(key: str, nearest: str) -> None:
+    result = remoras("explain", key)
+    assert result.exit_code == 2
+    assert f"did you mean '{nearest}'?" in result.stderr
+
+
+def test_every_key_of_a_study_has_a_meaning() -> None:
+    assert [key for key, (_, meaning) in study_explanations().items() if not meaning] == []

@@ -1,0 +1,89 @@
+"""The number of vehicles as an axis of a study, and what the benchmarks make of it."""
+
+import json
+from pathlib import Path
+
+import pytest
+from sweeping import study_text, written
+
+import benchmarks.fleet
+import benchmarks.sweep
+from missions.compare import compare
+from missions.errors import ConfigurationError
+from missions.runlog import LEDGER, SweepResults
+from missions.study import load_study
+from missions.sweep import sweep
+
+
+def axis_text(vehicles: str, repeats: int = 2) -> str:
+    text = study_text(repeats=repeats, per="0.4").replace('policies = ["ack", "mps-ack"]', 'policies = ["ack"]')
+    return text.replace("seed = 7", f"seed = 7\nvehicles = {vehicles}")
+
+
+def test_the_size_is_an_ordinary_setting_of_ledger_table_and_comparison(tmp_path: Path) -> None:
+    """Sizes come in the order of numbers: 4 before 16, which as words would come after."""
+    study = load_study(str(written(tmp_path, axis_text("[16, 4, 8]"))))
+    sweep(study, tmp_path / "out", jobs=1)
+    lines = [json.loads(line) for line in (tmp_path / "out" / LEDGER).read_text(encoding="utf-8").splitlines()]
+    assert len(lines) == 3 * 2
+    assert all(line["settings"]["fleet.size"] == line["summary"]["n_vehicles"] for line in lines)
+    results = SweepResults.read(tmp_path / "out")
+    assert sorted(results.runs()["n_vehicles"]) == sorted(results.runs()["fleet.size"]) == [4, 4, 8, 8, 16, 16]
+    assert [row.settings["fleet.size"] for row in compare(results, ["n_bytes"])] == ["4", "8", "16"]
+
+
+def test_repeats_of_all_sizes_have_the_same_seeds(tmp_path: Path) -> None:
+    study = load_study(str(written(tmp_path, axis_text("[4, 8]"))))
+    sweep(study, tmp_path / "out", jobs=1)
+    runs = SweepResults.read(tmp_path / "out").runs()
+    assert runs.groupby("repeat").seed.nunique().tolist() == [1, 1]
+
+
+@pytest.mark.parametrize(
+    ("vehicles", "says"),
+    [
+        ("[3, 8]", "study.toml:9: study.vehicles = 3: allowed: 4, the vehicles that are listed, to 64"),
+        ("[4, 65]", "study.toml:9: study.vehicles = 65"),
+        ("[8, 8]", "study.vehicles = [8, 8]: a value is listed twice"),
+        ("[]", "study.vehicles = []"),
+        ('["many"]', 'study.vehicles = "many"'),
+        ("8", "study.vehicles = 8"),
+    ],
+)
+def test_what_is_wrong_with_an_axis_names_it(tmp_path: Path, vehicles: str, says: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        load_study(str(written(tmp_path, axis_text(vehicles))))
+    assert says in str(caught.value)
+
+
+def test_a_scenario_that_says_not_what_to_copy_is_named_by_the_axis(tmp_path: Path) -> None:
+    source = Path("missions/mapping-rendezvous.toml").read_text(encoding="utf-8")
+    (tmp_path / "plain.toml").write_text(source.replace('copies_of = "AUV02"', ""), encoding="utf-8")
+    text = axis_text("[8]").replace('"mapping-rendezvous"', '"plain.toml"')
+    with pytest.raises(ConfigurationError, match=r"fleet.copies_of: missing: which vehicle the 4 to add"):
+        load_study(str(written(tmp_path, text)))
+
+
+# Benchmarks ---------------------------------------------------------------------------------------
+
+
+def test_the_fleet_benchmark_relates_all_sizes_to_the_smallest(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(benchmarks.fleet, "SIZES", (4, 6))
+    monkeypatch.setattr(benchmarks.fleet, "MISSION_S", 20.0)
+    rows = benchmarks.fleet.rows()
+    assert [row["name"].split(", ")[1] for row in rows] == ["4 vehicles", "6 vehicles"] * 2
+    assert [row["ratio"] for row in rows[::2]] == [1.0, 1.0]
+    assert all(row["value"] == pytest.approx(row["ratio"] * row["reference_value"]) for row in rows)
+
+
+def test_the_comparison_is_timed_where_it_is_shipped_and_passed_over_where_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(tmp_path, axis_text("[4]"))
+    monkeypatch.setattr(benchmarks.sweep, "shipped_studies", lambda: {})
+    assert benchmarks.sweep.comparison_rows() == []
+    monkeypatch.setattr(benchmarks.sweep, "shipped_studies", lambda: {benchmarks.sweep.COMPARISON: path})
+    monkeypatch.setattr(benchmarks.sweep, "load_study", lambda _: load_study(str(path)))
+    [row] = benchmarks.sweep.comparison_rows()
+    assert row["reference_value"] == 0.5
+    assert 0.0 < row["value"] == row["ratio"] * 0.5
