@@ -24,7 +24,7 @@ from missions.scenario import Name, Scenario, Table, load, shipped
 
 METRICS = (
     "mission_time_s", "completed", "coverage_fraction", "duplicate_fraction", "distance_m", "energy_j", "n_packets",
-    "n_bytes", "delivery_ratio", "mean_latency_s", "p95_latency_s", "false_beliefs",
+    "n_bytes", "delivery_ratio", "mean_latency_s", "p95_latency_s", "consistency_time_s", "false_beliefs",
 )  # fmt: skip
 """Fields of a summary that can be compared."""
 
