@@ -6,14 +6,21 @@ baseline's strategy (or policy) alone, run by run of the same repeat, so that bo
 A run that did not complete is censored: its mission time is known to be longer than it was watched. It stays in, with
 the time it was watched, so the mean of ``mission_time_s`` is the restricted mean time to the end of the mission's
 duration; ``completed`` as a metric is the success rate, with Wilson's interval.
+
+A ranking orders those that were run under the same conditions, and says which of them the runs cannot tell from the
+best.
 """
 
 from __future__ import annotations
 
+import csv
+import json
 import statistics as plain
+from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Any
 
 from missions.errors import OutputError
@@ -34,6 +41,9 @@ from missions.study import METRICS, flattened
 CELL_FIELDS = ("scenario", "strategy", "policy", "channel", "per")
 OWN_COLUMNS = ("strategy.name", "communication.policy", "channel.name", "channel.per")
 """Settings that have a column of their own."""
+HIGHER_IS_BETTER = frozenset({"completed", "coverage_fraction", "delivery_ratio"})
+SIGNIFICANT = 0.05
+"""Corrected probability below which a difference to the best counts."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +89,31 @@ class Comparison:
 
 
 @dataclass(frozen=True)
+class Rank:
+    """How a strategy with its policy stands among those run under the same conditions.
+
+    Args:
+        rank: by the mean, 1 is best; those with equal means share the mean of their ranks (Friedman 1937).
+        p_holm_to_best: of the paired differences to the best, corrected over those conditions; None for the best
+            itself, and where there are fewer than two pairs.
+        among_best: the best, or not significantly different from it.
+    """
+
+    scenario: str
+    strategy: str
+    policy: str
+    channel: str
+    per: float
+    settings: dict[str, str]
+    metric: str
+    n: int
+    mean: float
+    rank: float
+    p_holm_to_best: float | None
+    among_best: bool
+
+
+@dataclass(frozen=True)
 class Paired:
     """Differences to the baseline of one configuration and metric."""
 
@@ -99,14 +134,10 @@ def compare(results: SweepResults, metrics: Sequence[str] = (), baseline: str | 
     Raises:
         OutputError: nothing has finished, or a name is unknown.
     """
-    constant = dict(flattened(results.schedule.file.set))
-    cells = _cells(results.lines.values(), {*OWN_COLUMNS, *constant})
-    if not cells:
-        raise OutputError(f"{results.folder}: no run has finished yet, there is nothing to compare")
+    cells = _finished(results)
     design = results.schedule.file.study
     metrics = tuple(metrics) or design.metrics
-    for metric in metrics:
-        _one_of("--metric", metric, METRICS)
+    _check_metrics(metrics)
     strategies = list(dict.fromkeys([*(design.strategies or ()), *(cell.strategy for cell in cells)]))
     policies = list(dict.fromkeys([*(design.policies or ()), *(cell.policy for cell in cells)]))
     first = strategies[0] if len(strategies) > 1 or len(policies) == 1 else policies[0]
@@ -116,11 +147,83 @@ def compare(results: SweepResults, metrics: Sequence[str] = (), baseline: str | 
     return [row for metric in metrics for row in _rows(cells, metric, baseline, by_strategy)]
 
 
+def ranks(results: SweepResults, metric: str) -> list[Rank]:
+    """Rank strategies and policies under each of the conditions (scenario, channel, loss rate, settings).
+
+    Raises:
+        OutputError: nothing has finished, or the metric is unknown.
+    """
+    _check_metrics([metric])
+    columns: dict[Cell, dict[Cell, dict[int, float]]] = defaultdict(dict)
+    for cell, runs in _finished(results).items():
+        if values := _values(runs, metric):
+            columns[replace(cell, strategy="", policy="")][cell] = values
+    return [rank for column in columns.values() for rank in _column_ranks(column, metric)]
+
+
+def _column_ranks(column: Mapping[Cell, Mapping[int, float]], metric: str) -> list[Rank]:
+    """Ranks of one column of a table; the tests against its best are one family for Holm's correction."""
+    sign = -1.0 if metric in HIGHER_IS_BETTER else 1.0
+    scores = {cell: sign * plain.fmean(values.values()) for cell, values in column.items()}
+    best = min(scores, key=lambda cell: scores[cell])
+    paired = {cell: paired_with(values, column[best]) for cell, values in column.items() if cell != best}
+    tested = {cell: found.p for cell, found in paired.items() if found and found.p is not None}
+    corrected = dict(zip(tested, holm(list(tested.values())), strict=True))
+    return [
+        Rank(
+            **{**vars(cell), "settings": dict(cell.settings)},
+            metric=metric,
+            n=len(column[cell]),
+            mean=sign * score,
+            rank=sum(other < score for other in scores.values())
+            + (1 + sum(other == score for other in scores.values())) / 2,
+            p_holm_to_best=corrected.get(cell),
+            among_best=corrected.get(cell, 1.0) >= SIGNIFICANT,
+        )
+        for cell, score in scores.items()
+    ]
+
+
+def mean_ranks(ranked: Sequence[Rank]) -> dict[tuple[str, str], float | None]:
+    """Mean rank of each (strategy, policy) over all conditions; None if it lacks a value under one of them."""
+    conditions = {_conditions(rank) for rank in ranked}
+    found: dict[tuple[str, str], list[float]] = defaultdict(list)
+    for rank in ranked:
+        found[rank.strategy, rank.policy].append(rank.rank)
+    return {name: plain.fmean(own) if len(own) == len(conditions) else None for name, own in found.items()}
+
+
+def _conditions(rank: Rank) -> tuple[str, str, float, tuple[tuple[str, str], ...]]:
+    return rank.scenario, rank.channel, rank.per, tuple(rank.settings.items())
+
+
+def write_csv(rows: Sequence[Comparison | Rank], path: Path) -> None:
+    """Rows of one kind as a table, settings as JSON; without rows a table of comparisons that is empty."""
+    columns = [field.name for field in fields(rows[0] if rows else Comparison)]
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, columns, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows({**asdict(row), "settings": json.dumps(row.settings)} for row in rows)
+
+
+def _check_metrics(metrics: Iterable[str]) -> None:
+    for metric in metrics:
+        _one_of("--metric", metric, METRICS)
+
+
 def _one_of(option: str, name: str, known: Sequence[str]) -> None:
     if name not in known:
         nearest = get_close_matches(name, known, n=1)
         hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
         raise OutputError(f"{option} {name!r}: allowed are {', '.join(known)}{hint}")
+
+
+def _finished(results: SweepResults) -> dict[Cell, dict[int, Mapping[str, Any]]]:
+    constant = dict(flattened(results.schedule.file.set))
+    cells = _cells(results.lines.values(), {*OWN_COLUMNS, *constant})
+    if not cells:
+        raise OutputError(f"{results.folder}: no run has finished yet, there is nothing to compare")
+    return cells
 
 
 def _cells(lines: Iterable[Line], left_out: Collection[str]) -> dict[Cell, dict[int, Mapping[str, Any]]]:

@@ -5,6 +5,7 @@ Imports are made where they are needed, so that ``--help`` answers at once.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -117,18 +118,44 @@ def _print_summary(report: dict[str, Any]) -> None:
 
 @command("plot")
 def plot(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run.")],
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run, or folder of a sweep.")],
     kinds: Annotated[
         list[str] | None, typer.Argument(metavar="[KIND]...", help="Figures to draw; all if left out.")
     ] = None,
     file_format: Annotated[Format, typer.Option("--format", help="File format.")] = Format.PNG,
     out: Annotated[Path | None, typer.Option(help="Folder for the figures; DIR if left out.")] = None,
+    metric: Annotated[
+        str | None, typer.Option(help="Field of the summary that a sweep's ranking is by; else mission_time_s.")
+    ] = None,
 ) -> None:
-    """Draw the figures of a run: trajectories, roles and more."""
+    """Draw the figures of a run (trajectories, roles and more) or of a sweep (metrics over loss, ranking and more)."""
+    if (folder / "study.json").is_file():
+        _plot_sweep(folder, kinds or (), out or folder, file_format, metric)
+        return
+    if not (folder / "summary.json").is_file():
+        fail(f"{folder}: no results of a run (summary.json is missing), nor of a sweep (study.json is missing)")
+    if metric is not None:
+        fail(f"--metric {metric}: is about the ranking of a sweep, and {folder} holds a single run")
     import visualisation
     from missions.results import Results
 
     for path in visualisation.draw(Results.read(folder), kinds or (), out or folder, file_format.value):
+        print(path)
+
+
+def _plot_sweep(folder: Path, kinds: Sequence[str], out: Path, file_format: Format, metric: str | None) -> None:
+    from missions.runlog import SweepResults
+    from visualisation import comparison
+
+    if metric is not None and kinds and "ranking" not in kinds:
+        fail(f"--metric {metric}: is what a ranking is by; name the figure ranking too")
+    with Progress(f"plot {folder}", 1, "steps") as progress:
+        drawn = comparison.draw(
+            SweepResults.read(folder), kinds, out, file_format.value, metric or comparison.RANKED, progress.of
+        )
+    for note in drawn.notes:
+        print(f"remoras: {note}", file=sys.stderr)
+    for path in drawn.files:
         print(path)
 
 

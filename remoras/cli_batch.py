@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import json
 import os
 import sys
 from collections.abc import Sequence
@@ -79,16 +77,15 @@ def compare(
 ) -> None:
     """Compare the configurations of a sweep: means, intervals, paired differences to a baseline."""
     from missions.compare import compare as compared
+    from missions.compare import write_csv
     from missions.errors import OutputError
     from missions.runlog import SweepResults
 
-    rows = [asdict(row) for row in compared(SweepResults.read(folder), metrics or (), baseline)]
+    found = compared(SweepResults.read(folder), metrics or (), baseline)
+    rows = [asdict(row) for row in found]
     if out is not None:
         try:
-            with out.open("w", encoding="utf-8", newline="") as file:
-                writer = csv.DictWriter(file, list(rows[0]))
-                writer.writeheader()
-                writer.writerows({**row, "settings": json.dumps(row["settings"])} for row in rows)
+            write_csv(found, out)
         except OSError as error:
             raise OutputError(f"--out {out}: cannot be written: {error.strerror}") from None
     _show(rows, as_json, list(_comparison_lines(rows)))

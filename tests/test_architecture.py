@@ -28,7 +28,13 @@ ACOUSTICS_IN_EXCHANGE = {  # the policy study, and what compiles it, draw losses
     "exchange.compiler": {"exchange.acoustics.loss"},
 }
 KNOW_MESA = {"remoras.fleet", "remoras.vehicle"}
-VISUALISATION_MAY_IMPORT = ("visualisation", "missions.results", "exchange.study")
+VISUALISATION_MAY_IMPORT = (
+    "visualisation",
+    "missions.results",
+    "missions.runlog",
+    "missions.compare",
+    "exchange.study",
+)
 LAYERS = ("remoras.social", "remoras.executive", "remoras.functional")
 STAND_ALONE = ("remoras.organisation", "remoras.htn", "remoras.satisfaction")
 ROOF = ("remoras.cli", "remoras.cli_app", "remoras.cli_batch", "remoras.cli_study")
@@ -185,6 +191,8 @@ def test_files_stay_readable(module: str) -> None:
         ("visualisation.timelines", "from missions.run import Run"),
         ("visualisation.timelines", "from missions import run"),
         ("visualisation.timelines", "import remoras.fleet"),
+        ("visualisation.comparison", "from missions.statistics import holm"),
+        ("visualisation.comparison", "from missions.sweep import sweep"),
         ("exchange.schedule", "import random"),
         ("exchange.schedule", "def later():\n    from random import random"),
     ],
@@ -205,6 +213,7 @@ def test_a_violation_is_seen(module: str, line: str) -> None:
         ("remoras.cli", "from missions.run import run\nfrom visualisation import style"),
         ("missions.run", "from exchange.acoustics.channel import Channel"),
         ("visualisation.timelines", "from missions.results import Results\nfrom missions import results"),
+        ("visualisation.comparison", "from missions import compare\nfrom missions.runlog import SweepResults"),
         ("worldmodel.abox", "import numpy as np"),
     ],
 )

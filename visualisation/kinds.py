@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from visualisation.errors import unknown
+from visualisation.errors import DrawingError, unknown
+from visualisation.measures import COMPARISON_KINDS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -81,6 +82,10 @@ def draw(results: Results, kinds: Sequence[str], folder: Path, format: str = "pn
         DrawingError: a kind or the format is not known.
     """
     for kind in kinds:
+        if kind in COMPARISON_KINDS and kind not in KINDS:
+            raise DrawingError(
+                f"{kind!r} is a figure of a sweep, and these are results of one run; known: {', '.join(KINDS)}"
+            )
         if kind not in KINDS:
             raise unknown("kind of figure", kind, KINDS)
     if format not in FORMATS:

@@ -8,14 +8,13 @@ acknowledgement, line style and fill of the markers tell whether nodes repeat it
 from __future__ import annotations
 
 import csv
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, MultipleLocator, NullLocator
+from matplotlib.ticker import MultipleLocator
 
 from exchange.study import Estimate, StudyRow
 from visualisation import style
@@ -97,7 +96,7 @@ def unloaded_figure(rows: Sequence[StudyRow], kind: str) -> Figure:
         left.set_ylim(bottom=0.0)
         left.set_ylabel("time relative to ACK", labelpad=3)
         right.set_ylabel("time / slots", labelpad=3)
-        _logarithmic(right)
+        style.logarithmic(right)
     return drawn
 
 
@@ -110,7 +109,7 @@ def loaded_figure(rows: Sequence[StudyRow]) -> Figure:
             axes.set_ylabel(label, labelpad=3)
             axes.set_xlim(0.0, 1.03 * max(_offered(row) for row in rows))
             if field.endswith("slots"):
-                _logarithmic(axes)
+                style.logarithmic(axes)
             else:
                 axes.set_ylim(bottom=0.0)
         goodput = panels[1][1]
@@ -220,13 +219,3 @@ def _panels(rows: Sequence[StudyRow], n_rows: int, body_in: float) -> tuple[Figu
     handles = [panels[0][0].plot([], [], **_look(policy))[0] for policy in policies]
     drawn.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 0.03 / height_in), ncols=LEGEND_COLUMNS)
     return drawn, panels
-
-
-def _logarithmic(axes: Axes) -> None:
-    """Plain numbers at 1, 2 and 5 of each decade; a panel without a point stays as it is."""
-    if not math.isfinite(axes.dataLim.minposy):
-        return
-    axes.set_yscale("log")
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.yaxis.set_minor_locator(NullLocator())
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

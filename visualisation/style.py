@@ -6,16 +6,20 @@ A series also has a line style and a marker of its own, so that a grey print can
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import matplotlib.style
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 COLUMN_IN = 3.5
 """Width of a figure in one column of a paper."""
@@ -143,6 +147,17 @@ def legend_height_in(n_labels: int, n_columns: int) -> float:
 def paper() -> AbstractContextManager[None]:
     """Settings to draw under; what the user has set for matplotlib does not count, and is put back after."""
     return matplotlib.style.context(["default", _SETTINGS])  # type: ignore[no-any-return, unused-ignore]
+
+
+def logarithmic(axes: Axes, along: str = "y", subs: Sequence[float] = (1.0, 2.0, 5.0)) -> None:
+    """Plain numbers at ``subs`` of each decade; a panel without a positive point stays as it is."""
+    axis: Axis = getattr(axes, f"{along}axis")
+    if not math.isfinite(axes.dataLim.minposx if along == "x" else axes.dataLim.minposy):
+        return
+    axes.set(**{f"{along}scale": "log"})
+    axis.set_major_locator(LogLocator(subs=subs))
+    axis.set_minor_locator(NullLocator())
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
 def blank(width_in: float, height_in: float) -> Figure:

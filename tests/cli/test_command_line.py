@@ -316,7 +316,44 @@ def test_an_unknown_figure_is_told_with_what_there_is(results: Path):
     assert all(kind in message for kind in kinds)
 
 
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("swept")
+    (folder / "study.toml").write_text(
+        '[study]\nname = "two"\nscenario = "mapping-rendezvous"\npolicies = ["ack", "m-ack"]\nrepeats = 1\n'
+        '[[channel]]\nname = "bernoulli"\nper = [0.1, 0.5]\n[set]\nscenario.duration_s = 30\n'
+    )
+    assert remoras("sweep", folder / "study.toml", "--out", folder / "out", "--jobs", "1").exit_code == 0
+    return folder / "out"
+
+
+def test_a_sweep_is_drawn_by_the_same_command(swept: Path, tmp_path: Path):
+    result = remoras("plot", swept, "bytes", "ranking", "--metric", "n_bytes", "--format", "svg", "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    assert [Path(line).name for line in result.stdout.splitlines()] == [
+        f"{stem}.{suffix}" for stem in ("bytes", "ranking-n_bytes") for suffix in ("svg", "csv", "txt")
+    ]
+    assert result.stderr == ""
+
+
+def test_all_figures_of_a_sweep_leave_out_what_has_no_values(swept: Path, tmp_path: Path):
+    result = remoras("plot", swept, "--format", "svg", "--out", tmp_path)
+    assert result.exit_code == 0
+    assert "overview.svg" in result.stdout
+    assert "no run has a value of consistency_time_s" in result.stderr
+    assert "no run has a value of consistency_time_s" in refused("plot", swept, "consistency-time")
+
+
+def test_figures_of_a_run_and_of_a_sweep_are_not_confused(results: Path, swept: Path):
+    assert "'trajectories' is a figure of a single run" in refused("plot", swept, "trajectories")
+    assert "'trade-off' is a figure of a sweep" in refused("plot", results, "trade-off")
+    assert "holds a single run" in refused("plot", results, "--metric", "n_bytes")
+    assert "name the figure ranking too" in refused("plot", swept, "bytes", "--metric", "n_bytes")
+    assert "did you mean 'n_bytes'" in refused("plot", swept, "ranking", "--metric", "n_byte")
+
+
 def test_a_folder_without_results_cannot_be_drawn(tmp_path: Path):
+    assert "nor of a sweep (study.json is missing)" in refused("plot", tmp_path)
     assert "no results of a run" in refused("plot", tmp_path)
     assert "no results of a run" in refused("plot", tmp_path / "nowhere")
 

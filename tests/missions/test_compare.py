@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from sweeping import study_text, written
 
-from missions.compare import Comparison, compare
+from missions.compare import Cell, Comparison, Rank, _column_ranks, compare, mean_ranks, ranks, write_csv
 from missions.errors import OutputError
 from missions.execution import Finished
 from missions.plan import Plan, Task
@@ -46,6 +48,12 @@ def results(tmp_path: Path, n_censored: int = 0, repeats: int = 8) -> SweepResul
     log.append([made_up(task, task.repeat >= n_censored) for task in plan.missing({})])
     log.close()
     return SweepResults.read(tmp_path / "out")
+
+
+def ranked(values: dict[str, list[float]], per: float = 0.1, metric: str = "mission_time_s") -> dict[str, Rank]:
+    """Ranks of one column: values by strategy, in the order of repeats."""
+    column = {Cell("s", name, "ack", "bernoulli", per, ()): dict(enumerate(own)) for name, own in values.items()}
+    return {rank.strategy: rank for rank in _column_ranks(column, metric)}
 
 
 def row_of(rows: list[Comparison], policy: str, metric: str = "mission_time_s") -> Comparison:
@@ -94,6 +102,66 @@ def test_censored_runs_stay_in(tmp_path: Path) -> None:
 
 def test_a_metric_without_values_has_no_row(tmp_path: Path) -> None:
     assert compare(results(tmp_path), ["mean_latency_s"]) == []
+
+
+def test_ranks_come_with_their_distance_to_the_best(tmp_path: Path) -> None:
+    """All eight differences have one sign: p = 2 / 2**8, the only test of its column."""
+    best, other = sorted(ranks(results(tmp_path), "mission_time_s"), key=lambda rank: rank.rank)
+    assert (best.policy, best.rank, best.p_holm_to_best, best.among_best) == ("mps-ack", 1.0, None, True)
+    assert (other.policy, other.rank, other.among_best) == ("ack", 2.0, False)
+    assert other.p_holm_to_best == pytest.approx(2 / 2**8)
+    assert mean_ranks([best, other]) == {("remoras", "mps-ack"): 1.0, ("remoras", "ack"): 2.0}
+
+
+def test_what_the_runs_cannot_tell_from_the_best_is_marked_too() -> None:
+    """b - a: -1 and 2 in turn; c - a: 9 in all eight, p = 2 / 2**8, times 2."""
+    a = [float(repeat) for repeat in range(8)]
+    found = ranked({"a": a, "b": [x + (2 if x % 2 else -1) for x in a], "c": [x + 9 for x in a]})
+    assert [found[name].rank for name in "abc"] == [1, 2, 3]
+    assert [found[name].among_best for name in "abc"] == [True, True, False]
+    assert found["c"].p_holm_to_best == pytest.approx(4 / 2**8)
+
+
+def test_the_tests_of_a_column_are_corrected_for_their_number() -> None:
+    """Six pairs of one sign: p = 2 / 2**6 = 0.031; alone significant, not as the smallest of two equal ones."""
+    a = [0.0] * 6
+    assert not ranked({"a": a, "b": [1.0] * 6})["b"].among_best  # 0.031
+    found = ranked({"a": a, "b": [1.0] * 6, "c": [1.0] * 6})
+    assert found["b"].p_holm_to_best == pytest.approx(4 / 2**6)
+    assert found["b"].among_best
+
+
+def test_equal_means_share_their_ranks() -> None:
+    found = ranked({"a": [1.0, 2.0], "b": [2.0, 1.0], "c": [0.0, 0.0], "d": [9.0, 9.0]})
+    assert [found[name].rank for name in "abcd"] == [2.5, 2.5, 1, 4]
+
+
+def test_the_highest_rate_is_the_best() -> None:
+    found = ranked({"a": [0.0, 1.0], "b": [1.0, 1.0]}, metric="completed")
+    assert [(found[name].rank, found[name].mean) for name in "ab"] == [(2, 0.5), (1, 1.0)]
+
+
+def test_one_run_tells_nothing_from_the_best() -> None:
+    found = ranked({"a": [1.0], "b": [2.0]})
+    assert (found["b"].p_holm_to_best, found["b"].among_best) == (None, True)
+
+
+def test_who_lacks_a_condition_has_no_mean_rank() -> None:
+    both = [*ranked({"a": [1.0], "b": [2.0]}).values(), *ranked({"a": [1.0]}, per=0.2).values()]
+    assert mean_ranks(both) == {("a", "ack"): 1.0, ("b", "ack"): None}
+
+
+@given(st.lists(st.lists(st.integers(0, 5), min_size=3, max_size=3), min_size=1, max_size=6))
+def test_ranks_add_up_and_the_best_is_marked(columns: list[list[int]]) -> None:
+    """Ranks of k strategies add up to k (k + 1) / 2 whatever the ties."""
+    found = ranked({str(number): [float(x) for x in own] for number, own in enumerate(columns)}).values()
+    assert sum(rank.rank for rank in found) == len(columns) * (len(columns) + 1) / 2
+    assert min(found, key=lambda rank: rank.rank).among_best
+
+
+def test_no_rows_make_a_table_without_rows(tmp_path: Path) -> None:
+    write_csv([], tmp_path / "rows.csv")
+    assert (tmp_path / "rows.csv").read_text().startswith("scenario,strategy,policy,channel,per,settings,metric,")
 
 
 @pytest.mark.parametrize(("metrics", "baseline"), [(["mission_time"], None), ([], "remora")])

@@ -2,44 +2,21 @@
 
 import subprocess
 import sys
-from itertools import combinations
 from pathlib import Path
 
 import pytest
-from matplotlib.backend_bases import RendererBase
-from matplotlib.figure import Figure
-from matplotlib.text import Text
-from matplotlib.transforms import Bbox
+from legibility import check_texts
 from synthetic_runs import FICTIONS, LONG, Fiction
 
 import visualisation
 from missions.results import Results
 from visualisation import FORMATS, KINDS, DrawingError, caption, draw, style
 
-TOUCH_PX = 1.0
-"""Boxes of text hold the rounding of a pixel on each side."""
-
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Results]:
     folder = tmp_path_factory.mktemp("runs")
     return {name: fiction.write(folder / name) for name, fiction in FICTIONS.items()}
-
-
-def inscriptions(figure: Figure, monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, Bbox]]:
-    """Every text that is drawn in a figure, with its box in pixels."""
-    drawn: list[Text] = []
-    draw_text = Text.draw
-
-    def noted(self: Text, renderer: RendererBase) -> None:
-        if self.get_visible() and self.get_text():
-            drawn.append(self)
-        draw_text(self, renderer)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Text, "draw", noted)
-        figure.draw_without_rendering()
-    return [(text.get_text(), text.get_window_extent().padded(-TOUCH_PX)) for text in drawn]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -49,12 +26,7 @@ def test_texts_overlap_nothing_and_are_not_cut_off(
 ) -> None:
     figure = KINDS[kind](runs[name])
     assert figure.get_figwidth() in {style.COLUMN_IN, style.PAGE_IN}
-    found = inscriptions(figure, monkeypatch)
-    assert found
-    width_px, height_px = figure.bbox.width, figure.bbox.height
-    cut = [text for text, box in found if box.x0 < 0 or box.y0 < 0 or box.x1 > width_px or box.y1 > height_px]
-    assert not cut
-    assert not [(one, two) for (one, a), (two, b) in combinations(found, 2) if a.overlaps(b)]
+    check_texts(figure, monkeypatch)
 
 
 @pytest.mark.parametrize(("file_format", "kinds"), [("png", KINDS), ("svg", KINDS), ("pdf", ["trajectories"])])

@@ -1,0 +1,38 @@
+"""What is written in a figure, and where it stands: the means of the tests that figures can be read."""
+
+from itertools import combinations
+
+import pytest
+from matplotlib.backend_bases import RendererBase
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
+
+TOUCH_PX = 1.0
+"""Boxes of text hold the rounding of a pixel on each side."""
+
+
+def inscriptions(figure: Figure, monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, Bbox]]:
+    """Every text that is drawn in a figure, with its box in pixels."""
+    drawn: list[Text] = []
+    draw_text = Text.draw
+
+    def noted(self: Text, renderer: RendererBase) -> None:
+        if self.get_visible() and self.get_text():
+            drawn.append(self)
+        draw_text(self, renderer)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Text, "draw", noted)
+        figure.draw_without_rendering()
+    return [(text.get_text(), text.get_window_extent().padded(-TOUCH_PX)) for text in drawn]
+
+
+def check_texts(figure: Figure, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No text is cut off, and none covers another."""
+    found = inscriptions(figure, monkeypatch)
+    assert found
+    width_px, height_px = figure.bbox.width, figure.bbox.height
+    cut = [text for text, box in found if box.x0 < 0 or box.y0 < 0 or box.x1 > width_px or box.y1 > height_px]
+    assert not cut
+    assert not [(one, two) for (one, a), (two, b) in combinations(found, 2) if a.overlaps(b)]

@@ -1,0 +1,164 @@
+"""How the configurations of a sweep are laid out in figures: what is the axis, a series, a panel.
+
+The axis is the packet error rate. If that does not vary, it is the numeric setting with the most values. Series are
+strategies, policies, or both, whichever vary. What else varies (scenario, channel, other settings) makes a combination,
+which has a panel of its own. The perfect channel is the packet error rate 0 of every other channel.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, TypeVar
+
+from missions.compare import Comparison, Rank
+from visualisation.errors import DrawingError
+
+PER, PERFECT = "per", "perfect"
+STRATEGIES = (
+    "remoras", "fixed-partition", "central", "contract-net", "status-broadcast", "cbba", "rendezvous-sync",
+)  # fmt: skip
+POLICIES = ("ack", "m-ack", "mps-ack", "knowledge", "adaptive")
+"""Names whose look and place in legends is the same in all studies; a policy may end in ``-repeat``."""
+REPEAT = "-repeat"
+
+Row = TypeVar("Row", bound=Comparison | Rank)
+
+
+class Combination(NamedTuple):
+    """What was run, without strategy, policy and place on the axis."""
+
+    scenario: str
+    channel: str
+    settings: tuple[tuple[str, str], ...]
+
+
+class Series(NamedTuple):
+    """One line of a figure."""
+
+    strategy: str
+    policy: str
+    label: str
+
+
+@dataclass(frozen=True)
+class Arrangement:
+    """Axis, series in the order of legends, and combinations with the words that tell them apart."""
+
+    axis: str
+    series: tuple[Series, ...]
+    titles: Mapping[Combination, str]
+
+    def x(self, row: Comparison | Rank) -> float:
+        """Place on the axis."""
+        return row.per if self.axis == PER else float(row.settings[self.axis])
+
+    @property
+    def axis_label(self) -> str:
+        """What the axis is called."""
+        return "packet error rate" if self.axis == PER else self.axis
+
+    def of(self, combination: Combination, rows: Iterable[Row]) -> list[Row]:
+        """Rows of a combination, and those of the perfect channel that complete it."""
+        own: list[Row] = []
+        perfect: list[Row] = []
+        for row in rows:
+            found = _combination(row, self.axis)
+            if found == combination:
+                own.append(row)
+            elif found not in self.titles and _completes(found, combination):
+                perfect.append(row)
+        rates = {self.x(row) for row in own}
+        return [*(row for row in perfect if self.x(row) not in rates), *own]
+
+    def curves(self, rows: Iterable[Row]) -> dict[Series, list[Row]]:
+        """Rows of every series that has some, along the axis."""
+        found: dict[tuple[str, str], list[Row]] = defaultdict(list)
+        for row in rows:
+            found[row.strategy, row.policy].append(row)
+        return {series: sorted(found[series[:2]], key=self.x) for series in self.series if series[:2] in found}
+
+
+def arranged(rows: Sequence[Comparison]) -> Arrangement:
+    """The arrangement of a study, from rows of all its configurations.
+
+    Raises:
+        DrawingError: hardly any two configurations lie on one axis, as in a Latin hypercube of several keys.
+    """
+    axis = _axis(rows)
+    combinations = list(dict.fromkeys(_combination(row, axis) for row in rows))
+    merged = {
+        one for one in combinations
+        if axis == PER and any(other.channel != PERFECT and _completes(one, other) for other in combinations)
+    }  # fmt: skip
+    kept = [one for one in combinations if one not in merged]
+    places = {(_combination(row, axis), row.per if axis == PER else row.settings.get(axis)) for row in rows}
+    if len(kept) > 4 and len(places) <= len(kept):
+        raise DrawingError(
+            f"{len(kept)} combinations of settings, each with a single point on the axis {axis!r}: a figure "
+            "needs an axis along which several points share the other settings; runs.parquet has all runs"
+        )
+    return Arrangement(axis, _series(rows), dict(zip(kept, _titles(kept), strict=True)))
+
+
+def _axis(rows: Sequence[Comparison]) -> str:
+    if len({row.per for row in rows}) > 1:
+        return PER
+    n_values = {}
+    for key in sorted({key for row in rows for key in row.settings}):
+        values = {row.settings.get(key, "") for row in rows}
+        if len(values) > 1 and all(map(_is_number, values)):
+            n_values[key] = len(values)
+    return max(n_values, key=lambda key: n_values[key], default=PER)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
+
+
+def _combination(row: Comparison | Rank, axis: str) -> Combination:
+    return Combination(row.scenario, row.channel, tuple(pair for pair in row.settings.items() if pair[0] != axis))
+
+
+def _completes(perfect: Combination, other: Combination) -> bool:
+    """Whether these rows of a perfect channel are the other's at a packet error rate of 0."""
+    rest = tuple(pair for pair in other.settings if not pair[0].startswith("channel."))
+    own = tuple(pair for pair in perfect.settings if not pair[0].startswith("channel."))
+    return perfect.channel == PERFECT and (perfect.scenario, own) == (other.scenario, rest)
+
+
+def _series(rows: Sequence[Comparison]) -> tuple[Series, ...]:
+    strategies, policies = {row.strategy for row in rows}, {row.policy for row in rows}
+
+    def label(strategy: str, policy: str) -> str:
+        if len(policies) == 1:
+            return strategy
+        return policy if len(strategies) == 1 else f"{strategy}, {policy}"
+
+    pairs = {(row.strategy, row.policy) for row in rows}
+    ordered = sorted(pairs, key=lambda pair: (_place(pair[0], STRATEGIES), policy_place(pair[1])))
+    return tuple(Series(strategy, policy, label(strategy, policy)) for strategy, policy in ordered)
+
+
+def _place(name: str, known: Sequence[str]) -> tuple[int, str]:
+    return (known.index(name) if name in known else len(known)), name
+
+
+def policy_place(policy: str) -> tuple[int, str]:
+    """Sorts policies as legends list them: a policy, then the same with repeats."""
+    number, _ = _place(policy.removesuffix(REPEAT), POLICIES)
+    return number, policy
+
+
+def _titles(combinations: Sequence[Combination]) -> list[str]:
+    """What tells combinations apart: only what differs among them."""
+    keys = dict.fromkeys(key for one in combinations for key, _ in one.settings)
+    parts = [[one.scenario, one.channel, *(dict(one.settings).get(key, "") for key in keys)] for one in combinations]
+    names = ["", "", *(f"{key} = " for key in keys)]
+    varied = [at for at in range(len(names)) if len({own[at] for own in parts}) > 1]
+    return [", ".join(names[at] + own[at] for at in varied if own[at]) for own in parts]
