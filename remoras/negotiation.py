@@ -73,6 +73,8 @@ class Negotiation:
         statements: list[Statement] = []
         holding = []
         for group, negotiator in self._negotiators.items():
+            if not organisation.is_member(self._me, group):
+                continue  # it has left, to look after itself
             rally_m = self._rally_m[group]
             move = negotiator.negotiate(Situation(now_s, self._round, organisation, evidence, rally_m, heard, heard_s))
             statements += move.statements

@@ -52,6 +52,7 @@ class Bidder:
         group, evidence = self._group, situation.evidence
         data = evidence.database[self._me]
         claims = self._claims = self._claims or Claims(evidence.database)
+        claims.members = situation.organisation.members(group.name)
         for heard in situation.heard:
             self._hear(heard.issuer, {attribute: (subject, value) for subject, attribute, value in heard.facts}, claims)
         if evidence.done != self._known_done:

@@ -7,6 +7,7 @@ been heard yet does. So vehicles that have heard the same agree, and nobody has 
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from remoras.database import AUVDatabase
@@ -21,11 +22,16 @@ class Claim:
 
 
 class Claims:
-    """Latest claims by role and vehicle."""
+    """Latest claims by role and vehicle.
+
+    Attributes:
+        members: only their claims count.
+    """
 
     def __init__(self, database: AUVDatabase) -> None:
         self._database = database
         self._of: dict[str, dict[str, Claim]] = {}
+        self.members: Collection[str] = database.names
 
     def take(self, role: str, vehicle: str, claim: Claim) -> bool:
         """Note a claim; True if it is news."""
@@ -40,8 +46,8 @@ class Claims:
         return self._of.get(role, {}).get(vehicle)
 
     def standing(self, role: str) -> dict[str, Claim]:
-        """Claims that have not been withdrawn."""
-        return {vehicle: claim for vehicle, claim in self._of.get(role, {}).items() if claim.strength > 0}
+        """Claims of members that have not been withdrawn."""
+        return {v: claim for v, claim in self._of.get(role, {}).items() if claim.strength > 0 and v in self.members}
 
     def winner(self, role: str) -> str | None:
         """Who has the strongest claim."""

@@ -60,6 +60,7 @@ class Contractor:
     def negotiate(self, situation: Situation) -> Move:
         group, organisation, evidence = self._group, situation.organisation, situation.evidence
         claims = self._claims = self._claims or Claims(evidence.database)
+        claims.members = situation.organisation.members(group.name)
         self._offered.clear()
         for heard in situation.heard:
             for fact in heard.facts:

@@ -57,7 +57,7 @@ class Broadcaster:
         said: list[Statement] = []
         held = [role for role in at_work(self._me, group, organisation, evidence) if role.name in roles]
         for role in at_work(self._me, group, organisation, evidence):
-            if role.name not in roles or self._is_later(role.name, evidence.database):
+            if role.name not in roles or self._is_later(role.name, situation):
                 said.append(Statement(((self._me, "leftRole", self._full(role.name)),), told=False))
                 held = [other for other in held if other is not role]
         if not held:
@@ -83,13 +83,13 @@ class Broadcaster:
             if group == self._group.name and (known is None or known.role != role):
                 self._work[subject] = Work(role, heard.time_s, evidence.position_m(subject))
 
-    def _is_later(self, role: str, database: AUVDatabase) -> bool:
-        """Was somebody else at the area of ``role`` before this vehicle?"""
-        mine = self._work.get(self._me)
+    def _is_later(self, role: str, situation: Situation) -> bool:
+        """Was another member at the area of ``role`` before this vehicle?"""
+        mine, database = self._work.get(self._me), situation.evidence.database
         return mine is not None and any(
             work.role == role and (work.since_s, database[name].node) < (mine.since_s, database[self._me].node)
             for name, work in self._work.items()
-            if name != self._me
+            if name != self._me and situation.organisation.is_member(name, self._group.name)
         )
 
     # Prediction ----------------------------------------------------------------------------------
