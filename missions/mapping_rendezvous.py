@@ -158,7 +158,8 @@ class MappingRendezvous:
         self.groups = {group.name: group for group in groups}
         self.corners_m = corners_m
         self.rally_points_m = rally_points_m
-        self._supervised = [g.name for g in groups if g.mission is None and g.rally_point is not None]
+        supervised = tuple(g.name for g in groups if g.mission is None and g.rally_point is not None)
+        self.meets_after = {g.name: supervised if g.mission is not None else () for g in groups}
         self._places = places
         self._bounds_m = bounds_m
         self._cell_m = cell_m
@@ -290,8 +291,6 @@ class MappingRendezvous:
     ) -> Sequence[Finding]:
         if group.rally_point is None or group.name in picture.gathered:
             return ()
-        if self.groups[group.name].mission is not None and not picture.gathered.issuperset(self._supervised):
-            return ()  # who supervises others meets after them
         x_m, y_m = self.rally_points_m[group.rally_point]
         radius_m = self.settings.arrival_radius_m
         if math.hypot(motion.x_m - x_m, motion.y_m - y_m) > radius_m:

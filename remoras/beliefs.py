@@ -30,6 +30,11 @@ class Beliefs:
             return self.name(int(value))  # type: ignore[arg-type]  # a link is an instance uid
         return value
 
+    def observed_s(self, key: Key) -> float | None:
+        """When the latest value of a fact was observed; None if it is not known."""
+        latest = self.model.latest(self.uid(key[1]), self._tbox.attribute_named(key[0]).uid)
+        return None if latest is None else latest.time_s
+
     def name(self, uid: int) -> str:
         instance = self.model.instance(uid)
         return instance.name if instance is not None else f"instance {uid}"

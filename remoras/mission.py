@@ -68,6 +68,9 @@ class Mission(Protocol):
     rally_points_m: Mapping[str, tuple[float, float]]
     """Rally points, by name."""
 
+    meets_after: Mapping[str, tuple[str, ...]]
+    """Groups that must have gathered before a group's own meeting counts, by group."""
+
     def is_individual(self, objective: Objective) -> bool:
         """Can the objective be pursued without interacting with others?"""
         ...

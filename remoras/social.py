@@ -315,6 +315,16 @@ class SocialLayer:
                 facts.append(self._beliefs.fact(finding.subject, finding.attribute, finding.value))
         return facts
 
+    def gathered(self) -> set[str]:
+        """Groups believed to be together; a meeting before those that it must follow does not count."""
+        observed = {group: self._beliefs.observed_s(("gatheredAt", group)) for group in self.organisation.groups}
+        return {
+            group
+            for group, when_s in observed.items()
+            if when_s is not None
+            and all((before_s := observed[g]) is None or before_s <= when_s for g in self._mission.meets_after[group])
+        }
+
     def resign(self) -> list[Fact]:
         """Leave all roles: a vehicle that has to look after itself is of no use to its groups."""
         return [

@@ -263,7 +263,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
                 if fact.attribute == self._position:
                     picture.saw(self.beliefs.name(fact.subject), fact.value)  # type: ignore[arg-type]
                 elif fact.attribute == self._gathered_at:
-                    picture.gathered.add(self.beliefs.name(fact.subject))
+                    picture.gathered = self.social.gathered()
         if self.social.consider(changes):
             self._adopt()
 

@@ -336,12 +336,19 @@ def test_a_sweep_is_drawn_by_the_same_command(swept: Path, tmp_path: Path):
     assert result.stderr == ""
 
 
-def test_all_figures_of_a_sweep_leave_out_what_has_no_values(swept: Path, tmp_path: Path):
-    result = remoras("plot", swept, "--format", "svg", "--out", tmp_path)
+def test_all_figures_of_a_sweep_leave_out_what_has_no_values(tmp_path: Path):
+    """Who never says a word has nothing to be consistent about."""
+    study = tmp_path / "study.toml"
+    study.write_text(
+        '[study]\nname = "mute"\nscenario = "mapping-patches"\nstrategies = ["fixed-partition"]\nrepeats = 1\n'
+        '[[channel]]\nname = "bernoulli"\nper = [0.1, 0.5]\n[set]\nscenario.duration_s = 30\n'
+    )
+    assert remoras("sweep", study, "--out", tmp_path / "out", "--jobs", "1").exit_code == 0
+    result = remoras("plot", tmp_path / "out", "--format", "svg", "--out", tmp_path / "figures")
     assert result.exit_code == 0
     assert "overview.svg" in result.stdout
     assert "no run has a value of consistency_time_s" in result.stderr
-    assert "no run has a value of consistency_time_s" in refused("plot", swept, "consistency-time")
+    assert "no run has a value of consistency_time_s" in refused("plot", tmp_path / "out", "consistency-time")
 
 
 def test_figures_of_a_run_and_of_a_sweep_are_not_confused(results: Path, swept: Path):

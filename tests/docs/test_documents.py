@@ -40,7 +40,6 @@ def test_the_how_tos_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
 
 def test_the_tables_of_the_how_tos_load(tmp_path: Path) -> None:
     shipped_text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
-    own_channel = shipped_text[shipped_text.index("[channel]") : shipped_text.index("[strategy]")]
     found = blocks(ROOT / "docs" / "howto.md", "toml")
     assert sum(block.startswith("[channel]") for block in found) == 2
     for number, block in enumerate(found):
@@ -49,7 +48,12 @@ def test_the_tables_of_the_how_tos_load(tmp_path: Path) -> None:
             file.write_text(block, encoding="utf-8")
             assert load_study(str(file)).configurations
         else:
-            file.write_text(shipped_text.replace(own_channel, block), encoding="utf-8")
+            table = re.escape(block.splitlines()[0])
+            text, replaced = re.subn(
+                rf"^{table}\n.*?(?=^\[)", lambda _, block=block: block + "\n", shipped_text, flags=re.M | re.S
+            )
+            assert replaced == 1
+            file.write_text(text, encoding="utf-8")
             assert CliRunner().invoke(app, ["validate", str(file)]).exit_code == 0
 
 

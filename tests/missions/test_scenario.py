@@ -281,7 +281,7 @@ def test_no_such_scenario_names_the_nearest():
 
 
 def test_a_folder_is_no_scenario(tmp_path: Path):
-    with pytest.raises(ConfigurationError, match="a TOML file or one of mapping-rendezvous"):
+    with pytest.raises(ConfigurationError, match="a TOML file or one of mapping-patches, mapping-rendezvous"):
         load(str(tmp_path))
 
 
@@ -336,7 +336,7 @@ def test_a_value_where_a_table_belongs_is_a_fault_and_no_crash(tmp_path: Path, t
     file = tmp_path / "pond.toml"
     file.write_text(SMALL, encoding="utf-8")
     setting = [("--set", f"{table}={wrong}")]
-    fine = {("decision", "{}"), ("fleet", "{}")}  # every key of them has a default
+    fine = {("decision", "{}"), ("fleet", "{}"), ("uncertainty", "{}")}  # every key of them has a default
     if (table, wrong) in fine:
         load(str(file), setting)
         return

@@ -41,7 +41,7 @@ def at(x_m: float, y_m: float = 0.0) -> Motion:
 def test_a_survey_runs_its_waypoints_and_is_done() -> None:
     """Transit at 2 m/s to the first one, then 1.25 m/s, which its sensor allows, although it surveys at 1.5."""
     exploring, picture = ZigzagExploring([(10.0, 0.0), (20.0, 0.0), (20.0, 5.0)], AUV), Picture()
-    assert exploring.perceive(at(0.0), picture, False) == DUE
+    assert exploring.perceive(at(0.0), picture, False).stimulus > 0.99
     assert exploring.reference(at(0.0), picture) == Reference((10.0, 0.0), 2.0)
     assert exploring.perceive(at(9.0), picture, True).stimulus == 1.0  # within a metre: the first one is reached
     assert exploring.reference(at(9.0), picture) == Reference((20.0, 0.0), 1.25)
@@ -62,8 +62,17 @@ def test_turning_at_the_end_of_a_row_is_no_setback() -> None:
 def test_what_was_not_performed_has_made_no_progress() -> None:
     exploring, picture = ZigzagExploring([(10.0, 0.0)], AUV), Picture()
     exploring.perceive(at(0.0), picture, True)
-    assert exploring.perceive(at(5.0), picture, False) == DUE
+    assert exploring.perceive(at(5.0), picture, False).progress is None
     assert exploring.perceive(at(6.0), picture, True) == DUE
+
+
+def test_of_areas_not_begun_the_nearest_attracts_most() -> None:
+    """10 km away it attracts half as much; one that has been begun attracts wholly, from wherever."""
+    near, far = (ZigzagExploring([(x_m, 0.0), (x_m, 50.0)], AUV) for x_m in (10.0, 10_000.0))
+    stimuli = [exploring.perceive(at(0.0), Picture(), False).stimulus for exploring in (near, far)]
+    assert stimuli[0] > stimuli[1] == 0.5
+    near.perceive(at(10.0), Picture(), True)  # its first waypoint is reached
+    assert near.perceive(at(5_000.0), Picture(), False).stimulus == 1.0
 
 
 legs = st.tuples(st.floats(10.0, 100.0), st.floats(-math.pi, math.pi))

@@ -307,3 +307,21 @@ def test_planning_again_before_the_round_ends_says_nothing_twice(fleet: Fleet) -
     assert head.social.planning_due
     again = head.social.plan_missions(head.functional.picture).facts
     assert again == []
+
+
+# Meeting ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("order", list(permutations(range(3))))
+def test_who_supervises_others_meets_after_them(fleet: Fleet, order: tuple[int, ...]) -> None:
+    """A meeting of the Coordination group counts only until the Operational group has met, in whatever order one hears."""
+    administrator, coordinator = named(fleet, "ASV00"), named(fleet, "AUV00")
+    early = say(administrator, ("Coordination", "gatheredAt", "coordination rally"), now_s=10.0)
+    assert administrator.social.gathered() == {"Coordination"}
+    between = say(coordinator, ("Operational", "gatheredAt", "operational rally"), now_s=20.0)
+    hear(administrator, between)
+    assert administrator.social.gathered() == {"Operational"}
+    late = say(administrator, ("Coordination", "gatheredAt", "coordination rally"), now_s=30.0)
+    performer = named(fleet, "AUV01")
+    hear(performer, *([early, between, late][n] for n in order))
+    assert performer.social.gathered() == {"Coordination", "Operational"}
