@@ -181,9 +181,9 @@ class ZigzagExploring:
         if self._reached_end(motion):
             return DONE
         to_go_m = distance_m(motion, self._waypoints[self._next])
+        perceived = self._approach.judge(to_go_m, performed)
         if self._next == 0 and not performed:
             return Perception(1.0 / (1.0 + to_go_m / FAR_M))
-        perceived = self._approach.judge(to_go_m, performed)
         return ADVANCING if perceived is RETREATING else perceived  # turning at the end of a row is progress
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
