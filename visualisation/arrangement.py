@@ -2,14 +2,15 @@
 
 The axis is the packet error rate. If that does not vary, it is the numeric setting with the most values. Series are
 strategies, policies, or both, whichever vary. What else varies (scenario, channel, other settings) makes a combination,
-which has a panel of its own. The perfect channel is the packet error rate 0 of every other channel.
+which has a panel of its own; settings that follow from the place on the axis do not. The perfect channel is the packet
+error rate 0 of every other channel.
 """
 
 from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
@@ -45,9 +46,10 @@ class Series(NamedTuple):
 
 @dataclass(frozen=True)
 class Arrangement:
-    """Axis, series in the order of legends, and combinations with the words that tell them apart."""
+    """Axis and what follows from it, series in the order of legends, combinations with words that tell them apart."""
 
     axis: str
+    follows: frozenset[str]
     series: tuple[Series, ...]
     titles: Mapping[Combination, str]
 
@@ -65,7 +67,7 @@ class Arrangement:
         own: list[Row] = []
         perfect: list[Row] = []
         for row in rows:
-            found = _combination(row, self.axis)
+            found = _combination(row, self.follows)
             if found == combination:
                 own.append(row)
             elif found not in self.titles and _completes(found, combination):
@@ -88,19 +90,20 @@ def arranged(rows: Sequence[Comparison]) -> Arrangement:
         DrawingError: hardly any two configurations lie on one axis, as in a Latin hypercube of several keys.
     """
     axis = _axis(rows)
-    combinations = list(dict.fromkeys(_combination(row, axis) for row in rows))
+    follows = _following(rows, axis)
+    combinations = list(dict.fromkeys(_combination(row, follows) for row in rows))
     merged = {
         one for one in combinations
         if axis == PER and any(other.channel != PERFECT and _completes(one, other) for other in combinations)
     }  # fmt: skip
     kept = [one for one in combinations if one not in merged]
-    places = {(_combination(row, axis), row.per if axis == PER else row.settings.get(axis)) for row in rows}
+    places = {(_combination(row, follows), row.per if axis == PER else row.settings.get(axis)) for row in rows}
     if len(kept) > 4 and len(places) <= len(kept):
         raise DrawingError(
             f"{len(kept)} combinations of settings, each with a single point on the axis {axis!r}: a figure "
             "needs an axis along which several points share the other settings; runs.parquet has all runs"
         )
-    return Arrangement(axis, _series(rows), dict(zip(kept, _titles(kept), strict=True)))
+    return Arrangement(axis, follows, _series(rows), dict(zip(kept, _titles(kept), strict=True)))
 
 
 def _axis(rows: Sequence[Comparison]) -> str:
@@ -121,8 +124,24 @@ def _is_number(text: str) -> bool:
         return False
 
 
-def _combination(row: Comparison | Rank, axis: str) -> Combination:
-    return Combination(row.scenario, row.channel, tuple(pair for pair in row.settings.items() if pair[0] != axis))
+def _following(rows: Sequence[Comparison], axis: str) -> frozenset[str]:
+    """The axis, and settings that have one value at each of its places and differ between them."""
+    values: dict[str, dict[object, set[str]]] = defaultdict(lambda: defaultdict(set))
+    for row in rows:
+        if row.channel != PERFECT:
+            place = row.per if axis == PER else row.settings.get(axis)
+            for key in row.settings:
+                values[key][place].add(row.settings[key])
+    return frozenset(
+        key
+        for key, found in values.items()
+        if key == axis or (len(found) > 1 and all(len(v) == 1 for v in found.values()))
+    )
+
+
+def _combination(row: Comparison | Rank, left_out: Collection[str]) -> Combination:
+    settings = tuple(pair for pair in row.settings.items() if pair[0] not in left_out)
+    return Combination(row.scenario, row.channel, settings)
 
 
 def _completes(perfect: Combination, other: Combination) -> bool:

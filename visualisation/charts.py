@@ -8,6 +8,7 @@ strategy, line and fill the policy.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping, Sequence
 from statistics import median
 from typing import Any
@@ -137,25 +138,31 @@ def _curves(
     """Means with bands; the points of one place on the axis stand side by side, so that equal ones can be seen."""
     curves = arrangement.curves(rows)
     xs = sorted({arrangement.x(row) for row in rows})
-    step = min((b - a for a, b in itertools.pairwise(xs)), default=1.0)
-    width = xs[-1] - xs[0] + step if xs else step
+    if len(xs) > 2 and xs[0] > 0.0 and xs[-1] > SPREAD * xs[0]:
+        places = {x: float(number) for number, x in enumerate(xs)}  # values far apart stand at equal distances
+    else:
+        places = {x: x for x in xs}
+    at_xs = list(places.values())
+    step = min((b - a for a, b in itertools.pairwise(at_xs)), default=1.0)
+    width = at_xs[-1] - at_xs[0] + step if xs else step
     spread = min(SIDE_BY_SIDE * step, MOST_ASIDE * width)
     drawn = looks(arrangement.series)
     opacity = min(BAND, MOST_INK / len(arrangement.series))
     for number, series in enumerate(arrangement.series):
         own = curves.get(series, [])
         aside = spread * ((number + 0.5) / len(arrangement.series) - 0.5)
-        at = [arrangement.x(row) + aside for row in own]
+        at = [places[arrangement.x(row)] + aside for row in own]
         low, high = zip(*(_bounds(row, measure) for row in own), strict=True) if own else ((), ())
         look = {**drawn[series], "markersize": size * drawn[series]["markersize"]}
-        axes.fill_between(at, low, high, color=look["color"], alpha=opacity, linewidth=0)
-        if len(own) == 1:
+        if not measure.whiskers:
+            axes.fill_between(at, low, high, color=look["color"], alpha=opacity, linewidth=0)
+        if measure.whiskers or len(own) == 1:
             axes.vlines(at, low, high, color=look["color"], linewidth=0.7)
         axes.plot(at, [row.mean * measure.scale for row in own], **look)
     if xs:
-        axes.set_xlim(xs[0] - 0.5 * step, xs[-1] + 0.5 * step)
-    if xs and len(xs) <= 6 and step >= 0.1 * (xs[-1] - xs[0]):
-        axes.set_xticks(xs, [f"{x:g}" for x in xs])
+        axes.set_xlim(at_xs[0] - 0.5 * step, at_xs[-1] + 0.5 * step)
+    if xs and len(xs) <= 6 and step >= 0.1 * (at_xs[-1] - at_xs[0]):
+        axes.set_xticks(at_xs, [f"{x:g}" for x in xs])
     else:
         axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
 
@@ -199,7 +206,7 @@ def _sizes(n: int) -> list[float]:
 
 
 def _scale(panels: Sequence[Axes], rows: Sequence[Comparison], measure: Measure, along: str) -> None:
-    """The same limits for all panels: 0 to 1 for shares, logarithmic for a large spread, from 0 if that is near.
+    """The same limits for all panels: round ones for shares, logarithmic for a large spread, from 0 if that is near.
 
     Intervals that are very much wider than most are cut, so that they do not flatten everything else.
     """
@@ -211,7 +218,8 @@ def _scale(panels: Sequence[Axes], rows: Sequence[Comparison], measure: Measure,
     log = not measure.share and min(means) > 0.0 and max(means) > SPREAD * min(means)
     if measure.share:
         top = next((top for top in SHARE_TOPS if high <= top), 1.0)
-        limits = -0.03 * top, 1.03 * top
+        bottom = math.floor(10.0 * low) / 10.0 if low > 0.5 * top else 0.0
+        limits = bottom - 0.03 * (top - bottom), top + 0.03 * (top - bottom)
     elif log:
         limits = 0.8 * max(low, 0.5 * min(means)), 1.2 * high
     elif low < 0.5 * high:

@@ -14,6 +14,7 @@ class Measure(NamedTuple):
         label: what axes call it, with its unit.
         scale: factor from the field's unit to that of the axis.
         share: whether it lies between 0 and 1.
+        whiskers: intervals as lines; for what is equal in so many series that bands would pile up.
     """
 
     metric: str
@@ -21,11 +22,12 @@ class Measure(NamedTuple):
     label: str
     scale: float = 1.0
     share: bool = False
+    whiskers: bool = False
 
 
 MEASURES = {
     "mission-time": Measure("mission_time_s", "mission time", "mission time / s"),
-    "success-rate": Measure("completed", "success rate", "success rate", share=True),
+    "success-rate": Measure("completed", "success rate", "success rate", share=True, whiskers=True),
     "coverage": Measure("coverage_fraction", "coverage", "coverage", share=True),
     "duplicated-work": Measure("duplicate_fraction", "duplicated work", "duplicated work", share=True),
     "bytes": Measure("n_bytes", "bytes sent", "bytes sent / kB", 1e-3),

@@ -314,7 +314,7 @@ def test_planning_again_before_the_round_ends_says_nothing_twice(fleet: Fleet) -
 
 @pytest.mark.parametrize("order", list(permutations(range(3))))
 def test_who_supervises_others_meets_after_them(fleet: Fleet, order: tuple[int, ...]) -> None:
-    """An early meeting of the Coordination group counts until the Operational group has met, whatever is heard first."""
+    """An early meeting of the Coordination group counts until the Operational group has met, in any order."""
     administrator, coordinator = named(fleet, "ASV00"), named(fleet, "AUV00")
     early = say(administrator, ("Coordination", "gatheredAt", "coordination rally"), now_s=10.0)
     assert administrator.social.gathered() == {"Coordination"}
