@@ -2,7 +2,7 @@
 
 The axis is the packet error rate. If that does not vary, it is the numeric setting with the most values. Series are
 strategies, policies, or both, whichever vary. What else varies (scenario, channel, other settings) makes a combination,
-which has a panel of its own; settings that follow from the place on the axis do not. The perfect channel is the packet
+which has a panel of its own; settings that rise or fall with the axis do not. The perfect channel is the packet
 error rate 0 of every other channel.
 """
 
@@ -125,18 +125,20 @@ def _is_number(text: str) -> bool:
 
 
 def _following(rows: Sequence[Comparison], axis: str) -> frozenset[str]:
-    """The axis, and settings that have one value at each of its places and differ between them."""
-    values: dict[str, dict[object, set[str]]] = defaultdict(lambda: defaultdict(set))
+    """The axis, and settings that rise or fall with it: they have one value at each of its places."""
+    values: dict[str, dict[float, set[str]]] = defaultdict(lambda: defaultdict(set))
     for row in rows:
-        if row.channel != PERFECT:
-            place = row.per if axis == PER else row.settings.get(axis)
-            for key in row.settings:
-                values[key][place].add(row.settings[key])
-    return frozenset(
-        key
-        for key, found in values.items()
-        if key == axis or (len(found) > 1 and all(len(v) == 1 for v in found.values()))
-    )
+        if row.channel != PERFECT and (axis == PER or axis in row.settings):
+            for key, value in row.settings.items():
+                values[key][row.per if axis == PER else float(row.settings[axis])].add(value)
+    follows = {axis}
+    for key, found in values.items():
+        in_order = [text for place in sorted(found) for text in found[place]]
+        if 1 < len(in_order) == len(found) and all(map(_is_number, in_order)):
+            numbers = [float(text) for text in in_order]
+            if sorted(numbers) in (numbers, numbers[::-1]):
+                follows.add(key)
+    return frozenset(follows)
 
 
 def _combination(row: Comparison | Rank, left_out: Collection[str]) -> Combination:

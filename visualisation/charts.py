@@ -218,7 +218,7 @@ def _scale(panels: Sequence[Axes], rows: Sequence[Comparison], measure: Measure,
     log = not measure.share and min(means) > 0.0 and max(means) > SPREAD * min(means)
     if measure.share:
         top = next((top for top in SHARE_TOPS if high <= top), 1.0)
-        bottom = math.floor(10.0 * low) / 10.0 if low > 0.5 * top else 0.0
+        bottom = min(math.floor(10.0 * low) / 10.0, top - 0.1) if low > 0.5 * top else 0.0
         limits = bottom - 0.03 * (top - bottom), top + 0.03 * (top - bottom)
     elif log:
         limits = 0.8 * max(low, 0.5 * min(means)), 1.2 * high

@@ -256,10 +256,19 @@ def test_names_of_files_are_safe_and_differ() -> None:
 
 
 def test_points_without_an_axis_are_refused(tmp_path: Path) -> None:
-    keys = [{"decision.weight_external": at / 7, "decision.fade_per_s": at / 3} for at in range(6)]
+    keys = [{"decision.weight_external": at / 7, "decision.fade_per_s": at * 5 % 7 / 3} for at in range(6)]
     channels = [("bernoulli", [0.1 * at], point) for at, point in enumerate(keys)]
     with pytest.raises(DrawingError, match="6 combinations of settings, each with a single point"):
         arranged(rows_of(tmp_path, Sweep(["remoras"], channels=channels, repeats=1)))
+
+
+def test_a_setting_that_rises_with_the_axis_makes_no_panels(tmp_path: Path) -> None:
+    """As the two rates of a Gilbert-Elliott channel whose mean loss stays the same."""
+    keys = [{"decision.weight_external": at / 7, "decision.fade_per_s": at / 3} for at in range(6)]
+    channels = [("bernoulli", [0.5], point) for point in keys]
+    arrangement = arranged(rows_of(tmp_path, Sweep(["remoras"], channels=channels, repeats=1)))
+    assert arrangement.axis in keys[0]
+    assert len(arrangement.titles) == 1
 
 
 def test_the_trade_off_grows_its_markers_along_the_axis(sweeps: dict[str, SweepResults]) -> None:
