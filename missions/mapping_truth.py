@@ -101,9 +101,11 @@ class MappingTruth:
                     self.milestones.append(Milestone(now_s, "mapping_done", vehicle.name))
 
     def _is_together(self, fleet: Any, group: Group) -> bool:
-        """Are all its members at the rally point, and has every founding role as many players as it needs?"""
+        """Are all members at the rally point, with nothing to be given out, and all founding roles played as needed?"""
         x_m, y_m = self._rally_points_m[group.rally_point or ""]
         members = [v for v in fleet.vehicles if v.social.organisation.is_member(v.name, group.name)]
+        if any(v.social.leads(group.name) and v.social.holds(group.name) for v in members):
+            return False
         return all(
             math.hypot(v.functional.motion.x_m - x_m, v.functional.motion.y_m - y_m) <= self._radius_m for v in members
         ) and not self._lacking(fleet, group)

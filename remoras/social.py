@@ -95,6 +95,7 @@ class SocialLayer:
         self._pending: list[Observation] = []
         self._newest: dict[tuple[str, ...], tuple[float, int, int, int]] = {}  # what counts, and since when
         self._proposed: dict[RoleAssignment | Objective, None] = {}  # issued in this round, not yet counting
+        self._denied: dict[tuple[str, str, str], None] = {}  # (group, role, vehicle): there was no room for it
         self._plans_rest_on: dict[str, frozenset[Key]] = {}  # group led -> facts of its mission's plan
         self._activities: dict[Objective, tuple[tuple[ActivitySet, ...], frozenset[Key]]] = {}
         self._led = self._groups_led()
@@ -106,6 +107,8 @@ class SocialLayer:
         self.issued: set[RoleAssignment] = set()
         self.issued_objectives: set[Objective] = set()
         self.finished: list[Objective] = []
+        self.unheard = False
+        """Not all members are known to have heard what this vehicle assigned at sea."""
 
     # The modules that are mappings ---------------------------------------------------------------
 
@@ -234,6 +237,9 @@ class SocialLayer:
     def _take(self, vehicle: str, group: str, role: str, plays: bool, result: Consultation) -> None:
         change = self.organisation.assign if plays else self.organisation.leave_role
         self.organisation, outcome = change(vehicle, group, role)
+        self._denied.pop((group, role, vehicle), None)
+        if outcome is Outcome.ACCESS_DENIED:
+            self._denied[group, role, vehicle] = None
         if outcome is Outcome.SUCCESS:
             if not plays and group in self._plans_rest_on:
                 self._due.add(group)  # somebody has to take over
@@ -241,6 +247,9 @@ class SocialLayer:
             if vehicle == self.me:
                 (result.assigned if plays else result.left).append(RoleAssignment(group, role, vehicle))
                 result.activities_due = True
+            waiting = [v for g, r, v in self._denied if (g, r) == (group, role)]
+            if not plays and waiting:  # who was to take the role over was heard of first
+                self._take(waiting[-1], group, role, True, result)
         elif outcome not in (Outcome.ROLE_ALREADY_HANDLED, Outcome.ROLE_NOT_HANDLED):
             result.refused.append(f"{vehicle} as {role} of {group}: {outcome.value}")
 
@@ -308,12 +317,28 @@ class SocialLayer:
         """What this vehicle concludes as the leader of its groups, as facts."""
         facts: list[Fact] = []
         for name in self._led:
-            if name in self._negotiation.holding:
+            if self.holds(name):
                 continue
             group = self.organisation.groups[name]
             for finding in self._mission.findings(group, self.organisation, self._beliefs, picture, motion):
                 facts.append(self._beliefs.fact(finding.subject, finding.attribute, finding.value))
         return facts
+
+    def addressed(self, change: Change) -> set[str]:
+        """Members of the groups whose roles and objectives the block gives out at sea, as their plans ask for."""
+        if self.optimiser.declaration.planned_before:
+            return set()
+        groups = set()
+        for fact in change.block.facts:
+            name = self._tbox.attributes[fact.attribute].name
+            if self._is_organisational(name):
+                role = fact.subject if name.startswith(OBJECTIVE_PREFIX) else fact.target
+                groups.add(self._beliefs.name(role).split(".")[0])
+        return {name for group in groups for name in self.organisation.members(group)} - {self.me}
+
+    def holds(self, group: str) -> bool:
+        """Is ``group`` not to be taken for gathered, since it has work to be given out or heard of?"""
+        return group in self._negotiation.holding or (self.leads(group) and self.unheard)
 
     def gathered(self) -> set[str]:
         """Groups believed to be together; a meeting before those that it must follow does not count."""

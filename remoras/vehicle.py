@@ -18,7 +18,7 @@ from typing import Any
 import mesa
 
 from exchange.manager import ExchangeManager, Reception, Transmission
-from exchange.packets import InfluenceSignal
+from exchange.packets import InfluenceSignal, ItemUid
 from remoras.activities import ActivityType
 from remoras.behaviours import Perception
 from remoras.beliefs import Beliefs
@@ -77,6 +77,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._next_decision_s = 0.0
         self._resigned = False
         self._driving: frozenset[tuple[str, str]] = frozenset()
+        self._unheard: set[tuple[int, ItemUid]] = set()  # (node, item): who is not known to hold an assignment
         for assignment in social.organisation.roles_of(self.name):
             self._record_role(0.0, assignment.group, assignment.role, "assigned")
         self._adopt()
@@ -125,6 +126,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self._conclude(self.social.resign(), now_s)
         if decision.has(ActivityType.PLANNING) and self.social.planning_due:
             self._plan(now_s)
+        self.social.unheard = bool(self._unheard)
         self._conclude(self.social.findings(functional.picture, functional.motion), now_s)
 
     def _note_what_is_done(self, perceptions: Sequence[Perception], now_s: float) -> bool:
@@ -210,6 +212,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             return reception
         for uid in reception.items:
             self._record_item(now_s, uid, "received")
+        self._unheard.difference_update(reception.beliefs)
         for uid in reception.settled:
             self._record_item(now_s, uid, "acknowledged")
         self._merge(reception.blocks, now_s)
@@ -254,6 +257,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if told and self.social.optimiser.declaration.communicates:
             for uid in self.manager.offer([change]):
                 self._record_item(now_s, uid, "observed")
+                self._unheard |= {(self.social.auv_database[name].node, uid) for name in self.social.addressed(change)}
         self._consider([change])
 
     def _consider(self, changes: Sequence[Change]) -> None:

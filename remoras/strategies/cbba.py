@@ -197,6 +197,7 @@ class Cbba:
             "bid": "how strongly the sender, or the winner it names, claims an area; not acknowledged",
             "bidRound": "when that was claimed",
             "winner": "whose claim the sender relays",
+            "areaDone": "the sender has finished an area",
         },
         blocks_per_round=2,
     )

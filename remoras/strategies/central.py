@@ -86,7 +86,7 @@ class Central:
     """A leader that assigns and is told; see the module's text."""
 
     queue: Annotated[int, QUEUE] = 2
-    silence_rounds: Annotated[int, SILENCE] = 30
+    silence_rounds: Annotated[int, SILENCE] = 60
 
     name: ClassVar[str] = "central"
     declaration: ClassVar[Declaration] = Declaration(

@@ -1,14 +1,14 @@
 """Contract net: announce, bid, award, with time-outs and re-auction.
 
-The head announces areas that nobody holds, ``lot`` at a time, while some member holds fewer than ``queue``. A member
-with room bids for up to ``bids`` of them the time at which it expects to have done the area. When the auction ends,
-areas go to the lowest bids, at most one to each bidder; the winner accepts by stating the role itself. An award not
-accepted within ``accept_rounds``, and what a vehicle holds that has not been heard for ``silence_rounds``, is cancelled
-and auctioned anew. A vehicle without work that has not heard the head for so long auctions by itself. If two hold the
-same area, the one that came later gives it up on hearing of the other.
+The head auctions the areas that nobody holds while some member holds fewer than ``queue``. A member with room bids for
+each the time at which it expects to have done it. When the auction ends, areas go to the lowest bids, at most one to
+each bidder; the winner accepts by stating the role itself. An award not accepted within ``accept_rounds``, and what a
+vehicle holds that has not been heard for ``silence_rounds``, is cancelled and auctioned anew. A vehicle without work
+that has not heard the head for so long auctions by itself. If two hold the same area, the one that came later gives it
+up on hearing of the other.
 
-Announcements and bids are said once: a lost one is made up for by the next auction. Awards, acceptances and results
-are facts, acknowledged and repeated until they are.
+Announcements and bids are said anew in every frame of an auction, and not acknowledged. Awards, acceptances and
+results are facts, acknowledged and repeated until they are.
 
 Source: Smith 1980 (contract net); Sariel, Balch, Erdogan 2008 (DEMiR-CF: local models, time-outs, re-auction).
 """
@@ -36,9 +36,10 @@ HIGHEST_BID_S = 65535
 
 @dataclass(slots=True)
 class Auction:
-    """An auction of the own: the round it ends in, and the bids so far by vehicle."""
+    """An auction of the own: the round and the time it ends, and the bids so far by vehicle."""
 
     ends: int
+    ends_s: int
     bids_s: dict[str, int]
 
 
@@ -51,7 +52,7 @@ class Contractor:
         self._with = strategy
         self._claims: Claims | None = None
         self._auctions: dict[str, Auction] = {}  # own ones, by role
-        self._offered: dict[str, None] = {}  # roles announced by others in this round
+        self._offered: dict[str, float] = {}  # roles auctioned by others, and until when
         self._unaccepted: dict[tuple[str, str], int] = {}  # own awards (role, vehicle), and the round they were made in
         self._accepted: set[str] = set()
         self._silence = Silence(me, strategy.silence_rounds)
@@ -61,7 +62,7 @@ class Contractor:
         group, organisation, evidence = self._group, situation.organisation, situation.evidence
         claims = self._claims = self._claims or Claims(evidence.database)
         claims.members = situation.organisation.members(group.name)
-        self._offered.clear()
+        self._offered = {name: ends_s for name, ends_s in self._offered.items() if ends_s > situation.now_s}
         for heard in situation.heard:
             for fact in heard.facts:
                 self._hear(heard, fact, claims)
@@ -96,7 +97,7 @@ class Contractor:
             return
         match attribute:
             case "auctionEnds":
-                self._offered[role] = None
+                self._offered[role] = float(value)
             case "bid" if role in self._auctions:
                 self._auctions[role].bids_s[heard.issuer] = int(value)
             case "playsRole":
@@ -168,36 +169,33 @@ class Contractor:
         claims: Claims,
     ) -> list[Fact]:
         """Auction areas that nobody holds while somebody has room for one."""
-        if self._auctions or all(len(held[name]) >= self._with.queue or name in silent for name in held):
-            return []
-        vacant = [name for name in roles if claims.winner(name) is None][: self._with.lot]
-        ends = situation.round + self._with.bidding_rounds
-        self._auctions = {name: Auction(ends, {}) for name in vacant}
-        ends_s = round(situation.now_s * (1.0 + self._with.bidding_rounds / situation.round))
-        return [(self._full(name), "auctionEnds", ends_s) for name in vacant]
+        if not self._auctions and any(len(held[v]) < self._with.queue and v not in silent for v in held):
+            ends = situation.round + self._with.bidding_rounds
+            ends_s = situation.now_s * (1.0 + self._with.bidding_rounds / situation.round)
+            vacant = [name for name in roles if claims.winner(name) is None]
+            self._auctions = {name: Auction(ends, round(ends_s), {}) for name in vacant}
+        return [(self._full(name), "auctionEnds", auction.ends_s) for name, auction in self._auctions.items()]
 
     # Bidder --------------------------------------------------------------------------------------
 
     def _bid(self, roles: Sequence[RoleSpecification], held: Sequence[str], situation: Situation) -> list[Fact]:
-        """Bids for the announced areas that would be done first; own auctions are bid for without a word."""
+        """Bids for all announced areas, as long as their auction runs; in own auctions without a word."""
         data, evidence = situation.evidence.database[self._me], situation.evidence
         named = {role.name: role for role in roles}
-        mine = [name for name, auction in self._auctions.items() if self._me not in auction.bids_s]
-        if len(held) >= self._with.queue or not (mine or self._offered):
+        if len(held) >= self._with.queue or not (self._auctions or self._offered):
             return []
         outlook = self._expectations.of(data, [named[name] for name in held], situation.now_s, evidence)
-        bids = []
-        for name in dict.fromkeys([*mine, *self._offered]):
-            if name in named and data.can_play(name):
-                then = after(outlook, data, evidence.corners_m[named[name].area or ""])
-                if then is not None:
-                    bids.append((min(HIGHEST_BID_S, round(then.free_s)), name))
         said: list[Fact] = []
-        for bid_s, name in sorted(bids)[: self._with.bids]:
-            if name in self._auctions:
-                self._auctions[name].bids_s[self._me] = bid_s
-            if name in self._offered:
-                said.append((self._full(name), "bid", bid_s))
+        for name in dict.fromkeys([*self._auctions, *self._offered]):
+            if name not in named or not data.can_play(name):
+                continue
+            then = after(outlook, data, evidence.corners_m[named[name].area or ""])
+            if then is not None:
+                bid_s = min(HIGHEST_BID_S, round(then.free_s))
+                if name in self._auctions:
+                    self._auctions[name].bids_s[self._me] = bid_s
+                if name in self._offered:
+                    said.append((self._full(name), "bid", bid_s))
         return said
 
 
@@ -206,11 +204,9 @@ class ContractNet:
     """Announce, bid, award; see the module's text."""
 
     queue: Annotated[int, QUEUE] = 2
-    lot: Annotated[int, Field(ge=1, le=64, description="most areas auctioned at a time")] = 6
-    bids: Annotated[int, Field(ge=1, le=64, description="most areas that a vehicle bids for at a time")] = 3
     bidding_rounds: Annotated[int, Field(ge=2, le=1000, description="TDMA frames from announcement to award")] = 3
-    accept_rounds: Annotated[int, Field(ge=1, le=10_000, description="TDMA frames to accept an award")] = 30
-    silence_rounds: Annotated[int, SILENCE] = 30
+    accept_rounds: Annotated[int, Field(ge=1, le=10_000, description="TDMA frames to accept an award")] = 60
+    silence_rounds: Annotated[int, SILENCE] = 60
 
     name: ClassVar[str] = "contract-net"
     declaration: ClassVar[Declaration] = Declaration(

@@ -30,16 +30,18 @@ class Timetable:
         self._group = group
         self._margin = margin
         self._meeting_s: float | None = None
+        self._met = False
 
     def negotiate(self, situation: Situation) -> Move:
         if self._meeting_s is None:
             self._meeting_s = self._expected_s(situation)
         group, organisation = self._group, situation.organisation
-        on_time = situation.now_s >= self._meeting_s and self._me in organisation.heads(group.name)
-        if not on_time or at_work(self._me, group, organisation, situation.evidence) or group.rally_point is None:
+        if situation.now_s < self._meeting_s or at_work(self._me, group, organisation, situation.evidence):
             return Move(holding=True)
-        self._meeting_s = math.inf
-        return Move((Statement(((group.name, "gatheredAt", group.rally_point),), told=False),), holding=True)
+        if self._met or group.rally_point is None or self._me not in organisation.heads(group.name):
+            return Move()
+        self._met = True
+        return Move((Statement(((group.name, "gatheredAt", group.rally_point),), told=False),))
 
     def _expected_s(self, situation: Situation) -> float:
         """When the last one is expected at the rally point, and the margin later."""

@@ -13,7 +13,7 @@ from typing import ClassVar
 
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
-from remoras.strategies.areas import Outlook, at_work, nearest_first, open_roles, shared_out, surveyors
+from remoras.strategies.areas import Outlook, at_work, balanced, nearest_first, open_roles, shared_out, surveyors
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategies.strategy import Declaration, Evidence
 
@@ -31,6 +31,7 @@ def all_areas(group: Group, organisation: Organisation, evidence: Evidence) -> t
         for data in members
     }
     areas = shared_out(group, vacant, members, outlooks, evidence, len(vacant))
+    areas = balanced(group, areas, members, outlooks, evidence)
     return common_roles(group, organisation, evidence) + areas
 
 

@@ -2,8 +2,8 @@
 
 Before the dive every member gets up to ``areas_per_leg`` areas. Whoever has done its areas goes to the rally point.
 When the head, free itself, knows all members there, it gives out the next areas; each leaves for its own as soon as it
-has heard of them. Between two meetings nothing needs to be heard, so losses can only prolong a meeting. When more than
-half have come, the others are waited for no longer than ``wait_rounds``: what they held is given out again.
+has heard of them. Between two meetings nothing needs to be heard, so losses can only prolong a meeting. When all who
+are missing are overdue, they are waited for another ``wait_rounds``; then what they held is given out again.
 
 Source: rendezvous point synchronisation as cited by Carlesi et al. 2011, section II.
 """
@@ -19,7 +19,7 @@ from pydantic import Field
 
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
-from remoras.strategies.areas import Outlook, at_work, open_roles, shared_out, surveyors
+from remoras.strategies.areas import Expectations, Outlook, at_work, open_roles, shared_out, surveyors
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategies.strategy import Declaration, Evidence, Move, Situation, Statement
 
@@ -32,6 +32,7 @@ class Convener:
         self._group = group
         self._with = strategy
         self._waiting_since: int | None = None
+        self._expectations = Expectations()
 
     def negotiate(self, situation: Situation) -> Move:
         group, organisation, evidence = self._group, situation.organisation, situation.evidence
@@ -41,7 +42,9 @@ class Convener:
         members = surveyors(group, organisation, evidence.database)
         held = {data.name: at_work(data.name, group, organisation, evidence) for data in members}
         absent = [name for name in held if held[name] or not self._is_here(name, situation)]
-        if not unfinished or self._me in absent or len(absent) > len(members) / 2:
+        expected_s = {d.name: self._expectations.of(d, held[d.name], situation.now_s, evidence).free_s for d in members}
+        on_the_way = self._me in absent or any(expected_s[name] > situation.now_s for name in absent)
+        if not unfinished or on_the_way or len(absent) == len(members):
             self._waiting_since = None
             return Move(holding=bool(unfinished))
         if self._waiting_since is None:
@@ -75,7 +78,8 @@ class RendezvousSync:
         float, Field(gt=0.0, le=10_000.0, description="a vehicle this near to the rally point has come")
     ] = 30.0
     wait_rounds: Annotated[
-        int, Field(ge=1, le=100_000, description="TDMA frames that those who have come wait for the others")
+        int,
+        Field(ge=1, le=100_000, description="TDMA frames that those who have come wait for others that are overdue"),
     ] = 60
 
     name: ClassVar[str] = "rendezvous-sync"

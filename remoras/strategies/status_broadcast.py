@@ -51,8 +51,7 @@ class Broadcaster:
     def negotiate(self, situation: Situation) -> Move:
         group, organisation, evidence = self._group, situation.organisation, situation.evidence
         for heard in situation.heard:
-            for fact in heard.facts:
-                self._hear(heard, fact, evidence)
+            self._hear(heard, evidence)
         roles = {r.name: r for r in open_roles(group, evidence) if r.area not in self._done}
         said: list[Statement] = []
         held = [role for role in at_work(self._me, group, organisation, evidence) if role.name in roles]
@@ -64,7 +63,7 @@ class Broadcaster:
             self._work.pop(self._me, None)
             name = self._choice(roles, situation)
             if name is not None:
-                self._work[self._me] = Work(name, situation.now_s, evidence.position_m(self._me))
+                self._work[self._me] = Work(name, round(situation.now_s), evidence.position_m(self._me))
                 said.append(Statement(((self._me, "playsRole", self._full(name)),), told=False))
         if situation.round % self._with.period_rounds == 0 or any(not statement.told for statement in said):
             said += self._state(evidence)
@@ -73,15 +72,15 @@ class Broadcaster:
     def _full(self, role: str) -> str:
         return f"{self._group.name}.{role}"
 
-    def _hear(self, heard: Heard, fact: Fact, evidence: Evidence) -> None:
-        subject, attribute, value = fact
-        if attribute == "knownDone":
-            self._done.add(subject)
-        elif attribute == "worksOn" and subject == heard.issuer:
-            group, _, role = str(value).partition(".")
-            known = self._work.get(subject)
-            if group == self._group.name and (known is None or known.role != role):
-                self._work[subject] = Work(role, heard.time_s, evidence.position_m(subject))
+    def _hear(self, heard: Heard, evidence: Evidence) -> None:
+        """The state of the mission as a peer tells it."""
+        said = {attribute: value for subject, attribute, value in heard.facts if subject == heard.issuer}
+        group, _, role = str(said.get("worksOn", "")).partition(".")
+        if group == self._group.name:
+            known = self._work.get(heard.issuer)
+            from_m = evidence.position_m(heard.issuer) if known is None or known.role != role else known.from_m
+            self._work[heard.issuer] = Work(role, float(said.get("worksSince", heard.time_s)), from_m)
+        self._done.update(subject for subject, attribute, _ in heard.facts if attribute == "knownDone")
 
     def _is_later(self, role: str, situation: Situation) -> bool:
         """Was another member at the area of ``role`` before this vehicle?"""
@@ -153,7 +152,8 @@ class Broadcaster:
         said = [Statement(tuple(facts[n : n + AREAS_PER_BLOCK])) for n in range(0, len(facts), AREAS_PER_BLOCK)]
         work = self._work.get(self._me)
         if work is not None:
-            said.append(Statement(((self._me, "worksOn", self._full(work.role)),)))
+            at, since = (self._me, "worksOn", self._full(work.role)), (self._me, "worksSince", work.since_s)
+            said.append(Statement((at, since)))
         return said
 
 
@@ -173,7 +173,9 @@ class StatusBroadcast:
         source="Sotzing, Lane 2010 (DELPHIS)",
         messages={
             "worksOn": "the area that the sender is at; not acknowledged",
+            "worksSince": "since when; not acknowledged",
             "knownDone": "an area that the sender knows to be done; not acknowledged",
+            "areaDone": "the sender has finished an area",
         },
         blocks_per_round=1,
     )
