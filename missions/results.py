@@ -40,9 +40,10 @@ def summary(run: Run) -> dict[str, Any]:
 
     ``per``: mean packet error rate of the loss model as it is set: 0 for perfect, ``per`` for bernoulli, the mean over
     all directed pairs of vehicles for matrix, the stationary mean for gilbert-elliott; without blackouts and range.
-    ``coverage_fraction``: cells of the areas that somebody mapped. ``duplicate_fraction``: share of the mapping that
-    was done again by another vehicle. ``delivery_ratio``: packets received among all (packet, receiver) pairs.
-    Latencies: from an item's observation to its reception, over all (item, receiver) pairs; NaN becomes null.
+    ``coverage_fraction``: cells of the areas that somebody mapped; ``mapping_time_s``: see there.
+    ``duplicate_fraction``: share of the mapping that was done again by another vehicle. ``delivery_ratio``: packets
+    received among all (packet, receiver) pairs. Latencies: from an item's observation to its reception, over all
+    (item, receiver) pairs; NaN becomes null.
     ``consistency_time_s`` and ``consistent_fraction``: see ``consistency``. ``least_mapped_fraction``: see there.
     ``modem_energy_j``: of ``energy_j`` what the modems sent with.
     """
@@ -60,6 +61,7 @@ def summary(run: Run) -> dict[str, Any]:
         "reason": run.reason,
         "mission_time_s": round(run.end_s, 4),
         "coverage_fraction": len(mapped) / n_cells if n_cells else 0.0,
+        "mapping_time_s": mapping_time_s(recorder, n_cells),
         "duplicate_fraction": 1.0 - len(mapped) / len(recorder.coverage) if recorder.coverage else 0.0,
         "least_mapped_fraction": least_mapped_fraction(recorder, area_roles(scenario)),
         "distance_m": round(run.distance_m, 3),
@@ -79,6 +81,19 @@ def summary(run: Run) -> dict[str, Any]:
             for m in run.milestones
         ],
     }
+
+
+MAPPED_SHARE = 0.95
+"""Share of the cells at which the areas count as mapped."""
+
+
+def mapping_time_s(recorder: Recorder, n_cells: int) -> float | None:
+    """When 95 % of all cells had been mapped by anybody; None if they never were, or if there are none."""
+    first_s: dict[tuple[int, int], float] = {}
+    for time_s, _, x, y in recorder.coverage:
+        first_s.setdefault((x, y), time_s)
+    needed = math.ceil(MAPPED_SHARE * n_cells)
+    return round(sorted(first_s.values())[needed - 1], 4) if 0 < needed <= len(first_s) else None
 
 
 def identity(scenario: Scenario, seed: int) -> dict[str, Any]:

@@ -25,7 +25,8 @@ from missions.scenario import Scenario, explanations_of, load, shipped
 from missions.tables import Name, Table
 
 METRICS = (
-    "mission_time_s", "completed", "coverage_fraction", "duplicate_fraction", "least_mapped_fraction", "distance_m",
+    "mission_time_s", "completed", "coverage_fraction", "mapping_time_s", "duplicate_fraction",
+    "least_mapped_fraction", "distance_m",
     "energy_j", "modem_energy_j", "n_packets", "n_bytes", "delivery_ratio", "mean_latency_s", "p95_latency_s",
     "consistency_time_s", "consistent_fraction", "false_beliefs",
 )  # fmt: skip

@@ -95,6 +95,7 @@ class SocialLayer:
         self._pending: list[Observation] = []
         self._newest: dict[tuple[str, ...], tuple[float, int, int, int]] = {}  # what counts, and since when
         self._proposed: dict[RoleAssignment | Objective, None] = {}  # issued in this round, not yet counting
+        self._done: set[str] = set()  # areas
         self._denied: dict[tuple[str, str, str], None] = {}  # (group, role, vehicle): there was no room for it
         self._plans_rest_on: dict[str, frozenset[Key]] = {}  # group led -> facts of its mission's plan
         self._activities: dict[Objective, tuple[tuple[ActivitySet, ...], frozenset[Key]]] = {}
@@ -175,6 +176,7 @@ class SocialLayer:
                     self._pending.append(Observation(change.block, position))
             self._negotiation.note(change)
         keys = self._beliefs.keys_of(changes)
+        self._done.update(area for attribute, area in keys if attribute == "areaDone")
         for group in self._led:
             rests_on = self._plans_rest_on.get(group, frozenset())
             if ("hasMission", group) in keys or not keys.isdisjoint(rests_on):
@@ -309,9 +311,7 @@ class SocialLayer:
         return [self._beliefs.fact(a.vehicle, "playsRole", f"{a.group}.{a.role}") for a in allowed]
 
     def _evidence(self, positions_m: Mapping[str, tuple[float, float]]) -> Evidence:
-        corners = self._mission.corners_m
-        done = frozenset(area for area in corners if self._beliefs.get(("areaDone", area)) is not None)
-        return Evidence(self.auv_database, dict(positions_m), corners, done)
+        return Evidence(self.auv_database, dict(positions_m), self._mission.corners_m, frozenset(self._done))
 
     def findings(self, picture: Picture, motion: Motion) -> list[Fact]:
         """What this vehicle concludes as the leader of its groups, as facts."""

@@ -11,13 +11,15 @@ import pytest
 from small_mission import SMALL
 
 from missions.errors import OutputError
-from missions.results import LIBRARIES, Results, quantile, summary, write
+from missions.results import LIBRARIES, Results, mapping_time_s, quantile, summary, write
+from remoras.recorder import Recorder
 from missions.run import Run
 from missions.run import run as run_scenario
 from missions.scenario import load
 
 SUMMARY = """scenario, strategy, policy, channel, per, seed, n_vehicles, completed, reason, mission_time_s,
-coverage_fraction, duplicate_fraction, least_mapped_fraction, distance_m, energy_j, modem_energy_j, n_packets, n_bytes,
+coverage_fraction, mapping_time_s,
+duplicate_fraction, least_mapped_fraction, distance_m, energy_j, modem_energy_j, n_packets, n_bytes,
 delivery_ratio, mean_latency_s, p95_latency_s, consistency_time_s, consistent_fraction, false_beliefs, wall_s,
 milestones""".replace("\n", " ").split(", ")
 
@@ -264,3 +266,14 @@ def test_another_seed_gives_another_sea(finished: Run, tmp_path: Path):
     other = small_run(tmp_path, seed=2)
     lost, lost_now = ([row[7] for row in run.recorder.packets] for run in (finished, other))
     assert lost != lost_now
+
+
+def test_the_areas_count_as_mapped_at_95_percent() -> None:
+    """Of 20 cells the 19th that is new decides; what is mapped again does not count."""
+    recorder = Recorder()
+    recorder.coverage += [(float(10 * number), "AUV01", number, 0) for number in range(18)]
+    recorder.coverage.append((200.0, "AUV02", 3, 0))
+    assert mapping_time_s(recorder, 20) is None
+    recorder.coverage += [(300.0, "AUV02", 18, 0), (400.0, "AUV02", 19, 0)]
+    assert mapping_time_s(recorder, 20) == 300.0
+    assert mapping_time_s(Recorder(), 0) is None
