@@ -12,10 +12,10 @@ from small_mission import SMALL
 
 from missions.errors import OutputError
 from missions.results import LIBRARIES, Results, mapping_time_s, quantile, summary, write
-from remoras.recorder import Recorder
 from missions.run import Run
 from missions.run import run as run_scenario
 from missions.scenario import load
+from remoras.recorder import Recorder
 
 SUMMARY = """scenario, strategy, policy, channel, per, seed, n_vehicles, completed, reason, mission_time_s,
 coverage_fraction, mapping_time_s,
