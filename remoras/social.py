@@ -108,8 +108,9 @@ class SocialLayer:
         self.issued: set[RoleAssignment] = set()
         self.issued_objectives: set[Objective] = set()
         self.finished: list[Objective] = []
-        self.unheard = False
-        """Not all members are known to have heard what this vehicle assigned at sea."""
+        self.unheard: set[str] = set()
+        """Vehicles that are not known to hold what this vehicle assigned at sea."""
+        self._awaited: set[tuple[str, str]] = set()  # (vehicle, area): given to it, and not seen to be begun
 
     # The modules that are mappings ---------------------------------------------------------------
 
@@ -175,6 +176,9 @@ class SocialLayer:
                 if self._is_organisational(self._tbox.attributes[fact.attribute].name):
                     self._pending.append(Observation(change.block, position))
             self._negotiation.note(change)
+            if self._awaited:
+                issuer = self._beliefs.name(change.block.origin)
+                self._awaited -= {(issuer, self._beliefs.name(fact.subject)) for fact in change.block.facts}
         keys = self._beliefs.keys_of(changes)
         self._done.update(area for attribute, area in keys if attribute == "areaDone")
         for group in self._led:
@@ -307,6 +311,8 @@ class SocialLayer:
         allocated = self.optimiser.adapt(expected.groups[group], expected, self._evidence(picture.positions))
         allowed = [a for a in allocated if self.organisation.is_member(a.vehicle, a.group)]
         self.issued.update(allowed)
+        areas = {role.name: role.area for role in expected.groups[group].roles}
+        self._awaited |= {(a.vehicle, area) for a in allowed if (area := areas[a.role]) and a.vehicle != self.me}
         self._proposed.update(dict.fromkeys(allowed))
         return [self._beliefs.fact(a.vehicle, "playsRole", f"{a.group}.{a.role}") for a in allowed]
 
@@ -338,7 +344,9 @@ class SocialLayer:
 
     def holds(self, group: str) -> bool:
         """Is ``group`` not to be taken for gathered, since it has work to be given out or heard of?"""
-        return group in self._negotiation.holding or (self.leads(group) and self.unheard)
+        if group in self._negotiation.holding:
+            return True
+        return self.leads(group) and any(v in self.unheard and area not in self._done for v, area in self._awaited)
 
     def gathered(self) -> set[str]:
         """Groups believed to be together; a meeting before those that it must follow does not count."""

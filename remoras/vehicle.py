@@ -126,7 +126,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self._conclude(self.social.resign(), now_s)
         if decision.has(ActivityType.PLANNING) and self.social.planning_due:
             self._plan(now_s)
-        self.social.unheard = bool(self._unheard)
+        names = self.social.auv_database.names
+        self.social.unheard = {names[node] for node, _ in self._unheard}
         self._conclude(self.social.findings(functional.picture, functional.motion), now_s)
 
     def _note_what_is_done(self, perceptions: Sequence[Perception], now_s: float) -> bool:
