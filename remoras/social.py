@@ -88,6 +88,8 @@ class SocialLayer:
         self._beliefs = beliefs
         self._mission = mission
         self._tbox: TBox = beliefs.model.tbox
+        names = {a.uid: a.name for a in self._tbox.attributes}
+        self._organisational = {u for u, n in names.items() if n in ROLE_ATTRIBUTES or n.startswith(OBJECTIVE_PREFIX)}
         self._objectives: dict[tuple[str, str, str], Objective] = {
             (o.group, o.role, o.name): o for o in agreement.objectives
         }
@@ -173,7 +175,7 @@ class SocialLayer:
         """
         for change in changes:
             for position, fact in enumerate(change.block.facts):
-                if self._is_organisational(self._tbox.attributes[fact.attribute].name):
+                if fact.attribute in self._organisational:
                     self._pending.append(Observation(change.block, position))
             self._negotiation.note(change)
             if self._awaited:
@@ -193,10 +195,6 @@ class SocialLayer:
         for objective in stale:
             del self._activities[objective]
         return bool(stale)
-
-    @staticmethod
-    def _is_organisational(attribute: str) -> bool:
-        return attribute in ROLE_ATTRIBUTES or attribute.startswith(OBJECTIVE_PREFIX)
 
     @property
     def planned(self) -> frozenset[str]:
@@ -336,9 +334,9 @@ class SocialLayer:
             return set()
         groups = set()
         for fact in change.block.facts:
-            name = self._tbox.attributes[fact.attribute].name
-            if self._is_organisational(name):
-                role = fact.subject if name.startswith(OBJECTIVE_PREFIX) else fact.target
+            if fact.attribute in self._organisational:
+                is_objective = self._tbox.attributes[fact.attribute].name.startswith(OBJECTIVE_PREFIX)
+                role = fact.subject if is_objective else fact.target
                 groups.add(self._beliefs.name(role).split(".")[0])
         return {name for group in groups for name in self.organisation.members(group)} - {self.me}
 

@@ -324,15 +324,17 @@ class WorldModel:
             if fact.attribute == TYPE_UID:
                 self._add_type(fact.subject, fact.target)
         self.version += 1
-        new_latest = [f for position, f in enumerate(block.facts) if self._is_latest(block, position, f)]
-        return Change(block, tuple(new_latest))
+        return Change(block, tuple(f for n, f in enumerate(block.facts) if self._is_latest(block, n, f)))
 
     def _add_type(self, uid: int, class_uid: int) -> None:
         self._masks[uid] = self._masks.get(uid, 0) | self.tbox.ancestor_mask(class_uid)
         self._members.clear()
 
     def _is_latest(self, block: Block, position: int, fact: PropertyValue) -> bool:
-        latest = self.latest(fact.subject, fact.attribute)
+        if self._banned:
+            latest = self.latest(fact.subject, fact.attribute)
+        else:
+            latest = self._slots[fact.subject, fact.attribute][-1]
         return latest is not None and latest.block is block and latest.position == position
 
     def note_own(self, block: Block) -> None:
