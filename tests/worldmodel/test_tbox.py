@@ -68,7 +68,9 @@ def test_shipped_classes_and_attributes() -> None:
         "location": "POINT",
         "classification": "SYMBOL",
     }
-    assert [a.name for a in CORE.attributes if a.latest_only] == ["batteryFraction", "position"]
+    status = ["batteryFraction", "position"]
+    negotiated = ["auctionEnds", "bid", "bidRound", "knownDone", "winner", "worksOn", "worksSince"]
+    assert [a.name for a in CORE.attributes if a.latest_only] == sorted(status + negotiated)
     assert CORE.attributes[TYPE_UID].name == "type"
 
 
