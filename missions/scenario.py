@@ -57,7 +57,7 @@ class Communication(Table):
 
 class StrategyTable(Table):
     name: str = Field(description="organisational strategy, a shipped name or package.module:object")
-    parameters: dict[str, bool | int | float | str] = Field(
+    parameters: dict[str, Any] = Field(  # the strategy itself says what it allows
         {}, description="parameters of the strategy, see `remoras list strategies`; others keep their defaults"
     )
 

@@ -6,7 +6,7 @@ Imports are made where they are needed, so that ``--help`` answers at once.
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -27,15 +27,21 @@ def list_(
     kind: Annotated[str, typer.Argument(help=f"One of {', '.join(KINDS)}; all of them if left out.")] = "",
     as_json: Json = False,
 ) -> None:
-    """List what can be named: scenarios, strategies, policies, channels, modems."""
+    """List what can be named: scenarios, strategies, policies, channels, modems.
+
+    Of strategies alone it also lists source, messages and parameters.
+    """
     if kind:
         one_of("kind", kind, KINDS)
-    from missions.listings import LISTINGS
+    from missions.listings import DETAILS, LISTINGS
 
     found = {name: LISTINGS[name]() for name in LISTINGS if kind in ("", name)}
     if as_json:
         rows = {
-            name: [{"name": key, "description": text} for key, text in entries.items()]
+            name: [
+                {"name": key, "description": text, **(DETAILS[name](key) if name in DETAILS else {})}
+                for key, text in entries.items()
+            ]
             for name, entries in found.items()
         }
         show_json(rows[kind] if kind else rows)
@@ -45,6 +51,14 @@ def list_(
         width = max((len(key) for key in entries), default=0)
         for key, text in entries.items():
             print(f"  {key:<{width}}  {text}")
+            for line in _detail_lines(DETAILS[name](key)) if kind in DETAILS else ():
+                print(f"      {line}")
+
+
+def _detail_lines(details: Mapping[str, Any]) -> Iterator[str]:
+    yield f"source: {details['source']}"
+    yield from (f"message {name}: {meaning}" for name, meaning in details["messages"].items())
+    yield from (f"parameter {p['name']} = {p['default']}: {p['description']}" for p in details["parameters"])
 
 
 # Running ------------------------------------------------------------------------------------------

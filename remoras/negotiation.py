@@ -69,6 +69,7 @@ class Negotiation:
     ) -> list[Statement]:
         """End of a round: what this vehicle states to organise its groups."""
         self._round += 1
+        now_s = self._beliefs.model.quantise_time(now_s)
         heard, self._heard = tuple(self._heard), []
         statements: list[Statement] = []
         holding = []

@@ -75,5 +75,6 @@ def configured(strategy: Strategy, settings: Mapping[str, object]) -> Strategy:
         try:
             TypeAdapter(annotated[name]).validate_python(value, strict=True)
         except ValidationError as error:
-            raise StrategyError(name, error.errors()[0]["msg"]) from None
+            message = error.errors()[0]["msg"]
+            raise StrategyError(name, message[0].lower() + message[1:]) from None
     return dataclasses.replace(strategy, **settings)  # type: ignore[type-var]  # it has fields, so it is a dataclass

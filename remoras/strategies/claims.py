@@ -46,8 +46,13 @@ class Claims:
         return self._of.get(role, {}).get(vehicle)
 
     def standing(self, role: str) -> dict[str, Claim]:
-        """Claims of members that have not been withdrawn."""
-        return {v: claim for v, claim in self._of.get(role, {}).items() if claim.strength > 0 and v in self.members}
+        """Claims, not withdrawn, of members that are able to play the role."""
+        claims = self._of.get(role, {}).items()
+        return {
+            v: claim
+            for v, claim in claims
+            if claim.strength > 0 and v in self.members and self._database[v].can_play(role)
+        }
 
     def winner(self, role: str) -> str | None:
         """Who has the strongest claim."""

@@ -147,7 +147,7 @@ class Contractor:
         served: set[str] = set()
         for _, _, role, vehicle in bids:
             has_room = vehicle in held and len(held[vehicle]) < self._with.queue and vehicle not in silent
-            if has_room and vehicle not in served and claims.winner(role) is None:
+            if has_room and database[vehicle].can_play(role) and vehicle not in served and claims.winner(role) is None:
                 served.add(vehicle)
                 held[vehicle].append(role)
                 self._note(role, vehicle, situation.now_s, claims)

@@ -61,9 +61,9 @@ class Timetable:
 class FixedPartition:
     """No communication; see the module's text."""
 
-    margin: Annotated[float, Field(ge=0.0, description="how much later than expected the head leaves, as a share")] = (
-        0.25
-    )
+    margin: Annotated[
+        float, Field(ge=0.0, le=100.0, description="how much later than expected the head leaves, as a share")
+    ] = 0.15
 
     name: ClassVar[str] = "fixed-partition"
     declaration: ClassVar[Declaration] = Declaration(

@@ -91,7 +91,7 @@ class Situation:
     """What a vehicle knows at the end of a round of consultation.
 
     Attributes:
-        now_s: time; round: number of the TDMA frame that ends.
+        now_s: time that what is stated now will bear; round: number of the TDMA frame that ends.
         organisation: who plays which role, as this vehicle knows.
         evidence: with the vehicle's own position as it is.
         rally_m: where the group meets, if it does.

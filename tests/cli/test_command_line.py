@@ -97,9 +97,24 @@ def test_what_can_be_named_is_listed_and_described(kind: str, among: str):
     assert text.exit_code == 0
     assert re.search(rf"^ +{among} +\S", text.stdout, re.MULTILINE)
     rows = json.loads(remoras("list", kind, "--json").stdout)
-    assert [set(row) for row in rows] == [{"name", "description"}] * len(rows)
+    details = {"source", "messages", "parameters"} if kind == "strategies" else set()
+    assert [set(row) for row in rows] == [{"name", "description"} | details] * len(rows)
     assert among in {row["name"] for row in rows}
     assert all(row["description"] for row in rows)
+
+
+def test_what_can_be_set_of_a_strategy_is_listed():
+    central = next(
+        row for row in json.loads(remoras("list", "strategies", "--json").stdout) if row["name"] == "central"
+    )
+    assert central["source"].startswith("leader-follower")
+    assert central["messages"]["areaDone"] == "a vehicle has finished an area"
+    assert [(p["name"], p["default"]) for p in central["parameters"]] == [("queue", 2), ("silence_rounds", 60)]
+    assert central["parameters"][0]["description"] == "most areas that a vehicle holds, the one it is at included"
+    text = remoras("list", "strategies").stdout
+    assert re.search(r"^  central .*\n      source: .*\n      message playsRole: ", text, re.MULTILINE)
+    assert "      parameter queue = 2: most areas that a vehicle holds, the one it is at included\n" in text
+    assert "parameter queue" not in remoras("list").stdout
 
 
 def test_without_a_kind_everything_is_listed():

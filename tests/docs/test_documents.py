@@ -1,7 +1,10 @@
 """What the documents tell a user to type works, and their links lead somewhere."""
 
+import os
 import re
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -34,8 +37,22 @@ def test_the_tutorial_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_the_how_tos_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
     for block in blocks(ROOT / "docs" / "howto.md", "python"):
-        exec(compile(block, "howto.md", "exec"), {"__name__": "howto"})
+        if file := re.match(r"# (\w+\.py)\n", block):
+            Path(file[1]).write_text(block, encoding="utf-8")
+        else:
+            exec(compile(block, "howto.md", "exec"), {"__name__": "howto"})
+
+
+def test_the_strategy_of_the_how_tos_conforms(tmp_path: Path) -> None:
+    (block,) = [text for text in blocks(ROOT / "docs" / "howto.md", "python") if text.startswith("# nearest.py")]
+    (tmp_path / "nearest.py").write_text(block, encoding="utf-8")
+    command = [sys.executable, str(ROOT / "tests" / "conformance" / "strategy_conformance.py"), "nearest:NEAREST"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("ok  check_") == 7
 
 
 def test_the_tables_of_the_how_tos_load(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from typing import Any
 
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.database import AUVDatabase, VehicleData
+from remoras.organisation import Group, RoleSpecification
 
 AUV = VehicleData(
     name="AUV00",
@@ -57,3 +58,20 @@ def activity_set(
         importance,
         needs,
     )
+
+
+GROUPS = (
+    Group("Coordination", (RoleSpecification("Tactician", 1, 1, founding=True),)),
+    Group(
+        "Operational",
+        (
+            RoleSpecification("Coordinator", 1, 1, head=True, founding=True, played_by=("Coordination", "Tactician")),
+            RoleSpecification("Performer", 1, founding=True),
+            RoleSpecification("Cartographer", 1),
+            RoleSpecification("LeftWinger", 1, 1, area="left"),
+            RoleSpecification("RightWinger", 1, 1, area="right"),
+        ),
+    ),
+)
+LEADER = ("Tactician", "Coordinator", "Cartographer", "LeftWinger", "RightWinger")
+WORKER = ("Performer", "Cartographer", "LeftWinger", "RightWinger")

@@ -1,0 +1,323 @@
+"""What every organisational strategy has to keep to, as checks of a strategy object.
+
+From a checkout: ``python tests/conformance/strategy_conformance.py package.module:object``; for a shipped strategy its
+name. From a test: call ``conforms``, or the checks one by one; each raises ``AssertionError`` with what is wrong.
+"""
+
+import hashlib
+import json
+import math
+import os
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, get_args, get_type_hints
+
+from conformance_worlds import (
+    GROUPS,
+    NAMES,
+    TBOX,
+    Silent,
+    Watched,
+    evidence_of,
+    fleets,
+    hearsay,
+    named,
+    organisations,
+    role_facts,
+    small_patches,
+)
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from missions.checks import named_object
+from missions.run import Run, run
+from remoras.errors import StrategyError
+from remoras.recorder import TABLES
+from remoras.strategies import configured, parameters, strategies
+from remoras.strategies.strategy import Situation, Strategy
+
+INFLUENCE_SIGNAL = "influence signal"
+OCCASIONAL_BLOCKS = 10
+"""Blocks that a vehicle may state for each area in a whole run, beside those of ``blocks_per_round``: a role given,
+taken back, given to another, accepted."""
+N_ROUNDS = 6
+HASH_SEEDS = ("0", "1")
+EXAMPLES = settings(
+    max_examples=30,
+    deadline=None,
+    derandomize=True,
+    phases=[Phase.generate],  # the message says what is wrong, so no time goes into the smallest example
+    suppress_health_check=list(HealthCheck),
+)
+
+# What it declares ---------------------------------------------------------------------------------
+
+
+def check_declaration(strategy: Strategy) -> None:
+    """It says where it is from, and what its vehicles tell each other in words that the others know."""
+    declaration = strategy.declaration
+    assert strategy.name, "has no name"
+    assert declaration.source.strip(), "declares no source"
+    words = {attribute.name for attribute in TBOX.attributes} | {INFLUENCE_SIGNAL}
+    for message, meaning in declaration.messages.items():
+        assert message in words, f"message {message!r} is neither an attribute of the ontology nor an influence signal"
+        assert meaning.strip(), f"message {message!r} is not explained"
+    assert declaration.influences == (INFLUENCE_SIGNAL in declaration.messages), "influences and messages disagree"
+    assert declaration.communicates or not declaration.messages, "declares messages but does not communicate"
+    assert declaration.blocks_per_round >= 0, "blocks_per_round is negative"
+
+
+def check_parameters(strategy: Strategy) -> None:
+    """Every parameter is described, has bounds, and is refused beyond them, with its name."""
+    annotated = get_type_hints(type(strategy), include_extras=True)
+    known = parameters(strategy)
+    assert _refused(strategy, "no such parameter", 1), "a parameter that does not exist is accepted"
+    for parameter in known:
+        name, value = parameter.name, parameter.default
+        assert parameter.description.strip(), f"parameter {name} is not described"
+        assert not _refused(strategy, name, value), f"parameter {name}: its default is refused"
+        assert _refused(strategy, name, [value]), f"parameter {name}: a list is accepted"
+        if isinstance(value, bool | str):
+            continue
+        inside, outside = _at_the_bounds(annotated[name], isinstance(value, int))
+        assert len(inside) == 2, f"parameter {name} has no lower and upper bound"
+        for number in inside:
+            assert not _refused(strategy, name, number), (
+                f"parameter {name} = {number} is within its bounds, but refused"
+            )
+        for number in (*outside, math.nan, math.inf, -math.inf):
+            assert _refused(strategy, name, number), f"parameter {name} = {number} is accepted beyond its bounds"
+
+
+def _at_the_bounds(annotation: Any, whole: bool) -> tuple[list[float], list[float]]:
+    """The last numbers that the constraints of an annotation allow, and the first ones that they do not."""
+    inside: list[float] = []
+    outside: list[float] = []
+    for constraint in [c for field in get_args(annotation)[1:] for c in field.metadata]:
+        for kind, way, allowed in [("ge", -1, True), ("gt", -1, False), ("le", 1, True), ("lt", 1, False)]:
+            if hasattr(constraint, kind):
+                bound = getattr(constraint, kind)
+                towards = (
+                    [bound + way, bound - way]
+                    if whole
+                    else [math.nextafter(bound, s * way * math.inf) for s in (1, -1)]
+                )
+                inside.append(bound if allowed else towards[1])
+                outside.append(towards[0] if allowed else bound)
+    return inside, outside
+
+
+def _refused(strategy: Strategy, name: str, value: Any) -> bool:
+    try:
+        made = configured(strategy, {name: value})
+    except StrategyError as error:
+        return error.key == name
+    assert getattr(made, name) == value, f"parameter {name} is set to something else than was given"
+    return False
+
+
+# What it decides ----------------------------------------------------------------------------------
+
+
+def check_allocates_within_the_group(strategy: Strategy) -> None:
+    """``form`` and ``adapt``: able vehicles, members, each area once, nothing done; the same when asked again."""
+
+    @EXAMPLES
+    @given(st.data())
+    def holds(data: st.DataObject) -> None:
+        database = data.draw(fleets())
+        evidence = data.draw(evidence_of(database))
+        formed = strategy.form(database, GROUPS)
+        assert strategy.form(database, GROUPS) == formed, "forms another organisation when asked again"
+        for one in formed.assignments:
+            assert database[one.vehicle].can_play(one.role), f"{one} founds what it cannot play"
+        for group in GROUPS:
+            found = strategy.adapt(group, formed, evidence)
+            assert strategy.adapt(group, formed, evidence) == found, "allocates otherwise when asked again"
+            held: Counter[str] = Counter()
+            for one in found:
+                role = group.role(one.role)
+                assert one.group == group.name, f"{one} is in another group than {group.name}"
+                assert role is not None, f"{one} is of a role that the group does not have"
+                assert formed.is_member(one.vehicle, group.name), f"{one} is given to no member of {group.name}"
+                assert database[one.vehicle].can_play(one.role), f"{one} is given to a vehicle that cannot play it"
+                assert not formed.plays(one.vehicle, one.group, one.role), f"{one} is held already"
+                if role.area is not None:
+                    held[role.area] += 1
+                    assert role.area not in evidence.done, f"{one}: its area is done"
+                    assert database[one.vehicle].swath_m > 0.0, f"{one} is given to a vehicle without a sensor"
+            assert all(n == 1 for n in held.values()), f"an area is given to several vehicles: {dict(held)}"
+
+    holds()
+
+
+def check_states_within_the_group(strategy: Strategy) -> None:
+    """Negotiators state roles of their group alone, for members able to play them, whatever they hear."""
+
+    @EXAMPLES
+    @given(st.data())
+    def holds(data: st.DataObject) -> None:
+        database = data.draw(fleets())
+        formed = strategy.form(database, GROUPS)
+        group = GROUPS[1]
+        members = formed.members(group.name)
+        if not members:
+            return
+        me = data.draw(st.sampled_from(members))
+        negotiator = strategy.negotiator(me, group)
+        if negotiator is None:
+            return
+        organisation, done, mentioned = data.draw(organisations(formed, database)), frozenset[str](), []
+        for number in range(1, 1 + N_ROUNDS):
+            evidence = data.draw(evidence_of(database))
+            done |= evidence.done if number == N_ROUNDS else frozenset()
+            situation = Situation(
+                7.0 * number,
+                number,
+                organisation,
+                replace(evidence, done=done),
+                data.draw(st.sampled_from([None, (0.0, 0.0)])),
+                data.draw(hearsay(strategy, database, mentioned)),
+                data.draw(st.dictionaries(st.sampled_from(NAMES), st.floats(0.0, 7.0 * number))),
+            )
+            statements = negotiator.negotiate(situation).statements
+            _assert_within(situation, group.name, statements)
+            mentioned = [subject for statement in statements for subject, _, _ in statement.facts]
+
+    holds()
+
+
+def _assert_within(situation: Situation, group: str, statements: Any) -> None:
+    organisation, database = situation.organisation, situation.evidence.database
+    for vehicle, of_group, role in role_facts(statements):
+        said = f"states that {vehicle} plays or left {of_group}.{role}"
+        assert of_group == group, f"{said}, but negotiates for {group}"
+        assert organisation.groups[group].role(role) is not None, f"{said}, which is no role"
+        assert organisation.is_member(vehicle, group), f"{said}, but it is no member"
+        assert database[vehicle].can_play(role), f"{said}, but it cannot play it"
+
+
+# How it runs --------------------------------------------------------------------------------------
+
+
+def check_runs(strategy: Strategy) -> None:
+    """A small mission is completed without loss; at PER 0.6 it is, or says why not. Nobody believes what is not so."""
+    for per in (0.0, 0.6):
+        finished, watched = _watched_run(strategy, f"channel.per={per}")
+        assert finished.completed or (per > 0.0 and finished.reason), f"PER {per}: {finished.reason or 'no reason'}"
+        assert finished.n_false_beliefs == 0, f"PER {per}: {finished.n_false_beliefs} false beliefs"
+        _assert_as_declared(finished, watched)
+
+
+def check_survives_silence(strategy: Strategy) -> None:
+    """When no packet ever arrives the run ends, and what was given out before the mission is done."""
+    finished, watched = _watched_run(strategy, silent=True)
+    assert finished.completed or finished.reason, "a run in silence has no reason"
+    assert finished.n_false_beliefs == 0
+    _assert_as_declared(finished, watched)
+    role_of = {(g.name, r.name): r.area for g in finished.scenario.group for r in g.role if r.area is not None}
+    roles = finished.recorder.roles
+    begun = {(group, role) for time_s, _, group, role, event in roles if time_s == 0.0 and event == "assigned"}
+    begun &= set(role_of)
+    if strategy.declaration.planned_before:
+        mapped = _mapped_fractions(finished)
+        lacking = [role_of[key] for key in sorted(begun) if mapped[role_of[key]] < 1.0]
+        assert not lacking, f"given out before the mission, but not mapped in silence: {', '.join(lacking)}"
+        assert max(mapped.values()) == 1.0, "in silence nobody maps a single area"
+
+
+def _watched_run(strategy: Strategy, *given_settings: str, silent: bool = False) -> tuple[Run, Watched]:
+    watched = Watched(strategy)
+    with named(watched) as name:
+        return run(small_patches(name, *given_settings), channel=Silent() if silent else None), watched
+
+
+def _mapped_fractions(finished: Run) -> dict[str, float]:
+    from missions.run import seabed_of
+
+    cells = seabed_of(finished.scenario).cells
+    mapped = {(x, y) for _, _, x, y in finished.recorder.coverage}
+    totals = Counter(area for area, _ in cells.values())
+    done = Counter(area for cell, (area, _) in cells.items() if cell in mapped)
+    return {area: done[area] / total for area, total in totals.items()}
+
+
+def _assert_as_declared(finished: Run, watched: Watched) -> None:
+    """What was stated is within the group, in declared words, and no more than declared."""
+    declaration = watched.declaration
+    assert declaration.communicates or not finished.recorder.packets, "sends packets without declaring that it does"
+    assert declaration.influences or not finished.recorder.satisfaction, "sends signals without declaring that it does"
+    blocks: Counter[tuple[str, str]] = Counter()
+    rounds: Counter[tuple[str, str]] = Counter()
+    areas: dict[str, int] = {}
+    for vehicle, group, situation, move in watched.moves:
+        _assert_within(situation, group, move.statements)
+        told = {attribute for statement in move.statements if statement.told for _, attribute, _ in statement.facts}
+        assert told <= set(declaration.messages), f"tells what it does not declare: {told - set(declaration.messages)}"
+        rounds[vehicle, group] += 1
+        blocks[vehicle, group] += len(move.statements)
+        areas[group] = sum(role.area is not None for role in situation.organisation.groups[group].roles)
+    for (vehicle, group), stated in blocks.items():
+        allowed = areas[group] * (declaration.blocks_per_round * rounds[vehicle, group] + OCCASIONAL_BLOCKS)
+        assert stated <= allowed, f"{vehicle} states {stated} blocks, its declaration allows {allowed}"
+
+
+def check_deterministic(*references: str) -> None:
+    """The same seed gives the same bytes in two processes that hash otherwise.
+
+    Args:
+        references: how scenarios name the strategies; other processes have to find them.
+    """
+    program = (
+        f"import sys; sys.path[:0] = {sys.path!r}\n"
+        f"from strategy_conformance import digest\n"
+        f"print(*[digest(reference) for reference in {references!r}])"
+    )
+    command = [sys.executable, "-c", program]
+    started = [
+        subprocess.Popen(command, env={**os.environ, "PYTHONHASHSEED": seed}, stdout=subprocess.PIPE, text=True)
+        for seed in HASH_SEEDS
+    ]
+    digests = [process.communicate()[0].split() for process in started]
+    assert all(process.returncode == 0 for process in started), "cannot be run in another process"
+    differing = [name for name, one, other in zip(references, *digests, strict=True) if one != other]
+    assert not differing, f"results depend on the order of a set or on a hash: {', '.join(differing)}"
+
+
+def digest(reference: str) -> str:
+    """Digest of all that a short run of the strategy records."""
+    recorder = run(small_patches(reference, "channel.per=0.4", "scenario.duration_s=400")).recorder
+    rows = {name: recorder.rows(name) for name in TABLES}
+    return hashlib.sha256(json.dumps(rows).encode()).hexdigest()
+
+
+# All of it ----------------------------------------------------------------------------------------
+
+CHECKS: tuple[Callable[[Strategy], None], ...] = (
+    check_declaration,
+    check_parameters,
+    check_allocates_within_the_group,
+    check_states_within_the_group,
+    check_runs,
+    check_survives_silence,
+)
+
+
+def conforms(reference: str) -> Iterator[str]:
+    """Make every check of the strategy that a scenario names so; yields the name of each one passed."""
+    strategy: Strategy = named_object(reference) if ":" in reference else strategies()[reference]
+    for check in CHECKS:
+        check(strategy)
+        yield check.__name__
+    check_deterministic(reference)
+    yield check_deterministic.__name__
+
+
+if __name__ == "__main__":
+    sys.path[:0] = [str(Path.cwd()), str(Path(__file__).resolve().parents[2])]
+    for passed in conforms(sys.argv[1]):
+        print(f"ok  {passed}")

@@ -1,0 +1,61 @@
+"""Every shipped strategy conforms, and each check finds a strategy that breaks its rule."""
+
+from collections.abc import Callable
+
+import nonconforming_strategies as broken
+import pytest
+import strategy_conformance as conformance
+
+from remoras.strategies import Strategy, strategies
+
+SHIPPED = strategies()
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("check", conformance.CHECKS, ids=lambda check: check.__name__.removeprefix("check_"))
+def test_every_shipped_strategy_conforms(check: Callable[[Strategy], None], name: str) -> None:
+    check(SHIPPED[name])
+
+
+def test_every_shipped_strategy_is_deterministic() -> None:
+    conformance.check_deterministic(*SHIPPED)
+
+
+@pytest.mark.parametrize(
+    ("check", "strategy", "says"),
+    [
+        (conformance.check_declaration, broken.Unexplained(), "'whistle' is neither"),
+        (conformance.check_declaration, broken.SecretSignals(), "influences and messages disagree"),
+        (conformance.check_parameters, broken.Undescribed(), "haste is not described"),
+        (conformance.check_parameters, broken.Unbounded(), "haste has no lower and upper bound"),
+        (conformance.check_parameters, broken.WrongDefault(), "haste: its default is refused"),
+        (conformance.check_allocates_within_the_group, broken.Unable(), "founds what it cannot play"),
+        (conformance.check_allocates_within_the_group, broken.Outsiders(), "given to no member of"),
+        (conformance.check_allocates_within_the_group, broken.Doubled(), "given to several vehicles"),
+        (conformance.check_states_within_the_group, broken.Gullible(), "negotiates for|cannot play it"),
+        (conformance.check_runs, broken.Endless(), "not together"),
+        (conformance.check_runs, broken.Talkative(), "states .* blocks, its declaration allows"),
+        (conformance.check_runs, broken.Undeclared(), "does not declare: {'hasMission'}"),
+        (conformance.check_survives_silence, broken.Waiting(), "nobody maps a single area"),
+    ],
+    ids=lambda value: value.__name__ if callable(value) else type(value).__name__,
+)
+def test_a_strategy_that_breaks_a_rule_is_found_out(
+    check: Callable[[Strategy], None], strategy: Strategy, says: str
+) -> None:
+    with pytest.raises(AssertionError, match=says):
+        check(strategy)
+
+
+def test_a_strategy_that_fails_in_silence_is_found_out() -> None:
+    with pytest.raises((KeyError, ValueError)):
+        conformance.check_survives_silence(broken.Trusting())
+
+
+def test_a_strategy_that_goes_by_hashes_is_found_out() -> None:
+    with pytest.raises(AssertionError, match="nonconforming_strategies:BY_HASH"):
+        conformance.check_deterministic("central", "nonconforming_strategies:BY_HASH")
+
+
+def test_all_checks_are_made_of_a_strategy_that_is_named() -> None:
+    assert len(list(conformance.conforms("remoras"))) == len(conformance.CHECKS) + 1

@@ -1,0 +1,83 @@
+"""Claims: a table that is a join, so that vehicles which have heard the same agree."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+from samples import auv, database
+
+from remoras.strategies.claims import Claim, Claims
+
+FLEET = database(*(auv(f"AUV{n:02d}", playable_roles=("Scout", "Sweeper")) for n in range(3)), auv("AUV03"))
+ROLES = ("Scout", "Sweeper")
+News = tuple[str, str, Claim]
+news = st.lists(
+    st.tuples(
+        st.sampled_from(ROLES), st.sampled_from(FLEET.names), st.builds(Claim, st.integers(0, 3), st.integers(0, 3))
+    ),
+    max_size=12,
+)
+
+
+def table(*heard: list[News]) -> Claims:
+    made = Claims(FLEET)
+    for role, vehicle, claim in (one for some in heard for one in some):
+        made.take(role, vehicle, claim)
+    return made
+
+
+def content(claims: Claims) -> tuple[object, ...]:
+    """All that can be asked of a table."""
+    latest = [claims.of(role, vehicle) for role in ROLES for vehicle in FLEET]
+    beaten = [claims.beats(role, v, strength) for role in ROLES for v in FLEET for strength in range(5)]
+    return latest, [claims.winner(role) for role in ROLES], beaten
+
+
+@given(news, news)
+def test_it_does_not_matter_who_was_heard_first(one: list[News], other: list[News]) -> None:
+    assert content(table(one, other)) == content(table(other, one))
+
+
+@given(news, news, news)
+def test_it_does_not_matter_what_was_heard_together(a: list[News], b: list[News], c: list[News]) -> None:
+    """Joining a table to another is hearing what it keeps: no more than the latest of each."""
+
+    def kept(*heard: list[News]) -> list[News]:
+        claims = table(*heard)
+        return [(r, v, claim) for r in ROLES for v in FLEET if (claim := claims.of(r, v)) is not None]
+
+    assert content(table(kept(a, b), c)) == content(table(a, kept(b, c))) == content(table(a, b, c))
+
+
+@given(news)
+def test_hearing_it_again_is_no_news(heard: list[News]) -> None:
+    once = table(heard)
+    before = content(once)
+    assert not any(once.take(*one) for one in heard)
+    assert content(once) == before
+
+
+@given(news, st.randoms(use_true_random=False))
+def test_any_order_has_the_same_winner(heard: list[News], random: object) -> None:
+    shuffled = list(heard)
+    random.shuffle(shuffled)  # type: ignore[attr-defined]
+    assert content(table(shuffled)) == content(table(heard))
+
+
+def test_the_strongest_wins_and_of_equals_the_lower_node() -> None:
+    claims = table([("Scout", "AUV02", Claim(1, 5)), ("Scout", "AUV01", Claim(9, 5)), ("Scout", "AUV00", Claim(9, 4))])
+    assert claims.winner("Scout") == "AUV01"
+    assert not claims.beats("Scout", "AUV02", 5)
+    assert claims.beats("Scout", "AUV00", 5)
+    assert claims.winner("Sweeper") is None
+
+
+def test_strength_0_withdraws_and_an_older_claim_does_not_come_back() -> None:
+    claims = table([("Scout", "AUV00", Claim(1, 5)), ("Scout", "AUV00", Claim(2, 0)), ("Scout", "AUV00", Claim(1, 9))])
+    assert claims.winner("Scout") is None
+    assert claims.of("Scout", "AUV00") == Claim(2, 0)
+
+
+def test_claims_of_those_who_have_left_or_cannot_play_the_role_do_not_count() -> None:
+    claims = table([("Scout", "AUV00", Claim(1, 5)), ("Scout", "AUV01", Claim(1, 1)), ("Scout", "AUV03", Claim(1, 9))])
+    assert claims.winner("Scout") == "AUV00"  # AUV03 is not able to
+    claims.members = ("AUV01", "AUV03")
+    assert claims.winner("Scout") == "AUV01"

@@ -1,0 +1,179 @@
+"""What the strategies do, and that it is gone when its cause is: on the twelve patches."""
+
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any, ClassVar
+
+import pytest
+
+from missions.results import area_roles, summary
+from missions.run import Run, actual, assemble, run
+from missions.scenario import load
+from remoras.strategies import strategies
+from remoras.strategies.remoras import Remoras
+from remoras.strategies.strategy import Declaration
+
+SEEDS = (1, 2, 3)
+CUT_OFF_S = (200.0, 1200.0)
+NEVER = 10_000
+"""As many frames as a parameter allows: 70000 s, far beyond the end of the run."""
+
+
+@cache
+def finished(strategy: str, seed: int, *settings: str) -> Run:
+    loaded = load("mapping-patches", [("--set", setting) for setting in (f"strategy.name={strategy}", *settings)])
+    return run(loaded, seed)
+
+
+def report(strategy: str, seed: int, *settings: str) -> dict[str, Any]:
+    return summary(finished(strategy, seed, *settings))
+
+
+def duplicated(strategy: str, per: float) -> list[float]:
+    return [report(strategy, seed, f"channel.per={per}")["duplicate_fraction"] for seed in SEEDS]
+
+
+def taken_by(done: Run) -> dict[str, list[str]]:
+    """Who came to play each role with an area, in time order."""
+    taken: dict[str, list[str]] = {}
+    for _, vehicle, group, role, event in done.recorder.roles:
+        if event == "assigned" and (group, role) in area_roles(done.scenario):
+            taken.setdefault(role, []).append(vehicle)
+    return taken
+
+
+def cut_off(vehicle: str, until_s: float = CUT_OFF_S[1]) -> str:
+    return f'channel.blackout=[{{from_s={CUT_OFF_S[0]}, until_s={until_s}, vehicle="{vehicle}"}}]'
+
+
+# Duplicated work comes from loss ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("strategy", ["cbba", "status-broadcast"])
+def test_work_is_duplicated_when_nine_of_ten_packets_are_lost_and_not_without_loss(strategy: str) -> None:
+    assert max(duplicated(strategy, 0.9)) > 0.1
+    assert duplicated(strategy, 0.0) == [0.0] * len(SEEDS)
+
+
+@pytest.mark.parametrize("channel", ["per=0.9", "blackout=[{from_s=0.0, until_s=1e5}]", "name=perfect"])
+def test_fixed_partition_sends_nothing_and_no_channel_changes_it(channel: str) -> None:
+    for seed in SEEDS:
+        one, other = finished("fixed-partition", seed), finished("fixed-partition", seed, f"channel.{channel}")
+        assert one.recorder.packets == other.recorder.packets == []
+        assert one.recorder.trajectories == other.recorder.trajectories
+        assert one.recorder.coverage == other.recorder.coverage
+        assert summary(other)["duplicate_fraction"] == 0.0
+        assert other.completed
+
+
+# Meetings cost time -------------------------------------------------------------------------------
+
+
+def test_without_loss_central_is_faster_than_meetings() -> None:
+    times_s = {
+        name: [report(name, seed)["mission_time_s"] for seed in SEEDS] for name in ("central", "rendezvous-sync")
+    }
+    assert all(one < other for one, other in zip(times_s["central"], times_s["rendezvous-sync"], strict=True))
+
+
+def test_the_way_to_the_meetings_is_what_they_cost() -> None:
+    """Who gets all areas before the dive has nowhere to go between them."""
+    often, never = (report("rendezvous-sync", 1, f"strategy.parameters.areas_per_leg={n}") for n in (1, 12))
+    assert never["distance_m"] < 0.9 * often["distance_m"]
+
+
+# Silence is what auctions are repeated for -------------------------------------------------------
+
+
+@pytest.mark.parametrize("vehicle", ["AUV00", "AUV01"])
+def test_what_a_silent_vehicle_holds_is_auctioned_anew(vehicle: str) -> None:
+    """AUV00 is the head: when it is silent the others auction by themselves what it holds."""
+
+    def passed_on(silence_rounds: int) -> int:
+        silence = f"strategy.parameters.silence_rounds={silence_rounds}"
+        done = finished("contract-net", 1, cut_off(vehicle), silence)
+        return sum(len(set(holders)) > 1 for holders in taken_by(done).values())
+
+    assert passed_on(30) > 0
+    assert passed_on(NEVER) == 0
+
+
+def test_without_silence_nothing_is_auctioned_anew() -> None:
+    assert all(len(set(holders)) == 1 for holders in taken_by(finished("contract-net", 1)).values())
+
+
+# Prediction, and when it is given up --------------------------------------------------------------
+
+
+def test_what_a_silent_vehicle_should_have_done_is_done_by_others_unless_they_never_doubt() -> None:
+    def passed_on(doubt_rounds: int) -> int:
+        doubt = f"strategy.parameters.doubt_rounds={doubt_rounds}"
+        done = finished("status-broadcast", 1, cut_off("AUV01", 1e5), doubt, "scenario.duration_s=3000")
+        own = {role for role, holders in taken_by(done).items() if holders[0] == "AUV01"}
+        return sum(len(set(taken_by(done)[role])) > 1 for role in own)
+
+    assert passed_on(0) > passed_on(NEVER)
+
+
+# Influence signals --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Mute(Remoras):
+    """REMORAS without influence signals."""
+
+    declaration: ClassVar[Declaration] = replace(Remoras.declaration, influences=False)
+
+
+MUTE = Mute()
+
+
+def gives_up(strategy: str, *settings: str) -> bool:
+    return any(milestone.name == "mapping_stopped" for milestone in finished(strategy, 1, *settings).milestones)
+
+
+def test_only_vehicles_that_hear_influence_signals_give_up_early() -> None:
+    assert gives_up("remoras")
+    assert not gives_up(f"{__name__}:MUTE")
+    assert not gives_up("remoras", "decision.weight_external=0")
+
+
+# Speeds that nobody knows -------------------------------------------------------------------------
+
+
+def real_speeds_mps(seed: int, *settings: str) -> list[float]:
+    fleet = assemble(load("mapping-patches", [("--set", setting) for setting in settings]), seed)
+    speeds = [vehicle.functional.data.transit_speed_mps for vehicle in fleet.vehicles]
+    fleet.close()
+    return speeds
+
+
+VARIED = [
+    *[(f"strategy.name={name}",) for name in strategies()],
+    ("communication.policy=mps-ack-repeat",),
+    ("channel.per=0.9",),
+    ("channel.name=gilbert-elliott",),
+]
+
+
+@pytest.mark.parametrize("settings", VARIED, ids=lambda settings: settings[0])
+def test_the_speeds_are_the_same_whatever_is_compared(settings: tuple[str, ...]) -> None:
+    assert real_speeds_mps(4, *settings) == real_speeds_mps(4)
+
+
+def test_the_speeds_differ_between_seeds_and_vehicles_within_the_spread() -> None:
+    known = [vehicle.transit_speed_mps for vehicle in load("mapping-patches").vehicle]
+    drawn = [real_speeds_mps(seed) for seed in range(20)]
+    assert len({tuple(speeds) for speeds in drawn}) == 20
+    factors = [real / data for speeds in drawn for real, data in zip(speeds, known, strict=True)]
+    assert len(set(factors)) == len(factors)
+    assert all(0.9 <= factor <= 1.1 for factor in factors)
+    assert min(factors) < 0.93  # of 80 even draws, 15 % of them below: 0.85^80 = 2e-6 for none
+    assert max(factors) > 1.07
+
+
+def test_without_spread_every_vehicle_is_as_fast_as_its_data() -> None:
+    fleet = assemble(load("mapping-patches"), 1)
+    data = fleet.vehicles[0].data
+    fleet.close()
+    assert actual(data, 0.0, seed=1) == data
