@@ -35,8 +35,8 @@ def faults_of(*settings: str) -> tuple[ConfigurationFault, ...]:
 def test_a_parameter_is_set_and_the_others_keep_their_defaults() -> None:
     options = ("strategy.name=central", "strategy.parameters.queue=3")
     strategy = strategy_of(load("mapping-patches", [("--set", option) for option in options]))
-    assert {p.name: p.default for p in parameters(strategy)} == {"queue": 3, "silence_rounds": 30}
-    assert {p.name: p.default for p in parameters(strategies()["central"])} == {"queue": 2, "silence_rounds": 30}
+    assert {p.name: p.default for p in parameters(strategy)} == {"queue": 3, "silence_rounds": 60}
+    assert {p.name: p.default for p in parameters(strategies()["central"])} == {"queue": 2, "silence_rounds": 60}
 
 
 @pytest.mark.parametrize(

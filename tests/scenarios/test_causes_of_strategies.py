@@ -1,4 +1,4 @@
-"""What the strategies do, and that it is gone when its cause is: on the twelve patches."""
+"""What the strategies do, and that it is gone when its cause is: on the patches."""
 
 from dataclasses import dataclass, replace
 from functools import cache
@@ -51,8 +51,8 @@ def cut_off(vehicle: str, until_s: float = CUT_OFF_S[1]) -> str:
 
 @pytest.mark.parametrize("strategy", ["cbba", "status-broadcast"])
 def test_work_is_duplicated_when_nine_of_ten_packets_are_lost_and_not_without_loss(strategy: str) -> None:
-    assert max(duplicated(strategy, 0.9)) > 0.1
-    assert duplicated(strategy, 0.0) == [0.0] * len(SEEDS)
+    assert max(duplicated(strategy, 0.9)) > 0.05
+    assert max(duplicated(strategy, 0.0)) < 0.005  # who chooses in the same frame hears of it one frame later
 
 
 @pytest.mark.parametrize("channel", ["per=0.9", "blackout=[{from_s=0.0, until_s=1e5}]", "name=perfect"])
@@ -78,7 +78,7 @@ def test_without_loss_central_is_faster_than_meetings() -> None:
 
 def test_the_way_to_the_meetings_is_what_they_cost() -> None:
     """Who gets all areas before the dive has nowhere to go between them."""
-    often, never = (report("rendezvous-sync", 1, f"strategy.parameters.areas_per_leg={n}") for n in (1, 12))
+    often, never = (report("rendezvous-sync", 1, f"strategy.parameters.areas_per_leg={n}") for n in (1, 13))
     assert never["distance_m"] < 0.9 * often["distance_m"]
 
 
@@ -128,14 +128,16 @@ class Mute(Remoras):
 MUTE = Mute()
 
 
-def gives_up(strategy: str, *settings: str) -> bool:
-    return any(milestone.name == "mapping_stopped" for milestone in finished(strategy, 1, *settings).milestones)
+def giving_up(strategy: str, *settings: str) -> int:
+    """Runs in which a vehicle stopped before its area was finished."""
+    runs = [finished(strategy, seed, *settings) for seed in SEEDS]
+    return sum(any(milestone.name == "mapping_stopped" for milestone in run.milestones) for run in runs)
 
 
 def test_only_vehicles_that_hear_influence_signals_give_up_early() -> None:
-    assert gives_up("remoras")
-    assert not gives_up(f"{__name__}:MUTE")
-    assert not gives_up("remoras", "decision.weight_external=0")
+    assert giving_up("remoras") > 0
+    assert giving_up(f"{__name__}:MUTE") == 0
+    assert giving_up("remoras", "decision.weight_external=0") == 0
 
 
 # Speeds that nobody knows -------------------------------------------------------------------------
