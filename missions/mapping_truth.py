@@ -104,7 +104,7 @@ class MappingTruth:
         """Are all members at the rally point, with nothing to be given out, and all founding roles played as needed?"""
         x_m, y_m = self._rally_points_m[group.rally_point or ""]
         members = [v for v in fleet.vehicles if v.social.organisation.is_member(v.name, group.name)]
-        if any(v.social.leads(group.name) and v.social.holds(group.name) for v in members):
+        if any(v.social.leads(group.name) and v.social.gives_out(group.name) for v in members):
             return False
         return all(
             math.hypot(v.functional.motion.x_m - x_m, v.functional.motion.y_m - y_m) <= self._radius_m for v in members

@@ -340,9 +340,13 @@ class SocialLayer:
                 groups.add(self._beliefs.name(role).split(".")[0])
         return {name for group in groups for name in self.organisation.members(group)} - {self.me}
 
+    def gives_out(self, group: str) -> bool:
+        """Has ``group`` areas that this vehicle has still to give out, or to see done?"""
+        return group in self._negotiation.holding
+
     def holds(self, group: str) -> bool:
         """Is ``group`` not to be taken for gathered, since it has work to be given out or heard of?"""
-        if group in self._negotiation.holding:
+        if self.gives_out(group):
             return True
         return self.leads(group) and any(v in self.unheard and area not in self._done for v, area in self._awaited)
 

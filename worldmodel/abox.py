@@ -314,13 +314,14 @@ class WorldModel:
     def insert(self, block: Block) -> Change:
         """Index a block that is not in and has passed the checks. To add blocks, call ``merge``."""
         self._blocks[block.guid] = block
-        key = block.key
+        time_s = block.time_s
         for position, fact in enumerate(block.facts):
+            observation = Observation(block, position)
             observations = self._slots.setdefault((fact.subject, fact.attribute), [])
-            if not observations or observations[-1].block.key <= key:
-                observations.append(Observation(block, position))
+            if not observations or observations[-1].block.time_s < time_s or observations[-1].block.key <= block.key:
+                observations.append(observation)
             else:
-                insort(observations, Observation(block, position), key=_key)
+                insort(observations, observation, key=_key)
             if fact.attribute == TYPE_UID:
                 self._add_type(fact.subject, fact.target)
         self.version += 1

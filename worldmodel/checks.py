@@ -37,6 +37,11 @@ class CheckResult:
 _SOUND = CheckResult()
 
 
+REMEMBERED = (ValueKind.NUMBER, ValueKind.BOOLEAN, ValueKind.SYMBOL)
+"""Kinds of values whose soundness depends on the attribute alone; points are hardly ever the same."""
+MOST_REMEMBERED = 1 << 16
+
+
 def check(model: "WorldModel", block: Block) -> CheckResult:
     """Check ``block`` against all that ``model`` knows; changes nothing."""
     if faults := check_form(model, block):
@@ -73,6 +78,11 @@ def check_form(model: "WorldModel", block: Block) -> tuple[Fault, ...]:
 def _check_value(
     model: "WorldModel", attribute: Attribute, fact: PropertyValue, found: list[tuple[FaultCode, str]]
 ) -> None:
+    seen = (fact.attribute, type(fact.value), fact.value)
+    remembered = attribute.kind in REMEMBERED and seen[1] in (int, float, bool)
+    if remembered and seen in model.tbox.sound_values:
+        return
+    n_found = len(found)
     try:
         stored = attribute.quantise(fact.value)
     except TypeError as error:
@@ -90,6 +100,8 @@ def _check_value(
     elif attribute.kind is ValueKind.TYPE and fact.target >= len(model.tbox.classes):
         detail = f"type of {fact.subject}: class {stored} is outside 0..{len(model.tbox.classes) - 1}"
         found.append((FaultCode.UNKNOWN_CLASS, detail))
+    if remembered and len(found) == n_found and len(model.tbox.sound_values) < MOST_REMEMBERED:
+        model.tbox.sound_values.add(seen)
 
 
 def check_fit(model: "WorldModel", block: Block) -> CheckResult:

@@ -169,6 +169,8 @@ class TBox:
                     self._disjoint[below_a] |= 1 << below_b
                     self._disjoint[below_b] |= 1 << below_a
         self.hash = self._digest()
+        self.sound_values: set[tuple[int, type, Value]] = set()
+        """(attribute uid, type, value) of numbers, booleans and symbols that checks found to be on their grid."""
 
     def _close(self, uid: int) -> int:
         if not self._ancestors[uid]:

@@ -4,9 +4,10 @@ Every vehicle keeps a bundle of areas that it means to do, and the path through 
 score of its path most, among those for which it can outbid all that it has heard of. The score of a path is the sum of
 exp(-t / discount_s) over the times t at which its areas will be finished. When it hears a stronger bid for an area of
 its bundle, it drops the area and all that it added later, whose bids rested on it, and bids anew. Bids are broadcast
-when they change and repeated every ``repeat_rounds``, those of others too; nothing is acknowledged. An area is begun
-when its claim has stood for ``settle_rounds``; from then on its claim is the strongest there is, and if two have begun
-the same area, the one of the higher node gives it up on hearing of it.
+when they change and repeated every ``repeat_rounds``, those of others too, and a withdrawal when somebody still relays
+what was withdrawn; nothing is acknowledged. An area is begun when its claim has stood for ``settle_rounds``; from then
+on its claim is the strongest there is, and if two have begun the same area, the one of the higher node gives it up on
+hearing of it.
 
 Source: Choi, Brunet, How 2009 (bundles, scores, consensus); Johnson, Ponda, Choi, How 2010 (asynchronous messages).
 Their tables of decisions are replaced by ``claims``: the latest bid of each vehicle is kept, the strongest wins.
@@ -90,7 +91,12 @@ class Bidder:
             return
         group, _, role = facts["bid"][0].partition(".")
         vehicle = str(facts["winner"][1]) if "winner" in facts else issuer
-        if group != self._group.name or vehicle == self._me:
+        if group != self._group.name:
+            return
+        if vehicle == self._me:
+            own = claims.of(role, vehicle)
+            if own is not None and int(facts["bidRound"][1]) < own.at:
+                self._unsaid.add(role)  # others have not heard that this is no longer so
             return
         if claims.take(role, vehicle, Claim(int(facts["bidRound"][1]), int(facts["bid"][1]))):
             self._unsaid.add(role)
@@ -159,14 +165,16 @@ class Bidder:
     # Saying --------------------------------------------------------------------------------------
 
     def _sayings(self, now: int, unfinished: Sequence[str], claims: Claims) -> list[Statement]:
-        """Own claims and known winners, of roles about which there is something new; from time to time of all."""
-        due = unfinished if now % self._with.repeat_rounds == 0 else [n for n in unfinished if n in self._unsaid]
-        self._unsaid.clear()
+        """Own claims and known winners, where there is something new; from time to time all that stand."""
+        all_due = now % self._with.repeat_rounds == 0
+        new, self._unsaid = self._unsaid, set()
         said = []
-        for name in due:
+        for name in unfinished:
+            if not (all_due or name in new):
+                continue
             subject = self._full(name)
             own, winner = claims.of(name, self._me), claims.winner(name)
-            if own is not None:
+            if own is not None and (own.strength > 0 or name in new):
                 said.append(Statement(((subject, "bid", own.strength), (subject, "bidRound", own.at))))
             if winner is not None and winner != self._me:
                 claim = claims.standing(name)[winner]

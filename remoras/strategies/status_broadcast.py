@@ -163,7 +163,7 @@ class StatusBroadcast:
 
     period_rounds: Annotated[
         int, Field(ge=1, le=1000, description="TDMA frames between two broadcasts of the state")
-    ] = 2
+    ] = 3
     doubt_rounds: Annotated[
         int, Field(ge=0, le=10_000, description="TDMA frames that a silent vehicle's area may be late")
     ] = 30
