@@ -24,9 +24,9 @@ from pydantic import Field
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.strategies.areas import Expectations, after, at_work, open_roles, surveyors
-from remoras.strategies.central import QUEUE, SILENCE, Silence
 from remoras.strategies.claims import Claim, Claims
 from remoras.strategies.founding import common_roles, founded
+from remoras.strategies.silence import QUEUE, SILENCE, Silence
 from remoras.strategies.strategy import Declaration, Evidence, Fact, Heard, Move, Situation, Statement
 
 EARLIEST = 1_000_000
