@@ -60,6 +60,7 @@ def environment() -> dict[str, str]:
 
 
 def started(*arguments: object) -> "subprocess.Popen[str]":
-    """``remoras`` with these arguments."""
-    command = [sys.executable, "-c", "from remoras.cli import main; main()", *map(str, arguments)]
+    """``remoras`` with these arguments, open to Ctrl-C even where a shell started the tests with it ignored."""
+    heeded = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    command = [sys.executable, "-c", f"{heeded}; from remoras.cli import main; main()", *map(str, arguments)]
     return subprocess.Popen(command, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
