@@ -103,12 +103,14 @@ class MappingTruth:
     def _is_together(self, fleet: Any, group: Group) -> bool:
         """Are all members at the rally point, with nothing to be given out, and all founding roles played as needed?"""
         x_m, y_m = self._rally_points_m[group.rally_point or ""]
-        members = [v for v in fleet.vehicles if v.social.organisation.is_member(v.name, group.name)]
-        if any(v.social.leads(group.name) and v.social.gives_out(group.name) for v in members):
-            return False
-        return all(
-            math.hypot(v.functional.motion.x_m - x_m, v.functional.motion.y_m - y_m) <= self._radius_m for v in members
-        ) and not self._lacking(fleet, group)
+        for vehicle in fleet.vehicles:
+            social, motion = vehicle.social, vehicle.functional.motion
+            if social.organisation.is_member(vehicle.name, group.name):
+                if math.hypot(motion.x_m - x_m, motion.y_m - y_m) > self._radius_m:
+                    return False
+                if social.leads(group.name) and social.gives_out(group.name):
+                    return False
+        return not self._lacking(fleet, group)
 
     @staticmethod
     def _lacking(fleet: Any, group: Group) -> list[str]:

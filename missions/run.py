@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from exchange.acoustics import loss
 from exchange.acoustics.channel import BroadcastChannel, Channel
@@ -29,6 +30,7 @@ from remoras.recorder import Recorder
 from remoras.sensors import MappingSensor, Seabed
 from remoras.social import SocialLayer
 from remoras.strategies import Strategy, configured, strategies
+from remoras.survey import Point
 from remoras.vehicle import Vehicle
 from worldmodel import InformationNeed, Instance, NeedsIndex, TBox, WorldModel, core_ontology_paths
 
@@ -178,7 +180,13 @@ def schedule_of(scenario: Scenario) -> TdmaSchedule:
 
 def seabed_of(scenario: Scenario) -> Seabed:
     """The cells of all areas."""
-    return Seabed.of_areas(scenario.world.cell_m, {area.name: area.corners_m for area in scenario.area})
+    return _seabed(scenario.world.cell_m, tuple((area.name, area.corners_m) for area in scenario.area))
+
+
+@lru_cache(maxsize=8)
+def _seabed(cell_m: float, corners_m: tuple[tuple[str, tuple[Point, ...]], ...]) -> Seabed:
+    """The runs of a study share their ground."""
+    return Seabed.of_areas(cell_m, dict(corners_m))
 
 
 def channel_of(scenario: Scenario, seed: int) -> BroadcastChannel:

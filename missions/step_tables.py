@@ -12,6 +12,7 @@ import io
 import os
 import shutil
 from collections.abc import Collection, Mapping, Sequence
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +45,7 @@ def schema(name: str) -> pa.Schema:
 def packed(name: str, rows: Sequence[tuple[Any, ...]], key: str) -> pa.Table:
     """Rows of a run in small whole units; a value that is not finite becomes null."""
     if name == "trajectories":
-        rows = sorted(rows, key=lambda row: (row[1], row[0]))
+        rows = sorted(rows, key=itemgetter(1))  # by vehicle; in order of time they are already
     wanted = schema(name)
     arrays = [pa.array([key] * len(rows), pa.string())]
     for number, column in enumerate(TABLES[name]):

@@ -45,6 +45,7 @@ class ExecutiveLayer:
         self._constants = constants
         self.period_s = constants.period_s
         self._combinations: dict[int, tuple[tuple[int, ...], ...]] = {}
+        self._importance: list[float] = []
         self._sizes: list[int] = []
         self._role_of: list[RoleKey | None] = []
         self._listens: list[bool] = []
@@ -59,6 +60,7 @@ class ExecutiveLayer:
         going_on = {self.sets[index] for index in self.decision.chosen}
         self.sets = tuple(sets)
         self._combinations = {}
+        self._importance = [activity_set.importance for activity_set in sets]
         self._sizes = [len(activity_set.activities) for activity_set in sets]
         self._role_of = [(s.objective.group, s.objective.role) if s.objective is not None else None for s in sets]
         self._listens = [s.kind is ActivityKind.COLLECTIVE for s in sets]
@@ -80,28 +82,29 @@ class ExecutiveLayer:
         """The best combination of activities now; satisfactions have evolved by ``dt_s``."""
         constants = self._constants
         calls = {role: self._strongest_call(heard, now_s) for role, heard in self._heard.items()}
+        motivations = self.motivations
         performed = self.decision.chosen
         motivated = 0
-        for index, (stimulus, _, _) in enumerate(perceptions):
+        for index, perception in enumerate(perceptions):
+            stimulus = perception.stimulus
             if stimulus <= 0.0:
-                self.motivations[index] = 0.0
+                motivations[index] = 0.0
                 continue
             role = self._role_of[index]
-            value = motivation(
-                self.sets[index].importance,
+            motivations[index] = value = motivation(
+                self._importance[index],
                 stimulus,
                 index in performed,
                 0.0 if role is None else self.satisfaction[role],
-                calls[role] if role in calls and self._listens[index] else 0.0,
+                calls[role] if calls and role in calls and self._listens[index] else 0.0,
                 constants,
             )
-            self.motivations[index] = value
             if value > 0.0:
                 motivated |= 1 << index
         candidates = self._combinations.get(motivated)
         if candidates is None:
             candidates = self._combinations[motivated] = combinations(self.sets, motivated)
-        chosen = best(candidates, self._sizes, self.motivations)
+        chosen = best(candidates, self._sizes, motivations)
         if chosen != performed:
             self.decision = self._decision(chosen)
         if dt_s > 0.0:

@@ -41,6 +41,9 @@ class FunctionalLayer:
         self._sensor = sensor
         self._bounds_m = bounds_m
         self._behaviour_for = behaviour_for
+        speed_mps = data.survey_speed_mps
+        home_j_per_m = (data.hotel_w + data.drag_w_per_mps3 * speed_mps**3) / speed_mps
+        self._reserve_per_m = RESERVE_MARGIN * home_j_per_m / data.energy_j
         self._of_set: dict[ActivitySet, Behaviour] = {}
         self._behaviours: list[Behaviour] = []
         self._guiding: Behaviour | None = None
@@ -76,9 +79,7 @@ class FunctionalLayer:
         picture.now_s = now_s
         picture.battery = 1.0 - motion.energy_j / data.energy_j
         home_m = math.hypot(motion.x_m - data.start_m[0], motion.y_m - data.start_m[1])
-        speed = data.survey_speed_mps
-        needed_j = home_m / speed * (data.hotel_w + data.drag_w_per_mps3 * speed**3)
-        picture.reserve = RESERVE_MARGIN * needed_j / data.energy_j
+        picture.reserve = home_m * self._reserve_per_m
         x_min, y_min, x_max, y_max = self._bounds_m
         picture.outside_m = max(x_min - motion.x_m, motion.x_m - x_max, y_min - motion.y_m, motion.y_m - y_max, 0.0)
         picture.collision = self._collision(neighbours)

@@ -55,6 +55,11 @@ class Negotiation:
         self.holding = frozenset(self._negotiators)
         """Groups that are not to be taken for gathered, since there is work to be given out."""
 
+    @property
+    def takes_part(self) -> bool:
+        """Has this vehicle a negotiator for any of its groups?"""
+        return bool(self._negotiators)
+
     def note(self, change: Change) -> None:
         """Keep what a peer states until the end of the round."""
         block = change.block

@@ -124,7 +124,7 @@ class Organisation:
         return tuple(sorted({a.group for a in self.assignments if a.vehicle == vehicle}))
 
     def plays(self, vehicle: str, group: str, role: str) -> bool:
-        return RoleAssignment(group, role, vehicle) in self.assignments
+        return vehicle in self.members(group, role)
 
     def is_member(self, vehicle: str, group: str) -> bool:
         return vehicle in self.members(group)

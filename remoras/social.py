@@ -259,6 +259,8 @@ class SocialLayer:
 
     def negotiate(self, now_s: float, picture: Picture, motion: Motion) -> list[tuple[list[Fact], bool]]:
         """End of a round: facts that this vehicle states together to organise its groups, and whether it tells them."""
+        if not self._negotiation.takes_part:
+            return []
         evidence = self._evidence({**picture.positions, self.me: motion.position_m})
         statements = self._negotiation.negotiate(now_s, self.organisation, evidence, picture.heard_s)
         return [([self._beliefs.fact(*fact) for fact in said.facts], said.told) for said in statements]

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import cast
+from typing import NamedTuple, cast
 
 from worldmodel.tbox import Value
 
@@ -59,8 +59,7 @@ class Instance:
     name: str
 
 
-@dataclass(frozen=True, slots=True)
-class Observation:
+class Observation(NamedTuple):
     """A fact in the block it came in."""
 
     block: Block
