@@ -60,6 +60,8 @@ VITAL_IMPORTANCE = 3.0
 ROUTINE_IMPORTANCE = 0.1
 HEARD_TOLERANCE_M = 1.0
 """A position heard is rounded on the wire."""
+NEWS_S = 60.0
+"""A position heard longer ago does not tell where a vehicle is: meanwhile it may have left for work."""
 NEEDED_OBJECTIVES = ("MissionGathering", "RendezVous", "Exploring", "Mapping")
 """Without an importance for these nothing would come of the mission."""
 OBJECTIVES = (*NEEDED_OBJECTIVES, "GroupSupervision", "Positioning")
@@ -228,7 +230,7 @@ class MappingRendezvous:
             case "Following" if objective.name == "MissionGathering":
                 return ("follower", facts.get(head_key)), {head_key}
             case "Following":
-                keys = {("members", f"{group.name}.{role.name}") for role in group.roles if role.founding}
+                keys = {("members", group.path(role.name)) for role in group.roles if role.founding}
                 keys.discard(head_key)
                 followers = sorted({name for key in keys for name in facts.get(key)})
                 return ("leader", tuple(followers), group.name), keys
@@ -295,13 +297,13 @@ class MappingRendezvous:
         radius_m = self.settings.arrival_radius_m
         if math.hypot(motion.x_m - x_m, motion.y_m - y_m) > radius_m:
             return ()
-        members = organisation.members(group.name)
-        heard = [picture.positions.get(name) for name in members if name not in organisation.heads(group.name)]
-        here = [
-            position is not None and math.hypot(position[0] - x_m, position[1] - y_m) <= radius_m + HEARD_TOLERANCE_M
-            for position in heard
-        ]
-        return (Finding(group.name, "gatheredAt", group.rally_point),) if all(here) else ()
+        for name in set(organisation.members(group.name)).difference(organisation.heads(group.name)):
+            observed_s, position = beliefs.observed_s(("position", name)), picture.positions.get(name)
+            if observed_s is None or position is None or picture.now_s - observed_s > NEWS_S:
+                return ()
+            if math.hypot(position[0] - x_m, position[1] - y_m) > radius_m + HEARD_TOLERANCE_M:
+                return ()
+        return (Finding(group.name, "gatheredAt", group.rally_point),)
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
         return Finding(objective.argument, "areaDone", vehicle) if objective.name == "Exploring" else None

@@ -302,7 +302,7 @@ def run(
         tuple(fleet.truth.milestones),
         fleet.completed,
         fleet.reason,
-        fleet.now_s,
+        fleet.now_s if fleet.completed else fleet.duration_s,
         fleet.n_false_beliefs,
         sum(vehicle.functional.motion.distance_m for vehicle in fleet.vehicles),
         time.perf_counter() - began,

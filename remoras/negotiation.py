@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from remoras.beliefs import Beliefs
 from remoras.organisation import Organisation
@@ -70,7 +70,12 @@ class Negotiation:
                 self._heard.append(Heard(issuer, block.time_s, facts))
 
     def negotiate(
-        self, now_s: float, organisation: Organisation, evidence: Evidence, heard_s: Mapping[str, float]
+        self,
+        now_s: float,
+        organisation: Organisation,
+        evidence: Evidence,
+        heard_s: Mapping[str, float],
+        unheard: Mapping[str, Collection[str]],
     ) -> list[Statement]:
         """End of a round: what this vehicle states to organise its groups."""
         self._round += 1
@@ -82,7 +87,9 @@ class Negotiation:
             if not organisation.is_member(self._me, group):
                 continue  # it has left, to look after itself
             rally_m = self._rally_m[group]
-            move = negotiator.negotiate(Situation(now_s, self._round, organisation, evidence, rally_m, heard, heard_s))
+            move = negotiator.negotiate(
+                Situation(now_s, self._round, organisation, evidence, rally_m, heard, heard_s, unheard)
+            )
             statements += move.statements
             if move.holding:
                 holding.append(group)

@@ -72,6 +72,10 @@ class Group:
     def role(self, name: str) -> RoleSpecification | None:
         return next((role for role in self.roles if role.name == name), None)
 
+    def path(self, role: str) -> str:
+        """Name of a role of this group in the ontology."""
+        return f"{self.name}.{role}"
+
     @property
     def head_role(self) -> str | None:
         return next((role.name for role in self.roles if role.head), None)

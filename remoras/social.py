@@ -16,7 +16,7 @@ the frame in which the vehicle heard it (or made it), and only if its issuer is 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -102,16 +102,14 @@ class SocialLayer:
         self._plans_rest_on: dict[str, frozenset[Key]] = {}  # group led -> facts of its mission's plan
         self._activities: dict[Objective, tuple[tuple[ActivitySet, ...], frozenset[Key]]] = {}
         self._led = self._groups_led()
-        self._plans_rest_on.update(
-            {group: agreement.rests_on[group] for group in self._led if group in agreement.rests_on}
-        )
+        self._plans_rest_on |= {group: agreement.rests_on[group] for group in self._led if group in agreement.rests_on}
         self._due: set[str] = {g for g in self._led if g not in self._plans_rest_on and self.missions.get(g)}
         self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, mission.rally_points_m)
         self.issued: set[RoleAssignment] = set()
         self.issued_objectives: set[Objective] = set()
         self.finished: list[Objective] = []
-        self.unheard: set[str] = set()
-        """Vehicles that are not known to hold what this vehicle assigned at sea."""
+        self.unheard: Mapping[str, Collection[str]] = {}
+        """Vehicles that are not known to hold what this vehicle assigned at sea, and which roles it gave them by it."""
         self._awaited: set[tuple[str, str]] = set()  # (vehicle, area): given to it, and not seen to be begun
 
     # The modules that are mappings ---------------------------------------------------------------
@@ -262,7 +260,7 @@ class SocialLayer:
         if not self._negotiation.takes_part:
             return []
         evidence = self._evidence({**picture.positions, self.me: motion.position_m})
-        statements = self._negotiation.negotiate(now_s, self.organisation, evidence, picture.heard_s)
+        statements = self._negotiation.negotiate(now_s, self.organisation, evidence, picture.heard_s, self.unheard)
         return [([self._beliefs.fact(*fact) for fact in said.facts], said.told) for said in statements]
 
     # Planning ------------------------------------------------------------------------------------
@@ -330,17 +328,20 @@ class SocialLayer:
                 facts.append(self._beliefs.fact(finding.subject, finding.attribute, finding.value))
         return facts
 
-    def addressed(self, change: Change) -> set[str]:
-        """Members of the groups whose roles and objectives the block gives out at sea, as their plans ask for."""
-        if self.optimiser.declaration.planned_before:
-            return set()
-        groups = set()
+    def addressed(self, change: Change) -> dict[str, set[str]]:
+        """Who has to hear of what the block gives out: who is given roles, by name; all members if plans ask for it."""
+        given: dict[str, set[str]] = {}
         for fact in change.block.facts:
             if fact.attribute in self._organisational:
-                is_objective = self._tbox.attributes[fact.attribute].name.startswith(OBJECTIVE_PREFIX)
-                role = fact.subject if is_objective else fact.target
-                groups.add(self._beliefs.name(role).split(".")[0])
-        return {name for group in groups for name in self.organisation.members(group)} - {self.me}
+                name = self._tbox.attributes[fact.attribute].name
+                role = self._beliefs.name(fact.subject if name.startswith(OBJECTIVE_PREFIX) else fact.target)
+                if name == "playsRole":
+                    given.setdefault(self._beliefs.name(fact.subject), set()).add(role)
+                if not self.optimiser.declaration.planned_before:
+                    for member in self.organisation.members(role.split(".")[0]):
+                        given.setdefault(member, set())
+        given.pop(self.me, None)
+        return given
 
     def gives_out(self, group: str) -> bool:
         """Has ``group`` areas that this vehicle has still to give out, or to see done?"""

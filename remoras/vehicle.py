@@ -70,14 +70,14 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._area_class = tbox.class_named("Area").uid
         self._area_uids = {name: beliefs.uid(name) for name, _ in set(seabed.cells.values())}
         self._signalled = {
-            beliefs.uid(f"{group.name}.{role.name}"): (group.name, role.name, role.influences)
+            beliefs.uid(group.path(role.name)): (group.name, role.name, role.influences)
             for group in social.organisation.groups.values()
             for role in group.roles
         }
         self._next_decision_s = 0.0
         self._resigned = False
         self._driving: frozenset[tuple[str, str]] = frozenset()
-        self._unheard: set[tuple[int, ItemUid]] = set()  # (node, item): who is not known to hold an assignment
+        self._unheard: dict[tuple[str, ItemUid], set[str]] = {}  # by vehicle and item: roles not known to have arrived
         for assignment in social.organisation.roles_of(self.name):
             self._record_role(0.0, assignment.group, assignment.role, "assigned")
         self._adopt()
@@ -126,8 +126,6 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self._conclude(self.social.resign(), now_s)
         if decision.has(ActivityType.PLANNING) and self.social.planning_due:
             self._plan(now_s)
-        names = self.social.auv_database.names
-        self.social.unheard = {names[node] for node, _ in self._unheard}
         self._conclude(self.social.findings(functional.picture, functional.motion), now_s)
 
     def _note_what_is_done(self, perceptions: Sequence[Perception], now_s: float) -> bool:
@@ -213,7 +211,11 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             return reception
         for uid in reception.items:
             self._record_item(now_s, uid, "received")
-        self._unheard.difference_update(reception.beliefs)
+        if self._unheard and reception.beliefs:
+            names = self.social.auv_database.names
+            for peer, uid in reception.beliefs:
+                self._unheard.pop((names[peer], uid), None)
+            self._note_unheard()
         for uid in reception.settled:
             self._record_item(now_s, uid, "acknowledged")
         self._merge(reception.blocks, now_s)
@@ -258,8 +260,16 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if told and self.social.optimiser.declaration.communicates:
             for uid in self.manager.offer([change]):
                 self._record_item(now_s, uid, "observed")
-                self._unheard |= {(self.social.auv_database[name].node, uid) for name in self.social.addressed(change)}
+                if addressed := self.social.addressed(change):
+                    self._unheard |= {(name, uid): roles for name, roles in addressed.items()}
+                    self._note_unheard()
         self._consider([change])
+
+    def _note_unheard(self) -> None:
+        unheard: dict[str, set[str]] = {}
+        for (name, _), roles in self._unheard.items():
+            unheard.setdefault(name, set()).update(roles)
+        self.social.unheard = unheard
 
     def _consider(self, changes: Sequence[Change]) -> None:
         picture = self.functional.picture

@@ -7,7 +7,7 @@ its bundle, it drops the area and all that it added later, whose bids rested on 
 when they change and repeated every ``repeat_rounds``, those of others too, and a withdrawal when somebody still relays
 what was withdrawn; nothing is acknowledged. An area is begun when its claim has stood for ``settle_rounds``; from then
 on its claim is the strongest there is, and if two have begun the same area, the one of the higher node gives it up on
-hearing of it.
+hearing of it. Claims of a vehicle that has not been heard for ``silence_rounds`` do not count until it is heard again.
 
 Source: Choi, Brunet, How 2009 (bundles, scores, consensus); Johnson, Ponda, Choi, How 2010 (asynchronous messages).
 Their tables of decisions are replaced by ``claims``: the latest bid of each vehicle is kept, the strongest wins.
@@ -24,9 +24,10 @@ from pydantic import Field
 
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.strategies.areas import Expectations, Outlook, after, at_work, open_roles
+from remoras.strategies.areas import Expectations, Outlook, after, at_work, open_roles, surveyors
 from remoras.strategies.claims import Claim, Claims
 from remoras.strategies.founding import common_roles, founded
+from remoras.strategies.silence import SILENCE, Silence
 from remoras.strategies.strategy import Declaration, Evidence, Move, Situation, Statement
 
 BEGUN = 65535
@@ -45,6 +46,7 @@ class Bidder:
         self._bundle: list[str] = []  # in the order in which they were added
         self._path: list[str] = []  # in the order in which they are to be done
         self._expectations = Expectations()
+        self._silence = Silence(me, strategy.silence_rounds)
         self._unsaid: set[str] = set()
         self._known_done: frozenset[str] = frozenset()
         self._bid_anew = True
@@ -53,7 +55,11 @@ class Bidder:
         group, evidence = self._group, situation.evidence
         data = evidence.database[self._me]
         claims = self._claims = self._claims or Claims(evidence.database)
-        claims.members = situation.organisation.members(group.name)
+        members = situation.organisation.members(group.name)
+        silent = self._silence.out_of_reach(members, situation)
+        heeded = [name for name in members if name not in silent]
+        if heeded != claims.members:
+            claims.members, self._bid_anew = heeded, True
         for heard in situation.heard:
             self._hear(heard.issuer, {attribute: (subject, value) for subject, attribute, value in heard.facts}, claims)
         if evidence.done != self._known_done:
@@ -65,23 +71,22 @@ class Bidder:
         said: list[Statement] = []
         for role in held:
             if claims.winner(role.name) != self._me:  # another has begun it too
-                said.append(Statement(((self._me, "leftRole", self._full(role.name)),), told=False))
+                said.append(Statement(((self._me, "leftRole", self._group.path(role.name)),), told=False))
                 self._claim(role.name, Claim(situation.round, 0), claims)
         held = [role for role in held if claims.winner(role.name) == self._me]
         if self._bid_anew:
             self._bid_anew = False
             outlook = self._expectations.of(data, held, situation.now_s, evidence)
-            self._build([role for role in unfinished.values() if data.can_play(role.name)], outlook, situation, claims)
+            if data in surveyors(group, situation.organisation, evidence.database):
+                wanted = [role for role in unfinished.values() if data.can_play(role.name)]
+                self._build(wanted, outlook, situation, claims)
         if not held and (name := self._next(situation.round, claims)) is not None:
-            said.append(Statement(((self._me, "playsRole", self._full(name)),), told=False))
+            said.append(Statement(((self._me, "playsRole", self._group.path(name)),), told=False))
             self._drop({name})
             self._claim(name, Claim(situation.round, BEGUN), claims)
             self._bid_anew = True
         said += self._sayings(situation.round, list(unfinished), claims)
         return Move(tuple(said), holding=bool(unfinished))
-
-    def _full(self, role: str) -> str:
-        return f"{self._group.name}.{role}"
 
     # Consensus -----------------------------------------------------------------------------------
 
@@ -145,8 +150,8 @@ class Bidder:
                     continue
                 paths = [[*self._path[:n], role.name, *self._path[n:]] for n in range(len(self._path) + 1)]
                 score, path = max(((self._score(p, outlook, evidence), p) for p in paths), key=lambda found: found[0])
-                bid = min(BEGUN - 1, round(BEGUN * (score - base)))
-                if bid > 0 and claims.beats(role.name, self._me, bid) and (best is None or bid > best[0]):
+                bid = max(1, min(BEGUN - 1, round(BEGUN * (score - base))))
+                if claims.beats(role.name, self._me, bid) and (best is None or bid > best[0]):
                     best = bid, role.name, path
             if best is None:
                 return
@@ -172,7 +177,7 @@ class Bidder:
         for name in unfinished:
             if not (all_due or name in new):
                 continue
-            subject = self._full(name)
+            subject = self._group.path(name)
             own, winner = claims.of(name, self._me), claims.winner(name)
             if own is not None and (own.strength > 0 or name in new):
                 said.append(Statement(((subject, "bid", own.strength), (subject, "bidRound", own.at))))
@@ -194,6 +199,7 @@ class Cbba:
     repeat_rounds: Annotated[
         int, Field(ge=1, le=1000, description="TDMA frames after which all claims are said again")
     ] = 5
+    silence_rounds: Annotated[int, SILENCE] = 60
     discount_s: Annotated[
         float, Field(gt=0.0, le=1e6, description="an area finished this much later is worth 1/e of the other")
     ] = 3600.0

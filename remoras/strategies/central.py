@@ -2,8 +2,9 @@
 
 A member holds at most ``queue`` areas. Whenever it finishes one, which it tells, the head gives it another, so that the
 next areas are finished as early as possible. Assignments and results are facts: they are acknowledged, and repeated
-until they are. A member not heard for ``silence_rounds`` TDMA frames is taken to be out of reach: what it held goes to
-others. If the head falls silent, members finish what they hold and wait.
+until they are. A member that has not been heard for ``silence_rounds`` TDMA frames, or has not acknowledged an area for
+so long, is taken to be out of reach: what it held goes to others. If the head falls silent, members finish what they
+hold and wait.
 """
 
 from __future__ import annotations
@@ -28,6 +29,8 @@ class Dispatcher:
         self._group = group
         self._queue = queue
         self._silence = Silence(me, silence_rounds)
+        self._unheard_since: dict[tuple[str, str], int] = {}  # round, by (vehicle, role)
+        self._silence_rounds = silence_rounds
         self._expectations = Expectations()
 
     def negotiate(self, situation: Situation) -> Move:
@@ -36,10 +39,10 @@ class Dispatcher:
             return Move()
         unfinished = open_roles(group, evidence)
         members = surveyors(group, organisation, evidence.database)
-        silent = self._silence.out_of_reach([data.name for data in members], situation)
+        silent = self._silence.out_of_reach([data.name for data in members], situation) | self._deaf(situation)
         held = {data.name: at_work(data.name, group, organisation, evidence) for data in members}
-        taken_back = [(name, role) for name in sorted(silent) for role in held[name]]
-        said = [(name, "leftRole", f"{group.name}.{role.name}") for name, role in taken_back]
+        taken_back = [(name, role) for name in sorted(silent & held.keys()) for role in held[name]]
+        said = [(name, "leftRole", group.path(role.name)) for name, role in taken_back]
         vacant = [role for role in unfinished if not organisation.members(group.name, role.name)]
         outlooks = {
             data.name: self._expectations.of(data, held[data.name], situation.now_s, evidence) for data in members
@@ -53,8 +56,16 @@ class Dispatcher:
                 held[one.vehicle].append(role)
                 data = evidence.database[one.vehicle]
                 outlooks[one.vehicle] = self._expectations.of(data, held[one.vehicle], situation.now_s, evidence)
-            said += [(one.vehicle, "playsRole", f"{group.name}.{one.role}") for one in given]
+            said += [(one.vehicle, "playsRole", group.path(one.role)) for one in given]
         return Move(tuple(Statement((fact,)) for fact in said), holding=bool(unfinished))
+
+    def _deaf(self, situation: Situation) -> set[str]:
+        """Members that do not acknowledge what they are given."""
+        unheard = [(name, role) for name, roles in situation.unheard.items() for role in sorted(roles)]
+        self._unheard_since = {key: self._unheard_since.get(key, situation.round) for key in unheard}
+        return {
+            name for (name, _), since in self._unheard_since.items() if situation.round - since >= self._silence_rounds
+        }
 
 
 @dataclass(frozen=True, slots=True)

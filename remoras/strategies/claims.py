@@ -15,7 +15,10 @@ from remoras.database import AUVDatabase
 
 @dataclass(frozen=True, slots=True, order=True)
 class Claim:
-    """How strongly a vehicle claims a role, and since when it says so; strength 0 withdraws the claim."""
+    """How strongly a vehicle claims a role; strength 0 withdraws the claim.
+
+    ``at`` orders the claims of one vehicle to one role, the greater is the newer: the round it was made in, say.
+    """
 
     at: int
     strength: int

@@ -16,7 +16,7 @@ Source: Smith 1980 (contract net); Sariel, Balch, Erdogan 2008 (DEMiR-CF: local 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, ClassVar
 
 from pydantic import Field
@@ -32,6 +32,20 @@ from remoras.strategies.strategy import Declaration, Evidence, Fact, Heard, Move
 EARLIEST = 1_000_000
 """Strength of a claim made at time 0; it falls by one in a second, so the earlier claim is the stronger."""
 HIGHEST_BID_S = 65535
+
+
+@dataclass(slots=True)
+class Tenure:
+    """When a vehicle was said to hold a role, and when at last not to, as far as has been heard, in whatever order."""
+
+    held_s: set[float] = field(default_factory=set)
+    left_s: set[float] = field(default_factory=set)
+
+    def claim(self) -> Claim:
+        """Held since the first that was said after the last withdrawal; what rests on more sayings is newer."""
+        withdrawn_s = max(self.left_s, default=-1.0)
+        since_s = min((s for s in self.held_s if s > withdrawn_s), default=None)
+        return Claim(len(self.held_s) + len(self.left_s), 0 if since_s is None else EARLIEST - round(since_s))
 
 
 @dataclass(slots=True)
@@ -51,6 +65,7 @@ class Contractor:
         self._group = group
         self._with = strategy
         self._claims: Claims | None = None
+        self._tenures: dict[tuple[str, str], Tenure] = {}  # by (role, vehicle)
         self._auctions: dict[str, Auction] = {}  # own ones, by role
         self._offered: dict[str, float] = {}  # roles auctioned by others, and until when
         self._unaccepted: dict[tuple[str, str], int] = {}  # own awards (role, vehicle), and the round they were made in
@@ -74,7 +89,7 @@ class Contractor:
                 said.append(self._leave(role.name, self._me, situation, claims))
             elif role.name not in self._accepted:
                 self._accepted.add(role.name)
-                said.append((self._me, "playsRole", self._full(role.name)))
+                said.append((self._me, "playsRole", self._group.path(role.name)))
         members = surveyors(group, organisation, evidence.database)
         held = {data.name: [name for name in roles if claims.winner(name) == data.name] for data in members}
         heads = organisation.heads(group.name)
@@ -87,9 +102,6 @@ class Contractor:
         said += self._bid([*roles.values()], held.get(self._me, []), situation)
         return Move(tuple(Statement((fact,)) for fact in said), holding=bool(roles))
 
-    def _full(self, role: str) -> str:
-        return f"{self._group.name}.{role}"
-
     def _hear(self, heard: Heard, fact: Fact, claims: Claims) -> None:
         subject, attribute, value = fact
         group, _, role = (str(value) if attribute in ("playsRole", "leftRole") else subject).partition(".")
@@ -101,23 +113,29 @@ class Contractor:
             case "bid" if role in self._auctions:
                 self._auctions[role].bids_s[heard.issuer] = int(value)
             case "playsRole":
-                self._note(role, subject, heard.time_s, claims)
+                self._note_held(role, subject, heard.time_s, claims)
                 if heard.issuer == subject:
                     self._unaccepted.pop((role, subject), None)
             case "leftRole":
-                claims.take(role, subject, Claim(round(heard.time_s), 0))
-                self._unaccepted.pop((role, subject), None)
+                self._note_left(role, subject, heard.time_s, claims)
 
-    @staticmethod
-    def _note(role: str, vehicle: str, time_s: float, claims: Claims) -> None:
-        """A vehicle holds a role since then, unless it is known to hold it for longer."""
+    def _note_held(self, role: str, vehicle: str, time_s: float, claims: Claims) -> None:
+        tenure = self._tenures.setdefault((role, vehicle), Tenure())
+        tenure.held_s.add(time_s)
+        claims.take(role, vehicle, tenure.claim())
+
+    def _note_left(self, role: str, vehicle: str, time_s: float, claims: Claims) -> None:
+        tenure = self._tenures.setdefault((role, vehicle), Tenure())
+        tenure.left_s.add(time_s)
+        claims.take(role, vehicle, tenure.claim())
         if vehicle not in claims.standing(role):
-            claims.take(role, vehicle, Claim(round(time_s), EARLIEST - round(time_s)))
+            self._unaccepted.pop((role, vehicle), None)
+            if vehicle == self._me:
+                self._accepted.discard(role)
 
     def _leave(self, role: str, vehicle: str, situation: Situation, claims: Claims) -> Fact:
-        claims.take(role, vehicle, Claim(round(situation.now_s), 0))
-        self._accepted.discard(role)
-        return vehicle, "leftRole", self._full(role)
+        self._note_left(role, vehicle, situation.now_s, claims)
+        return vehicle, "leftRole", self._group.path(role)
 
     # Auctioneer ----------------------------------------------------------------------------------
 
@@ -125,12 +143,11 @@ class Contractor:
         self, held: Mapping[str, list[str]], silent: Collection[str], situation: Situation, claims: Claims
     ) -> list[Fact]:
         late = [key for key, made in self._unaccepted.items() if situation.round - made >= self._with.accept_rounds]
-        lost = [(role, vehicle) for vehicle in sorted(silent) for role in held[vehicle]]
+        lost = [(role, vehicle) for vehicle in sorted(silent) for role in held.get(vehicle, ())]
         said = []
         for role, vehicle in dict.fromkeys(late + lost):
-            self._unaccepted.pop((role, vehicle), None)
             said.append(self._leave(role, vehicle, situation, claims))
-            if role in held[vehicle]:
+            if role in held.get(vehicle, ()):
                 held[vehicle].remove(role)
         return said
 
@@ -150,12 +167,12 @@ class Contractor:
             if has_room and database[vehicle].can_play(role) and vehicle not in served and claims.winner(role) is None:
                 served.add(vehicle)
                 held[vehicle].append(role)
-                self._note(role, vehicle, situation.now_s, claims)
+                self._note_held(role, vehicle, situation.now_s, claims)
                 if vehicle == self._me:
                     self._accepted.add(role)
                 else:
                     self._unaccepted[role, vehicle] = situation.round
-                said.append((vehicle, "playsRole", self._full(role)))
+                said.append((vehicle, "playsRole", self._group.path(role)))
         for role in over:
             del self._auctions[role]
         return said
@@ -174,7 +191,7 @@ class Contractor:
             ends_s = situation.now_s * (1.0 + self._with.bidding_rounds / situation.round)
             vacant = [name for name in roles if claims.winner(name) is None]
             self._auctions = {name: Auction(ends, round(ends_s), {}) for name in vacant}
-        return [(self._full(name), "auctionEnds", auction.ends_s) for name, auction in self._auctions.items()]
+        return [(self._group.path(name), "auctionEnds", auction.ends_s) for name, auction in self._auctions.items()]
 
     # Bidder --------------------------------------------------------------------------------------
 
@@ -195,7 +212,7 @@ class Contractor:
                 if name in self._auctions:
                     self._auctions[name].bids_s[self._me] = bid_s
                 if name in self._offered:
-                    said.append((self._full(name), "bid", bid_s))
+                    said.append((self._group.path(name), "bid", bid_s))
         return said
 
 

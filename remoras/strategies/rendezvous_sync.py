@@ -53,13 +53,13 @@ class Convener:
             return Move(holding=True)
         self._waiting_since = None
         taken_back = [(name, role) for name in absent for role in held[name]]
-        said = [(name, "leftRole", f"{group.name}.{role.name}") for name, role in taken_back]
+        said = [(name, "leftRole", group.path(role.name)) for name, role in taken_back]
         lost = [role for _, role in taken_back]
         vacant = [r for r in unfinished if r in lost or not organisation.members(group.name, r.name)]
         present = [data for data in members if data.name not in absent]
         outlooks = {data.name: Outlook(situation.now_s, evidence.position_m(data.name)) for data in present}
         given = shared_out(group, vacant, present, outlooks, evidence, self._with.areas_per_leg)
-        said += [(one.vehicle, "playsRole", f"{group.name}.{one.role}") for one in given]
+        said += [(one.vehicle, "playsRole", group.path(one.role)) for one in given]
         return Move(tuple(Statement((fact,)) for fact in said), holding=True)
 
     def _is_here(self, vehicle: str, situation: Situation) -> bool:

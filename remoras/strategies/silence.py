@@ -1,4 +1,4 @@
-"""What strategies with a leader share: how much a vehicle holds at a time, and when it is out of reach."""
+"""What several strategies share: how much a vehicle holds at a time, and when it is out of reach."""
 
 from __future__ import annotations
 

@@ -4,16 +4,16 @@ Every ``period_rounds`` a vehicle broadcasts which area it is at and which areas
 the place of acknowledgement. From what it has heard it predicts when each other vehicle will have done its area and,
 by the same rule that it follows itself, which one that vehicle will turn to: of the areas that are left, the one it is
 expected to finish first; vehicles choose in the order in which they become free. A vehicle that is free takes what
-this prediction leaves to it. An area that a silent vehicle should have finished is left alone until no other is left
-and ``doubt_rounds`` have passed; then it is done again. If two are at the same area, the one that came later leaves it
-on hearing of the other.
+this prediction leaves to it. A vehicle that has not been heard for ``doubt_rounds`` is doubted: what it should have
+finished as long ago, be it at that area or only predicted to be, is done again when nothing else is left. If two are at
+the same area, the one that came later leaves it on hearing of the other.
 
 Source: Sotzing, Lane 2010 (DELPHIS: broadcast of the mission state, prediction of silent partners).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
@@ -23,6 +23,7 @@ from remoras.database import AUVDatabase, VehicleData
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.strategies.areas import Outlook, after, at_work, open_roles, surveyors
 from remoras.strategies.founding import common_roles, founded
+from remoras.strategies.silence import Silence
 from remoras.strategies.strategy import Declaration, Evidence, Fact, Heard, Move, Situation, Statement
 from remoras.survey import Point
 
@@ -47,30 +48,33 @@ class Broadcaster:
         self._with = strategy
         self._work: dict[str, Work] = {}  # last known of every vehicle
         self._done: set[str] = set()  # areas that somebody reported
+        self._silence = Silence(me, strategy.doubt_rounds)
+        self._silent: set[str] = set()
 
     def negotiate(self, situation: Situation) -> Move:
         group, organisation, evidence = self._group, situation.organisation, situation.evidence
         for heard in situation.heard:
             self._hear(heard, evidence)
         roles = {r.name: r for r in open_roles(group, evidence) if r.area not in self._done}
+        members = surveyors(group, organisation, evidence.database)
+        self._silent = self._silence.out_of_reach([data.name for data in members], situation)
+        outlooks = {data.name: self._outlook(data, roles, situation) for data in members}
+        doubted = {name for name, then in outlooks.items() if self._is_overdue(name, then.free_s, situation)}
         said: list[Statement] = []
         held = [role for role in at_work(self._me, group, organisation, evidence) if role.name in roles]
         for role in at_work(self._me, group, organisation, evidence):
-            if role.name not in roles or self._is_later(role.name, situation):
-                said.append(Statement(((self._me, "leftRole", self._full(role.name)),), told=False))
+            if role.name not in roles or self._is_later(role.name, doubted, situation):
+                said.append(Statement(((self._me, "leftRole", self._group.path(role.name)),), told=False))
                 held = [other for other in held if other is not role]
         if not held:
             self._work.pop(self._me, None)
-            name = self._choice(roles, situation)
+            name = self._choice(roles, members, outlooks, doubted, situation)
             if name is not None:
                 self._work[self._me] = Work(name, round(situation.now_s), evidence.position_m(self._me))
-                said.append(Statement(((self._me, "playsRole", self._full(name)),), told=False))
+                said.append(Statement(((self._me, "playsRole", self._group.path(name)),), told=False))
         if situation.round % self._with.period_rounds == 0 or any(not statement.told for statement in said):
             said += self._state(evidence)
         return Move(tuple(said), holding=bool(roles))
-
-    def _full(self, role: str) -> str:
-        return f"{self._group.name}.{role}"
 
     def _hear(self, heard: Heard, evidence: Evidence) -> None:
         """The state of the mission as a peer tells it."""
@@ -82,37 +86,52 @@ class Broadcaster:
             self._work[heard.issuer] = Work(role, float(said.get("worksSince", heard.time_s)), from_m)
         self._done.update(subject for subject, attribute, _ in heard.facts if attribute == "knownDone")
 
-    def _is_later(self, role: str, situation: Situation) -> bool:
-        """Was another member at the area of ``role`` before this vehicle?"""
+    def _is_later(self, role: str, doubted: Collection[str], situation: Situation) -> bool:
+        """Was another member, one that is not doubted, at the area of ``role`` before this vehicle?"""
         mine, database = self._work.get(self._me), situation.evidence.database
         return mine is not None and any(
             work.role == role and (work.since_s, database[name].node) < (mine.since_s, database[self._me].node)
             for name, work in self._work.items()
-            if name != self._me and situation.organisation.is_member(name, self._group.name)
+            if name not in doubted and name != self._me and situation.organisation.is_member(name, self._group.name)
         )
 
     # Prediction ----------------------------------------------------------------------------------
 
-    def _choice(self, roles: Mapping[str, RoleSpecification], situation: Situation) -> str | None:
+    def _outlook(self, data: VehicleData, roles: Mapping[str, RoleSpecification], situation: Situation) -> Outlook:
+        """When and where a vehicle will have done what it was last known to be at; without work it is free, a silent
+        one since it was heard."""
+        evidence, work = situation.evidence, self._work.get(data.name)
+        if work is not None and work.role in roles and data.name != self._me:
+            then = after(Outlook(work.since_s, work.from_m), data, self._corners(roles[work.role], evidence))
+            if then is not None:
+                return then
+        free_s = situation.heard_s.get(data.name, 0.0) if data.name in self._silent else situation.now_s
+        return Outlook(free_s, evidence.position_m(data.name))
+
+    def _is_overdue(self, vehicle: str, free_s: float, situation: Situation) -> bool:
+        """Is a vehicle silent that should have been free long ago?"""
+        doubt_s = self._with.doubt_rounds * situation.now_s / situation.round
+        return vehicle in self._silent and free_s + doubt_s <= situation.now_s
+
+    def _choice(
+        self,
+        roles: Mapping[str, RoleSpecification],
+        members: Sequence[VehicleData],
+        outlooks: Mapping[str, Outlook],
+        doubted: Collection[str],
+        situation: Situation,
+    ) -> str | None:
         """The role that is left to this vehicle when all who become free choose in turn; None if there is none."""
-        evidence, now_s = situation.evidence, situation.now_s
-        members = surveyors(self._group, situation.organisation, evidence.database)
-        outlooks: dict[str, Outlook] = {}
-        taken: dict[str, float] = {}  # role -> when it is expected to be done
-        for data in members:
-            work = self._work.get(data.name)
-            outlooks[data.name] = Outlook(now_s, evidence.position_m(data.name))
-            if work is not None and work.role in roles and data.name != self._me:
-                then = after(Outlook(work.since_s, work.from_m), data, self._corners(roles[work.role], evidence))
-                if then is not None:
-                    outlooks[data.name], taken[work.role] = then, then.free_s
+        at = [(work.role, name) for name, work in self._work.items() if name in outlooks]
+        taken = {role for role, _ in at}
         free = {name: role for name, role in roles.items() if name not in taken}
-        found = self._in_turn(members, outlooks, free, evidence)
-        if found is None:  # nothing is left but what somebody should have finished by now
-            doubt_s = self._with.doubt_rounds * now_s / situation.round
-            doubted = {name: roles[name] for name, due_s in taken.items() if due_s + doubt_s <= now_s}
-            here = {self._me: outlooks[self._me]} if self._me in outlooks else {}
-            found = self._in_turn([data for data in members if data.name in here], here, doubted, evidence)
+        found, predicted = self._in_turn(members, outlooks, free, situation.evidence)
+        if found is None:  # nothing is left but what others are at, or should have done by now
+            trusted = {role for role, name in at if name not in doubted}
+            trusted |= {role for role, (name, s) in predicted.items() if not self._is_overdue(name, s, situation)}
+            left = {name: role for name, role in roles.items() if name not in trusted}
+            me = [data for data in members if data.name == self._me]
+            found, _ = self._in_turn(me, outlooks, left, situation.evidence)
         return found
 
     def _in_turn(
@@ -121,8 +140,10 @@ class Broadcaster:
         outlooks: Mapping[str, Outlook],
         roles: Mapping[str, RoleSpecification],
         evidence: Evidence,
-    ) -> str | None:
-        outlook, left = dict(outlooks), dict(roles)
+    ) -> tuple[str | None, dict[str, tuple[str, float]]]:
+        """(own choice, what others choose before: by role who, and when it will have done it)."""
+        outlook, left = {data.name: outlooks[data.name] for data in members}, dict(roles)
+        chosen: dict[str, tuple[str, float]] = {}
         while left and self._me in outlook:
             data = min((d for d in members if d.name in outlook), key=lambda d: (outlook[d.name].free_s, d.node))
             then = [
@@ -135,9 +156,10 @@ class Broadcaster:
                 continue
             _, name, outlook[data.name] = min(then)
             if data.name == self._me:
-                return name
+                return name, chosen
+            chosen[name] = data.name, outlook[data.name].free_s
             del left[name]
-        return None
+        return None, chosen
 
     @staticmethod
     def _corners(role: RoleSpecification, evidence: Evidence) -> tuple[Point, ...]:
@@ -152,7 +174,7 @@ class Broadcaster:
         said = [Statement(tuple(facts[n : n + AREAS_PER_BLOCK])) for n in range(0, len(facts), AREAS_PER_BLOCK)]
         work = self._work.get(self._me)
         if work is not None:
-            at, since = (self._me, "worksOn", self._full(work.role)), (self._me, "worksSince", work.since_s)
+            at, since = (self._me, "worksOn", self._group.path(work.role)), (self._me, "worksSince", work.since_s)
             said.append(Statement((at, since)))
         return said
 
@@ -165,7 +187,7 @@ class StatusBroadcast:
         int, Field(ge=1, le=1000, description="TDMA frames between two broadcasts of the state")
     ] = 3
     doubt_rounds: Annotated[
-        int, Field(ge=0, le=10_000, description="TDMA frames that a silent vehicle's area may be late")
+        int, Field(ge=0, le=10_000, description="TDMA frames that a vehicle may be silent, and its area late")
     ] = 30
 
     name: ClassVar[str] = "status-broadcast"

@@ -11,8 +11,8 @@ believes, never the truth. A Python caller passes the object; a scenario names i
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from remoras.database import AUVDatabase
@@ -97,6 +97,7 @@ class Situation:
         rally_m: where the group meets, if it does.
         heard: what peers stated of the strategy's attributes and of roles, since the last round.
         heard_s: when a packet of each peer was last heard; peers never heard are missing.
+        unheard: peers that have not acknowledged roles which this vehicle stated they play, and these roles by name.
     """
 
     now_s: float
@@ -106,6 +107,7 @@ class Situation:
     rally_m: Point | None
     heard: tuple[Heard, ...]
     heard_s: Mapping[str, float]
+    unheard: Mapping[str, Collection[str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -161,7 +161,7 @@ DURATION_S = 2400.0
 
 
 def small_patches(name: str, *settings: str) -> Scenario:
-    """Six of the twelve patches of ``mapping-patches`` at half the scale, with the strategy of that name."""
+    """Six of the thirteen patches of ``mapping-patches`` at half the scale, with the strategy of that name."""
     raw: dict[str, Any] = copy.deepcopy(tomllib.loads(shipped()["mapping-patches"].read_text(encoding="utf-8")))
     raw["area"] = raw["area"][::2][:N_PATCHES]
     for area in raw["area"]:

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
-from remoras.strategies.areas import open_roles, surveyors
+from remoras.strategies.areas import at_work, open_roles, surveyors
 from remoras.strategies.central import Central
 from remoras.strategies.fixed_partition import FixedPartition
 from remoras.strategies.founding import common_roles
@@ -89,6 +89,16 @@ class ByHash(FixedPartition):
         return common_roles(group, organisation, evidence) + areas
 
 
+PATIENCE_S = 300.0
+
+
+class _Idle:
+    """Has nothing to say."""
+
+    def negotiate(self, situation: Situation) -> Move:
+        return Move()
+
+
 class _Altered:
     """A negotiator whose moves are altered."""
 
@@ -130,6 +140,47 @@ class _Endless(_Altered):
 class Endless(Central):
     def negotiator(self, me: str, group: Group) -> Negotiator:
         return _Endless(Central.negotiator(self, me, group), me, group)
+
+
+class _Fickle(_Altered):
+    """Gives every area that it holds up in every frame, and takes it again."""
+
+    def altered(self, move: Move, situation: Situation) -> Move:
+        held = at_work(self._me, self._group, situation.organisation, situation.evidence)
+        self._mine |= {self._group.path(role.name) for role in held}
+        word = "leftRole" if situation.round % 2 else "playsRole"
+        said = tuple(Statement(((self._me, word, role),)) for role in sorted(self._mine))
+        return replace(move, statements=move.statements + said)
+
+    _mine: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
+class Fickle(FixedPartition):
+    declaration: ClassVar[Declaration] = replace(
+        Central.declaration, messages={"playsRole": "now", "leftRole": "not now"}, blocks_per_round=1
+    )
+
+    def negotiator(self, me: str, group: Group) -> Negotiator:
+        return _Fickle(_Idle(), me, group)
+
+
+class _Resentful(_Altered):
+    """Waits for ever once a peer has been silent."""
+
+    def __init__(self, negotiator: Negotiator, me: str, group: Group) -> None:
+        super().__init__(negotiator, me, group)
+        self._offended = False
+
+    def altered(self, move: Move, situation: Situation) -> Move:
+        self._offended |= any(situation.now_s - heard_s > PATIENCE_S for heard_s in situation.heard_s.values())
+        return replace(move, holding=move.holding or self._offended)
+
+
+@dataclass(frozen=True, slots=True)
+class Resentful(Central):
+    def negotiator(self, me: str, group: Group) -> Negotiator:
+        return _Resentful(Central.negotiator(self, me, group), me, group)
 
 
 class _Talkative(_Altered):

@@ -1,10 +1,13 @@
 """Claims: a table that is a join, so that vehicles which have heard the same agree."""
 
+from typing import Any
+
 from hypothesis import given
 from hypothesis import strategies as st
 from samples import auv, database
 
 from remoras.strategies.claims import Claim, Claims
+from remoras.strategies.contract_net import EARLIEST, Tenure
 
 FLEET = database(*(auv(f"AUV{n:02d}", playable_roles=("Scout", "Sweeper")) for n in range(3)), auv("AUV03"))
 ROLES = ("Scout", "Sweeper")
@@ -81,3 +84,28 @@ def test_claims_of_those_who_have_left_or_cannot_play_the_role_do_not_count() ->
     assert claims.winner("Scout") == "AUV00"  # AUV03 is not able to
     claims.members = ("AUV01", "AUV03")
     assert claims.winner("Scout") == "AUV01"
+
+
+times_s = st.lists(st.tuples(st.booleans(), st.integers(0, 9)), max_size=8)
+
+
+def tenure(heard: list[tuple[bool, int]]) -> Tenure:
+    made = Tenure()
+    for held, time_s in heard:
+        (made.held_s if held else made.left_s).add(time_s)
+    return made
+
+
+@given(times_s, st.randoms(use_true_random=False))
+def test_who_holds_an_area_since_when_does_not_depend_on_what_was_heard_first(
+    heard: list[tuple[bool, int]], random: Any
+) -> None:
+    shuffled = list(heard)
+    random.shuffle(shuffled)
+    assert tenure(shuffled).claim() == tenure(heard).claim()
+
+
+def test_a_holding_begins_with_the_first_word_after_the_last_withdrawal() -> None:
+    assert tenure([(True, 7), (True, 1)]).claim() == Claim(2, EARLIEST - 1)
+    assert tenure([(True, 7), (True, 1), (False, 3)]).claim() == Claim(3, EARLIEST - 7)
+    assert tenure([(True, 1), (False, 3)]).claim().strength == 0
