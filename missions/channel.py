@@ -46,7 +46,7 @@ class ChannelTable(Table):
         "those that the scenario has for its own"
     )
     per: float = Field(
-        0.0, ge=0.0, le=1.0, description="packet error rate of bernoulli, and of the links that matrix does not list"
+        0.0, ge=0.0, lt=1.0, description="packet error rate of bernoulli, and of the links that matrix does not list"
     )
     link: tuple[LinkTable, ...] = ()
     p_good_to_bad: Probability = Field(

@@ -186,8 +186,11 @@ def _object_faults(key: str, reference: str, needed: Sequence[str]) -> Iterator[
         missing = [name for name in needed if not hasattr(found, name)]
         if missing:
             yield ConfigurationFault(key, f'"{reference}"', f"an object that has {', '.join(missing)}")
-    except (ImportError, AttributeError, ValueError, TypeError) as error:
-        yield ConfigurationFault(key, f'"{reference}"', f"package.module:object that can be imported ({error})")
+        elif isinstance(found, type) and key == "strategy.name":
+            yield ConfigurationFault(key, f'"{reference}"', "a class; name an object of it, such as STRATEGY = Class()")
+    except Exception as error:  # it is somebody else's module: anything may be wrong with it
+        what = f"{type(error).__name__}: {error}"
+        yield ConfigurationFault(key, f'"{reference}"', f"package.module:object that can be imported ({what})")
 
 
 def named_object(reference: str) -> Any:

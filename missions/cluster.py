@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -11,6 +12,7 @@ from typing import Any
 from missions.errors import ClusterError
 from missions.plan import version
 
+ADDRESS = re.compile(r"(tcp|tls|ucx|wss?)://(\[[0-9a-fA-F:]+\]|[^/:\s]+):\d{1,5}")
 REACH_S = 10.0
 """Time in which a scheduler has to answer and a worker has to be there."""
 
@@ -29,6 +31,8 @@ def cluster_executor(address: str) -> Iterator[tuple[Executor, int]]:
         import distributed
     except ImportError:
         raise ClusterError('--cluster needs Dask distributed: pip install "remoras[cluster]"') from None
+    if not ADDRESS.fullmatch(address):
+        raise ClusterError(f"--cluster {address!r}: allowed: tcp://HOST:PORT or tls://HOST:PORT of a Dask scheduler")
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # a lost scheduler is told once, by us
     try:
         connect: Callable[..., Any] = distributed.Client

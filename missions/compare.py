@@ -16,7 +16,7 @@ from __future__ import annotations
 import csv
 import json
 import statistics as plain
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from difflib import get_close_matches
@@ -36,7 +36,7 @@ from missions.statistics import (
     restricted_mean_time,
     wilson_interval,
 )
-from missions.study import METRICS, flattened
+from missions.study_file import METRICS, flattened
 
 CELL_FIELDS = ("scenario", "strategy", "policy", "channel", "per")
 OWN_COLUMNS = ("strategy.name", "communication.policy", "channel.name", "channel.per")
@@ -204,6 +204,22 @@ def write_csv(rows: Sequence[Comparison | Rank], path: Path) -> None:
         writer = csv.DictWriter(file, columns, lineterminator="\n")
         writer.writeheader()
         writer.writerows({**asdict(row), "settings": json.dumps(row.settings)} for row in rows)
+
+
+def least_p_holm(n_pairs: int, n_tests: int) -> float:
+    """The smallest corrected probability that so many tests of so many pairs can give.
+
+    >>> least_p_holm(5, 2)  # 2 of the 32 ways to flip the signs, twice
+    0.125
+    """
+    return min(1.0, n_tests * (paired_p([1.0] * n_pairs) or 1.0))
+
+
+def are_too_few(ranked: Sequence[Rank]) -> bool:
+    """Are there so few runs that no strategy could be told from the best of its column?"""
+    columns = Counter(_conditions(rank) for rank in ranked)
+    most = max((rank.n for rank in ranked), default=0)
+    return all(least_p_holm(most, n - 1) >= SIGNIFICANT for n in columns.values() if n > 1)
 
 
 def _check_metrics(metrics: Iterable[str]) -> None:

@@ -38,6 +38,10 @@ class OutputError(MissionsError):
     """An output folder cannot be written, or holds something that would be overwritten."""
 
 
+class DiskFullError(OutputError):
+    """There is no room left for results."""
+
+
 class ClusterError(MissionsError):
     """The cluster cannot be reached, was lost, or runs another version."""
 

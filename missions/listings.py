@@ -1,10 +1,11 @@
-"""What can be named: scenarios, strategies, policies, channels and modems, each with one line of text.
+"""What can be named: scenarios, strategies, policies, channels, modems and studies, each with one line of text.
 
 Of strategies there are details too: where each is from, what its vehicles tell each other, what can be set.
 """
 
 from __future__ import annotations
 
+import itertools
 import sys
 from collections.abc import Callable
 from dataclasses import asdict
@@ -14,6 +15,7 @@ from exchange.acoustics.link import LINKS
 from exchange.acoustics.modems import modems
 from exchange.policies import POLICIES, Acknowledgement
 from missions.scenario import load, shipped
+from missions.study import shipped_studies
 from remoras.strategies import parameters, strategies
 
 
@@ -55,12 +57,27 @@ def _modems() -> dict[str, str]:
     }
 
 
+def _studies() -> dict[str, str]:
+    return {name: _first_sentence(path.read_text(encoding="utf-8")) for name, path in shipped_studies().items()}
+
+
+def _first_sentence(text: str) -> str:
+    """The first sentence of the comment at the top of a file.
+
+    >>> _first_sentence("# What it is\\n# for. More of it.\\n[study]")
+    'What it is for'
+    """
+    comment = itertools.takewhile(lambda line: line.startswith("#"), text.splitlines())
+    return " ".join(line.strip("# ") for line in comment).partition(". ")[0]
+
+
 LISTINGS: dict[str, Callable[[], dict[str, str]]] = {
     "scenarios": _scenarios,
     "strategies": _strategies,
     "policies": _policies,
     "channels": lambda: dict(LINKS),
     "modems": _modems,
+    "studies": _studies,
 }
 """Name and text of everything of a kind."""
 

@@ -17,7 +17,8 @@ from importlib import metadata
 from typing import Any
 
 from missions.scenario import Scenario
-from missions.study import Configuration, StoppingRule, Study, StudyFile, toml_value
+from missions.study import Configuration, Study
+from missions.study_file import StoppingRule, StudyFile, toml_value
 
 Summaries = Mapping[str, Mapping[str, Any]]
 """Summary of every finished run by key."""

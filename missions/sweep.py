@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from missions.cluster import cluster_executor
-from missions.errors import MissionsError, OutputError
+from missions.errors import DiskFullError, MissionsError, OutputError
 from missions.execution import Finished, killed, run_chunk, run_task
 from missions.plan import Plan, Task
-from missions.pool import SupervisedPool
+from missions.pool import SupervisedPool, WorkersCannotStart
 from missions.runlog import RunLog, Status, SweepResults
 from missions.study import Study
 
@@ -82,12 +82,20 @@ def sweep(
         StudyChangedError, OutputError, ClusterError: nothing was begun.
     """
     plan = Plan(study)
-    log = RunLog(folder, plan, force_new)
+    try:
+        log = RunLog(folder, plan, force_new)
+    except DiskFullError as error:
+        raise PartlyDoneError(str(error)) from None
     try:
         if next(plan.missing(log.summaries), None) is not None:
             with _engine(jobs, cluster, executor) as (engine, n_processes):
                 _drive(engine, n_processes, plan, log, progress)
         log.compact()
+    except WorkersCannotStart as error:
+        raise OutputError(
+            f"no worker can start: {error}, before its first run; a script that calls sweep does so below "
+            "if __name__ == '__main__': since every worker loads the script again"
+        ) from None
     except (BrokenExecutor, CancelledError, OSError) as error:
         _compact_if_possible(log)
         raise PartlyDoneError(f"the workers or their scheduler were lost ({type(error).__name__})") from None
@@ -166,6 +174,8 @@ def _next_chunk(waiting: deque[Task], suspects: set[str], run_s: float | None, n
 
 def _is_death(error: Exception) -> bool:
     """Whether a process died with the chunk, as our pool and Dask say it."""
+    if isinstance(error, WorkersCannotStart):
+        return False
     return isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker"
 
 

@@ -19,15 +19,15 @@ from remoras.progress import Progress
 # Listing ------------------------------------------------------------------------------------------
 
 
-KINDS = ("scenarios", "strategies", "policies", "channels", "modems")
+KINDS = ("scenarios", "strategies", "policies", "channels", "modems", "studies")
 
 
 @command("list")
 def list_(
-    kind: Annotated[str, typer.Argument(help=f"One of {', '.join(KINDS)}; all of them if left out.")] = "",
+    kind: Annotated[str, typer.Argument(help=f"One of {', '.join(KINDS)}; all but the studies if left out.")] = "",
     as_json: Json = False,
 ) -> None:
-    """List what can be named: scenarios, strategies, policies, channels, modems.
+    """List what can be named: scenarios, strategies, policies, channels, modems; or studies.
 
     Of strategies alone it also lists source, messages and parameters.
     """
@@ -35,7 +35,7 @@ def list_(
         one_of("kind", kind, KINDS)
     from missions.listings import DETAILS, LISTINGS
 
-    found = {name: LISTINGS[name]() for name in LISTINGS if kind in ("", name)}
+    found = {name: LISTINGS[name]() for name in ([kind] if kind else KINDS[:-1])}
     if as_json:
         rows = {
             name: [
@@ -312,5 +312,6 @@ for _name in ("replay", "live", "export"):
 
 
 def main() -> None:
-    """Entry point of the ``remoras`` command."""
+    """Entry point of the ``remoras`` command; ``module:object`` is looked for in the current folder too."""
+    sys.path.append(str(Path.cwd()))
     app()

@@ -22,7 +22,7 @@ Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep."
 def sweep(
     study: Annotated[str, typer.Argument(metavar="STUDY", help="Shipped study or TOML file.")],
     out: Annotated[Path, typer.Option(help="Folder for the runs; run again on the same folder to go on.")],
-    jobs: Annotated[int, typer.Option(min=1, help="Processes on this machine.")] = os.cpu_count() or 1,
+    jobs: Annotated[int, typer.Option(min=1, max=1024, help="Processes on this machine.")] = os.cpu_count() or 1,
     cluster: Annotated[
         str | None, typer.Option(metavar="tcp://HOST:PORT", help="Dask scheduler to use instead of this machine.")
     ] = None,
@@ -81,7 +81,12 @@ def compare(
     from missions.errors import OutputError
     from missions.runlog import SweepResults
 
-    found = compared(SweepResults.read(folder), metrics or (), baseline)
+    results = SweepResults.read(folder)
+    found = compared(results, tuple(dict.fromkeys(metrics or ())), baseline)
+    state = results.status()
+    if state.failed or state.remaining > 0:
+        left_out = f"{state.failed} runs failed and {state.remaining} have not been made"
+        print(f"remoras: {left_out}; what has finished is compared", file=sys.stderr)
     rows = [asdict(row) for row in found]
     if out is not None:
         try:
@@ -115,7 +120,19 @@ def _comparison_lines(rows: Sequence[dict[str, Any]]) -> Sequence[str]:
         names = f"{row['per']:>5g} {row['strategy']:<18}{row['policy']:<16}"
         lines.append(f"  {names}{row['n']:>5}{row['n_completed']:>5}  "
                      f"{mean:<34}{difference:<36}{p:>9}{settings}".rstrip())  # fmt: skip
+        if number + 1 == len(rows) or rows[number + 1]["metric"] != row["metric"]:
+            lines += _too_few([other for other in rows if other["metric"] == row["metric"]])
     return lines
+
+
+def _too_few(rows: Sequence[dict[str, Any]]) -> list[str]:
+    """A warning if no difference of a metric could come out as significant."""
+    from missions.compare import SIGNIFICANT, least_p_holm
+
+    tested = [row["n"] for row in rows if row["p_holm"] is not None]
+    if not tested or (least := least_p_holm(max(tested), len(tested))) < SIGNIFICANT:
+        return []
+    return [f"  no p (Holm) of {len(tested)} comparisons of {max(tested)} pairs can be below {least:.2g}: repeat more"]
 
 
 def _show(value: Any, as_json: bool, lines: Sequence[str]) -> None:

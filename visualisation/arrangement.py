@@ -24,6 +24,15 @@ STRATEGIES = (
 POLICIES = ("ack", "m-ack", "mps-ack", "knowledge", "adaptive")
 """Names whose look and place in legends is the same in all studies; a policy may end in ``-repeat``."""
 REPEAT = "-repeat"
+WORDS = {
+    "fleet.size": "number of vehicles",
+    "channel.p_bad_to_good": "probability per slot that a bad spell ends",
+    "channel.p_good_to_bad": "probability per slot that a bad spell begins",
+    "communication.range_m": "range of the modems / m",
+}
+"""What figures call the settings that are varied most."""
+FAR_APART = 10.0
+"""Ratio of the last place on the axis to the first above which places are spaced evenly."""
 
 Row = TypeVar("Row", bound=Comparison | Rank)
 
@@ -60,7 +69,12 @@ class Arrangement:
     @property
     def axis_label(self) -> str:
         """What the axis is called."""
-        return "packet error rate" if self.axis == PER else self.axis
+        return "packet error rate" if self.axis == PER else WORDS.get(self.axis, self.axis)
+
+    def is_spaced_evenly(self, rows: Iterable[Comparison | Rank]) -> bool:
+        """Do values so far apart that a scale would crowd them stand at equal distances instead?"""
+        xs = sorted({self.x(row) for row in rows})
+        return len(xs) > 2 and xs[0] > 0.0 and xs[-1] > FAR_APART * xs[0]
 
     def of(self, combination: Combination, rows: Iterable[Row]) -> list[Row]:
         """Rows of a combination, and those of the perfect channel that complete it."""
@@ -180,6 +194,6 @@ def _titles(combinations: Sequence[Combination]) -> list[str]:
     """What tells combinations apart: only what differs among them."""
     keys = dict.fromkeys(key for one in combinations for key, _ in one.settings)
     parts = [[one.scenario, one.channel, *(dict(one.settings).get(key, "") for key in keys)] for one in combinations]
-    names = ["", "", *(f"{key} = " for key in keys)]
+    names = ["", "", *(f"{WORDS.get(key, key)} = " for key in keys)]
     varied = [at for at in range(len(names)) if len({own[at] for own in parts}) > 1]
     return [", ".join(names[at] + own[at] for at in varied if own[at]) for own in parts]

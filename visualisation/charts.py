@@ -124,7 +124,8 @@ def trade_off(
         for axes in panels[:: _columns(panels)]:
             axes.set_ylabel(up.label, labelpad=3)
         for axes, (named, points) in zip(panels, ends, strict=True):
-            labels.place(axes, named, points)
+            if len({label.text for label in named}) > 1:  # else the largest markers say it
+                labels.place(axes, named, points)
         _size_key(drawn, arrangement.axis_label, sizes)
     return drawn
 
@@ -138,8 +139,8 @@ def _curves(
     """Means with bands; the points of one place on the axis stand side by side, so that equal ones can be seen."""
     curves = arrangement.curves(rows)
     xs = sorted({arrangement.x(row) for row in rows})
-    if len(xs) > 2 and xs[0] > 0.0 and xs[-1] > SPREAD * xs[0]:
-        places = {x: float(number) for number, x in enumerate(xs)}  # values far apart stand at equal distances
+    if arrangement.is_spaced_evenly(rows):
+        places = {x: float(number) for number, x in enumerate(xs)}
     else:
         places = {x: x for x in xs}
     at_xs = list(places.values())
@@ -157,7 +158,10 @@ def _curves(
         if not measure.whiskers:
             axes.fill_between(at, low, high, color=look["color"], alpha=opacity, linewidth=0)
         if measure.whiskers or len(own) == 1:
-            axes.vlines(at, low, high, color=look["color"], linewidth=0.7)
+            shown = [not measure.whiskers or row.mean < 1.0 for row in own]
+            bars = list(itertools.compress(zip(at, low, high, strict=True), shown))
+            if bars:
+                axes.vlines(*zip(*bars, strict=True), color=look["color"], linewidth=0.7)
         axes.plot(at, [row.mean * measure.scale for row in own], **look)
     if xs:
         axes.set_xlim(at_xs[0] - 0.5 * step, at_xs[-1] + 0.5 * step)

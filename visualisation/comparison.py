@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from missions import compare
 from missions.compare import Comparison, Rank
 from missions.runlog import SweepResults
+from missions.study_file import flattened
 from visualisation import comparison_captions as captions
 from visualisation.arrangement import Arrangement, Combination, arranged
 from visualisation.errors import DrawingError, unknown
@@ -71,6 +72,10 @@ def draw(
         OutputError: no run has finished, or the metric is not known.
     """
     _check(kinds, format)
+    if results.schedule.file.study.sampling == "latin" and len(dict(flattened(results.schedule.file.latin))) > 1:
+        raise DrawingError(
+            "a Latin hypercube of several keys has no axis along which the rest is the same; see runs.parquet"
+        )
     asked = list(dict.fromkeys(kinds)) or list(COMPARISON_KINDS)
     ranked = compare.ranks(results, metric) if "ranking" in asked else []
     metrics = list(dict.fromkeys([RANKED, *(one for kind in asked for one in _metrics(kind))]))
@@ -151,7 +156,7 @@ def _sheets(kind: str, arrangement: Arrangement, rows: Rows, ranked: Sequence[Ra
             own = arrangement.of(group[0], ranked)
             figure = partial(ranking.figure, arrangement, own, captions.named(metric))
             if own:
-                yield Sheet(title, own, captions.ranking(arrangement, metric), figure)
+                yield Sheet(title, own, captions.ranking(arrangement, metric, own), figure)
         elif not numbers:
             continue
         elif kind == "overview":
@@ -162,7 +167,7 @@ def _sheets(kind: str, arrangement: Arrangement, rows: Rows, ranked: Sequence[Ra
             yield Sheet(title, numbers, text, partial(charts.trade_off, arrangement, group, rows))
         else:
             measure = MEASURES[kind]
-            text = captions.metric(arrangement, group, measure)
+            text = captions.metric(arrangement, group, numbers, measure)
             yield Sheet(title, numbers, text, partial(charts.metric, arrangement, group, numbers, measure))
 
 

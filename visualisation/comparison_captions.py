@@ -4,25 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from missions import compare
 from missions.compare import HIGHER_IS_BETTER, SIGNIFICANT, Comparison, Rank
 from missions.runlog import SweepResults
+from missions.statistics import FEW
 from visualisation.arrangement import Arrangement, Combination
 from visualisation.measures import MEASURES, TRADE_OFF, Measure
 
-OF_MEANS = "95 % intervals of the mean (symmetric bootstrap-t)"
+OF_MEANS = f"95 % intervals of the mean (bootstrap; Student's t below {FEW} runs)"
 CUT = "Intervals are cut at the frame."
 OF_RATES = "Wilson's 95 % intervals of the rate"
-CENSORED = "A run that did not complete counts with the time for which it was watched (restricted mean)."
+CENSORED = "A run that did not complete counts with the mission's whole duration (restricted mean)."
 
 
-def metric(arrangement: Arrangement, combinations: Sequence[Combination], measure: Measure) -> str:
+def metric(
+    arrangement: Arrangement, combinations: Sequence[Combination], rows: Sequence[Comparison], measure: Measure
+) -> str:
     """Caption of one metric along the axis."""
     rate = measure.metric == "completed"
     return _joined(
         f"{_capital(measure.name)} over {arrangement.axis_label}.",
-        f"{'Lines: rates' if rate else 'Lines: means'}; bands: {OF_RATES if rate else OF_MEANS}.",
-        CUT,
+        f"Lines: rates; bars: {OF_RATES}." if rate else f"Lines: means; bands: {OF_MEANS}.",
+        _of_certainty(rows) if rate else CUT,
+        measure.note,
+        _without_values(arrangement, rows),
         _aside(arrangement),
+        _spacing(arrangement, rows),
         CENSORED if measure.metric == "mission_time_s" else "",
         _panels(arrangement, combinations),
     )
@@ -43,14 +50,15 @@ def trade_off(arrangement: Arrangement, combinations: Sequence[Combination]) -> 
     across, up = TRADE_OFF
     return _joined(
         f"{_capital(up.name)} over {across.name}: means, joined in the order of {arrangement.axis_label}, which the "
-        f"size of the markers and the number at the end tell. Crosses: {OF_MEANS}.",
+        f"size of the markers tells; lines that end elsewhere than others have a number at their end. "
+        f"Crosses: {OF_MEANS}.",
         CUT,
         CENSORED,
         _panels(arrangement, combinations),
     )
 
 
-def ranking(arrangement: Arrangement, metric: str) -> str:
+def ranking(arrangement: Arrangement, metric: str, rows: Sequence[Rank]) -> str:
     """Caption of the table of ranks."""
     best = "highest" if metric in HIGHER_IS_BETTER else "lowest"
     return _joined(
@@ -58,6 +66,7 @@ def ranking(arrangement: Arrangement, metric: str) -> str:
         "their ranks. Bold and shaded: the best of the column and those that do not differ significantly from it "
         f"(sign-flip test of the paired differences, Holm-corrected in each column, p >= {SIGNIFICANT:g}). "
         "Last column: mean rank.",
+        "There are too few runs for any difference to be significant." if compare.are_too_few(rows) else "",
         CENSORED if metric == "mission_time_s" else "",
     )
 
@@ -91,6 +100,22 @@ def _aside(arrangement: Arrangement) -> str:
     """Said where points of one place on the axis are drawn side by side."""
     several = len(arrangement.series) > 1
     return f"Points of one {arrangement.axis_label} are drawn side by side." if several else ""
+
+
+def _of_certainty(rows: Sequence[Comparison]) -> str:
+    """What the intervals of rates of 1 are, which are not drawn."""
+    lows = {f"{row.success_ci95_low:.2f}" for row in rows if row.success_rate == 1.0}
+    return f"Those of a rate of 1, from {' or '.join(sorted(lows))} to 1, are not drawn." if lows else ""
+
+
+def _without_values(arrangement: Arrangement, rows: Sequence[Comparison]) -> str:
+    present = {(row.strategy, row.policy) for row in rows}
+    lacking = [one.label for one in arrangement.series if one[:2] not in present]
+    return f"Without values: {', '.join(lacking)}." if lacking else ""
+
+
+def _spacing(arrangement: Arrangement, rows: Sequence[Comparison]) -> str:
+    return "Places on the axis are evenly spaced, not to scale." if arrangement.is_spaced_evenly(rows) else ""
 
 
 def _panels(arrangement: Arrangement, combinations: Sequence[Combination]) -> str:

@@ -14,7 +14,9 @@ class Measure(NamedTuple):
         label: what axes call it, with its unit.
         scale: factor from the field's unit to that of the axis.
         share: whether it lies between 0 and 1.
-        whiskers: intervals as lines; for what is equal in so many series that bands would pile up.
+        whiskers: intervals as lines; for what is equal in so many series that bands would pile up. Those of a rate of 1
+            are left out: nearly all of them would be of one length, and hide the lines.
+        note: what captions say of it.
     """
 
     metric: str
@@ -23,6 +25,7 @@ class Measure(NamedTuple):
     scale: float = 1.0
     share: bool = False
     whiskers: bool = False
+    note: str = ""
 
 
 MEASURES = {
@@ -32,8 +35,15 @@ MEASURES = {
     "duplicated-work": Measure("duplicate_fraction", "duplicated work", "duplicated work", share=True),
     "bytes": Measure("n_bytes", "bytes sent", "bytes sent / kB", 1e-3),
     "energy": Measure("energy_j", "energy of the fleet", "energy / kJ", 1e-3),
-    "latency": Measure("mean_latency_s", "mean latency of knowledge", "latency / s"),
-    "consistency-time": Measure("consistency_time_s", "mean time to consistency", "time to consistency / s"),
+    "latency": Measure(
+        "mean_latency_s", "mean latency of knowledge", "latency / s", note="What was never received is left out."
+    ),
+    "consistency-time": Measure(
+        "consistency_time_s",
+        "mean time to consistency",
+        "time to consistency / s",
+        note="What never reached everybody is left out.",
+    ),
 }
 TRADE_OFF = (MEASURES["bytes"], MEASURES["mission-time"])
 """Across, and up."""

@@ -8,7 +8,7 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from missions.compare import Rank, mean_ranks
+from missions.compare import Rank, are_too_few, mean_ranks
 from visualisation import style
 from visualisation.arrangement import Arrangement, Series
 
@@ -17,6 +17,7 @@ LEAST_IN = 0.2
 """Width of a column."""
 MEAN = "mean"
 BEST = style.tint(style.BLUE, 0.25)
+TOO_FEW = "too few runs to tell any from the best"
 NOTE = "bold, shaded: best, or not significantly different from it"
 
 
@@ -85,5 +86,6 @@ def figure(arrangement: Arrangement, shown: Sequence[Rank], measured: str) -> Fi
                 write(left_in + column_in / 2, y_in, text, weight="bold" if best else "normal")
         bottom_in = top_in + len(rows) * ROW_IN + 0.04
         rule(bottom_in, 0.8)
-        write(EDGE_IN, bottom_in + 0.12, NOTE, ha="left", fontsize=style.TINY_PT)
+        note = TOO_FEW if are_too_few(shown) else NOTE
+        write(EDGE_IN, bottom_in + 0.12, note, ha="left", fontsize=style.TINY_PT)
     return drawn

@@ -11,6 +11,7 @@ from typer.testing import CliRunner, Result
 
 from missions.results import Results
 from missions.scenario import explanations, load, shipped
+from missions.study import shipped_studies
 from remoras.cli import app
 
 SHORT = ["--set", "scenario.duration_s=30"]
@@ -121,6 +122,12 @@ def test_without_a_kind_everything_is_listed():
     found = json.loads(remoras("list", "--json").stdout)
     assert list(found) == ["scenarios", "strategies", "policies", "channels", "modems"]
     assert len(found["policies"]) == 6
+
+
+def test_studies_are_listed_with_what_they_are_about():
+    found = {row["name"]: row["description"] for row in json.loads(remoras("list", "studies", "--json").stdout)}
+    assert list(found) == list(shipped_studies())
+    assert found["strategies-quick"].startswith("Seven strategies at four loss rates")
 
 
 def test_every_listed_name_is_accepted():

@@ -11,7 +11,7 @@ from small_mission import SMALL
 from missions.results import area_roles, consistency, least_mapped_fraction, summary
 from missions.run import run as run_scenario
 from missions.scenario import load
-from missions.study import METRICS
+from missions.study_file import METRICS
 from remoras.recorder import Recorder
 
 ROLES = {("G", "Left"), ("G", "Right")}

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from sweeping import study_text, written
 
 from missions.plan import Plan, repeats_needed, seed_of
-from missions.study import StoppingRule, load_study
+from missions.study import load_study
+from missions.study_file import StoppingRule
 
 RULE = StoppingRule(metric="n_bytes", half_width=1.0, minimum=4, maximum=10)
 

@@ -66,10 +66,57 @@ def test_a_broken_line_in_the_middle_is_named(tmp_path: Path) -> None:
         RunLog(folder, plan)
 
 
+@pytest.mark.parametrize("line", ["42", "{}", '{"key": "x"}', "null"])
+def test_a_line_that_is_no_run_is_named_with_its_remedy(tmp_path: Path, line: str) -> None:
+    folder, plan = finished_log(tmp_path)
+    whole = (folder / LEDGER).read_text()
+    (folder / LEDGER).write_text(whole + line + "\n")
+    with pytest.raises(OutputError, match=r"ledger.jsonl:4: not a line of a run.* Take the line out"):
+        SweepResults.read(folder).status()
+    (folder / LEDGER).write_text(whole)
+    assert SweepResults.read(folder).status().done == 3
+    RunLog(folder, plan).close()
+
+
+OF_ANOTHER_VERSION = '{"version": "1", "study": {"x": 1}, "digests": []}'
+
+
+@pytest.mark.parametrize("text", ["", "[]", "42", '{"version": "1"}', OF_ANOTHER_VERSION])
+def test_a_folder_that_does_not_say_what_it_is_for_is_named_and_can_be_set_aside(tmp_path: Path, text: str) -> None:
+    folder, plan = finished_log(tmp_path)
+    (folder / "study.json").write_text(text)
+    with pytest.raises(OutputError, match=r"study.json: does not describe a study"):
+        SweepResults.read(folder).status()
+    with pytest.raises(StudyChangedError):
+        RunLog(folder, plan)
+    RunLog(folder, plan, force_new=True).close()
+    assert len((folder / "before-1" / LEDGER).read_text().splitlines()) == 3
+
+
+def test_a_strategy_whose_file_has_changed_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    own = tmp_path / "own_strategy_of_this_test.py"
+    own.write_text("from remoras.strategies.central import STRATEGY\n")
+    reference = f"{own.stem}:STRATEGY"
+    plan = plan_of(tmp_path, study_text(repeats=1).replace('"remoras"', f'"{reference}"'))
+    RunLog(tmp_path / "out", plan).close()
+    RunLog(tmp_path / "out", plan).close()
+    own.write_text("from remoras.strategies.cbba import STRATEGY\n")
+    with pytest.raises(StudyChangedError, match=rf"code.{reference}: was .*, now "):
+        RunLog(tmp_path / "out", plan)
+
+
+def test_the_folder_of_a_run_is_not_taken_for_a_sweep(tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "summary.json").write_text("{}")
+    with pytest.raises(OutputError, match="holds the results of a single run"):
+        RunLog(tmp_path / "out", plan_of(tmp_path))
+
+
 def test_a_changed_study_is_refused_and_the_change_shown(tmp_path: Path) -> None:
     folder, _ = finished_log(tmp_path)
     changed = plan_of(tmp_path, study_text(repeats=3))
-    with pytest.raises(StudyChangedError, match=r"study.study.repeats: was 2, now 3"):
+    with pytest.raises(StudyChangedError, match=r"\n  study.repeats: was 2, now 3"):
         RunLog(folder, changed)
     assert len(SweepResults.read(folder).lines) == 3
 

@@ -54,6 +54,12 @@ def test_a_latin_hypercube_meets_every_stratum_once_and_is_the_same_again(tmp_pa
     assert sorted(int((value - 20) / 10) for value in patience_s) == list(range(8))
 
 
+def test_a_latin_hypercube_between_whole_numbers_has_whole_numbers(tmp_path: Path) -> None:
+    text = BASE + 'sampling = "latin"\nsamples = 12\n[latin]\nfleet.size = [4, 7]\nmission.patience_s = [20.0, 100.0]\n'
+    sizes = [len(c.scenario.vehicle) for c in loaded(tmp_path, text).configurations]
+    assert sorted(sizes) == 3 * [4] + 3 * [5] + 3 * [6] + 3 * [7]
+
+
 def test_a_list_is_taken_as_it_is(tmp_path: Path) -> None:
     text = (
         BASE + 'sampling = "list"\n[[point]]\nchannel.per = 0.1\n[[point]]\nchannel.per = 0.2\nscenario.tick_s = 0.5\n'
@@ -85,6 +91,15 @@ def test_a_list_is_taken_as_it_is(tmp_path: Path) -> None:
         (("[set]", '[stopping]\nmetric = "n_bytes"\nhalf_width = 1\nmaximum = 3\n[set]'), "stopping.minimum = 10"),
         (('name = "bernoulli"', ""), "channel.name: missing"),
         (("[study]", "[study"), "TOML"),
+        (("[set]", '[grid]\nstrategy.name = ["central"]\n[set]'), "grid.strategy.name: is set by study.strategies too"),
+        (("[set]", "[set]\nchannel.per = 0.2"), "set.channel.per: is set by channel.per too"),
+        (("seed = 7", "seed = 7\nsamples = 5"), "study.samples = 5: not used"),
+        (("repeats = 4", 'repeats = "4"'), "study.repeats"),
+        (("repeats = 4", "repeats = true"), "study.repeats"),
+        (('["remoras"]', '"remoras"'), "valid list"),
+        (('"mapping-rendezvous"', '"mapping-rendezvou"'), "study.toml:4: study.scenario"),
+        (("seed = 7", 'seed = 7\nsampling = "latin"\n[latin]\nmission.patience_s = [true, false]'), "two numbers"),
+        (("seed = 7", 'seed = 7\nsampling = "latin"\n[latin]\nmission.patience_s = [-1e308, 1e308]'), "two numbers"),
     ],
 )
 def test_bad_input_is_named_with_its_place(tmp_path: Path, change: tuple[str, str], expected: str) -> None:

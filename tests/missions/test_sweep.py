@@ -1,23 +1,25 @@
 """Sweeps: every run once, whatever its worker does."""
 
+import errno
 import json
 import os
 import shlex
 import subprocess
+import sys
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
-from sweeping import HERE, ROOT, outcome, started, study_text, written
+from sweeping import HERE, ROOT, environment, outcome, started, study_text, written
 from typer.testing import CliRunner
 
 from missions.errors import ClusterError, OutputError
 from missions.execution import run_chunk
 from missions.plan import Plan
 from missions.pool import SupervisedPool, WorkerDied
-from missions.runlog import RUNS, RunLog, SweepResults
+from missions.runlog import LEDGER, RUNS, RunLog, SweepResults
 from missions.study import Study, load_study
 from missions.sweep import PartlyDoneError, estimate, sweep
 from remoras.cli import app
@@ -125,6 +127,49 @@ def test_a_full_disk_leaves_a_sweep_that_can_go_on(tmp_path: Path, monkeypatch: 
     monkeypatch.undo()
     assert SweepResults.read(tmp_path / "out").status().done >= 5
     assert sweep(study, tmp_path / "out", executor=Serial()).remaining == 0
+
+
+def test_a_disk_that_is_still_full_is_told_as_such(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(path: Path, text: str) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("missions.runlog._write_synced", full)
+    with pytest.raises(PartlyDoneError, match="No space left"):
+        sweep(study_of(tmp_path), tmp_path / "out", executor=Serial())
+
+
+def test_a_script_without_a_main_guard_is_told_so_and_makes_no_failed_runs(tmp_path: Path) -> None:
+    study = written(tmp_path, study_text(repeats=1))
+    script = tmp_path / "unguarded.py"
+    script.write_text(
+        "from pathlib import Path\nfrom missions.study import load_study\nfrom missions.sweep import sweep\n"
+        f"sweep(load_study({str(study)!r}), Path({str(tmp_path / 'out')!r}), jobs=2)\n"
+    )
+    command = [sys.executable, str(script)]
+    done = subprocess.run(command, env=environment(), capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode != 0
+    assert "no worker can start" in done.stderr
+    assert "__name__ == '__main__'" in done.stderr
+    assert SweepResults.read(tmp_path / "out").status().failed == 0
+
+
+@pytest.mark.parametrize("address", ["nonsense", "", "tcp://", "http://host:1", "tcp://host", "tcp://host:x"])
+def test_an_address_that_is_none_is_refused_at_once(tmp_path: Path, address: str) -> None:
+    pytest.importorskip("distributed")
+    with pytest.raises(ClusterError, match="allowed: tcp://HOST:PORT"):
+        sweep(study_of(tmp_path, repeats=1), tmp_path / "out", cluster=address)
+
+
+def test_a_comparison_says_what_is_missing_and_where_runs_are_too_few(tmp_path: Path) -> None:
+    study, out = written(tmp_path, study_text(repeats=3)), tmp_path / "out"
+    sweep(load_study(str(study)), out, executor=Serial())
+    ledger = out / LEDGER
+    ledger.write_text("".join(ledger.read_text().splitlines(keepends=True)[:-1]))
+    compared = CliRunner().invoke(app, ["compare", str(out), "--metric", "n_bytes", "--metric", "n_bytes"])
+    assert compared.exit_code == 0
+    assert "0 runs failed and 1 have not been made" in compared.stderr
+    assert "no p (Holm) of 2 comparisons of 3 pairs can be below 0.5: repeat more" in compared.stdout
+    assert compared.stdout.count("n_bytes") == 1
 
 
 def test_a_dry_run_counts_and_writes_nothing(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from missions.execution import DONE, FAILED
 from missions.plan import seed_of
 from missions.runlog import LEDGER, STUDY, SweepResults
-from missions.study import StudyFile
+from missions.study_file import StudyFile
 
 SEVEN = ("remoras", "fixed-partition", "central", "contract-net", "status-broadcast", "cbba", "rendezvous-sync")
 TEN = tuple(round(0.1 * at, 1) for at in range(10))

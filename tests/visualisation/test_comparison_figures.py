@@ -131,7 +131,7 @@ def test_captions_say_what_the_figure_rests_on(tmp_path: Path, kind: str) -> Non
         assert part in text
     assert re.search(r"\d+ of them not completed \(censored\)", text)
     intervals = {"ranking": "Holm-corrected", "success-rate": "Wilson's 95 % intervals"}
-    assert intervals.get(kind, "95 % intervals of the mean (symmetric bootstrap-t)") in text
+    assert intervals.get(kind, "95 % intervals of the mean (bootstrap; Student's t below 8 runs)") in text
 
 
 def test_a_metric_without_values_is_left_out_or_refused(tmp_path: Path, sweeps: dict[str, SweepResults]) -> None:
@@ -230,7 +230,7 @@ def test_a_setting_is_the_axis_where_the_rate_does_not_vary(tmp_path: Path) -> N
     arrangement = arranged(rows_of(tmp_path, sweep))
     assert arrangement.axis_label == "decision.weight_external"
     assert len(arrangement.titles) == 8
-    assert "fleet.size = 2, mission.mode = a" in arrangement.titles.values()
+    assert "number of vehicles = 2, mission.mode = a" in arrangement.titles.values()
 
 
 def test_up_to_four_combinations_share_a_figure_and_more_have_one_each(tmp_path: Path) -> None:
