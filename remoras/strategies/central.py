@@ -2,9 +2,9 @@
 
 A member holds at most ``queue`` areas. Whenever it finishes one, which it tells, the head gives it another, so that the
 next areas are finished as early as possible. Assignments and results are facts: they are acknowledged, and repeated
-until they are. A member that has not been heard for ``silence_rounds`` TDMA frames, or has not acknowledged an area for
-so long, is taken to be out of reach: what it held goes to others. If the head falls silent, members finish what they
-hold and wait.
+until they are. A member that has not been heard for ``silence_rounds`` TDMA frames, or is heard but has not
+acknowledged an area for ``acknowledge_rounds``, is taken to be out of reach: what it held goes to others. If the head
+falls silent, members finish what they hold and wait.
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
+
+from pydantic import Field
 
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
@@ -24,13 +26,12 @@ from remoras.strategies.strategy import Declaration, Evidence, Move, Situation, 
 class Dispatcher:
     """The head's part; other members have nothing to decide."""
 
-    def __init__(self, me: str, group: Group, queue: int, silence_rounds: int) -> None:
+    def __init__(self, me: str, group: Group, strategy: Central) -> None:
         self._me = me
         self._group = group
-        self._queue = queue
-        self._silence = Silence(me, silence_rounds)
+        self._with = strategy
+        self._silence = Silence(me, strategy.silence_rounds)
         self._unheard_since: dict[tuple[str, str], int] = {}  # round, by (vehicle, role)
-        self._silence_rounds = silence_rounds
         self._expectations = Expectations()
 
     def negotiate(self, situation: Situation) -> Move:
@@ -47,8 +48,8 @@ class Dispatcher:
         outlooks = {
             data.name: self._expectations.of(data, held[data.name], situation.now_s, evidence) for data in members
         }
-        for _ in range(self._queue):
-            free = [data for data in members if data.name not in silent and len(held[data.name]) < self._queue]
+        for _ in range(self._with.queue):
+            free = [data for data in members if data.name not in silent and len(held[data.name]) < self._with.queue]
             given = shared_out(group, vacant, free, outlooks, evidence, 1)
             for one in given:
                 role = next(role for role in vacant if role.name == one.role)
@@ -64,7 +65,9 @@ class Dispatcher:
         unheard = [(name, role) for name, roles in situation.unheard.items() for role in sorted(roles)]
         self._unheard_since = {key: self._unheard_since.get(key, situation.round) for key in unheard}
         return {
-            name for (name, _), since in self._unheard_since.items() if situation.round - since >= self._silence_rounds
+            name
+            for (name, _), since in self._unheard_since.items()
+            if situation.round - since >= self._with.acknowledge_rounds
         }
 
 
@@ -74,6 +77,9 @@ class Central:
 
     queue: Annotated[int, QUEUE] = 2
     silence_rounds: Annotated[int, SILENCE] = 60
+    acknowledge_rounds: Annotated[
+        int, Field(ge=1, le=10_000, description="TDMA frames that a member may take to acknowledge an area")
+    ] = 300
 
     name: ClassVar[str] = "central"
     declaration: ClassVar[Declaration] = Declaration(
@@ -92,7 +98,7 @@ class Central:
         return common_roles(group, organisation, evidence)
 
     def negotiator(self, me: str, group: Group) -> Dispatcher:
-        return Dispatcher(me, group, self.queue, self.silence_rounds)
+        return Dispatcher(me, group, self)
 
 
 STRATEGY = Central()

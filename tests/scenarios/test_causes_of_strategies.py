@@ -191,7 +191,7 @@ def test_a_member_that_acknowledges_nothing_gets_no_more_areas() -> None:
     """It is heard, but hears nobody: what it is given at sea would be left undone."""
     replaced = report("central", 1, "channel.name=matrix", DEAF)
     assert replaced["coverage_fraction"] > 0.99
-    trusted = report("central", 1, "channel.name=matrix", DEAF, f"strategy.parameters.silence_rounds={NEVER}")
+    trusted = report("central", 1, "channel.name=matrix", DEAF, f"strategy.parameters.acknowledge_rounds={NEVER}")
     assert trusted["coverage_fraction"] < 0.9
 
 
