@@ -60,8 +60,8 @@ VITAL_IMPORTANCE = 3.0
 ROUTINE_IMPORTANCE = 0.1
 HEARD_TOLERANCE_M = 1.0
 """A position heard is rounded on the wire."""
-NEWS_S = 60.0
-"""A position heard longer ago does not tell where a vehicle is: meanwhile it may have left for work."""
+NEWS_FRAMES = 9.0
+"""A position heard more TDMA frames ago does not tell where a vehicle is: meanwhile it may have left for work."""
 NEEDED_OBJECTIVES = ("MissionGathering", "RendezVous", "Exploring", "Mapping")
 """Without an importance for these nothing would come of the mission."""
 OBJECTIVES = (*NEEDED_OBJECTIVES, "GroupSupervision", "Positioning")
@@ -299,7 +299,7 @@ class MappingRendezvous:
             return ()
         for name in set(organisation.members(group.name)).difference(organisation.heads(group.name)):
             observed_s, position = beliefs.observed_s(("position", name)), picture.positions.get(name)
-            if observed_s is None or position is None or picture.now_s - observed_s > NEWS_S:
+            if observed_s is None or position is None or picture.now_s - observed_s > NEWS_FRAMES * picture.frame_s:
                 return ()
             if math.hypot(position[0] - x_m, position[1] - y_m) > radius_m + HEARD_TOLERANCE_M:
                 return ()

@@ -258,7 +258,7 @@ def assemble(scenario: Scenario, seed: int, channel: Channel | None = None) -> F
             data,
             SocialLayer(data.name, database, beliefs, mission, strategy, agreement),
             ExecutiveLayer(scenario.decision.constants(schedule.frame_s)),
-            FunctionalLayer(real, sensor, bounds_m, mission.behaviour_for),
+            FunctionalLayer(real, sensor, bounds_m, mission.behaviour_for, schedule.frame_s),
             beliefs,
             ExchangeManager(
                 data.node,

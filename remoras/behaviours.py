@@ -39,6 +39,7 @@ class Picture:
         last_yield_s: when the vehicle's own work last yielded something.
         collision: bearing and urgency 0..1 of a vehicle on collision course, else None.
         battery: fraction left; reserve: fraction needed to get home, with margin.
+        frame_s: length of a TDMA frame, in which everybody may speak once; infinite where nobody speaks.
         outside: how far, in metres, the vehicle is outside the area of operations.
     """
 
@@ -54,6 +55,7 @@ class Picture:
     battery: float = 1.0
     reserve: float = 0.0
     outside_m: float = 0.0
+    frame_s: float = math.inf
 
     def saw(self, name: str, position: Point) -> None:
         """A newer position of a vehicle is known."""

@@ -30,14 +30,20 @@ class FunctionalLayer:
         sensor: its mapping sensor.
         bounds_m: area of operations (x_min, y_min, x_max, y_max).
         behaviour_for: makes the behaviour that carries an activity out.
+        frame_s: length of a TDMA frame.
     """
 
     def __init__(
-        self, data: VehicleData, sensor: MappingSensor, bounds_m: Bounds, behaviour_for: BehaviourFactory
+        self,
+        data: VehicleData,
+        sensor: MappingSensor,
+        bounds_m: Bounds,
+        behaviour_for: BehaviourFactory,
+        frame_s: float = math.inf,
     ) -> None:
         self.data = data
         self.motion = Motion(*data.start_m)
-        self.picture = Picture()
+        self.picture = Picture(frame_s=frame_s)
         self._sensor = sensor
         self._bounds_m = bounds_m
         self._behaviour_for = behaviour_for

@@ -127,7 +127,7 @@ def test_without_a_kind_everything_is_listed():
 def test_studies_are_listed_with_what_they_are_about():
     found = {row["name"]: row["description"] for row in json.loads(remoras("list", "studies", "--json").stdout)}
     assert list(found) == list(shipped_studies())
-    assert found["strategies-quick"].startswith("Seven strategies at four loss rates")
+    assert found["strategies-quick"].startswith("Seven strategies at three loss rates")
 
 
 def test_every_listed_name_is_accepted():
