@@ -3,9 +3,9 @@
 A row is about one metric of one configuration. Every configuration is compared with the one that differs from it in the
 baseline's strategy (or policy) alone, run by run of the same repeat, so that both met the same losses.
 
-A run that did not complete is censored: its mission time is known to be longer than it was watched. It stays in, with
-the time it was watched, so the mean of ``mission_time_s`` is the restricted mean time to the end of the mission's
-duration; ``completed`` as a metric is the success rate, with Wilson's interval.
+A run that did not complete is censored: its mission time is known to be longer than the mission's duration. It stays
+in with that duration, so the mean of ``mission_time_s`` is the restricted mean time; ``completed`` as a metric is the
+success rate, with Wilson's interval.
 
 A ranking orders those that were run under the same conditions, and says which of them the runs cannot tell from the
 best.

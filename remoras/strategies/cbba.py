@@ -199,7 +199,7 @@ class Cbba:
     repeat_rounds: Annotated[
         int, Field(ge=1, le=1000, description="TDMA frames after which all claims are said again")
     ] = 5
-    silence_rounds: Annotated[int, SILENCE] = 60
+    silence_rounds: Annotated[int, SILENCE] = 300
     discount_s: Annotated[
         float, Field(gt=0.0, le=1e6, description="an area finished this much later is worth 1/e of the other")
     ] = 3600.0

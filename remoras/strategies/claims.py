@@ -25,16 +25,24 @@ class Claim:
 
 
 class Claims:
-    """Latest claims by role and vehicle.
-
-    Attributes:
-        members: only their claims count.
-    """
+    """Latest claims by role and vehicle."""
 
     def __init__(self, database: AUVDatabase) -> None:
         self._database = database
         self._of: dict[str, dict[str, Claim]] = {}
-        self.members: Collection[str] = database.names
+        self._members: Collection[str] = database.names
+        self._winners: dict[str, str | None] = {}  # as far as asked for since the last change
+
+    @property
+    def members(self) -> Collection[str]:
+        """Only their claims count."""
+        return self._members
+
+    @members.setter
+    def members(self, names: Collection[str]) -> None:
+        if names != self._members:
+            self._members = names
+            self._winners.clear()
 
     def take(self, role: str, vehicle: str, claim: Claim) -> bool:
         """Note a claim; True if it is news."""
@@ -42,6 +50,7 @@ class Claims:
         if vehicle in known and known[vehicle] >= claim:
             return False
         known[vehicle] = claim
+        self._winners.pop(role, None)
         return True
 
     def of(self, role: str, vehicle: str) -> Claim | None:
@@ -54,13 +63,15 @@ class Claims:
         return {
             v: claim
             for v, claim in claims
-            if claim.strength > 0 and v in self.members and self._database[v].can_play(role)
+            if claim.strength > 0 and v in self._members and self._database[v].can_play(role)
         }
 
     def winner(self, role: str) -> str | None:
         """Who has the strongest claim."""
-        standing = self.standing(role)
-        return min(standing, key=lambda v: (-standing[v].strength, self._database[v].node), default=None)
+        if role not in self._winners:
+            claims = self.standing(role)
+            self._winners[role] = min(claims, key=lambda v: (-claims[v].strength, self._database[v].node), default=None)
+        return self._winners[role]
 
     def beats(self, role: str, vehicle: str, strength: int) -> bool:
         """Would a claim of that strength win?"""

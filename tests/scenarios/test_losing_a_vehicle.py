@@ -1,5 +1,6 @@
 """A vehicle that runs low on energy goes home, leaves its roles, and its area passes on."""
 
+from missions.results import summary
 from missions.run import Run, run
 from missions.scenario import load
 
@@ -30,3 +31,13 @@ def test_it_comes_home_before_its_battery_is_empty() -> None:
 def test_with_energy_enough_nobody_leaves() -> None:
     finished = run(load("mapping-rendezvous", [("--set", "scenario.duration_s=600")]))
     assert [row for row in finished.recorder.roles if row[4] == "left"] == []
+
+
+def test_a_fleet_without_energy_does_not_count_as_fast() -> None:
+    """The run ends when nobody is alive; its mission would never have ended."""
+    weak = [("--set", f"vehicle.{name}.energy_j=5000") for name in ("ASV00", "AUV00", "AUV01", "AUV02")]
+    finished = run(load("mapping-rendezvous", weak))
+    assert not finished.completed
+    assert "battery exhausted" in finished.reason
+    assert finished.recorder.trajectories[-1][0] < 1000.0
+    assert summary(finished)["mission_time_s"] == finished.scenario.scenario.duration_s
