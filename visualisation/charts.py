@@ -192,7 +192,7 @@ def _crosses(
             axes.hlines(y, *_bounds(row, across), color=look["color"], linewidth=0.5, alpha=0.6, zorder=1)
             axes.vlines(x, *_bounds(other, up), color=look["color"], linewidth=0.5, alpha=0.6, zorder=1)
             size = sizes[arrangement.x(row)]
-            axes.plot([x], [y], color=look["color"], markersize=factor * size, **marker, zorder=3)
+            axes.plot([x], [y], color=look["color"], markersize=factor * size, **marker, zorder=3, clip_on=False)
         named += [labels.Label(f"{arrangement.x(pairs[-1][0]):g}", *at[-1])] if pairs else []
         points += at
     return named, points

@@ -160,7 +160,7 @@ def _sheets(kind: str, arrangement: Arrangement, rows: Rows, ranked: Sequence[Ra
         elif not numbers:
             continue
         elif kind == "overview":
-            text = captions.overview(arrangement)
+            text = captions.overview(arrangement, numbers)
             yield Sheet(title, numbers, text, partial(charts.overview, arrangement, group[0], rows))
         elif kind == "trade-off":
             text = captions.trade_off(arrangement, group)

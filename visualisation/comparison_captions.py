@@ -35,10 +35,11 @@ def metric(
     )
 
 
-def overview(arrangement: Arrangement) -> str:
+def overview(arrangement: Arrangement, rows: Sequence[Comparison]) -> str:
     """Caption of the six metrics."""
     return _joined(
         f"Overview over {arrangement.axis_label}. Lines: means; bands: {OF_MEANS}, for the success rate {OF_RATES}.",
+        _of_certainty(rows),
         CUT,
         _aside(arrangement),
         CENSORED,
