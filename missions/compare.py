@@ -27,6 +27,7 @@ from missions.errors import OutputError
 from missions.execution import DONE
 from missions.runlog import Line, SweepResults
 from missions.statistics import (
+    FEW,
     Interval,
     effect_size,
     holm,
@@ -44,6 +45,7 @@ OWN_COLUMNS = ("strategy.name", "communication.policy", "channel.name", "channel
 HIGHER_IS_BETTER = frozenset({"completed", "coverage_fraction", "delivery_ratio"})
 SIGNIFICANT = 0.05
 """Corrected probability below which a difference to the best counts."""
+INTERVALS_OF_MEANS = f"95 % intervals of the mean (bootstrap; Student's t below {FEW} runs)"
 
 
 @dataclass(frozen=True)

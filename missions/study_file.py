@@ -76,6 +76,11 @@ class StudyFile(Table):
     )
     stopping: StoppingRule | None = None
 
+    @property
+    def sampled_keys(self) -> tuple[str, ...]:
+        """Keys of the scenario that a Latin hypercube varies; empty for other designs."""
+        return tuple(key for key, _ in flattened(self.latin))
+
 
 # Values ------------------------------------------------------------------------------------------
 

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, NamedTuple
 from missions import compare
 from missions.compare import Comparison, Rank
 from missions.runlog import SweepResults
-from missions.study_file import flattened
 from visualisation import comparison_captions as captions
 from visualisation.arrangement import Arrangement, Combination, arranged
 from visualisation.errors import DrawingError, unknown
@@ -72,7 +71,7 @@ def draw(
         OutputError: no run has finished, or the metric is not known.
     """
     _check(kinds, format)
-    if results.schedule.file.study.sampling == "latin" and len(dict(flattened(results.schedule.file.latin))) > 1:
+    if len(results.schedule.file.sampled_keys) > 1:
         raise DrawingError(
             "a Latin hypercube of several keys has no axis along which the rest is the same; see runs.parquet"
         )

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from missions import compare
-from missions.compare import HIGHER_IS_BETTER, SIGNIFICANT, Comparison, Rank
+from missions.compare import HIGHER_IS_BETTER, INTERVALS_OF_MEANS, SIGNIFICANT, Comparison, Rank
 from missions.runlog import SweepResults
-from missions.statistics import FEW
 from visualisation.arrangement import Arrangement, Combination
 from visualisation.measures import MEASURES, TRADE_OFF, Measure
 
-OF_MEANS = f"95 % intervals of the mean (bootstrap; Student's t below {FEW} runs)"
 CUT = "Intervals are cut at the frame."
 OF_RATES = "Wilson's 95 % intervals of the rate"
 CENSORED = "A run that did not complete counts with the mission's whole duration (restricted mean)."
@@ -24,7 +22,7 @@ def metric(
     rate = measure.metric == "completed"
     return _joined(
         f"{_capital(measure.name)} over {arrangement.axis_label}.",
-        f"Lines: rates; bars: {OF_RATES}." if rate else f"Lines: means; bands: {OF_MEANS}.",
+        f"Lines: rates; bars: {OF_RATES}." if rate else f"Lines: means; bands: {INTERVALS_OF_MEANS}.",
         _of_certainty(rows) if rate else CUT,
         measure.note,
         _without_values(arrangement, rows),
@@ -38,7 +36,8 @@ def metric(
 def overview(arrangement: Arrangement, rows: Sequence[Comparison]) -> str:
     """Caption of the six metrics."""
     return _joined(
-        f"Overview over {arrangement.axis_label}. Lines: means; bands: {OF_MEANS}, for the success rate {OF_RATES}.",
+        f"Overview over {arrangement.axis_label}.",
+        f"Lines: means; bands: {INTERVALS_OF_MEANS}, for the success rate {OF_RATES}.",
         _of_certainty(rows),
         CUT,
         _aside(arrangement),
@@ -52,7 +51,7 @@ def trade_off(arrangement: Arrangement, combinations: Sequence[Combination]) -> 
     return _joined(
         f"{_capital(up.name)} over {across.name}: means, joined in the order of {arrangement.axis_label}, which the "
         f"size of the markers tells; lines that end elsewhere than others have a number at their end. "
-        f"Crosses: {OF_MEANS}.",
+        f"Crosses: {INTERVALS_OF_MEANS}.",
         CUT,
         CENSORED,
         _panels(arrangement, combinations),

@@ -110,7 +110,11 @@ def test_what_can_be_set_of_a_strategy_is_listed():
     )
     assert central["source"].startswith("leader-follower")
     assert central["messages"]["areaDone"] == "a vehicle has finished an area"
-    assert [(p["name"], p["default"]) for p in central["parameters"]] == [("queue", 2), ("silence_rounds", 60)]
+    assert [(p["name"], p["default"]) for p in central["parameters"]] == [
+        ("queue", 2),
+        ("silence_rounds", 60),
+        ("acknowledge_rounds", 300),
+    ]
     assert central["parameters"][0]["description"] == "most areas that a vehicle holds, the one it is at included"
     text = remoras("list", "strategies").stdout
     assert re.search(r"^  central .*\n      source: .*\n      message playsRole: ", text, re.MULTILINE)
