@@ -81,7 +81,11 @@ class SupervisedPool(Executor):
             if not future.set_running_or_notify_cancel():
                 continue
             if process is None or not process.is_alive():
-                process, connection = self._started()
+                try:
+                    process, connection = self._started()
+                except (RuntimeError, OSError) as error:  # this process is itself one that starts; no more are allowed
+                    future.set_exception(WorkersCannotStart(str(error)))
+                    continue
                 began = False
             try:
                 if not began:

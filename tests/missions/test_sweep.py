@@ -138,6 +138,18 @@ def test_a_disk_that_is_still_full_is_told_as_such(tmp_path: Path, monkeypatch: 
         sweep(study_of(tmp_path), tmp_path / "out", executor=Serial())
 
 
+def ends(process_group: int, within_s: float) -> bool:
+    """Whether no process of the group is left within a time."""
+    until = time.monotonic() + within_s
+    while time.monotonic() < until:
+        try:
+            os.killpg(process_group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.1)
+    return False
+
+
 def test_a_script_without_a_main_guard_is_told_so_and_makes_no_failed_runs(tmp_path: Path) -> None:
     study = written(tmp_path, study_text(repeats=1))
     script = tmp_path / "unguarded.py"
@@ -146,11 +158,15 @@ def test_a_script_without_a_main_guard_is_told_so_and_makes_no_failed_runs(tmp_p
         f"sweep(load_study({str(study)!r}), Path({str(tmp_path / 'out')!r}), jobs=2)\n"
     )
     command = [sys.executable, str(script)]
-    done = subprocess.run(command, env=environment(), capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.Popen(
+        command, env=environment(), stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, start_new_session=True
+    )
+    _, said = done.communicate(timeout=60)
     assert done.returncode != 0
-    assert "no worker can start" in done.stderr
-    assert "__name__ == '__main__'" in done.stderr
+    assert "no worker can start" in said
+    assert "__name__ == '__main__'" in said
     assert SweepResults.read(tmp_path / "out").status().failed == 0
+    assert ends(done.pid, within_s=10.0)
 
 
 @pytest.mark.parametrize("address", ["nonsense", "", "tcp://", "http://host:1", "tcp://host", "tcp://host:x"])
