@@ -14,13 +14,16 @@ from exchange.packets import Fragment, ItemUid
 
 @dataclass(slots=True)
 class Entry:
-    """One item as this node sees it. ``bits``/``size_bits`` is its wire form, ``relayed`` or own."""
+    """One item as this node sees it; of one that it does not send, the fragment is all.
+
+    ``bits``/``size_bits`` is its wire form, relayed or own.
+    """
 
     fragment: Fragment
-    bits: int
-    size_bits: int
-    interested: int  # bit word over nodes: the peers with a need for it
-    priority: int
+    bits: int = 0
+    size_bits: int = 0
+    interested: int = 0  # bit word over nodes: the peers with a need for it
+    priority: int = 0
     weight: int = 0
 
 

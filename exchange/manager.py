@@ -20,6 +20,7 @@ from __future__ import annotations
 from bisect import insort
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from exchange import ack
 from exchange.blocks import Assembly, fragments_of
@@ -58,8 +59,7 @@ class Transmission:
     n_acks: int
 
 
-@dataclass(frozen=True, slots=True)
-class Reception:
+class Reception(NamedTuple):
     """What one packet brought.
 
     ``blocks`` are whole and new to this vehicle, ready to be merged; ``signals`` are the influence
@@ -303,13 +303,14 @@ class ExchangeManager:
         return len(self._open)
 
     def _register(self, fragment: Fragment) -> int:
-        own = fragment.origin == self._me
-        interested, priority = self._interest(fragment)
-        bits, size = self._codec.encode_fragment(fragment, self._me)
-        column = self._ledger.add(Entry(fragment, bits, size, interested, priority))
+        entry = Entry(fragment)
+        column = self._ledger.add(entry)
         self._state.believes[self._me] |= 1 << column
-        if interested and (own or self._policy.repeat):
-            insort(self._open, column, key=self._uid)
+        if self._policy.repeat or fragment.origin == self._me:
+            entry.interested, entry.priority = self._interest(fragment)
+            if entry.interested:
+                entry.bits, entry.size_bits = self._codec.encode_fragment(fragment, self._me)
+                insort(self._open, column, key=self._uid)
         return column
 
     def _uid(self, column: int) -> ItemUid:

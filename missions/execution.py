@@ -19,6 +19,7 @@ from missions.plan import Task, version
 from missions.results import identity, summary
 from missions.run import run
 from missions.step_tables import encoded
+from remoras.fleet import rare_collections
 
 MACHINE_COLUMNS = ("wall_s", "cpu_s", "host", "worker", "finished_at")
 """What depends on the machine, and nothing else does."""
@@ -54,6 +55,7 @@ def run_chunk(needed_version: str, tasks: Sequence[Task]) -> list[Finished]:
     return [run_task(task) for task in tasks]
 
 
+@rare_collections()
 def run_task(task: Task) -> Finished:
     """Run one task."""
     wall_s, cpu_s = time.perf_counter(), time.process_time()

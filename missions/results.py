@@ -7,6 +7,7 @@ by one.
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import platform
@@ -169,8 +170,9 @@ def least_mapped_fraction(recorder: Recorder, roles: Collection[tuple[str, str]]
 
 
 def _energy_j(recorder: Recorder) -> float:
-    last = {vehicle: energy_j for _, vehicle, *_, energy_j in recorder.trajectories}
-    return math.fsum(last.values())
+    end_s = recorder.trajectories[-1][0]
+    last = itertools.takewhile(lambda row: row[0] == end_s, reversed(recorder.trajectories))
+    return math.fsum(energy_j for *_, energy_j in last)
 
 
 def table(name: str, rows: Sequence[tuple[Any, ...]]) -> pa.Table:

@@ -6,7 +6,8 @@ A step is one motion tick. Between two ticks packets are sent and heard at their
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import mesa
@@ -24,8 +25,22 @@ SONAR_M = 60.0
 SAME_DEPTH_M = 3.0
 """Vehicles that differ more than this in depth pass freely."""
 
-COLLECT_AFTER = 200_000
+COLLECT_AFTER = 1_000_000
 """New objects after which the garbage collector looks for cycles during a run."""
+
+
+@contextmanager
+def rare_collections() -> Iterator[None]:
+    """The garbage collector looks less often meanwhile.
+
+    A run makes many values and hardly any cycles, and searching them for cycles would cost a sixth of the run.
+    """
+    usual = gc.get_threshold()
+    gc.set_threshold(COLLECT_AFTER, *usual[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*usual)
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,28 +115,25 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             self.running = False
             self.reason = self.truth.close(self, now_s)
 
+    @rare_collections()
     def run(self, progress: Callable[[float], None] | None = None) -> None:
-        """Step until the mission is complete or its time is over; ``progress`` is told the time now and then.
-
-        The garbage collector looks less often meanwhile: a run makes many values and hardly any cycles, and
-        searching them for cycles would cost a sixth of the run.
-        """
-        usual = gc.get_threshold()
-        gc.set_threshold(COLLECT_AFTER, *usual[1:])
-        try:
-            while self.running:
-                self.step()
-                if progress is not None and self.steps % 50 == 0:
-                    progress(self.now_s)
-        finally:
-            gc.set_threshold(*usual)
+        """Step until the mission is complete or its time is over; ``progress`` is told the time now and then."""
+        while self.running:
+            self.step()
+            if progress is not None and self.steps % 50 == 0:
+                progress(self.now_s)
 
     def close(self) -> None:
-        """Let go of the vehicles: some Mesa versions keep every model alive in a table of agents."""
+        """Let go of the vehicles and the record, so that their memory does not wait for the garbage collector.
+
+        Mesa refers from a model to itself, and some versions keep every model alive in a table of agents.
+        """
         self.remove_all_agents()
         ids = getattr(mesa.Agent, "_ids", None)
         if isinstance(ids, dict):
             ids.pop(self, None)
+        self.vehicles = ()
+        del self.recorder
 
     def _observe(self, now_s: float) -> None:
         if not self.completed:

@@ -38,8 +38,9 @@ _SOUND = CheckResult()
 
 
 REMEMBERED = (ValueKind.NUMBER, ValueKind.BOOLEAN, ValueKind.SYMBOL)
-"""Kinds of values whose soundness depends on the attribute alone; points are hardly ever the same."""
-MOST_REMEMBERED = 1 << 16
+"""Kinds of values whose soundness depends on the attribute alone; so does that of points."""
+FLOATS = (float, float)
+MOST_REMEMBERED = 1 << 14
 
 
 def check(model: "WorldModel", block: Block) -> CheckResult:
@@ -78,8 +79,12 @@ def check_form(model: "WorldModel", block: Block) -> tuple[Fault, ...]:
 def _check_value(
     model: "WorldModel", attribute: Attribute, fact: PropertyValue, found: list[tuple[FaultCode, str]]
 ) -> None:
-    seen = (fact.attribute, type(fact.value), fact.value)
-    remembered = attribute.kind in REMEMBERED and seen[1] in (int, float, bool)
+    value = fact.value
+    seen = (fact.attribute, type(value), value)
+    if isinstance(value, tuple):  # of floats alone: True equals 1.0
+        remembered = attribute.kind is ValueKind.POINT and tuple(map(type, value)) == FLOATS
+    else:
+        remembered = attribute.kind in REMEMBERED and seen[1] in (int, float, bool)
     if remembered and seen in model.tbox.sound_values:
         return
     n_found = len(found)
@@ -100,7 +105,9 @@ def _check_value(
     elif attribute.kind is ValueKind.TYPE and fact.target >= len(model.tbox.classes):
         detail = f"type of {fact.subject}: class {stored} is outside 0..{len(model.tbox.classes) - 1}"
         found.append((FaultCode.UNKNOWN_CLASS, detail))
-    if remembered and len(found) == n_found and len(model.tbox.sound_values) < MOST_REMEMBERED:
+    if remembered and len(found) == n_found:
+        if len(model.tbox.sound_values) >= MOST_REMEMBERED:
+            model.tbox.sound_values.clear()
         model.tbox.sound_values.add(seen)
 
 

@@ -13,8 +13,7 @@ BlockKey = tuple[float, int, int]
 """(time_s, origin, sequence): which block is the newer. A total order, and not that of arrival."""
 
 
-@dataclass(frozen=True, slots=True)
-class PropertyValue:
+class PropertyValue(NamedTuple):
     """One value of one attribute of one instance; when and by whom it was observed is said by its block."""
 
     subject: int
@@ -27,8 +26,7 @@ class PropertyValue:
         return cast(int, self.value)
 
 
-@dataclass(frozen=True, slots=True)
-class Block:
+class Block(NamedTuple):
     """Facts recorded together: kept, sent and acknowledged as a whole or not at all.
 
     ``time_s`` is the time of observation on the origin's clock, in seconds since the mission began.
@@ -86,8 +84,7 @@ class Observation(NamedTuple):
         return self.block.origin
 
 
-@dataclass(frozen=True, slots=True)
-class Change:
+class Change(NamedTuple):
     """A block has gone in; ``new_latest`` are those of its facts that are now the latest of their slot."""
 
     block: Block

@@ -23,8 +23,7 @@ instances would wait for ever: such facts belong into one block.
 
 from collections import deque
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from worldmodel.checks import check_fit, check_form
 from worldmodel.facts import Block, Change, Fault, FaultCode, Guid
@@ -34,8 +33,7 @@ if TYPE_CHECKING:
     from worldmodel.abox import WorldModel
 
 
-@dataclass(frozen=True, slots=True)
-class Merged:
+class Merged(NamedTuple):
     """``changes``: the blocks that went in, in that order. ``faults``: why others were refused."""
 
     changes: tuple[Change, ...]

@@ -170,7 +170,7 @@ class TBox:
                     self._disjoint[below_b] |= 1 << below_a
         self.hash = self._digest()
         self.sound_values: set[tuple[int, type, Value]] = set()
-        """(attribute uid, type, value) of numbers, booleans and symbols that checks found to be on their grid."""
+        """(attribute uid, type, value) of what checks found to be on its grid; links and types are not in it."""
 
     def _close(self, uid: int) -> int:
         if not self._ancestors[uid]:

@@ -75,6 +75,7 @@ class BroadcastChannel:
             return []
         x_m, y_m = positions_m[sender]
         sent_s = now_s + self.modem.packet_s(8 * len(data))
+        draws = loss.slot_key(loss.trial_key(self.seed, self.trial), slot)
         arrivals = []
         for receiver, (other_x_m, other_y_m) in enumerate(positions_m):
             if receiver == sender or receiver in cut_off:
@@ -83,7 +84,7 @@ class BroadcastChannel:
             if range_m > self.range_m:
                 continue
             p_loss = self.link.p_loss(slot, sender, receiver, range_m)
-            if p_loss > 0.0 and loss.uniform(self.seed, self.trial, slot, sender, receiver) < p_loss:
+            if p_loss > 0.0 and loss.link_uniform(draws, sender, receiver) < p_loss:
                 continue
             arrivals.append(Arrival(receiver, sent_s + range_m / self.sound_speed_mps, data))
         return arrivals

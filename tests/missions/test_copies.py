@@ -210,5 +210,6 @@ def test_the_mission_completes_with_more_vehicles(size: int, per: float) -> None
 def test_the_largest_fleet_starts() -> None:
     fleet = assemble(shipped_at(MAX_VEHICLES, "scenario.duration_s=120"), seed=1)
     fleet.run()
+    n_packets = len(fleet.recorder.packets)
     fleet.close()
-    assert len(fleet.recorder.packets) == 68  # slots of 1.772 s that open up to 120 s
+    assert n_packets == 68  # slots of 1.772 s that open up to 120 s
