@@ -60,8 +60,11 @@ VITAL_IMPORTANCE = 3.0
 ROUTINE_IMPORTANCE = 0.1
 HEARD_TOLERANCE_M = 1.0
 """A position heard is rounded on the wire."""
-NEWS_FRAMES = 9.0
-"""A position heard more TDMA frames ago does not tell where a vehicle is: meanwhile it may have left for work."""
+NEWS_FRAMES = 20.0
+"""A position heard more TDMA frames ago does not tell where a vehicle is: meanwhile it may have left for work.
+
+Of a vehicle that is heard in one frame of five, 0.8^20 = 1 % of such intervals bring nothing.
+"""
 NEEDED_OBJECTIVES = ("MissionGathering", "RendezVous", "Exploring", "Mapping")
 """Without an importance for these nothing would come of the mission."""
 OBJECTIVES = (*NEEDED_OBJECTIVES, "GroupSupervision", "Positioning")
