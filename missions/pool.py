@@ -83,7 +83,7 @@ class SupervisedPool(Executor):
             if process is None or not process.is_alive():
                 try:
                     process, connection = self._started()
-                except (RuntimeError, OSError) as error:  # this process is itself one that starts; no more are allowed
+                except (RuntimeError, OSError) as error:  # itself one that starts, or no room for more
                     future.set_exception(WorkersCannotStart(str(error)))
                     continue
                 began = False

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from missions import compare
-from missions.compare import HIGHER_IS_BETTER, INTERVALS_OF_MEANS, SIGNIFICANT, Comparison, Rank
+from missions.compare import HIGHER_IS_BETTER, INTERVALS_OF_MEANS, SIGNIFICANT, Comparison, Rank, are_too_few
 from missions.runlog import SweepResults
 from visualisation.arrangement import Arrangement, Combination
 from visualisation.measures import MEASURES, TRADE_OFF, Measure
@@ -66,7 +65,7 @@ def ranking(arrangement: Arrangement, metric: str, rows: Sequence[Rank]) -> str:
         "their ranks. Bold and shaded: the best of the column and those that do not differ significantly from it "
         f"(sign-flip test of the paired differences, Holm-corrected in each column, p >= {SIGNIFICANT:g}). "
         "Last column: mean rank.",
-        "There are too few runs for any difference to be significant." if compare.are_too_few(rows) else "",
+        "There are too few runs for any difference to be significant." if are_too_few(rows) else "",
         CENSORED if metric == "mission_time_s" else "",
     )
 

@@ -38,9 +38,11 @@ _SOUND = CheckResult()
 
 
 REMEMBERED = (ValueKind.NUMBER, ValueKind.BOOLEAN, ValueKind.SYMBOL)
-"""Kinds of values whose soundness depends on the attribute alone; so does that of points."""
+"""Kinds of single values whose soundness depends on the attribute alone; that of points does too."""
 FLOATS = (float, float)
+"""Types of the numbers of a point that is remembered: True equals 1.0, and is no number."""
 MOST_REMEMBERED = 1 << 14
+"""Values; all are forgotten when there are more, since points come and go."""
 
 
 def check(model: "WorldModel", block: Block) -> CheckResult:
@@ -81,7 +83,7 @@ def _check_value(
 ) -> None:
     value = fact.value
     seen = (fact.attribute, type(value), value)
-    if isinstance(value, tuple):  # of floats alone: True equals 1.0
+    if isinstance(value, tuple):
         remembered = attribute.kind is ValueKind.POINT and tuple(map(type, value)) == FLOATS
     else:
         remembered = attribute.kind in REMEMBERED and seen[1] in (int, float, bool)

@@ -82,6 +82,26 @@ def test_faulty_blocks(bad: Block, code: str) -> None:
     assert model.arrived(bad.guid) is None
 
 
+@pytest.mark.parametrize(("attribute", "sound", "equal"), [(BATTERY, 1.0, True), (POSITION, (1.0, 0.0), (True, False))])
+def test_a_value_of_another_kind_is_refused_although_its_equal_was_found_sound(
+    attribute: int, sound: Value, equal: Value
+) -> None:
+    assert sound == equal
+    model = fleet_model()
+    for value, found in [(sound, []), (equal, ["VALUE_KIND"]), (sound, [])]:
+        assert codes(check(model, block(1, 0, 0, (AUV_0, attribute, value))).faults) == found
+
+
+def test_what_is_forgotten_is_checked_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("worldmodel.checks.MOST_REMEMBERED", 2)
+    model = fleet_model()
+    model.tbox.sound_values.clear()
+    for east in (0.0, 0.5, 0.3, 1.0, 1.5, 0.3, 0.0):
+        found = codes(check(model, block(1, 0, 0, (AUV_0, POSITION, (east, 0.0)))).faults)
+        assert found == (["VALUE_GRID"] if east == 0.3 else [])
+        assert len(model.tbox.sound_values) <= 2
+
+
 def test_all_faults_of_a_block_are_told() -> None:
     facts = [fact for facts in FORM.values() for fact in facts]
     assert len(check(fleet_model(), block(1, 0, 0, *facts)).faults) == len(facts)
