@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from exchange.study import ExchangeStudy, StudyRow, run
+from exchange.study.study import ExchangeStudy, StudyRow, run
 
 PER = tuple(step / 20 for step in range(1, 17))
 REPEATS = 3

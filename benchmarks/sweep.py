@@ -10,12 +10,12 @@ import time
 from pathlib import Path
 from typing import Any
 
-from missions.execution import run_task
-from missions.plan import Plan
-from missions.run import run
-from missions.step_tables import packed, writer
-from missions.study import Study, load_study, shipped_studies
-from missions.sweep import sweep
+from missions.runs.run import run
+from missions.runs.step_tables import packed, writer
+from missions.sweeps.execution import run_task
+from missions.sweeps.plan import Plan
+from missions.sweeps.study import Study, load_study, shipped_studies
+from missions.sweeps.sweep import sweep
 
 REPEATS = 12
 TRIES = 2

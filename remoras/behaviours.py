@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
 from remoras.database import VehicleData
+from remoras.executive.satisfaction import Progress
 from remoras.motion import Motion
-from remoras.satisfaction import Progress
 
 Point = tuple[float, float]
 CAPTURE_M = 1.0

@@ -1,4 +1,4 @@
-"""Typed rows of a run, in memory; ``missions.results`` writes them.
+"""Typed rows of a run, in memory; ``missions.runs.results`` writes them.
 
 Every table has its columns here, with units in their names. Rows are appended as tuples, in time order.
 """

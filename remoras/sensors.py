@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from remoras.survey import Point, contains
+from missions.mapping.survey import Point, contains
 
 Cell = tuple[int, int]
 

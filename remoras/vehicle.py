@@ -23,11 +23,11 @@ from remoras.activities import ActivityType
 from remoras.behaviours import Perception
 from remoras.beliefs import Beliefs
 from remoras.database import VehicleData
-from remoras.executive import Decision, ExecutiveLayer
-from remoras.functional import FunctionalLayer
+from remoras.executive.layer import Decision, ExecutiveLayer
+from remoras.functional.layer import FunctionalLayer
 from remoras.recorder import Recorder
 from remoras.sensors import Neighbour, Seabed
-from remoras.social import SocialLayer
+from remoras.social.layer import SocialLayer
 from worldmodel import Block, Change, WorldModel, merge
 
 

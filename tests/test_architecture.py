@@ -23,22 +23,22 @@ MAY_IMPORT = {
     "missions": {"missions", "remoras", "exchange", "worldmodel"},
 }
 ACOUSTICS_IN_EXCHANGE = {  # the policy study, and what compiles it, draw losses; nobody else hears the sea
-    "exchange.montecarlo": {"exchange.acoustics.loss"},
-    "exchange.study": {"exchange.acoustics.loss"},
-    "exchange.compiler": {"exchange.acoustics.loss"},
+    "exchange.study.montecarlo": {"exchange.acoustics.loss"},
+    "exchange.study.study": {"exchange.acoustics.loss"},
+    "exchange.study.compiler": {"exchange.acoustics.loss"},
 }
 KNOW_MESA = {"remoras.fleet", "remoras.vehicle"}
 VISUALISATION_MAY_IMPORT = (
     "visualisation",
-    "missions.results",
-    "missions.runlog",
-    "missions.compare",
-    "exchange.study",
+    "missions.runs.results",
+    "missions.sweeps.runlog",
+    "missions.comparison.compare",
+    "exchange.study.study",
 )
-LAYERS = ("remoras.social", "remoras.executive", "remoras.functional")
-STAND_ALONE = ("remoras.organisation", "remoras.htn", "remoras.satisfaction")
-ROOF = ("remoras.cli", "remoras.cli_app", "remoras.cli_batch", "remoras.cli_study")
-SAYS_WHEN = "missions.execution"  # stamps a line of the sweep's log with the time it finished
+LAYERS = ("remoras.social.layer", "remoras.executive.layer", "remoras.functional.layer")
+STAND_ALONE = ("remoras.organisation", "remoras.htn", "remoras.executive.satisfaction")
+ROOF = ("remoras.cli.runs", "remoras.cli.app", "remoras.cli.sweeps", "remoras.cli.policies")
+SAYS_WHEN = "missions.sweeps.execution"  # stamps a line of the sweep's log with the time it finished
 SEEDED = {"Generator", "Philox", "SeedSequence", "BitGenerator", "default_rng"}
 CLOCKS = {
     ("time", "time"), ("time", "time_ns"), ("time", "gmtime"), ("time", "localtime"),
@@ -169,30 +169,30 @@ def test_files_stay_readable(module: str) -> None:
     [
         ("worldmodel.abox", "from exchange.packets import Packet"),
         ("worldmodel.abox", "import remoras"),
-        ("exchange.manager", "from remoras.social import SocialLayer"),
+        ("exchange.manager", "from remoras.social.layer import SocialLayer"),
         ("exchange.manager", "from exchange.acoustics.loss import uniform"),
-        ("exchange.montecarlo", "from exchange.acoustics.channel import Channel"),
+        ("exchange.study.montecarlo", "from exchange.acoustics.channel import Channel"),
         ("exchange.acoustics.channel", "from exchange.packets import Packet"),
         ("exchange.acoustics.channel", "from worldmodel import TBox"),
-        ("remoras.social", "import mesa"),
-        ("remoras.social", "from mesa.agent import AgentSet"),
+        ("remoras.social.layer", "import mesa"),
+        ("remoras.social.layer", "from mesa.agent import AgentSet"),
         ("remoras.vehicle", "from exchange.acoustics.channel import Arrival"),
-        ("remoras.vehicle", "from missions.scenario import Scenario"),
-        ("remoras.social", "from remoras.executive import ExecutiveLayer"),
-        ("remoras.executive", "from . import functional"),
-        ("remoras.functional", "import remoras.social"),
+        ("remoras.vehicle", "from missions.scenarios.scenario import Scenario"),
+        ("remoras.social.layer", "from remoras.executive.layer import ExecutiveLayer"),
+        ("remoras.executive.layer", "from . import functional"),
+        ("remoras.functional.layer", "import remoras.social.layer"),
         ("remoras.htn", "from remoras.activities import Activity"),
         ("remoras.organisation", "from worldmodel import Instance"),
-        ("remoras.satisfaction", "from .decision import best"),
-        ("missions.run", "from remoras.cli import main"),
-        ("missions.run", "from remoras import cli"),
-        ("missions.scenario", "import mesa"),
-        ("missions.results", "from visualisation import style"),
-        ("visualisation.timelines", "from missions.run import Run"),
+        ("remoras.executive.satisfaction", "from .decision import best"),
+        ("missions.runs.run", "from remoras.cli.runs import main"),
+        ("missions.runs.run", "from remoras import cli"),
+        ("missions.scenarios.scenario", "import mesa"),
+        ("missions.runs.results", "from visualisation import style"),
+        ("visualisation.timelines", "from missions.runs.run import Run"),
         ("visualisation.timelines", "from missions import run"),
         ("visualisation.timelines", "import remoras.fleet"),
-        ("visualisation.comparison", "from missions.statistics import holm"),
-        ("visualisation.comparison", "from missions.sweep import sweep"),
+        ("visualisation.sweeps.comparison", "from missions.statistics import holm"),
+        ("visualisation.sweeps.comparison", "from missions.sweeps.sweep import sweep"),
         ("exchange.schedule", "import random"),
         ("exchange.schedule", "def later():\n    from random import random"),
     ],
@@ -205,15 +205,18 @@ def test_a_violation_is_seen(module: str, line: str) -> None:
 @pytest.mark.parametrize(
     ("module", "line"),
     [
-        ("exchange.montecarlo", "from exchange.acoustics.loss import uniform"),
-        ("exchange.study", "from exchange.acoustics import loss"),
+        ("exchange.study.montecarlo", "from exchange.acoustics.loss import uniform"),
+        ("exchange.study.study", "from exchange.acoustics import loss"),
         ("exchange.acoustics.channel", "from exchange.acoustics import loss"),
         ("remoras.fleet", "import mesa\nfrom exchange.acoustics.channel import Channel"),
         ("remoras.htn", "from remoras.errors import PlanningError"),
-        ("remoras.cli", "from missions.run import run\nfrom visualisation import style"),
-        ("missions.run", "from exchange.acoustics.channel import Channel"),
-        ("visualisation.timelines", "from missions.results import Results\nfrom missions import results"),
-        ("visualisation.comparison", "from missions import compare\nfrom missions.runlog import SweepResults"),
+        ("remoras.cli.runs", "from missions.runs.run import run\nfrom visualisation import style"),
+        ("missions.runs.run", "from exchange.acoustics.channel import Channel"),
+        ("visualisation.timelines", "from missions.runs.results import Results\nfrom missions import results"),
+        (
+            "visualisation.sweeps.comparison",
+            "from missions import compare\nfrom missions.sweeps.runlog import SweepResults",
+        ),
         ("worldmodel.abox", "import numpy as np"),
     ],
 )

@@ -7,40 +7,40 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from visualisation.errors import DrawingError, unknown
-from visualisation.measures import COMPARISON_KINDS
+from visualisation.sweeps.measures import COMPARISON_KINDS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from missions.results import Results
+    from missions.runs.results import Results
 
 FORMATS = ("png", "svg", "pdf")
 
 
 def trajectories(results: Results) -> Figure:
     """Where the vehicles went."""
-    from visualisation import trajectories as kind
+    from visualisation.runs import trajectories as kind
 
     return kind.figure(results)
 
 
 def roles(results: Results) -> Figure:
     """Which roles they held, and which drove them."""
-    from visualisation import timeline as kind
+    from visualisation.runs import timeline as kind
 
     return kind.figure(results)
 
 
 def satisfaction(results: Results) -> Figure:
     """How satisfied each role was."""
-    from visualisation import satisfaction as kind
+    from visualisation.runs import satisfaction as kind
 
     return kind.figure(results)
 
 
 def coverage(results: Results) -> Figure:
     """How much of the areas was mapped when."""
-    from visualisation import coverage as kind
+    from visualisation.runs import coverage as kind
 
     return kind.figure(results)
 
@@ -55,7 +55,7 @@ KINDS: Mapping[str, Callable[[Results], Figure]] = {
 
 def caption(results: Results, kind: str) -> str:
     """Text to stand under a figure of that kind."""
-    from visualisation import captions
+    from visualisation.runs import captions
 
     texts: Mapping[str, Callable[[Results], str]] = {
         "trajectories": captions.trajectories,

@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
-from exchange.study import Estimate, StudyRow
+from exchange.study.study import Estimate, StudyRow
 from visualisation import style
 from visualisation.errors import DrawingError, unknown
 

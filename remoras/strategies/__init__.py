@@ -16,7 +16,7 @@ from difflib import get_close_matches
 from pydantic import TypeAdapter, ValidationError
 
 from remoras.errors import StrategyError
-from remoras.strategies.strategy import Declaration, Evidence, Strategy
+from remoras.strategy import Declaration, Evidence, Strategy
 
 __all__ = ["Declaration", "Evidence", "Parameter", "Strategy", "configured", "parameters", "strategies"]
 

@@ -24,11 +24,11 @@ from pydantic import Field
 
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.strategies.areas import Expectations, Outlook, after, at_work, open_roles, surveyors
+from remoras.strategies.allocation import Expectations, Outlook, after, at_work, open_roles, surveyors
 from remoras.strategies.claims import Claim, Claims
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategies.silence import SILENCE, Silence
-from remoras.strategies.strategy import Declaration, Evidence, Move, Situation, Statement
+from remoras.strategy import Declaration, Evidence, Move, Situation, Statement
 
 BEGUN = 65535
 """Strength of the claim to an area that has been begun; bids stay below."""

@@ -17,10 +17,10 @@ from pydantic import Field
 
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
-from remoras.strategies.areas import Expectations, at_work, open_roles, shared_out, surveyors
+from remoras.strategies.allocation import Expectations, at_work, open_roles, shared_out, surveyors
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategies.silence import QUEUE, SILENCE, Silence
-from remoras.strategies.strategy import Declaration, Evidence, Move, Situation, Statement
+from remoras.strategy import Declaration, Evidence, Move, Situation, Statement
 
 
 class Dispatcher:

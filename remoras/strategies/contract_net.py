@@ -23,11 +23,11 @@ from pydantic import Field
 
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.strategies.areas import Expectations, after, at_work, open_roles, surveyors
+from remoras.strategies.allocation import Expectations, after, at_work, open_roles, surveyors
 from remoras.strategies.claims import Claim, Claims
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategies.silence import QUEUE, SILENCE, Silence
-from remoras.strategies.strategy import Declaration, Evidence, Fact, Heard, Move, Situation, Statement
+from remoras.strategy import Declaration, Evidence, Fact, Heard, Move, Situation, Statement
 
 EARLIEST = 1_000_000
 """Strength of a claim made at time 0; it falls by one in a second, so the earlier claim is the stronger."""

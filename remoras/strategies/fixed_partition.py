@@ -16,10 +16,10 @@ from pydantic import Field
 
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
-from remoras.strategies.areas import Outlook, at_work, nearest_first, surveyors
+from remoras.strategies.allocation import Outlook, at_work, nearest_first, surveyors
 from remoras.strategies.founding import founded
 from remoras.strategies.remoras import all_areas
-from remoras.strategies.strategy import Declaration, Evidence, Move, Situation, Statement
+from remoras.strategy import Declaration, Evidence, Move, Situation, Statement
 
 
 class Timetable:

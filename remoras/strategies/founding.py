@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from remoras.database import AUVDatabase, VehicleData
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.strategies.strategy import Evidence
+from remoras.strategy import Evidence
 
 
 def founded(database: AUVDatabase, groups: Sequence[Group]) -> Organisation:

@@ -13,9 +13,9 @@ from typing import ClassVar
 
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
-from remoras.strategies.areas import Outlook, at_work, balanced, nearest_first, open_roles, shared_out, surveyors
+from remoras.strategies.allocation import Outlook, at_work, balanced, nearest_first, open_roles, shared_out, surveyors
 from remoras.strategies.founding import common_roles, founded
-from remoras.strategies.strategy import Declaration, Evidence
+from remoras.strategy import Declaration, Evidence
 
 
 def all_areas(group: Group, organisation: Organisation, evidence: Evidence) -> tuple[RoleAssignment, ...]:

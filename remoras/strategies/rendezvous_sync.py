@@ -19,9 +19,9 @@ from pydantic import Field
 
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
-from remoras.strategies.areas import Expectations, Outlook, at_work, open_roles, shared_out, surveyors
+from remoras.strategies.allocation import Expectations, Outlook, at_work, open_roles, shared_out, surveyors
 from remoras.strategies.founding import common_roles, founded
-from remoras.strategies.strategy import Declaration, Evidence, Move, Situation, Statement
+from remoras.strategy import Declaration, Evidence, Move, Situation, Statement
 
 
 class Convener:

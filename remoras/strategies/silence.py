@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from pydantic import Field
 
-from remoras.strategies.strategy import Situation
+from remoras.strategy import Situation
 
 QUEUE = Field(ge=1, le=16, description="most areas that a vehicle holds, the one it is at included")
 SILENCE = Field(ge=1, le=10_000, description="TDMA frames without a word after which a vehicle is out of reach")

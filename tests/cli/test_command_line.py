@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
-from missions.results import Results
-from missions.scenario import explanations, load, shipped
-from missions.study import shipped_studies
+from missions.runs.results import Results
+from missions.scenarios.scenario import explanations, load, shipped
+from missions.sweeps.study import shipped_studies
 from remoras.cli import app
 
 SHORT = ["--set", "scenario.duration_s=30"]

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
-from missions.study import example_study, load_study, study_explanations
+from missions.sweeps.study import example_study, load_study, study_explanations
 from remoras.cli import app
 
 

@@ -15,11 +15,11 @@ import tomli_w
 from hypothesis import strategies as st
 
 from exchange.acoustics.channel import Arrival
-from missions.scenario import Scenario, load, shipped
+from missions.scenarios.scenario import Scenario, load, shipped
 from remoras.database import AUVDatabase, VehicleData
-from remoras.negotiation import negotiated_attributes
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.strategies.strategy import (
+from remoras.social.negotiation import negotiated_attributes
+from remoras.strategy import (
     Declaration,
     Evidence,
     Heard,

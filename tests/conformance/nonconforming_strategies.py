@@ -8,12 +8,12 @@ from pydantic import Field
 
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
-from remoras.strategies.areas import at_work, open_roles, surveyors
+from remoras.strategies.allocation import at_work, open_roles, surveyors
 from remoras.strategies.central import Central
 from remoras.strategies.fixed_partition import FixedPartition
 from remoras.strategies.founding import common_roles
 from remoras.strategies.status_broadcast import StatusBroadcast
-from remoras.strategies.strategy import Declaration, Evidence, Move, Negotiator, Situation, Statement
+from remoras.strategy import Declaration, Evidence, Move, Negotiator, Situation, Statement
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,12 +33,12 @@ from conformance_worlds import (
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from missions.checks import named_object
-from missions.run import Run, run
+from missions.runs.run import Run, run
+from missions.scenarios.checks import named_object
 from remoras.errors import StrategyError
 from remoras.recorder import TABLES
 from remoras.strategies import configured, parameters, strategies
-from remoras.strategies.strategy import Situation, Strategy
+from remoras.strategy import Situation, Strategy
 
 INFLUENCE_SIGNAL = "influence signal"
 OCCASIONAL_BLOCKS = 10
@@ -270,7 +270,7 @@ def _watched_run(strategy: Strategy, *given_settings: str, silent: bool = False)
 
 
 def _mapped_fractions(finished: Run) -> dict[str, float]:
-    from missions.run import seabed_of
+    from missions.runs.run import seabed_of
 
     cells = seabed_of(finished.scenario).cells
     mapped = {(x, y) for _, _, x, y in finished.recorder.coverage}

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from missions.scenario import shipped
-from missions.study import load_study
+from missions.scenarios.scenario import shipped
+from missions.sweeps.study import load_study
 from remoras.cli import app
 
 ROOT = Path(__file__).parents[2]

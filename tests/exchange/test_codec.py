@@ -24,8 +24,8 @@ from exchange.codec import Codec, width
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment, InfluenceSignal, Packet
 from exchange.policies import POLICIES, Acknowledgement, AckPolicy, header_bits
-from missions import run
-from missions.scenario import load
+from missions.runs import run
+from missions.scenarios.scenario import load
 from worldmodel import Attribute, Grid, PropertyValue, TBox, Value, ValueKind
 
 NODES = st.integers(2, 64)

@@ -81,7 +81,7 @@ def test_each_bit_of_input_turns_half_of_the_output() -> None:
 
 def test_compiled_and_interpreted_draws_are_the_same() -> None:
     numba = pytest.importorskip("numba")
-    from exchange.compiler import make_compilable
+    from exchange.study.compiler import make_compilable
 
     make_compilable()
 

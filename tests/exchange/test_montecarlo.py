@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exchange import ack, compiler, montecarlo, trial
+from exchange import ack
 from exchange.acoustics.loss import uniform
 from exchange.policies import POLICIES, AckPolicy
-from exchange.trial import CENSORED, COUNT, N_QUANTITIES, NEVER, SUM, Floats, Ints, Load, Rules
+from exchange.study import compiler, montecarlo, trial
+from exchange.study.trial import CENSORED, COUNT, N_QUANTITIES, NEVER, SUM, Floats, Ints, Load, Rules
 
 SEED = 5
 

@@ -11,9 +11,9 @@ from fleet_radio import Fleet
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from exchange import montecarlo, trial
 from exchange.packets import Fragment, ItemUid
 from exchange.policies import POLICIES, header_bits
+from exchange.study import montecarlo, trial
 from worldmodel import PropertyValue
 
 MAX_SLOTS = 40
@@ -102,7 +102,7 @@ def test_a_difference_would_be_seen() -> None:
 
 @pytest.mark.parametrize("policy", list(POLICIES))
 def test_compiled_and_uncompiled_slot_loops_agree(policy: str) -> None:
-    from exchange.compiler import compiled
+    from exchange.study.compiler import compiled
 
     chosen = POLICIES[policy]
     rules = trial.Rules(int(chosen.acknowledgement), chosen.repeat, False, 4, 1)

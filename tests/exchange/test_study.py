@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exchange import estimates
 from exchange.errors import ConfigurationError
 from exchange.policies import POLICIES
-from exchange.study import Estimate, ExchangeStudy, LoadKind, StudyRow, Workload, run, workload_named
+from exchange.study.study import Estimate, ExchangeStudy, LoadKind, StudyRow, Workload, estimates, run, workload_named
 
 PER = 0.5
 

@@ -8,16 +8,16 @@ from typing import Any
 
 import tomli_w
 
-from missions.run import Run
-from missions.run import run as run_scenario
-from missions.scenario import load, shipped
+from missions.runs.run import Run
+from missions.runs.run import run as run_scenario
+from missions.scenarios.scenario import load, shipped
 
 Raw = dict[str, Any]
 
 SMALL = """\
 [scenario]
 name = "pond"
-mission = "missions.mapping_rendezvous:MappingRendezvous"
+mission = "missions.mapping.mission:MappingRendezvous"
 duration_s = 1200.0
 
 [world]

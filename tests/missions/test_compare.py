@@ -10,13 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sweeping import study_text, written
 
-from missions.compare import Cell, Comparison, Rank, _column_ranks, compare, mean_ranks, ranks, write_csv
+from missions.comparison.compare import Cell, Comparison, Rank, _column_ranks, compare, mean_ranks, ranks, write_csv
 from missions.errors import OutputError
-from missions.execution import Finished
-from missions.plan import Plan, Task
-from missions.results import identity
-from missions.runlog import RunLog, SweepResults
-from missions.study import load_study
+from missions.runs.results import identity
+from missions.sweeps.execution import Finished
+from missions.sweeps.plan import Plan, Task
+from missions.sweeps.runlog import RunLog, SweepResults
+from missions.sweeps.study import load_study
 
 COLUMNS = (
     "n, n_completed, mean, ci95_low, ci95_high, median, diff_to_baseline, diff_ci95_low, diff_ci95_high, p_holm, "

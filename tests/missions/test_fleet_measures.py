@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from small_mission import SMALL
 
-from missions.results import area_roles, consistency, least_mapped_fraction, summary
-from missions.run import run as run_scenario
-from missions.scenario import load
-from missions.study_file import METRICS
+from missions.runs.results import area_roles, consistency, least_mapped_fraction, summary
+from missions.runs.run import run as run_scenario
+from missions.scenarios.scenario import load
+from missions.sweeps.study_file import METRICS
 from remoras.recorder import Recorder
 
 ROLES = {("G", "Left"), ("G", "Right")}

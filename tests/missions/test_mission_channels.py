@@ -7,12 +7,12 @@ import pytest
 from small_mission import SMALL, line_of, named, run_varied, shipped_tables
 
 from exchange.acoustics.link import LINKS, GilbertElliott
-from missions.channel import OF_MODELS, USED_BY, ChannelTable
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.results import identity, summary
-from missions.run import Run, channel_of
-from missions.scenario import Scenario, explanations, load
-from missions.study import load_study
+from missions.runs.results import identity, summary
+from missions.runs.run import Run, channel_of
+from missions.scenarios.channel import OF_MODELS, USED_BY, ChannelTable
+from missions.scenarios.scenario import Scenario, explanations, load
+from missions.sweeps.study import load_study
 
 SHIPPED = ["ASV00", "AUV00", "AUV01", "AUV02"]
 OWN = '[channel]\nname = "bernoulli"\nper = 0.2\n'

@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sweeping import study_text, written
 
-from missions.plan import Plan, repeats_needed, seed_of
-from missions.study import load_study
-from missions.study_file import StoppingRule
+from missions.sweeps.plan import Plan, repeats_needed, seed_of
+from missions.sweeps.study import load_study
+from missions.sweeps.study_file import StoppingRule
 
 RULE = StoppingRule(metric="n_bytes", half_width=1.0, minimum=4, maximum=10)
 

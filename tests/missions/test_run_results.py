@@ -11,10 +11,10 @@ import pytest
 from small_mission import SMALL
 
 from missions.errors import OutputError
-from missions.results import LIBRARIES, Results, mapping_time_s, quantile, summary, write
-from missions.run import Run
-from missions.run import run as run_scenario
-from missions.scenario import load
+from missions.runs.results import LIBRARIES, Results, mapping_time_s, quantile, summary, write
+from missions.runs.run import Run
+from missions.runs.run import run as run_scenario
+from missions.scenarios.scenario import load
 from remoras.recorder import Recorder
 
 SUMMARY = """scenario, strategy, policy, channel, per, seed, n_vehicles, completed, reason, mission_time_s,
@@ -237,8 +237,9 @@ OTHER_PYTHONS = [Path(name) for name in os.environ.get("REMORAS_OTHER_PYTHONS", 
 def digests(python: Path, hash_seed: str, out: Path) -> dict[str, str]:
     """The tables of one run in a process of its own, by their content."""
     program = (
-        "import sys; from pathlib import Path; from missions.results import write; from missions.run import run;"
-        "from missions.scenario import load;"
+        "import sys; from pathlib import Path; from missions.runs.results import write;"
+        "from missions.runs.run import run;"
+        "from missions.scenarios.scenario import load;"
         "write(run(load(sys.argv[1], [('--per', 'channel.per=0.4')]), 11), Path(sys.argv[2]))"
     )
     scenario = out.parent / "pond.toml"

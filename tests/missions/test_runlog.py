@@ -8,10 +8,10 @@ import pytest
 from sweeping import outcome, study_text, written
 
 from missions.errors import OutputError, StudyChangedError
-from missions.execution import run_chunk
-from missions.plan import Plan, version
-from missions.runlog import LEDGER, RunLog, SweepResults
-from missions.study import load_study
+from missions.sweeps.execution import run_chunk
+from missions.sweeps.plan import Plan, version
+from missions.sweeps.runlog import LEDGER, RunLog, SweepResults
+from missions.sweeps.study import load_study
 
 
 def plan_of(tmp_path: Path, text: str = study_text(repeats=2)) -> Plan:
@@ -122,7 +122,7 @@ def test_a_changed_study_is_refused_and_the_change_shown(tmp_path: Path) -> None
 
 
 def test_a_changed_scenario_is_refused_and_the_change_shown(tmp_path: Path) -> None:
-    scenario = Path("missions/mapping-rendezvous.toml").read_text(encoding="utf-8")
+    scenario = Path("missions/mapping/rendezvous.toml").read_text(encoding="utf-8")
     (tmp_path / "own.toml").write_text(scenario, encoding="utf-8")
     text = study_text(repeats=2).replace("mapping-rendezvous", "own.toml")
     RunLog(tmp_path / "out", plan_of(tmp_path, text)).close()
@@ -165,7 +165,7 @@ def test_a_full_disk_is_named_and_leaves_the_ledger_whole(tmp_path: Path, monkey
             raise full
         return write(file, content[: len(content) // 2])  # type: ignore[no-any-return]
 
-    monkeypatch.setattr("missions.runlog.os.write", half)
+    monkeypatch.setattr("missions.sweeps.runlog.os.write", half)
     with pytest.raises(OutputError, match="No space left on device"):
         log.append(more)
     monkeypatch.undo()

@@ -6,9 +6,9 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from missions.run import run
-from missions.scenario import load
-from missions.step_tables import encoded, merge, write_part
+from missions.runs.run import run
+from missions.runs.step_tables import encoded, merge, write_part
+from missions.scenarios.scenario import load
 from remoras.recorder import TABLES, Recorder
 
 

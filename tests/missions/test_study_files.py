@@ -6,7 +6,7 @@ import pytest
 from sweeping import study_text, written
 
 from missions.errors import ConfigurationError
-from missions.study import Study, load_study, shipped_studies
+from missions.sweeps.study import Study, load_study, shipped_studies
 
 BASE = """
 [study]
@@ -37,7 +37,7 @@ def test_settings_that_come_to_the_same_are_run_once(tmp_path: Path) -> None:
 
 
 def test_vehicle_counts_come_from_scenarios(tmp_path: Path) -> None:
-    source = Path("missions/mapping-rendezvous.toml").read_text(encoding="utf-8")
+    source = Path("missions/mapping/rendezvous.toml").read_text(encoding="utf-8")
     extra = source[source.rindex("[[vehicle]]") :].replace('"AUV02"', '"AUV03"').replace("slot = 3", "slot = 4")
     (tmp_path / "five.toml").write_text(source + extra, encoding="utf-8")
     text = BASE.replace('"mapping-rendezvous"', '["mapping-rendezvous", "five.toml"]')

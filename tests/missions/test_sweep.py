@@ -16,12 +16,12 @@ from sweeping import HERE, ROOT, environment, outcome, started, study_text, writ
 from typer.testing import CliRunner
 
 from missions.errors import ClusterError, OutputError
-from missions.execution import run_chunk
-from missions.plan import Plan
-from missions.pool import SupervisedPool, WorkerDied
-from missions.runlog import LEDGER, RUNS, RunLog, SweepResults
-from missions.study import Study, load_study
-from missions.sweep import PartlyDoneError, estimate, sweep
+from missions.sweeps.execution import run_chunk
+from missions.sweeps.plan import Plan
+from missions.sweeps.pool import SupervisedPool, WorkerDied
+from missions.sweeps.runlog import LEDGER, RUNS, RunLog, SweepResults
+from missions.sweeps.study import Study, load_study
+from missions.sweeps.sweep import PartlyDoneError, estimate, sweep
 from remoras.cli import app
 
 
@@ -133,7 +133,7 @@ def test_a_disk_that_is_still_full_is_told_as_such(tmp_path: Path, monkeypatch: 
     def full(path: Path, text: str) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr("missions.runlog._write_synced", full)
+    monkeypatch.setattr("missions.sweeps.runlog._write_synced", full)
     with pytest.raises(PartlyDoneError, match="No space left"):
         sweep(study_of(tmp_path), tmp_path / "out", executor=Serial())
 
@@ -154,7 +154,8 @@ def test_a_script_without_a_main_guard_is_told_so_and_makes_no_failed_runs(tmp_p
     study = written(tmp_path, study_text(repeats=1))
     script = tmp_path / "unguarded.py"
     script.write_text(
-        "from pathlib import Path\nfrom missions.study import load_study\nfrom missions.sweep import sweep\n"
+        "from pathlib import Path\nfrom missions.sweeps.study import load_study\n"
+        "from missions.sweeps.sweep import sweep\n"
         f"sweep(load_study({str(study)!r}), Path({str(tmp_path / 'out')!r}), jobs=2)\n"
     )
     command = [sys.executable, str(script)]
@@ -196,7 +197,7 @@ def test_a_dry_run_counts_and_writes_nothing(tmp_path: Path) -> None:
 
 
 def test_the_pool_outlives_its_processes() -> None:
-    pool = SupervisedPool(2, preload="missions.execution")
+    pool = SupervisedPool(2, preload="missions.sweeps.execution")
     dead, alive = pool.submit(os._exit, 3), [pool.submit(pow, 2, n) for n in range(20)]
     with pytest.raises(WorkerDied, match="ended with 3"):
         dead.result(30)
@@ -251,7 +252,7 @@ def test_an_interruption_keeps_what_is_finished_and_exits_with_130(tmp_path: Pat
 
 def test_an_unreachable_cluster_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr("missions.cluster.REACH_S", 0.5)
+    monkeypatch.setattr("missions.sweeps.cluster.REACH_S", 0.5)
     with pytest.raises(ClusterError, match=r"tcp://127.0.0.1:9: cannot be reached"):
         sweep(study_of(tmp_path, repeats=1), tmp_path / "out", cluster="tcp://127.0.0.1:9")
 

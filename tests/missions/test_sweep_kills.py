@@ -13,10 +13,10 @@ import psutil
 import pytest
 from sweeping import environment, ledger_length, outcome, started, study_text, written
 
-from missions.execution import run_chunk
-from missions.plan import Plan, version
-from missions.runlog import LEDGER, RunLog, SweepResults
-from missions.study import Study, load_study
+from missions.sweeps.execution import run_chunk
+from missions.sweeps.plan import Plan, version
+from missions.sweeps.runlog import LEDGER, RunLog, SweepResults
+from missions.sweeps.study import Study, load_study
 
 N_KILLS = 20
 PORT = 18791

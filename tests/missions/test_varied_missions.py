@@ -11,9 +11,9 @@ from small_mission import SMALL, Raw, named, run_varied, shipped_tables
 from exchange.acoustics.modems import modems
 from exchange.policies import POLICIES
 from missions.errors import ConfigurationError
-from missions.run import Run
-from missions.run import run as run_scenario
-from missions.scenario import load
+from missions.runs.run import Run
+from missions.runs.run import run as run_scenario
+from missions.scenarios.scenario import load
 
 
 def is_sound(run: Run) -> None:

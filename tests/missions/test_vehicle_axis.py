@@ -8,11 +8,11 @@ from sweeping import study_text, written
 
 import benchmarks.fleet
 import benchmarks.sweep
-from missions.compare import compare
+from missions.comparison.compare import compare
 from missions.errors import ConfigurationError
-from missions.runlog import LEDGER, SweepResults
-from missions.study import load_study
-from missions.sweep import sweep
+from missions.sweeps.runlog import LEDGER, SweepResults
+from missions.sweeps.study import load_study
+from missions.sweeps.sweep import sweep
 
 
 def axis_text(vehicles: str, repeats: int = 2) -> str:
@@ -57,7 +57,7 @@ def test_what_is_wrong_with_an_axis_names_it(tmp_path: Path, vehicles: str, says
 
 
 def test_a_scenario_that_says_not_what_to_copy_is_named_by_the_axis(tmp_path: Path) -> None:
-    source = Path("missions/mapping-rendezvous.toml").read_text(encoding="utf-8")
+    source = Path("missions/mapping/rendezvous.toml").read_text(encoding="utf-8")
     (tmp_path / "plain.toml").write_text(source.replace('copies_of = "AUV02"', ""), encoding="utf-8")
     text = axis_text("[8]").replace('"mapping-rendezvous"', '"plain.toml"')
     with pytest.raises(ConfigurationError, match=r"fleet.copies_of: missing: which vehicle the 4 to add"):

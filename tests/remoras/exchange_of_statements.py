@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 
 from samples import auv
 
+from missions.mapping.survey import Point
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleSpecification
-from remoras.strategies.areas import Outlook, after
-from remoras.strategies.strategy import Evidence, Fact, Heard, Negotiator, Situation, Strategy
-from remoras.survey import Point
+from remoras.strategies.allocation import Outlook, after
+from remoras.strategy import Evidence, Fact, Heard, Negotiator, Situation, Strategy
 
 ROUND_S = 10.0
 ACKNOWLEDGED = ("playsRole", "leftRole", "areaDone")

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from samples import auv
 
-from remoras.strategies.areas import assignment, survey_time_s
+from remoras.strategies.allocation import assignment, survey_time_s
 
 # Assignment ---------------------------------------------------------------------------------------
 
@@ -67,7 +67,7 @@ def test_nobody_is_able() -> None:
 def test_ties_fall_the_same_way_in_every_process() -> None:
     """No order of a set and no hash decides: the same answer under different hash seeds."""
     program = (
-        "from remoras.strategies.areas import assignment\n"
+        "from remoras.strategies.allocation import assignment\n"
         "print([assignment([[1] * n] * m) for n in range(1, 5) for m in range(1, 5)])"
     )
     answers = {

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from samples import activity_set
 
 from remoras.activities import ActivitySet, ActivityType
-from remoras.decision import best, combinations
+from remoras.executive.decision import best, combinations
 
 G, N, P, C = ActivityType.GUIDANCE, ActivityType.NAVIGATION, ActivityType.PRODUCTIVE, ActivityType.COMMUNICATION
 

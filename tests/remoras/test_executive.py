@@ -9,8 +9,8 @@ from samples import activity_set
 
 from remoras.activities import ActivityKind, ActivitySet, ActivityType
 from remoras.behaviours import ADVANCING, DUE, IDLE, RETREATING, STANDING, Perception
-from remoras.executive import ExecutiveLayer
-from remoras.satisfaction import DecisionConstants
+from remoras.executive.layer import ExecutiveLayer
+from remoras.executive.satisfaction import DecisionConstants
 
 CARTOGRAPHER, PERFORMER = ("Operational", "Cartographer"), ("Operational", "Performer")
 ROLES = (CARTOGRAPHER, PERFORMER)

@@ -8,7 +8,7 @@ from samples import activity_set, auv
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
 from remoras.behaviours import ADVANCING, DUE, Behaviour, Homing, ReturningHome, Standing, ZigzagExploring
 from remoras.database import VehicleData
-from remoras.functional import FunctionalLayer
+from remoras.functional.layer import FunctionalLayer
 from remoras.sensors import MappingSensor, Neighbour, Seabed
 
 SEABED = Seabed.of_areas(25.0, {"field": [(0.0, 0.0), (100.0, 0.0), (100.0, 100.0), (0.0, 100.0)]})

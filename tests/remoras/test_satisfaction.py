@@ -10,7 +10,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from remoras.satisfaction import (
+from remoras.executive.satisfaction import (
     HIGHEST,
     LOWEST,
     DecisionConstants,

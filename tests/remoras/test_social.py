@@ -10,12 +10,12 @@ from itertools import permutations
 
 import pytest
 
-from missions.run import assemble
-from missions.scenario import load
+from missions.runs.run import assemble
+from missions.scenarios.scenario import load
 from remoras.activities import Objective
 from remoras.fleet import Fleet
 from remoras.organisation import RoleAssignment
-from remoras.social import SocialLayer
+from remoras.social.layer import SocialLayer
 from remoras.vehicle import Vehicle
 from worldmodel import Block, merge
 

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from missions.mapping.survey import Point, contains, grid, length_m, rows, zigzag
 from remoras.sensors import Seabed
-from remoras.survey import Point, contains, grid, length_m, rows, zigzag
 
 MIDFIELD = [(100.0, 100.0), (100.0, 350.0), (350.0, 350.0), (350.0, 100.0)]
 

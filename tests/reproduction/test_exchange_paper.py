@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from exchange.study import Estimate, ExchangeStudy, StudyRow, run
+from exchange.study.study import Estimate, ExchangeStudy, StudyRow, run
 
 PER = tuple(step / 20 for step in range(1, 17))
 LOW = tuple(p for p in PER if p <= 0.15)

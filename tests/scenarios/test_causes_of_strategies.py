@@ -6,12 +6,12 @@ from typing import Any, ClassVar
 
 import pytest
 
-from missions.results import area_roles, summary
-from missions.run import Run, actual, assemble, run, seabed_of
-from missions.scenario import load
+from missions.runs.results import area_roles, summary
+from missions.runs.run import Run, actual, assemble, run, seabed_of
+from missions.scenarios.scenario import load
 from remoras.strategies import strategies
 from remoras.strategies.remoras import Remoras
-from remoras.strategies.strategy import Declaration
+from remoras.strategy import Declaration
 
 SEEDS = (1, 2, 3)
 CUT_OFF_S = (200.0, 1200.0)
@@ -235,5 +235,5 @@ def test_a_group_is_not_taken_for_gathered_by_what_was_heard_long_ago(monkeypatc
     settings += [f"channel.{key}={value}" for key, value in LONG_SPELLS.items()]
     scenario = load("mapping-patches", [("--set", setting) for setting in settings])
     assert all(run(scenario, seed).completed for seed in (2, 12))
-    monkeypatch.setattr("missions.mapping_rendezvous.NEWS_FRAMES", 1e9)
+    monkeypatch.setattr("missions.mapping.mission.NEWS_FRAMES", 1e9)
     assert not any(run(scenario, seed).completed for seed in (2, 12))

@@ -2,9 +2,9 @@
 
 import pytest
 
-from missions.results import summary
-from missions.run import run
-from missions.scenario import load, shipped
+from missions.runs.results import summary
+from missions.runs.run import run
+from missions.scenarios.scenario import load, shipped
 
 
 @pytest.mark.parametrize("name", list(shipped()))

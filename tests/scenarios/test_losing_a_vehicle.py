@@ -1,8 +1,8 @@
 """A vehicle that runs low on energy goes home, leaves its roles, and its area passes on."""
 
-from missions.results import summary
-from missions.run import Run, run
-from missions.scenario import load
+from missions.runs.results import summary
+from missions.runs.run import Run, run
+from missions.scenarios.scenario import load
 
 
 def with_a_weak_auv01() -> Run:

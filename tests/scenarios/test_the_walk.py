@@ -4,8 +4,8 @@ import itertools
 
 import pytest
 
-from missions.run import Run, run, schedule_of
-from missions.scenario import load
+from missions.runs.run import Run, run, schedule_of
+from missions.scenarios.scenario import load
 
 SCENARIO = load("mapping-rendezvous", [("--per", "channel.per=0.3")])
 

@@ -10,7 +10,7 @@ from typing import Any
 import pyarrow.parquet as pq
 import tomli_w
 
-from missions.results import Results, table
+from missions.runs.results import Results, table
 from remoras.recorder import TABLES
 
 LONG = "AnExtraordinarilyLongNameOfFortyLettersX"

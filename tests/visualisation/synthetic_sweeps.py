@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from missions.execution import DONE, FAILED
-from missions.plan import seed_of
-from missions.runlog import LEDGER, STUDY, SweepResults
-from missions.study_file import StudyFile
+from missions.sweeps.execution import DONE, FAILED
+from missions.sweeps.plan import seed_of
+from missions.sweeps.runlog import LEDGER, STUDY, SweepResults
+from missions.sweeps.study_file import StudyFile
 
 SEVEN = ("remoras", "fixed-partition", "central", "contract-net", "status-broadcast", "cbba", "rendezvous-sync")
 TEN = tuple(round(0.1 * at, 1) for at in range(10))

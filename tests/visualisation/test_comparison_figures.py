@@ -12,13 +12,14 @@ from legibility import check_texts
 from matplotlib.figure import Figure
 from synthetic_sweeps import SEVEN, TEN, Sweep, flat
 
-from missions.compare import Comparison, compare, ranks
+from missions.comparison.compare import Comparison, compare, ranks
 from missions.errors import OutputError
-from missions.runlog import SweepResults
-from visualisation import charts, comparison, ranking, style
-from visualisation.arrangement import arranged
+from missions.sweeps.runlog import SweepResults
+from visualisation import style
 from visualisation.errors import DrawingError
-from visualisation.measures import COMPARISON_KINDS, MEASURES, OVERVIEW
+from visualisation.runs.arrangement import arranged
+from visualisation.sweeps import charts, comparison, ranking
+from visualisation.sweeps.measures import COMPARISON_KINDS, MEASURES, OVERVIEW
 
 LONG = "mypackage.organisations.strategies:AN_EXTRAORDINARILY_LONG_NAME_OF_A_STRATEGY"
 FEW = (0.1, 0.5, 0.8)

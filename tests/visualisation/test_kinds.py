@@ -9,7 +9,7 @@ from legibility import check_texts
 from synthetic_runs import FICTIONS, LONG, Fiction
 
 import visualisation
-from missions.results import Results
+from missions.runs.results import Results
 from visualisation import FORMATS, KINDS, DrawingError, caption, draw, style
 
 

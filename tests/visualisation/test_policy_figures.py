@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from exchange.study import ExchangeStudy, StudyRow, Workload, loaded_studies, run
+from exchange.study.study import ExchangeStudy, StudyRow, Workload, loaded_studies, run
 from visualisation.errors import DrawingError
 from visualisation.policies import caption, loaded_figure, unloaded_figure, write
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from synthetic_runs import Fiction
 
-from visualisation import reading
-from visualisation.reading import Span, Tenure, Track
+from visualisation.runs import reading
+from visualisation.runs.reading import Span, Tenure, Track
 
 
 def tenures_of(tmp_path: Path, *events: tuple[float, str]) -> list[Tenure]:

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from visualisation import windows
-from visualisation.reading import Milestone
-from visualisation.sheet import grouped, spread
+from visualisation.runs import windows
+from visualisation.runs.reading import Milestone
+from visualisation.runs.sheet import grouped, spread
 
 
 @given(st.lists(st.floats(0.0, 3.0), max_size=20))

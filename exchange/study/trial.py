@@ -1,0 +1,231 @@
+"""The state of one trial of the policy study: all nodes, all items, and how far each item has got.
+
+An item is a column: bit `column % WORD_BITS` of word `column // WORD_BITS`. Under Poisson load a node has a fixed
+number of columns, its queue, and an item that finds it full is refused. A column is given to a new item only when every
+sender has dropped the old one and no node remembers a packet that carried it: two items never mix.
+
+Plain Python that `exchange.study.compiler` compiles, like all that `exchange.study.montecarlo` calls.
+"""
+
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exchange.ack import AckState
+
+Ints: TypeAlias = NDArray[np.int64]
+Floats: TypeAlias = NDArray[np.float64]
+
+WORD_BITS = 63
+"""Items per word: one less than the word has bits, so that all words are positive."""
+
+# What a trial reports, each as a sum and a count to divide it by: `outcomes[trial, quantity]`.
+DELIVERED = 0  # slots until all nodes hold the item(s)
+SOURCE_ACKED = 1  # slots until every origin believes that all hold its item(s)
+SENDERS_ACKED = 2  # slots until every node that may send an item believes that all hold it
+TRANSMISSIONS = 3  # times an item was sent; under Poisson load per item delivered
+IN_FLIGHT = 4  # items that exist and are not source-acknowledged, per slot of the window
+GOODPUT = 5  # items delivered, per slot of the window
+OFFERED = 6  # items generated, per slot of the window
+REFUSED = 7  # items that found the queue full, per item generated in the window
+FALSE_BELIEFS = 8  # beliefs that a peer holds what it lacks: there is never one
+SLOTS = 9  # slots played
+N_QUANTITIES = 10
+
+N_STAGES = 3  # an item is delivered, then source-acknowledged, then senders-acknowledged
+SUM, COUNT, CENSORED = 0, 1, 2  # censored: trials, or under Poisson load items, that did not end
+
+NEVER = 1 << 62
+
+
+class Rules(NamedTuple):
+    """The policy and the size of the fleet; `n_words` is the number of words in a set of items."""
+
+    acknowledgement: int
+    repeat: bool
+    carrier_evidence: bool
+    n_nodes: int
+    n_words: int
+
+
+class Load(NamedTuple):
+    """What there is to send: nodes 0 to `n_sources` - 1 have as many columns each.
+
+    `rate` is 0 for a batch: every column is an item of slot 0. Under Poisson load it is the mean number of items
+    generated per node and slot; those generated in the window are followed to their end, while generation goes on.
+    """
+
+    n_sources: int
+    columns_per_source: int
+    rate: float
+    item_bits: int
+    capacity_bits: int
+    window_start: int
+    window_end: int
+    max_slots: int
+
+
+class Fleet(NamedTuple):
+    """State of all nodes, a row each, and of all columns."""
+
+    heard: Ints
+    content: Ints
+    believes: Ints
+    held: Ints
+    holds: Ints  # [node * n_words + word] items that the node holds: its belief about itself
+    settled: Ints  # [node * n_words + word] items that the node believes all to hold
+    origins: Ints  # [node * n_words + word] columns of the node's own items
+    weights: Ints  # [node, column]
+    reached: Ints  # [stage, word] items that have reached the stage
+    born_slot: Ints  # [column]
+    free_slot: Ints  # [column] from this slot on the column may be given to a new item
+    packet: Ints  # [word] items being sent
+    rows: Ints  # [node] acknowledgement bits being sent
+    eligible: Ints  # [column]
+    chosen: Ints  # [column]
+    priorities: Ints  # [column]
+    sizes_bits: Ints  # [column]
+
+
+def new_fleet(rules: Rules, load: Load) -> Fleet:
+    """Memory for all trials of one load; `clear` it before each."""
+    n_nodes, n_words = rules.n_nodes, rules.n_words
+    n_columns = load.n_sources * load.columns_per_source
+    origins = np.zeros(n_nodes * n_words, np.int64)
+    for column in range(n_columns):
+        origin = column // load.columns_per_source
+        origins[origin * n_words + column // WORD_BITS] |= 1 << column % WORD_BITS
+    return Fleet(
+        heard=np.empty((n_nodes, 1), np.int64),
+        content=np.empty((n_nodes, 2 * n_nodes * n_words), np.int64),
+        believes=np.empty((n_nodes, n_nodes * n_words), np.int64),
+        held=np.zeros((n_nodes, n_nodes * n_nodes), np.int64),
+        holds=np.empty(n_nodes * n_words, np.int64),
+        settled=np.empty(n_nodes * n_words, np.int64),
+        origins=origins,
+        weights=np.empty((n_nodes, n_columns), np.int64),
+        reached=np.empty((N_STAGES, n_words), np.int64),
+        born_slot=np.empty(n_columns, np.int64),
+        free_slot=np.empty(n_columns, np.int64),
+        packet=np.empty(n_words, np.int64),
+        rows=np.empty(n_nodes, np.int64),
+        eligible=np.empty(n_columns, np.int64),
+        chosen=np.empty(n_columns, np.int64),
+        priorities=np.ones(n_columns, np.int64),
+        sizes_bits=np.full(n_columns, load.item_bits, np.int64),
+    )
+
+
+def clear(fleet: Fleet) -> None:
+    """Nobody has heard anything, and there are no items."""
+    fleet.heard[:] = 0
+    fleet.content[:] = 0
+    fleet.believes[:] = 0
+    fleet.holds[:] = 0
+    fleet.settled[:] = 0
+    fleet.weights[:] = 0
+    fleet.reached[:] = 0
+    fleet.free_slot[:] = 0
+
+
+def node_state(rules: Rules, fleet: Fleet, node: int) -> AckState:
+    """The acknowledgement state of one node."""
+    return AckState(rules.n_words, fleet.heard[node], fleet.content[node], fleet.believes[node], fleet.held[node])
+
+
+def add_item(rules: Rules, fleet: Fleet, origin: int, column: int, slot: int) -> None:
+    """Give the column to a new item of `origin`; nothing remains of an older one."""
+    w = column // WORD_BITS
+    bit = 1 << column % WORD_BITS
+    for node in range(rules.n_nodes):
+        for i in range(rules.n_nodes):
+            fleet.believes[node, i * rules.n_words + w] &= ~bit
+        fleet.holds[node * rules.n_words + w] &= ~bit
+        fleet.settled[node * rules.n_words + w] &= ~bit
+        fleet.weights[node, column] = 0
+    for stage in range(N_STAGES):
+        fleet.reached[stage, w] &= ~bit
+    fleet.believes[origin, origin * rules.n_words + w] |= bit
+    fleet.holds[origin * rules.n_words + w] |= bit
+    fleet.born_slot[column] = slot
+    fleet.free_slot[column] = NEVER
+
+
+def free_column(load: Load, fleet: Fleet, origin: int, slot: int) -> int:
+    """A column of `origin` without an item, or -1."""
+    for column in range(origin * load.columns_per_source, (origin + 1) * load.columns_per_source):
+        if fleet.free_slot[column] <= slot:
+            return column
+    return -1
+
+
+def note_progress(rules: Rules, load: Load, fleet: Fleet, slot: int, outcome: Ints) -> None:
+    """Note the items that reach a stage in this slot."""
+    for w in range(rules.n_words):
+        held_by_all = -1
+        source_acked = 0
+        settled_by_all = -1
+        for node in range(rules.n_nodes):
+            cell = node * rules.n_words + w
+            held_by_all &= fleet.holds[cell]
+            source_acked |= fleet.settled[cell] & fleet.origins[cell]
+            settled_by_all &= fleet.settled[cell]
+        senders_acked = settled_by_all if rules.repeat else source_acked
+        for stage in range(N_STAGES):
+            now = held_by_all if stage == DELIVERED else source_acked if stage == SOURCE_ACKED else senders_acked
+            new = now & ~fleet.reached[stage, w]
+            if new != 0:
+                fleet.reached[stage, w] = now
+                for b in range(WORD_BITS):
+                    if (new >> b) & 1:
+                        note_item(rules, load, fleet, stage, w * WORD_BITS + b, slot, outcome)
+
+
+def note_item(rules: Rules, load: Load, fleet: Fleet, stage: int, column: int, slot: int, outcome: Ints) -> None:
+    """Note that an item reaches a stage in this slot."""
+    if load.rate == 0.0:
+        outcome[stage, SUM] = slot + 1
+        outcome[stage, COUNT] += 1
+        return
+    born = fleet.born_slot[column]
+    if load.window_start <= born < load.window_end:
+        outcome[stage, SUM] += slot + 1 - born
+        outcome[stage, COUNT] += 1
+    if stage == DELIVERED and load.window_start <= slot < load.window_end:
+        outcome[GOODPUT, SUM] += 1
+    if stage == SOURCE_ACKED:
+        outcome[IN_FLIGHT, SUM] += slots_in_window(load, born, slot + 1)
+    if stage == SENDERS_ACKED:
+        # Two frames later no node remembers a packet that carried the item.
+        fleet.free_slot[column] = slot + 1 + 2 * rules.n_nodes
+
+
+def slots_in_window(load: Load, start: int, stop: int) -> int:
+    """Slots from `start` to before `stop` that lie in the window."""
+    return max(0, min(stop, load.window_end) - max(start, load.window_start))
+
+
+def close_batch(n_followed: int, outcome: Ints) -> None:
+    """Complete the sums and counts of a trial of a batch: it counts once, or as censored."""
+    for stage in range(N_STAGES):
+        ended = int(outcome[stage, COUNT] == n_followed)
+        outcome[stage, SUM] *= ended
+        outcome[stage, COUNT] = ended
+        outcome[stage, CENSORED] = 1 - ended
+    outcome[TRANSMISSIONS, COUNT] = outcome[SENDERS_ACKED, COUNT]
+    outcome[TRANSMISSIONS, SUM] *= outcome[SENDERS_ACKED, COUNT]
+
+
+def close_window(load: Load, fleet: Fleet, n_followed: int, outcome: Ints) -> None:
+    """Complete the sums and counts of a trial of Poisson load: each item followed counts, or is censored."""
+    for stage in range(N_STAGES):
+        outcome[stage, CENSORED] = n_followed - outcome[stage, COUNT]
+    for column in range(len(fleet.free_slot)):
+        acknowledged = (fleet.reached[SOURCE_ACKED, column // WORD_BITS] >> column % WORD_BITS) & 1
+        if fleet.free_slot[column] == NEVER and not acknowledged:
+            outcome[IN_FLIGHT, SUM] += slots_in_window(load, fleet.born_slot[column], load.window_end)
+    outcome[TRANSMISSIONS, COUNT] = outcome[GOODPUT, SUM]
+    outcome[REFUSED, COUNT] = outcome[OFFERED, SUM]
+    for quantity in (IN_FLIGHT, GOODPUT, OFFERED):
+        outcome[quantity, COUNT] = load.window_end - load.window_start

@@ -1,0 +1,165 @@
+"""Copies of a vehicle: how a fleet is brought to the size that ``[fleet]`` asks for.
+
+Works on the raw tables before any check between them, so that those see the whole fleet. A copy is its original but
+for name (the next free number), slot (the next free), depth and start. Copies get a depth layer each, as AUVs that work
+together do in practice: vehicles in layers pass freely. At one depth 15 of them block one another at a rally point,
+where each waits for the others and evades them. Where there are more copies than layers, or none, as for
+surface vehicles, those that share a layer start ``spacing_m`` apart.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from missions.errors import ConfigurationFault
+from missions.scenarios.tables import PointM, Raw, bounds_of, entries, names_of, one_of, point_of
+
+MAX_VEHICLES = 64
+SPACING_M = 10.0
+"""Between copies in one layer: twice the distance that vehicles keep when they pass each other."""
+LAYER_M = 4.0
+"""Between layers: more than ``remoras.fleet.SAME_DEPTH_M``, up to which vehicles evade each other."""
+
+
+@dataclass(frozen=True)
+class Copies:
+    """Tables of a scenario with the copies in them.
+
+    Args:
+        raw: the tables; ``names``: the copies, ``original``: what they are copies of, ``size``: of the fleet.
+        faults: what is wrong with ``[fleet]``; there are no copies then.
+    """
+
+    raw: Raw
+    names: tuple[str, ...] = ()
+    original: str = ""
+    size: int = 0
+    faults: tuple[ConfigurationFault, ...] = ()
+
+    def attributed(self, faults: Sequence[ConfigurationFault]) -> list[ConfigurationFault]:
+        """Faults of copies as faults of ``fleet.size``, once each; those that the original has too are its own."""
+        own = {(fault.key, fault.allowed) for fault in faults}
+        found: list[ConfigurationFault] = []
+        said: set[tuple[str, str]] = set()
+        for fault in faults:
+            kind, _, rest = fault.key.partition(".")
+            name, _, key = rest.partition(".")
+            if kind != "vehicle" or name not in self.names:
+                found.append(fault)
+            elif (f"vehicle.{self.original}.{key}", fault.allowed) not in own and (key, fault.allowed) not in said:
+                said.add((key, fault.allowed))
+                allowed = f"its copy {name} has {key} = {fault.given}: {fault.allowed}"
+                found.append(ConfigurationFault("fleet.size", str(self.size), allowed))
+        return found
+
+
+def with_copies(raw: Raw) -> Copies:
+    """The tables with the fleet at its size; as they are where ``[fleet]`` asks for nothing or is malformed."""
+    fleet, vehicles = raw.get("fleet"), entries(raw, "vehicle")
+    if not isinstance(fleet, dict):
+        return Copies(raw)
+    size, original, names = fleet.get("size"), fleet.get("copies_of"), names_of(raw, "vehicle")
+    if type(size) is not int or not 2 <= size <= MAX_VEHICLES:
+        return Copies(raw)
+    if faults := tuple(one_of("fleet.copies_of", original, names)):
+        return Copies(raw, faults=faults)
+    if size == len(vehicles):
+        return Copies(raw)
+    if size < len(vehicles):
+        allowed = f"allowed: {len(vehicles)}, the vehicles that are listed, to {MAX_VEHICLES}"
+        return Copies(raw, faults=(ConfigurationFault("fleet.size", str(size), allowed),))
+    if original is None:
+        allowed = f"missing: which vehicle the {size - len(vehicles)} to add are copies of; allowed: {', '.join(names)}"
+        return Copies(raw, faults=(ConfigurationFault("fleet.copies_of", "", allowed),))
+    source = next((vehicle for vehicle in vehicles if vehicle.get("name") == original), {})
+    spacing_m, box, around = fleet.get("spacing_m", SPACING_M), bounds_of(raw), point_of(source, "start_m")
+    if type(spacing_m) not in (int, float) or not spacing_m > 0.0:
+        return Copies(raw)  # reported as what it is, and so are world and start
+    if box is None or not all(map(math.isfinite, box)) or not around or not _in(box, around[0]):
+        return Copies(raw)
+    n_copies, layers_m = size - len(vehicles), _layers_m(source, vehicles)
+    in_layers = [vehicle for vehicle in vehicles if any(_shares(vehicle, layer_m) for layer_m in layers_m)]
+    taken_m = [start_m for vehicle in in_layers for start_m in point_of(vehicle, "start_m")]
+    starts_m = _free_places(around[0], float(spacing_m), box, taken_m, math.ceil(n_copies / len(layers_m)))
+    places = [(start_m, layer_m) for start_m in starts_m for layer_m in layers_m]
+    if len(places) < n_copies:
+        allowed = f"the world has room for {len(places)} of {n_copies} copies that start this far apart"
+        return Copies(raw, faults=(ConfigurationFault("fleet.spacing_m", str(spacing_m), allowed),))
+    used = {name for kind in ("vehicle", "group", "area", "rally_point") for name in names_of(raw, kind)}
+    new_names = _next_names(original, used, n_copies)
+    slots = [vehicle.get("slot") for vehicle in vehicles]
+    free_slots = [slot for slot in range(size) if slot not in slots]
+    copies = [
+        {**source, "name": name, "slot": slot, "start_m": [*start_m], "depth_m": depth_m}
+        for name, slot, (start_m, depth_m) in zip(new_names, free_slots, places, strict=False)
+    ]
+    return Copies({**raw, "vehicle": [*raw["vehicle"], *copies]}, tuple(new_names), original, size)
+
+
+def _next_names(original: str, used: set[str], n_names: int) -> list[str]:
+    """Names with the next free numbers.
+
+    >>> _next_names("AUV02", {"AUV02", "AUV04"}, 2)
+    ['AUV03', 'AUV05']
+    """
+    stem, digits = re.fullmatch(r"(.*?)(\d*)", original, re.DOTALL).groups()  # type: ignore[union-attr]  # always matches
+    number, found = int(digits or 1), list[str]()
+    while len(found) < n_names:
+        number += 1
+        name = f"{stem}{number:0{len(digits)}d}"
+        if name not in used:
+            found.append(name)
+    return found
+
+
+def _depth_m(vehicle: Raw, key: str = "depth_m") -> float:
+    depth_m = vehicle.get(key, 0.0)
+    return float(depth_m) if type(depth_m) in (int, float) and math.isfinite(depth_m) else 0.0
+
+
+def _shares(vehicle: Raw, layer_m: float) -> bool:
+    return abs(_depth_m(vehicle) - layer_m) < LAYER_M
+
+
+def _layers_m(original: Raw, vehicles: Sequence[Raw]) -> list[float]:
+    """Layers above and below the original that no vehicle is in, the nearest first; its own depth if there is none."""
+    own_m, limit_m = _depth_m(original), _depth_m(original, "depth_limit_m")
+    steps = sorted(range(-MAX_VEHICLES, MAX_VEHICLES + 1), key=lambda step: (abs(step), -step))
+    layers_m = [round(own_m + step * LAYER_M, 3) for step in steps]
+    free_m = [m for m in layers_m if 0.0 < m <= limit_m and not any(_shares(vehicle, m) for vehicle in vehicles)]
+    return free_m or [own_m]
+
+
+def _free_places(
+    around_m: PointM, spacing_m: float, box: tuple[float, float, float, float], taken_m: Sequence[PointM], n_places: int
+) -> list[PointM]:
+    """The first ``n_places`` points of the lattice in the world that are ``spacing_m`` from all that are taken."""
+    found: list[PointM] = []
+    for ring in _rings(around_m, spacing_m, box):
+        for place in ring:
+            if _in(box, place) and all(math.dist(place, other) > 0.999 * spacing_m for other in taken_m):
+                found.append(place)
+        if len(found) >= n_places:
+            break
+    return found[:n_places]
+
+
+def _rings(around_m: PointM, spacing_m: float, box: tuple[float, float, float, float]) -> Iterator[list[PointM]]:
+    """Square rings of the lattice around a point of the world, itself first, as long as one reaches into the world."""
+    (x_m, y_m), (x_min, y_min, x_max, y_max) = around_m, box
+    reach_m = max(x_m - x_min, x_max - x_m, y_m - y_min, y_max - y_m)
+    for ring in range(int(reach_m / spacing_m) + 1):
+        steps = range(-ring, ring + 1)
+        yield [
+            (round(x_m + column * spacing_m, 3), round(y_m + row * spacing_m, 3))
+            for row in steps
+            for column in steps
+            if max(abs(row), abs(column)) == ring
+        ]
+
+
+def _in(box: tuple[float, float, float, float], place: PointM) -> bool:
+    return box[0] <= place[0] <= box[2] and box[1] <= place[1] <= box[3]

@@ -1,0 +1,103 @@
+"""What a worker does: run a chunk of tasks and say of each how it ended.
+
+This is the only module of the missions that looks at the clock of the wall: a run's line says when it finished and
+where. Nothing of that enters the model.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import time
+import traceback
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from missions.errors import ClusterError
+from missions.runs.results import identity, summary
+from missions.runs.run import run
+from missions.runs.step_tables import encoded
+from missions.sweeps.plan import Task, version
+from remoras.fleet import rare_collections
+
+MACHINE_COLUMNS = ("wall_s", "cpu_s", "host", "worker", "finished_at")
+"""What depends on the machine, and nothing else does."""
+DONE, FAILED = "done", "failed"
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A run that has ended.
+
+    Args:
+        line: what the ledger keeps of it.
+        tables: its tables as Parquet files by name, if they are kept.
+    """
+
+    line: Mapping[str, Any]
+    tables: Mapping[str, bytes]
+
+    @property
+    def key(self) -> str:
+        return str(self.line["key"])
+
+
+def run_chunk(needed_version: str, tasks: Sequence[Task]) -> list[Finished]:
+    """Run the tasks one after another; a run that raises is a failed run, not an error of the chunk.
+
+    Raises:
+        ClusterError: this worker has another version.
+    """
+    if version() != needed_version:
+        where = f"worker {platform.node()}"
+        raise ClusterError(f"{where} has version {version()} of remoras, the sweep {needed_version}: install the same")
+    return [run_task(task) for task in tasks]
+
+
+@rare_collections()
+def run_task(task: Task) -> Finished:
+    """Run one task."""
+    wall_s, cpu_s = time.perf_counter(), time.process_time()
+    found, error, tables = identity(task.scenario, task.seed), "", {}
+    try:
+        finished = run(task.scenario, task.seed)
+        found = summary(finished)
+        del found["wall_s"]
+        if task.keep_tables:
+            tables = encoded(finished.recorder, task.key)
+    except Exception:
+        error = traceback.format_exc()
+    machine = {
+        "wall_s": round(time.perf_counter() - wall_s, 4),
+        "cpu_s": round(time.process_time() - cpu_s, 4),
+        "host": platform.node(),
+        "worker": os.getpid(),
+        "finished_at": _now(),
+    }
+    return Finished(_line(task, found, error, machine), tables)
+
+
+def killed(task: Task) -> Finished:
+    """A run whose process died every time that it was tried."""
+    error = "the process died every time that this run was tried, alone at the last"
+    machine = {"wall_s": None, "cpu_s": None, "host": platform.node(), "worker": os.getpid(), "finished_at": _now()}
+    return Finished(_line(task, identity(task.scenario, task.seed), error, machine), {})
+
+
+def _line(task: Task, found: Mapping[str, Any], error: str, machine: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        "key": task.key,
+        "status": FAILED if error else DONE,
+        "repeat": task.repeat,
+        "settings": dict(task.settings),
+        "summary": dict(found),
+        "error": error,
+        "replay": task.replay if error else "",
+        "tables": task.keep_tables and not error,
+        "machine": dict(machine),
+    }
+
+
+def _now() -> str:
+    return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())

@@ -1,0 +1,116 @@
+"""The application that the commands belong to, and what they share: errors, JSON, names."""
+
+from __future__ import annotations
+
+import functools
+import json
+import sys
+from collections.abc import Callable, Sequence
+from difflib import get_close_matches
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any, NoReturn, ParamSpec
+
+import typer
+
+OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
+
+app = typer.Typer(
+    help="Fleets of autonomous marine vehicles: organisation and knowledge over a lossy acoustic channel.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+Parameters = ParamSpec("Parameters")
+
+
+def fail(message: str) -> NoReturn:
+    """One clear message on the standard error, exit 2."""
+    print(f"remoras: {message}", file=sys.stderr)
+    raise typer.Exit(USAGE)
+
+
+def nearest(name: str, known: Sequence[str]) -> str:
+    found = get_close_matches(name, known, n=1)
+    return f"; did you mean {found[0]!r}?" if found else ""
+
+
+def one_of(what: str, name: str, known: Sequence[str]) -> None:
+    """Fail unless ``name`` is one of ``known``."""
+    if name not in known:
+        fail(f"{what} {name!r}: allowed are {', '.join(known)}{nearest(name, known)}")
+
+
+def command(name: str) -> Callable[[Callable[Parameters, None]], Callable[Parameters, None]]:
+    """A command whose user errors become one message and whose interruption exits with 130."""
+
+    def register(function: Callable[Parameters, None]) -> Callable[Parameters, None]:
+        @functools.wraps(function)
+        def reported(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
+            try:
+                function(*args, **kwargs)
+            except KeyboardInterrupt:
+                print("remoras: interrupted", file=sys.stderr)
+                raise typer.Exit(INTERRUPTED) from None
+            except BrokenPipeError:
+                sys.stderr.close()
+                raise typer.Exit(OK) from None
+            except OSError as error:
+                fail(str(error))
+            except Exception as error:
+                if not _is_users_fault(error):
+                    raise
+                fail(str(error))
+
+        app.command(name)(reported)
+        return function
+
+    return register
+
+
+def _is_users_fault(error: Exception) -> bool:
+    from exchange.errors import ExchangeError
+    from missions.errors import MissionsError
+    from remoras.errors import RemorasError
+    from visualisation.errors import VisualisationError
+    from worldmodel import WorldModelError
+
+    return isinstance(error, ExchangeError | MissionsError | RemorasError | VisualisationError | WorldModelError)
+
+
+def show_json(value: Any) -> None:
+    print(json.dumps(value, indent=2, allow_nan=False))
+
+
+class Format(StrEnum):
+    """Formats of figures."""
+
+    PNG = "png"
+    SVG = "svg"
+    PDF = "pdf"
+
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON value and nothing else.")]
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from importlib import metadata
+
+        print(f"remoras {metadata.version('remoras')}")
+        raise typer.Exit(OK)
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    pass
+
+
+def main() -> None:
+    """Entry point of the ``remoras`` command; ``module:object`` is looked for in the current folder too."""
+    sys.path.append(str(Path.cwd()))
+    app()

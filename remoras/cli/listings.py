@@ -1,0 +1,85 @@
+"""What can be named: scenarios, strategies, policies, channels, modems and studies, each with one line of text.
+
+Of strategies there are details too: where each is from, what its vehicles tell each other, what can be set.
+"""
+
+from __future__ import annotations
+
+import itertools
+import sys
+from collections.abc import Callable
+from dataclasses import asdict
+from typing import Any
+
+from exchange.acoustics.link import LINKS
+from exchange.acoustics.modems import modems
+from exchange.policies import POLICIES, Acknowledgement
+from missions.scenarios.scenario import load, shipped
+from missions.sweeps.study import shipped_studies
+from remoras.strategies import parameters, strategies
+
+
+def _scenarios() -> dict[str, str]:
+    return {name: load(name).scenario.title for name in shipped()}
+
+
+def _strategies() -> dict[str, str]:
+    docs = {name: sys.modules[type(strategy).__module__].__doc__ or "" for name, strategy in strategies().items()}
+    return {name: doc.strip().splitlines()[0] for name, doc in docs.items()}
+
+
+def _of_strategy(name: str) -> dict[str, Any]:
+    strategy = strategies()[name]
+    return {
+        "source": strategy.declaration.source,
+        "messages": dict(strategy.declaration.messages),
+        "parameters": [asdict(parameter) for parameter in parameters(strategy)],
+    }
+
+
+def _policies() -> dict[str, str]:
+    meanings = {
+        Acknowledgement.ACK: "packet acknowledgements",
+        Acknowledgement.M_ACK: "acknowledgement matrix",
+        Acknowledgement.MPS_ACK: "acknowledgement matrix with pseudo-acknowledgements",
+    }
+    return {
+        policy.name: meanings[Acknowledgement(policy.acknowledgement)]
+        + (", others repeat items" if policy.repeat else ", only the origin sends an item")
+        for policy in POLICIES.values()
+    }
+
+
+def _modems() -> dict[str, str]:
+    return {
+        modem.name: f"{modem.title}: {modem.payload_bytes} B in {modem.packet_s(modem.payload_bits):.2f} s"
+        for modem in modems().values()
+    }
+
+
+def _studies() -> dict[str, str]:
+    return {name: _first_sentence(path.read_text(encoding="utf-8")) for name, path in shipped_studies().items()}
+
+
+def _first_sentence(text: str) -> str:
+    """The first sentence of the comment at the top of a file.
+
+    >>> _first_sentence("# What it is\\n# for. More of it.\\n[study]")
+    'What it is for'
+    """
+    comment = itertools.takewhile(lambda line: line.startswith("#"), text.splitlines())
+    return " ".join(line.strip("# ") for line in comment).partition(". ")[0]
+
+
+LISTINGS: dict[str, Callable[[], dict[str, str]]] = {
+    "scenarios": _scenarios,
+    "strategies": _strategies,
+    "policies": _policies,
+    "channels": lambda: dict(LINKS),
+    "modems": _modems,
+    "studies": _studies,
+}
+"""Name and text of everything of a kind."""
+
+DETAILS: dict[str, Callable[[str], dict[str, Any]]] = {"strategies": _of_strategy}
+"""What else there is to say of something by its name, where there is more than one line."""

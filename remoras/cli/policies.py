@@ -1,0 +1,136 @@
+"""The command ``exchange-study``: exchange policies under packet loss, without a mission."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from remoras.cli.app import Format, Json, command, fail, show_json
+from remoras.cli.progress import Progress
+
+if TYPE_CHECKING:
+    from exchange.study.study import ExchangeStudy, StudyRow
+
+
+def loss_rates(text: str) -> tuple[float, ...]:
+    """Loss rates of ``0.1,0.5`` or ``0.05:0.8:0.05`` (first, last, step).
+
+    >>> loss_rates("0.1:0.3:0.1"), loss_rates("0.5")
+    ((0.1, 0.2, 0.3), (0.5,))
+    """
+    try:
+        if ":" not in text:
+            return tuple(float(part) for part in text.split(","))
+        first, last, step = (float(part) for part in text.split(":"))
+        if step <= 0.0 or last < first:
+            raise ValueError
+    except ValueError:
+        fail(f"--per {text!r}: allowed are rates such as 0.1,0.5 or first:last:step such as 0.05:0.8:0.05")
+    return tuple(round(first + number * step, 10) for number in range(int((last - first) / step + 1e-9) + 1))
+
+
+@command("exchange-study")
+def exchange_study(
+    nodes: Annotated[int | None, typer.Option(help="Vehicles in the fleet, 2 to 64.  [default: 5]")] = None,
+    per: Annotated[str, typer.Option(help="Loss rates: 0.1,0.5 or first:last:step.")] = "0.05:0.8:0.05",
+    policies: Annotated[str, typer.Option(help="all, or names with commas between.")] = "all",
+    trials: Annotated[int, typer.Option(help="Trials of each policy at each loss rate.")] = 2000,
+    load: Annotated[str, typer.Option(help="single, batch or poisson:RATE (items per node and slot).")] = "single",
+    items: Annotated[int, typer.Option(help="Items at every node, for load batch.")] = 1,
+    item_bits: Annotated[int, typer.Option(help="Size of an item.")] = 60,
+    capacity_bits: Annotated[
+        int | None, typer.Option(help="Size of a packet, header charged; unlimited if left out.")
+    ] = None,
+    carrier_evidence: Annotated[bool, typer.Option(help="Take a node that sends an item as holding it.")] = False,
+    seed: Annotated[int, typer.Option(help="Root of all random draws.")] = 1,
+    jobs: Annotated[int, typer.Option(help="Cores to use; the numbers do not depend on it.")] = 1,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for figures, captions and their CSV; without --nodes, those of the paper."),
+    ] = None,
+    file_format: Annotated[Format, typer.Option("--format", help="File format of figures.")] = Format.PNG,
+    force: Annotated[bool, typer.Option("--force", help="Replace what is already in --out.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Study the exchange policies: time to delivery and to acknowledgement against packet loss."""
+    from exchange.policies import POLICIES
+    from exchange.study.study import ExchangeStudy, workload_named
+    from missions.runs.results import check_output
+
+    study = ExchangeStudy(
+        nodes=5 if nodes is None else nodes,
+        per=loss_rates(per),
+        policies=tuple(POLICIES) if policies == "all" else tuple(policies.split(",")),
+        trials=trials,
+        load=workload_named(load, items),
+        item_bits=item_bits,
+        capacity_bits=capacity_bits,
+        carrier_evidence=carrier_evidence,
+        seed=seed,
+    )
+    if out is not None:
+        check_output(out, force)
+    rows = _run([study], jobs)
+    if out is not None:
+        drawn = _draw(study, rows, out, file_format.value, jobs, of_the_paper=nodes is None)
+        print(*drawn, sep="\n", file=sys.stderr if as_json else sys.stdout)
+    if as_json:
+        show_json([row.as_json() for row in rows])
+    elif out is None:
+        _print_study(rows)
+
+
+def _run(studies: Sequence[ExchangeStudy], jobs: int) -> list[StudyRow]:
+    from exchange.study.study import run
+
+    rows: list[StudyRow] = []
+    with Progress("exchange study", len(studies), "studies") as progress:
+        for number, study in enumerate(studies):
+
+            def at(done: int, total: int, number: int = number) -> None:
+                progress.at(number + done / total)
+
+            rows += run(study, jobs, at, lambda text: print(text, file=sys.stderr))
+    return rows
+
+
+def _draw(
+    study: ExchangeStudy, rows: Sequence[StudyRow], out: Path, file_format: str, jobs: int, of_the_paper: bool
+) -> list[Path]:
+    """Figures 3 to 5 of the paper and the loaded case; or the three times of the study asked for."""
+    from exchange.study.study import LoadKind, loaded_studies
+    from visualisation.policies import write, write_csv
+
+    if study.load.kind is LoadKind.POISSON:
+        out.mkdir(parents=True, exist_ok=True)
+        write_csv(rows, out / "loaded.csv")
+        return [out / "loaded.csv"]
+    if not of_the_paper:
+        kinds = ("delivered", "source", "senders")
+        return [path for kind in kinds for path in write(rows, kind, out, kind, file_format)]
+    ten = _run([replace(study, nodes=10)], jobs)
+    loaded = _run(loaded_studies(seed=study.seed), jobs)
+    figures = [("source", "figure-3", rows), ("senders", "figure-4", rows), ("senders", "figure-5", ten)]
+    figures.append(("loaded", "loaded", loaded))
+    return [path for kind, name, of_kind in figures for path in write(of_kind, kind, out, name, file_format)]
+
+
+def _print_study(rows: Sequence[StudyRow]) -> None:
+    """A line for every policy and loss rate: mean slots with the half-width of the 95 % interval."""
+
+    def shown(estimate: Any) -> str:
+        if estimate is None:
+            return f"{'-':>18}"
+        if estimate.ci95_high is None:
+            return f"{estimate.mean:>18.2f}"
+        return f"{estimate.mean:>10.2f} +- {estimate.ci95_high - estimate.mean:<5.2f}"
+
+    print(f"{'per':>5} {'policy':<16} {'delivered':>17} {'source acked':>18} {'senders acked':>18}  slots; censored")
+    for row in rows:
+        estimates = (row.delivered_slots, row.source_acked_slots, row.senders_acked_slots)
+        print(f"{row.per:>5g} {row.policy:<16}", *map(shown, estimates), f"{row.censored_senders:>14}")

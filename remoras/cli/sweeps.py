@@ -1,0 +1,142 @@
+"""Commands about many runs: sweep, status, compare."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from remoras.cli.app import FAILED, Json, command, show_json
+from remoras.cli.progress import Progress
+
+PARTLY_DONE = 3
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")]
+
+
+@command("sweep")
+def sweep(
+    study: Annotated[str, typer.Argument(metavar="STUDY", help="Shipped study or TOML file.")],
+    out: Annotated[Path, typer.Option(help="Folder for the runs; run again on the same folder to go on.")],
+    jobs: Annotated[int, typer.Option(min=1, max=1024, help="Processes on this machine.")] = os.cpu_count() or 1,
+    cluster: Annotated[
+        str | None, typer.Option(metavar="tcp://HOST:PORT", help="Dask scheduler to use instead of this machine.")
+    ] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Count runs, estimate time, write nothing.")] = False,
+    force_new: Annotated[
+        bool, typer.Option("--force-new", help="If the study has changed: set its old runs aside, start anew.")
+    ] = False,
+    as_json: Json = False,
+) -> None:
+    """Make all runs of a study, once each, however often it is interrupted."""
+    from missions.sweeps import sweep as engine
+    from missions.sweeps.study import load_study
+
+    loaded = load_study(study)
+    if dry_run:
+        guess = engine.estimate(loaded, jobs)
+        _show(asdict(guess), as_json, [f"{guess.planned} runs, about {guess.estimate_s:.0f} s on {jobs} processes"])
+        return
+    with Progress(f"sweep {loaded.design.name}", 1, "runs") as progress:
+        try:
+            status = engine.sweep(loaded, out, jobs, cluster, force_new=force_new, progress=progress.of)
+        except engine.PartlyDoneError as error:
+            print(f"remoras: {error}; finished runs are kept in {out}, the same command goes on", file=sys.stderr)
+            raise typer.Exit(PARTLY_DONE) from None
+    _show(asdict(status), as_json, [_status_line(asdict(status)), f"compare them with: remoras compare {out}"])
+    if status.failed:
+        print(f"remoras: {status.failed} runs failed; columns error and replay of {out}/runs.parquet", file=sys.stderr)
+        raise typer.Exit(FAILED)
+
+
+@command("status")
+def status(folder: Folder, as_json: Json = False) -> None:
+    """Say how far a sweep is, while it goes on or after."""
+    from missions.sweeps.runlog import SweepResults
+
+    results = SweepResults.read(folder)
+    found = asdict(results.status())
+    failures = [line for line in results.lines.values() if line["error"]]
+    shown = [f"failed: {line['error'].strip().splitlines()[-1]}\n  replay: {line['replay']}" for line in failures]
+    _show(found, as_json, [_status_line(found), *shown])
+
+
+@command("compare")
+def compare(
+    folder: Folder,
+    metrics: Annotated[
+        list[str] | None, typer.Option("--metric", help="Field of the summary; those of the study if left out.")
+    ] = None,
+    baseline: Annotated[str | None, typer.Option(help="Strategy or policy that the others are compared with.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the rows to this CSV file too.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Compare the configurations of a sweep: means, intervals, paired differences to a baseline."""
+    from missions.comparison.compare import compare as compared
+    from missions.comparison.compare import write_csv
+    from missions.errors import OutputError
+    from missions.sweeps.runlog import SweepResults
+
+    results = SweepResults.read(folder)
+    found = compared(results, tuple(dict.fromkeys(metrics or ())), baseline)
+    state = results.status()
+    if state.failed or state.remaining > 0:
+        left_out = f"{state.failed} runs failed and {state.remaining} have not been made"
+        print(f"remoras: {left_out}; what has finished is compared", file=sys.stderr)
+    rows = [asdict(row) for row in found]
+    if out is not None:
+        try:
+            write_csv(found, out)
+        except OSError as error:
+            raise OutputError(f"--out {out}: cannot be written: {error.strerror}") from None
+    _show(rows, as_json, list(_comparison_lines(rows)))
+
+
+def _status_line(status: dict[str, Any]) -> str:
+    return ", ".join(f"{count} {name}" for name, count in status.items())
+
+
+def _comparison_lines(rows: Sequence[dict[str, Any]]) -> Sequence[str]:
+    """A table for people: mean with interval, difference to the baseline with interval."""
+
+    def interval(mean: float | None, low: float | None, high: float | None) -> str:
+        bounds = "" if low is None or high is None else f" [{low:.4g}, {high:.4g}]"
+        return "-" if mean is None else f"{mean:.4g}{bounds}"
+
+    lines = []
+    for number, row in enumerate(rows):
+        if number == 0 or row["metric"] != rows[number - 1]["metric"]:
+            heading = f"difference to {row['baseline']}"
+            lines.append(f"{row['metric']}\n  {'per':>5} {'strategy':<18}{'policy':<16}{'n':>5}{'done':>5}  "
+                         f"{'mean [95 %]':<34}{heading:<36}{'p (Holm)':>9}")  # fmt: skip
+        p = "-" if row["p_holm"] is None else f"{row['p_holm']:.2g}"
+        settings = "  " + " ".join(f"{key}={value}" for key, value in row["settings"].items())
+        mean = interval(row["mean"], row["ci95_low"], row["ci95_high"])
+        difference = interval(row["diff_to_baseline"], row["diff_ci95_low"], row["diff_ci95_high"])
+        names = f"{row['per']:>5g} {row['strategy']:<18}{row['policy']:<16}"
+        lines.append(f"  {names}{row['n']:>5}{row['n_completed']:>5}  "
+                     f"{mean:<34}{difference:<36}{p:>9}{settings}".rstrip())  # fmt: skip
+        if number + 1 == len(rows) or rows[number + 1]["metric"] != row["metric"]:
+            lines += _too_few([other for other in rows if other["metric"] == row["metric"]])
+    return lines
+
+
+def _too_few(rows: Sequence[dict[str, Any]]) -> list[str]:
+    """A warning if no difference of a metric could come out as significant."""
+    from missions.comparison.compare import SIGNIFICANT, least_p_holm
+
+    tested = [row["n"] for row in rows if row["p_holm"] is not None]
+    if not tested or (least := least_p_holm(max(tested), len(tested))) < SIGNIFICANT:
+        return []
+    return [f"  no p (Holm) of {len(tested)} comparisons of {max(tested)} pairs can be below {least:.2g}: repeat more"]
+
+
+def _show(value: Any, as_json: bool, lines: Sequence[str]) -> None:
+    if as_json:
+        show_json(value)
+    else:
+        print("\n".join(lines))

@@ -1,0 +1,139 @@
+"""Executive layer: which activities the vehicle performs, by satisfaction and altruism (REMORAS, section V)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from remoras.activities import ActivityKind, ActivitySet, ActivityType
+from remoras.behaviours import Perception
+from remoras.executive.decision import best, combinations
+from remoras.executive.satisfaction import DecisionConstants, Progress, call, evolved, motivation, signal_of
+
+RoleKey = tuple[str, str]  # (group, role)
+
+_DRIVING = (1 << ActivityType.GUIDANCE) | (1 << ActivityType.PRODUCTIVE) | (1 << ActivityType.PLANNING)
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """Indices of the chosen activity sets, and the roles that drive the vehicle by them.
+
+    A role drives the vehicle if one of its activities guides, works or plans.
+    """
+
+    chosen: tuple[int, ...] = ()
+    driving: frozenset[RoleKey] = frozenset()
+    types: int = 0
+
+    def has(self, activity_type: ActivityType) -> bool:
+        return bool(self.types >> activity_type & 1)
+
+
+@dataclass(frozen=True, slots=True)
+class HeardSignal:
+    """An influence signal as it was heard: satisfaction of ``emitter``'s role, and when."""
+
+    value: int
+    heard_s: float
+
+
+class ExecutiveLayer:
+    """Motivations, satisfactions and the decision of one vehicle."""
+
+    def __init__(self, constants: DecisionConstants) -> None:
+        self._constants = constants
+        self.period_s = constants.period_s
+        self._combinations: dict[int, tuple[tuple[int, ...], ...]] = {}
+        self._importance: list[float] = []
+        self._sizes: list[int] = []
+        self._role_of: list[RoleKey | None] = []
+        self._listens: list[bool] = []
+        self._heard: dict[RoleKey, dict[tuple[str, str], HeardSignal]] = {}
+        self.sets: tuple[ActivitySet, ...] = ()
+        self.satisfaction: dict[RoleKey, float] = {}
+        self.motivations: list[float] = []
+        self.decision = Decision()
+
+    def adopt(self, sets: Sequence[ActivitySet], roles: Sequence[RoleKey]) -> None:
+        """Consider ``sets`` from now on, in ``roles``; satisfaction in roles kept is kept."""
+        going_on = {self.sets[index] for index in self.decision.chosen}
+        self.sets = tuple(sets)
+        self._combinations = {}
+        self._importance = [activity_set.importance for activity_set in sets]
+        self._sizes = [len(activity_set.activities) for activity_set in sets]
+        self._role_of = [(s.objective.group, s.objective.role) if s.objective is not None else None for s in sets]
+        self._listens = [s.kind is ActivityKind.COLLECTIVE for s in sets]
+        self.satisfaction = {role: self.satisfaction.get(role, 0.0) for role in roles}
+        self._heard = {role: heard for role, heard in self._heard.items() if role in self.satisfaction}
+        self.motivations = [0.0] * len(sets)
+        self.decision = self._decision(tuple(index for index, s in enumerate(sets) if s in going_on))
+
+    def hear(self, addressed: RoleKey, emitter: str, emitter_role: str, value: int, now_s: float) -> None:
+        """An influence signal that addresses a role of this vehicle; a newer one replaces an older one."""
+        if addressed in self.satisfaction:
+            self._heard.setdefault(addressed, {})[emitter, emitter_role] = HeardSignal(value, now_s)
+
+    def signals(self) -> list[tuple[RoleKey, int]]:
+        """The signed byte of every role."""
+        return [(role, signal_of(value)) for role, value in self.satisfaction.items()]
+
+    def decide(self, perceptions: Sequence[Perception], now_s: float, dt_s: float) -> Decision:
+        """The best combination of activities now; satisfactions have evolved by ``dt_s``."""
+        constants = self._constants
+        calls = {role: self._strongest_call(heard, now_s) for role, heard in self._heard.items()}
+        motivations = self.motivations
+        performed = self.decision.chosen
+        motivated = 0
+        for index, perception in enumerate(perceptions):
+            stimulus = perception.stimulus
+            if stimulus <= 0.0:
+                motivations[index] = 0.0
+                continue
+            role = self._role_of[index]
+            motivations[index] = value = motivation(
+                self._importance[index],
+                stimulus,
+                index in performed,
+                0.0 if role is None else self.satisfaction[role],
+                calls[role] if calls and role in calls and self._listens[index] else 0.0,
+                constants,
+            )
+            if value > 0.0:
+                motivated |= 1 << index
+        candidates = self._combinations.get(motivated)
+        if candidates is None:
+            candidates = self._combinations[motivated] = combinations(self.sets, motivated)
+        chosen = best(candidates, self._sizes, motivations)
+        if chosen != performed:
+            self.decision = self._decision(chosen)
+        if dt_s > 0.0:
+            self._evolve(perceptions, dt_s)
+        return self.decision
+
+    def _strongest_call(self, heard: dict[tuple[str, str], HeardSignal], now_s: float) -> float:
+        strongest = 0.0
+        for signal in heard.values():
+            if signal.value < 0:
+                strongest = max(strongest, call(signal.value, now_s - signal.heard_s, self._constants))
+        return strongest
+
+    def _evolve(self, perceptions: Sequence[Perception], dt_s: float) -> None:
+        """Personal satisfaction follows the best that the activities performed in each role get on."""
+        progress: dict[RoleKey, Progress] = {}
+        for index in self.decision.chosen:
+            perceived, role = perceptions[index].progress, self._role_of[index]
+            if role is not None and perceived is not None:
+                progress[role] = max(perceived, progress.get(role, perceived))
+        for role, value in self.satisfaction.items():
+            self.satisfaction[role] = evolved(value, progress.get(role), dt_s, self._constants)
+
+    def _decision(self, chosen: tuple[int, ...]) -> Decision:
+        types = 0
+        driving = set()
+        for index in chosen:
+            types |= self.sets[index].types
+            role = self._role_of[index]
+            if role is not None and self.sets[index].types & _DRIVING:
+                driving.add(role)
+        return Decision(chosen, frozenset(driving), types)

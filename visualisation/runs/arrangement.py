@@ -1,0 +1,199 @@
+"""How the configurations of a sweep are laid out in figures: what is the axis, a series, a panel.
+
+The axis is the packet error rate. If that does not vary, it is the numeric setting with the most values. Series are
+strategies, policies, or both, whichever vary. What else varies (scenario, channel, other settings) makes a combination,
+which has a panel of its own; settings that rise or fall with the axis do not. The perfect channel is the packet
+error rate 0 of every other channel.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, TypeVar
+
+from missions.comparison.compare import Comparison, Rank
+from visualisation.errors import DrawingError
+
+PER, PERFECT = "per", "perfect"
+STRATEGIES = (
+    "remoras", "fixed-partition", "central", "contract-net", "status-broadcast", "cbba", "rendezvous-sync",
+)  # fmt: skip
+POLICIES = ("ack", "m-ack", "mps-ack", "knowledge", "adaptive")
+"""Names whose look and place in legends is the same in all studies; a policy may end in ``-repeat``."""
+REPEAT = "-repeat"
+WORDS = {
+    "fleet.size": "number of vehicles",
+    "channel.p_bad_to_good": "probability per slot that a bad spell ends",
+    "channel.p_good_to_bad": "probability per slot that a bad spell begins",
+    "communication.range_m": "range of the modems / m",
+}
+"""What figures call the settings that are varied most."""
+FAR_APART = 10.0
+"""Ratio of the last place on the axis to the first above which places are spaced evenly."""
+
+Row = TypeVar("Row", bound=Comparison | Rank)
+
+
+class Combination(NamedTuple):
+    """What was run, without strategy, policy and place on the axis."""
+
+    scenario: str
+    channel: str
+    settings: tuple[tuple[str, str], ...]
+
+
+class Series(NamedTuple):
+    """One line of a figure."""
+
+    strategy: str
+    policy: str
+    label: str
+
+
+@dataclass(frozen=True)
+class Arrangement:
+    """Axis and what follows from it, series in the order of legends, combinations with words that tell them apart."""
+
+    axis: str
+    follows: frozenset[str]
+    series: tuple[Series, ...]
+    titles: Mapping[Combination, str]
+
+    def x(self, row: Comparison | Rank) -> float:
+        """Place on the axis."""
+        return row.per if self.axis == PER else float(row.settings[self.axis])
+
+    @property
+    def axis_label(self) -> str:
+        """What the axis is called."""
+        return "packet error rate" if self.axis == PER else WORDS.get(self.axis, self.axis)
+
+    def is_spaced_evenly(self, rows: Iterable[Comparison | Rank]) -> bool:
+        """Do values so far apart that a scale would crowd them stand at equal distances instead?"""
+        xs = sorted({self.x(row) for row in rows})
+        return len(xs) > 2 and xs[0] > 0.0 and xs[-1] > FAR_APART * xs[0]
+
+    def of(self, combination: Combination, rows: Iterable[Row]) -> list[Row]:
+        """Rows of a combination, and those of the perfect channel that complete it."""
+        own: list[Row] = []
+        perfect: list[Row] = []
+        for row in rows:
+            found = _combination(row, self.follows)
+            if found == combination:
+                own.append(row)
+            elif found not in self.titles and _completes(found, combination):
+                perfect.append(row)
+        rates = {self.x(row) for row in own}
+        return [*(row for row in perfect if self.x(row) not in rates), *own]
+
+    def curves(self, rows: Iterable[Row]) -> dict[Series, list[Row]]:
+        """Rows of every series that has some, along the axis."""
+        found: dict[tuple[str, str], list[Row]] = defaultdict(list)
+        for row in rows:
+            found[row.strategy, row.policy].append(row)
+        return {series: sorted(found[series[:2]], key=self.x) for series in self.series if series[:2] in found}
+
+
+def arranged(rows: Sequence[Comparison]) -> Arrangement:
+    """The arrangement of a study, from rows of all its configurations.
+
+    Raises:
+        DrawingError: hardly any two configurations lie on one axis, as in a Latin hypercube of several keys.
+    """
+    axis = _axis(rows)
+    follows = _following(rows, axis)
+    combinations = list(dict.fromkeys(_combination(row, follows) for row in rows))
+    merged = {
+        one for one in combinations
+        if axis == PER and any(other.channel != PERFECT and _completes(one, other) for other in combinations)
+    }  # fmt: skip
+    kept = [one for one in combinations if one not in merged]
+    places = {(_combination(row, follows), row.per if axis == PER else row.settings.get(axis)) for row in rows}
+    if len(kept) > 4 and len(places) <= len(kept):
+        raise DrawingError(
+            f"{len(kept)} combinations of settings, each with a single point on the axis {axis!r}: a figure "
+            "needs an axis along which several points share the other settings; runs.parquet has all runs"
+        )
+    return Arrangement(axis, follows, _series(rows), dict(zip(kept, _titles(kept), strict=True)))
+
+
+def _axis(rows: Sequence[Comparison]) -> str:
+    if len({row.per for row in rows}) > 1:
+        return PER
+    n_values = {}
+    for key in sorted({key for row in rows for key in row.settings}):
+        values = {row.settings.get(key, "") for row in rows}
+        if len(values) > 1 and all(map(_is_number, values)):
+            n_values[key] = len(values)
+    return max(n_values, key=lambda key: n_values[key], default=PER)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
+
+
+def _following(rows: Sequence[Comparison], axis: str) -> frozenset[str]:
+    """The axis, and settings that rise or fall with it: they have one value at each of its places."""
+    values: dict[str, dict[float, set[str]]] = defaultdict(lambda: defaultdict(set))
+    for row in rows:
+        if row.channel != PERFECT and (axis == PER or axis in row.settings):
+            for key, value in row.settings.items():
+                values[key][row.per if axis == PER else float(row.settings[axis])].add(value)
+    follows = {axis}
+    for key, found in values.items():
+        in_order = [text for place in sorted(found) for text in found[place]]
+        if 1 < len(in_order) == len(found) and all(map(_is_number, in_order)):
+            numbers = [float(text) for text in in_order]
+            if sorted(numbers) in (numbers, numbers[::-1]):
+                follows.add(key)
+    return frozenset(follows)
+
+
+def _combination(row: Comparison | Rank, left_out: Collection[str]) -> Combination:
+    settings = tuple(pair for pair in row.settings.items() if pair[0] not in left_out)
+    return Combination(row.scenario, row.channel, settings)
+
+
+def _completes(perfect: Combination, other: Combination) -> bool:
+    """Whether these rows of a perfect channel are the other's at a packet error rate of 0."""
+    rest = tuple(pair for pair in other.settings if not pair[0].startswith("channel."))
+    own = tuple(pair for pair in perfect.settings if not pair[0].startswith("channel."))
+    return perfect.channel == PERFECT and (perfect.scenario, own) == (other.scenario, rest)
+
+
+def _series(rows: Sequence[Comparison]) -> tuple[Series, ...]:
+    strategies, policies = {row.strategy for row in rows}, {row.policy for row in rows}
+
+    def label(strategy: str, policy: str) -> str:
+        if len(policies) == 1:
+            return strategy
+        return policy if len(strategies) == 1 else f"{strategy}, {policy}"
+
+    pairs = {(row.strategy, row.policy) for row in rows}
+    ordered = sorted(pairs, key=lambda pair: (_place(pair[0], STRATEGIES), policy_place(pair[1])))
+    return tuple(Series(strategy, policy, label(strategy, policy)) for strategy, policy in ordered)
+
+
+def _place(name: str, known: Sequence[str]) -> tuple[int, str]:
+    return (known.index(name) if name in known else len(known)), name
+
+
+def policy_place(policy: str) -> tuple[int, str]:
+    """Sorts policies as legends list them: a policy, then the same with repeats."""
+    number, _ = _place(policy.removesuffix(REPEAT), POLICIES)
+    return number, policy
+
+
+def _titles(combinations: Sequence[Combination]) -> list[str]:
+    """What tells combinations apart: only what differs among them."""
+    keys = dict.fromkeys(key for one in combinations for key, _ in one.settings)
+    parts = [[one.scenario, one.channel, *(dict(one.settings).get(key, "") for key in keys)] for one in combinations]
+    names = ["", "", *(f"{WORDS.get(key, key)} = " for key in keys)]
+    varied = [at for at in range(len(names)) if len({own[at] for own in parts}) > 1]
+    return [", ".join(names[at] + own[at] for at in varied if own[at]) for own in parts]

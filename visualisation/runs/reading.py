@@ -1,0 +1,194 @@
+"""What the figures read out of the results of a run: vehicles, places, tracks, spans of roles, milestones."""
+
+from __future__ import annotations
+
+import tomllib
+from collections import defaultdict
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missions.runs.results import Results
+
+Floats = NDArray[np.float64]
+PointM = tuple[float, float]
+RoleKey = tuple[str, str]
+"""Group and role."""
+
+
+class Place(NamedTuple):
+    """A named place: one point of a rally point, all corners of an area."""
+
+    name: str
+    corners_m: tuple[PointM, ...]
+
+
+class Track(NamedTuple):
+    """Positions of one vehicle in time order; arrays of one length."""
+
+    time_s: Floats
+    x_m: Floats
+    y_m: Floats
+
+    def at(self, time_s: float) -> PointM:
+        """Position at a time."""
+        x_m, y_m = (float(np.interp(time_s, self.time_s, along)) for along in (self.x_m, self.y_m))
+        return x_m, y_m
+
+    def between(self, start_s: float, end_s: float) -> Track:
+        """The part from ``start_s`` to ``end_s``."""
+        inside = (self.time_s >= start_s) & (self.time_s <= end_s)
+        return Track(self.time_s[inside], self.x_m[inside], self.y_m[inside])
+
+
+class Span(NamedTuple):
+    """From when to when."""
+
+    start_s: float
+    end_s: float
+
+
+class Tenure(NamedTuple):
+    """One role of one vehicle: when it held the role, and when the role drove it."""
+
+    group: str
+    role: str
+    held: tuple[Span, ...]
+    active: tuple[Span, ...]
+
+
+class Milestone(NamedTuple):
+    """Something reached; vehicle and group are empty where they do not apply."""
+
+    name: str
+    vehicle: str
+    group: str
+    time_s: float
+
+    @property
+    def label(self) -> str:
+        """Name in words, with the vehicle or the group it is about."""
+        return ": ".join(part for part in (self.name.replace("_", " "), self.vehicle or self.group) if part)
+
+
+def scenario(results: Results) -> dict[str, Any]:
+    """The resolved scenario of the run."""
+    return tomllib.loads(results.manifest["scenario"])
+
+
+def vehicles(results: Results) -> list[str]:
+    """Names of the vehicles in the order of the scenario."""
+    return [vehicle["name"] for vehicle in scenario(results).get("vehicle", ())]
+
+
+def areas(results: Results) -> list[Place]:
+    """Areas to be mapped."""
+    return [
+        Place(area["name"], tuple((x, y) for x, y in area["corners_m"])) for area in scenario(results).get("area", ())
+    ]
+
+
+def rally_points(results: Results) -> list[Place]:
+    """Points to meet at."""
+    return [
+        Place(point["name"], ((point["position_m"][0], point["position_m"][1]),))
+        for point in scenario(results).get("rally_point", ())
+    ]
+
+
+def tracks(results: Results) -> dict[str, Track]:
+    """Tracks of the vehicles that were recorded, in the order of the scenario."""
+    table = results.table("trajectories")
+    names = np.asarray(table["vehicle"].to_pylist(), dtype=str)
+    columns = [table[name].to_numpy() for name in ("time_s", "x_m", "y_m")]
+    own = {name: names == name for name in vehicles(results)}
+    return {name: Track(*(column[rows] for column in columns)) for name, rows in own.items() if rows.any()}
+
+
+def milestones(results: Results) -> list[Milestone]:
+    """Milestones in time order."""
+    found = results.summary["milestones"]
+    return [Milestone(m["name"], m["vehicle"], m["group"], float(m["time_s"])) for m in found]
+
+
+def end_s(results: Results) -> float:
+    """When the run ended; a second at least, so that it can be an axis."""
+    return max(float(results.summary["mission_time_s"]), 1.0)
+
+
+def tenures(results: Results) -> dict[str, list[Tenure]]:
+    """Roles of every vehicle by group, in the order in which the groups, and in them the roles, were met."""
+    events: dict[str, dict[RoleKey, list[tuple[float, str]]]] = {name: {} for name in vehicles(results)}
+    groups: dict[str, int] = {}
+    for row in results.table("roles").to_pylist():
+        groups.setdefault(row["group"], len(groups))
+        of_role = events[row["vehicle"]].setdefault((row["group"], row["role"]), [])
+        of_role.append((row["time_s"], row["event"]))
+    last_s = end_s(results)
+    return {
+        vehicle: [
+            Tenure(
+                *key,
+                _spans(of_role[key], "assigned", ("left",), last_s),
+                _spans(of_role[key], "active", ("inactive", "left"), last_s),
+            )
+            for key in sorted(of_role, key=lambda key: groups[key[0]])
+        ]
+        for vehicle, of_role in events.items()
+    }
+
+
+def _spans(
+    events: Sequence[tuple[float, str]], opening: str, closing: tuple[str, ...], last_s: float
+) -> tuple[Span, ...]:
+    spans = []
+    start_s: float | None = None
+    for time_s, event in events:
+        if event == opening and start_s is None:
+            start_s = time_s
+        elif event in closing and start_s is not None:
+            spans.append(Span(start_s, time_s))
+            start_s = None
+    if start_s is not None:
+        spans.append(Span(start_s, last_s))
+    return tuple(spans)
+
+
+def satisfaction(results: Results) -> dict[str, dict[RoleKey, tuple[Floats, Floats]]]:
+    """Times and values of the personal satisfaction of every role of every vehicle."""
+    series: dict[str, dict[RoleKey, list[tuple[float, float]]]] = {
+        name: defaultdict(list) for name in vehicles(results)
+    }
+    for row in results.table("satisfaction").to_pylist():
+        series[row["vehicle"]][row["group"], row["role"]].append((row["time_s"], row["value"]))
+    return {
+        vehicle: {key: (np.array([p[0] for p in points]), np.array([p[1] for p in points]))
+                  for key, points in of_role.items()}
+        for vehicle, of_role in series.items()
+    }  # fmt: skip
+
+
+def first_mapped(results: Results) -> dict[tuple[int, int], tuple[float, str]]:
+    """For every mapped cell (column, row): when, and by whom, it was first mapped."""
+    found: dict[tuple[int, int], tuple[float, str]] = {}
+    for row in results.table("coverage").to_pylist():
+        found.setdefault((row["cell_x"], row["cell_y"]), (row["time_s"], row["vehicle"]))
+    return found
+
+
+def eventful_times_s(results: Results) -> list[float]:
+    """Times at which a milestone was reached or a role began or ceased to drive a vehicle."""
+    roles = results.table("roles")["time_s"].to_pylist()
+    return sorted({*roles, *(milestone.time_s for milestone in milestones(results))})
+
+
+def marker_step_s(length_s: float) -> float:
+    """A round time between markers on a track, so that there are at most ten in ``length_s``.
+
+    >>> marker_step_s(2062.0)
+    300.0
+    """
+    steps_s = (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400, 43200, 86400)
+    return float(next((step for step in steps_s if length_s / step <= 10), length_s))

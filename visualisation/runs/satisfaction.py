@@ -1,0 +1,88 @@
+"""Personal satisfaction of the roles of every vehicle over mission time: what the influence signals say."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from missions.runs.results import Results
+from visualisation import style
+from visualisation.runs import reading
+from visualisation.runs.reading import Floats, RoleKey, Tenure
+from visualisation.runs.sheet import sheet
+
+LOWEST, HIGHEST = -128, 127
+VEHICLE_ROOM_IN = 1.0
+ROLE_ROOM_IN = 2.5
+TICK_ROOM_IN = 0.32
+PAD_IN = 0.07
+THIN, THICK = 0.7, 1.9
+
+
+def figure(results: Results) -> Figure:
+    """A band per vehicle, a line per role, thick while the role drives the vehicle."""
+    series = reading.satisfaction(results)
+    tenures = {
+        (vehicle, tenure.group, tenure.role): tenure
+        for vehicle, own in reading.tenures(results).items()
+        for tenure in own
+    }
+    keys = list(dict.fromkeys(key for of_role in series.values() for key in of_role))
+    looks = {key: style.look(number) for number, key in enumerate(keys)}
+    legend = [
+        Line2D([], [], color=looks[key].colour, linestyle=looks[key].line, linewidth=1.2, label=label)
+        for key, label in zip(keys, _labels(keys), strict=True)
+    ]
+    if keys:
+        legend.append(Line2D([], [], color=style.GREY, linewidth=THICK, label="thick: drives the vehicle"))
+    band_in = 0.95 if len(series) <= 4 else 0.7 if len(series) <= 8 else 0.5
+    names = {vehicle: style.fitted(vehicle, VEHICLE_ROOM_IN, style.SMALL_PT, "bold") for vehicle in series}
+    names_in = max((style.width_in(name, style.SMALL_PT, "bold") for name in names.values()), default=0.0)
+    left_in = 0.25 + names_in + TICK_ROOM_IN
+    with style.paper():
+        page = sheet(results, left_in, band_in * len(series), legend)
+        page.note(0.1, band_in * len(series) / 2, "personal satisfaction", style.TEXT_PT, rotation="vertical",
+                  horizontalalignment="center", verticalalignment="center")  # fmt: skip
+        for number, (vehicle, of_role) in enumerate(series.items()):
+            top_in = number * band_in
+            page.note(0.25, top_in + band_in / 2, names[vehicle], style.SMALL_PT, weight="bold")
+            for value in (LOWEST, 0, HIGHEST):
+                label = f"{value}".replace("-", "\u2212")
+                down_in = _down_in(value, top_in, band_in)
+                page.note(left_in - 0.05, down_in, label, style.TINY_PT, horizontalalignment="right")
+            for axes in page.panels:
+                _ground(axes, top_in, band_in)
+                for key, (times_s, values) in of_role.items():
+                    look = looks[key]
+                    downs_in = np.array([_down_in(value, top_in, band_in) for value in values])
+                    axes.plot(times_s, downs_in, color=look.colour, linestyle=look.line, linewidth=THIN)
+                    _emphasis(axes, times_s, downs_in, look, tenures.get((vehicle, *key)))
+    return page.figure
+
+
+def _labels(keys: list[RoleKey]) -> list[str]:
+    """Names of roles, with the group where two groups have a role of that name."""
+    roles = [role for _, role in keys]
+    return [
+        style.fitted(role if roles.count(role) == 1 else f"{role}, {group}", ROLE_ROOM_IN, style.SMALL_PT)
+        for group, role in keys
+    ]
+
+
+def _down_in(value: float, top_in: float, band_in: float) -> float:
+    return top_in + PAD_IN + (HIGHEST - value) / (HIGHEST - LOWEST) * (band_in - 2 * PAD_IN)
+
+
+def _ground(axes: Axes, top_in: float, band_in: float) -> None:
+    zero_in = _down_in(0.0, top_in, band_in)
+    axes.axhspan(zero_in, top_in + band_in - PAD_IN, color=style.PALE, linewidth=0, zorder=0)
+    axes.axhline(zero_in, color=style.GREY, linewidth=0.4, zorder=1)
+    axes.axhline(top_in, color=style.BLACK, linewidth=0.4, zorder=1)
+
+
+def _emphasis(axes: Axes, times_s: Floats, downs_in: Floats, look: style.Look, tenure: Tenure | None) -> None:
+    for span in tenure.active if tenure else ():
+        inside = (times_s >= span.start_s) & (times_s <= span.end_s)
+        axes.plot(times_s[inside], downs_in[inside], color=look.colour, linewidth=THICK, alpha=0.8)

@@ -1,0 +1,202 @@
+"""The page that figures over mission time share: windows side by side, milestones as numbered flags, a key.
+
+All lengths are in inches. In a window, y counts downwards from the top of the body, so that whoever draws
+there draws in inches too, and what is legible for two vehicles is so for sixteen.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from missions.runs.results import Results
+from visualisation import style
+from visualisation.runs import reading, windows
+from visualisation.runs.reading import Milestone, Span
+
+RIGHT_IN = 0.12
+GAP_IN = 0.1
+AXIS_IN = 0.4
+LINE_IN = 0.135
+FLAG_IN = 0.15
+FLAG_HALF_IN = 0.075
+FLAG = {"boxstyle": "square,pad=0.2", "facecolor": "white", "edgecolor": style.BLACK, "linewidth": 0.5}
+
+
+class Mark(NamedTuple):
+    """Milestones reached at one time, under one number."""
+
+    number: int
+    time_s: float
+    label: str
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A figure over mission time; ``panels`` are its windows, ``left_in`` the room for labels beside them."""
+
+    figure: Figure
+    panels: tuple[Axes, ...]
+    left_in: float
+    top_in: float
+
+    def note(self, x_in: float, y_in: float, text: str, size_pt: float, **look: str) -> None:
+        """Text beside the windows: x from the left edge of the figure, y down from the top of the body."""
+        width_in, height_in = self.figure.get_size_inches()
+        look.setdefault("verticalalignment", "center_baseline")
+        y = 1 - (self.top_in + y_in) / height_in
+        self.figure.text(x_in / width_in, y, text, {"fontsize": size_pt, **look})
+
+
+def sheet(results: Results, left_in: float, body_in: float, legend: Sequence[Artist]) -> Sheet:
+    """A page with empty windows of height ``body_in``, flags above, time axis, legend and key below."""
+    end_s = reading.end_s(results)
+    times_s = reading.eventful_times_s(results)
+    parts = windows.windows(times_s, end_s)
+    shares = windows.shares(parts, windows.eventful(times_s, end_s))
+    room_in = style.PAGE_IN - left_in - RIGHT_IN - GAP_IN * (len(parts) - 1)
+    widths_in = [share * room_in for share in shares]
+    marks = grouped(reading.milestones(results))
+    marks_of = _by_window(marks, parts)
+    n_rows = max(_n_rows(len(marks_of[at]), width_in) for at, width_in in enumerate(widths_in))
+
+    key = [style.fitted(f"{m.number}  {m.label}", style.PAGE_IN - 0.3, style.SMALL_PT) for m in marks]
+    n_key = key_columns(key)
+    n_legend = style.legend_columns([str(handle.get_label()) for handle in legend], style.PAGE_IN - 0.2)
+    key_in = LINE_IN * -(-len(key) // n_key) + 0.05
+    legend_in = style.legend_height_in(len(legend), n_legend) + 0.08 if legend else 0.0
+    top_in = 0.08 + (FLAG_IN * n_rows + 0.06 if marks else 0.0)
+    height_in = top_in + body_in + AXIS_IN + legend_in + key_in
+
+    figure = style.blank(style.PAGE_IN, height_in)
+    panels = []
+    at_in = left_in
+    for number, (part, width_in) in enumerate(zip(parts, widths_in, strict=True)):
+        box = at_in / style.PAGE_IN, 1 - (top_in + body_in) / height_in
+        axes = figure.add_axes((*box, width_in / style.PAGE_IN, body_in / height_in))
+        _time_axis(axes, part, width_in, body_in)
+        _flags(axes, marks_of[number], width_in, n_rows)
+        _break_marks(axes, width_in, body_in, number > 0, number < len(parts) - 1)
+        panels.append(axes)
+        at_in += width_in + GAP_IN
+    middle = (left_in + (style.PAGE_IN - RIGHT_IN - left_in) / 2) / style.PAGE_IN
+    axis_y = (key_in + legend_in) / height_in
+    figure.text(middle, axis_y + 0.03 / height_in, "time / s", ha="center", va="bottom")
+    figure.legend(handles=list(legend), loc="upper center", bbox_to_anchor=(0.5, axis_y), ncols=n_legend)
+    _key(figure, key, n_key, key_in)
+    return Sheet(figure, tuple(panels), left_in, top_in)
+
+
+def grouped(milestones: Sequence[Milestone]) -> list[Mark]:
+    """Milestones numbered by time; those of one time share a number."""
+    at: dict[float, list[str]] = defaultdict(list)
+    for milestone in sorted(milestones, key=lambda milestone: milestone.time_s):
+        at[milestone.time_s].append(milestone.label)
+    return [
+        Mark(number, time_s, f"{'; '.join(labels)} ({time_s:.{0 if time_s >= 100 else 1}f} s)")
+        for number, (time_s, labels) in enumerate(at.items(), start=1)
+    ]
+
+
+def key_columns(entries: Sequence[str]) -> int:
+    """How many columns of such entries fit a page."""
+    widest_in = max((style.width_in(entry, style.SMALL_PT) for entry in entries), default=1.0)
+    return max(1, min(len(entries), int((style.PAGE_IN - 0.2) / (widest_in + 0.2))))
+
+
+def spread(wanted_in: Sequence[float], gap_in: float, low_in: float, high_in: float) -> list[float]:
+    """Ascending positions moved as little as needed to be ``gap_in`` apart, from ``low_in`` to ``high_in``.
+
+    >>> spread([1.0, 1.0, 2.0], 0.5, 0.0, 2.0)
+    [1.0, 1.5, 2.0]
+    >>> spread([1.0, 2.0, 2.0], 0.5, 0.0, 2.0)
+    [1.0, 1.5, 2.0]
+    """
+    placed: list[float] = []
+    for want_in in wanted_in:
+        placed.append(max(want_in, placed[-1] + gap_in if placed else low_in))
+    limit_in = high_in
+    for at in reversed(range(len(placed))):
+        placed[at] = min(placed[at], limit_in)
+        limit_in = placed[at] - gap_in
+    return placed
+
+
+def _by_window(marks: Sequence[Mark], parts: Sequence[Span]) -> list[list[Mark]]:
+    found: list[list[Mark]] = [[] for _ in parts]
+    for mark in marks:
+        found[max(at for at, part in enumerate(parts) if part.start_s <= max(mark.time_s, 0.0))].append(mark)
+    return found
+
+
+def _n_rows(n_flags: int, width_in: float) -> int:
+    per_row = max(1, int(width_in / (2 * FLAG_HALF_IN + 0.02)) - 1)
+    return -(-n_flags // per_row)
+
+
+def _time_axis(axes: Axes, part: Span, width_in: float, body_in: float) -> None:
+    axes.set_xlim(part.start_s, part.end_s)
+    axes.set_ylim(body_in, 0.0)
+    axes.set_yticks([])
+    length_s = part.end_s - part.start_s
+    ticks = MaxNLocator(max(1, int(width_in / 0.5)), steps=[1, 2, 2.5, 5, 10]).tick_values(*part)
+    shown = {}
+    for tick in ticks:
+        label = f"{tick:g}" if tick < 1e6 else f"{tick:.3g}"
+        half_in = style.width_in(label, style.SMALL_PT) / 2
+        at_in = (tick - part.start_s) / length_s * width_in
+        if half_in - GAP_IN / 3 <= at_in <= width_in - half_in + GAP_IN / 3:
+            shown[float(tick)] = label
+    axes.set_xticks(list(shown), list(shown.values()))
+    axes.spines["top"].set_visible(False)
+
+
+def _break_marks(axes: Axes, width_in: float, body_in: float, left: bool, right: bool) -> None:
+    axes.spines["left"].set_visible(not left)
+    axes.spines["right"].set_visible(not right)
+    tilt = 0.03
+    for side, shown in ((0.0, left), (1.0, right)):
+        if shown:
+            axes.plot(
+                [side - tilt / width_in, side + tilt / width_in], [-2 * tilt / body_in, 2 * tilt / body_in],
+                transform=axes.transAxes, color=style.BLACK, linewidth=0.6, clip_on=False,
+            )  # fmt: skip
+
+
+def _flags(axes: Axes, marks: Sequence[Mark], width_in: float, n_rows: int) -> None:
+    start_s, end_s = axes.get_xlim()
+    body_in = axes.get_ylim()[0]
+    scale = (end_s - start_s) / width_in
+    line: dict[str, Any] = {"color": style.BLACK, "linewidth": 0.5}
+    for row in range(n_rows):
+        chosen = marks[row::n_rows]
+        wanted_in = [(mark.time_s - start_s) / scale for mark in chosen]
+        places_in = spread(wanted_in, 2 * FLAG_HALF_IN + 0.02, FLAG_HALF_IN, width_in - FLAG_HALF_IN)
+        up_in = -(0.06 + FLAG_IN * (row + 0.5))
+        for mark, place_in in zip(chosen, places_in, strict=True):
+            x_s = start_s + place_in * scale
+            axes.plot([mark.time_s, mark.time_s], [0, body_in], linestyle=(0, (3, 2)), zorder=3, **line)
+            axes.plot([mark.time_s, x_s], [0, up_in], clip_on=False, **line)
+            axes.text(
+                x_s, up_in, str(mark.number), fontsize=style.TINY_PT, ha="center", va="center_baseline",
+                zorder=5, bbox=FLAG,
+            )  # fmt: skip
+
+
+def _key(figure: Figure, entries: Sequence[str], n_columns: int, key_in: float) -> None:
+    height_in = figure.get_figheight()
+    per_column = -(-len(entries) // n_columns)
+    widest_in = max((style.width_in(entry, style.SMALL_PT) for entry in entries), default=0.0)
+    left_in = (style.PAGE_IN - n_columns * widest_in - (n_columns - 1) * 0.2) / 2
+    for number, entry in enumerate(entries):
+        column, row = divmod(number, per_column)
+        x_in = left_in + column * (widest_in + 0.2)
+        y_in = key_in - LINE_IN * (row + 0.5)
+        figure.text(x_in / style.PAGE_IN, y_in / height_in, entry, fontsize=style.SMALL_PT, va="center_baseline")

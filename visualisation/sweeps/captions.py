@@ -1,0 +1,136 @@
+"""Captions of the figures of a sweep: what is shown, with which intervals, from how many runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from missions.comparison.compare import HIGHER_IS_BETTER, INTERVALS_OF_MEANS, SIGNIFICANT, Comparison, Rank, are_too_few
+from missions.sweeps.runlog import SweepResults
+from visualisation.runs.arrangement import Arrangement, Combination
+from visualisation.sweeps.measures import MEASURES, TRADE_OFF, Measure
+
+CUT = "Intervals are cut at the frame."
+OF_RATES = "Wilson's 95 % intervals of the rate"
+CENSORED = "A run that did not complete counts with the mission's whole duration (restricted mean)."
+
+
+def metric(
+    arrangement: Arrangement, combinations: Sequence[Combination], rows: Sequence[Comparison], measure: Measure
+) -> str:
+    """Caption of one metric along the axis."""
+    rate = measure.metric == "completed"
+    return _joined(
+        f"{_capital(measure.name)} over {arrangement.axis_label}.",
+        f"Lines: rates; bars: {OF_RATES}." if rate else f"Lines: means; bands: {INTERVALS_OF_MEANS}.",
+        _of_certainty(rows) if rate else CUT,
+        measure.note,
+        _without_values(arrangement, rows),
+        _aside(arrangement),
+        _spacing(arrangement, rows),
+        CENSORED if measure.metric == "mission_time_s" else "",
+        _panels(arrangement, combinations),
+    )
+
+
+def overview(arrangement: Arrangement, rows: Sequence[Comparison]) -> str:
+    """Caption of the six metrics."""
+    return _joined(
+        f"Overview over {arrangement.axis_label}.",
+        f"Lines: means; bands: {INTERVALS_OF_MEANS}, for the success rate {OF_RATES}.",
+        _of_certainty(rows),
+        CUT,
+        _aside(arrangement),
+        CENSORED,
+    )
+
+
+def trade_off(arrangement: Arrangement, combinations: Sequence[Combination]) -> str:
+    """Caption of one metric over another."""
+    across, up = TRADE_OFF
+    return _joined(
+        f"{_capital(up.name)} over {across.name}: means, joined in the order of {arrangement.axis_label}, which the "
+        f"size of the markers tells; lines that end elsewhere than others have a number at their end. "
+        f"Crosses: {INTERVALS_OF_MEANS}.",
+        CUT,
+        CENSORED,
+        _panels(arrangement, combinations),
+    )
+
+
+def ranking(arrangement: Arrangement, metric: str, rows: Sequence[Rank]) -> str:
+    """Caption of the table of ranks."""
+    best = "highest" if metric in HIGHER_IS_BETTER else "lowest"
+    return _joined(
+        f"Ranks by the mean of {named(metric)} for each {arrangement.axis_label}, 1 is the {best}; equal means share "
+        "their ranks. Bold and shaded: the best of the column and those that do not differ significantly from it "
+        f"(sign-flip test of the paired differences, Holm-corrected in each column, p >= {SIGNIFICANT:g}). "
+        "Last column: mean rank.",
+        "There are too few runs for any difference to be significant." if are_too_few(rows) else "",
+        CENSORED if metric == "mission_time_s" else "",
+    )
+
+
+def conditions(results: SweepResults, arrangement: Arrangement, rows: Iterable[Comparison | Rank]) -> str:
+    """Numbers of runs, seed, what was compared where, and the version."""
+    rows = list(rows)
+    present = {(row.strategy, row.policy) for row in rows}
+    series = [one for one in arrangement.series if one[:2] in present]
+    study, status = results.schedule.file.study, results.status()
+    counts = sorted({row.n for row in rows})
+    n = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
+    unfinished = f", {status.remaining} not made yet" if status.remaining else ""
+    return (
+        f"n = {n} runs per point, master seed {study.seed} (the same losses in the same repeat of all points). "
+        f"{_named_all('Scenario', [row.scenario for row in rows])}, "
+        f"{_named_all('strategy', [one.strategy for one in series], 'strategies')}, "
+        f"{_named_all('policy', [one.policy for one in series], 'policies')}, "
+        f"{_named_all('channel', [row.channel for row in rows])}. "
+        f"Study {study.name}: {status.done} of {status.planned} runs done, {status.censored} of them not completed "
+        f"(censored), {status.failed} failed (left out){unfinished}; remoras {results.schedule.version}."
+    )
+
+
+def named(metric: str) -> str:
+    """What captions call a metric: its own field if it has no kind of figure."""
+    return next((measure.name for measure in MEASURES.values() if measure.metric == metric), metric)
+
+
+def _aside(arrangement: Arrangement) -> str:
+    """Said where points of one place on the axis are drawn side by side."""
+    several = len(arrangement.series) > 1
+    return f"Points of one {arrangement.axis_label} are drawn side by side." if several else ""
+
+
+def _of_certainty(rows: Sequence[Comparison]) -> str:
+    """What the intervals of rates of 1 are, which are not drawn."""
+    lows = {f"{row.success_ci95_low:.2f}" for row in rows if row.success_rate == 1.0}
+    return f"Those of a rate of 1, from {' or '.join(sorted(lows))} to 1, are not drawn." if lows else ""
+
+
+def _without_values(arrangement: Arrangement, rows: Sequence[Comparison]) -> str:
+    present = {(row.strategy, row.policy) for row in rows}
+    lacking = [one.label for one in arrangement.series if one[:2] not in present]
+    return f"Without values: {', '.join(lacking)}." if lacking else ""
+
+
+def _spacing(arrangement: Arrangement, rows: Sequence[Comparison]) -> str:
+    return "Places on the axis are evenly spaced, not to scale." if arrangement.is_spaced_evenly(rows) else ""
+
+
+def _panels(arrangement: Arrangement, combinations: Sequence[Combination]) -> str:
+    listed = [f"({letter}) {arrangement.titles[one]}" for letter, one in zip("abcd", combinations, strict=False)]
+    return f"Panels: {'; '.join(listed)}." if len(combinations) > 1 else ""
+
+
+def _named_all(what: str, names: Iterable[str], several: str = "") -> str:
+    """A word and the names it is about, each once."""
+    found = list(dict.fromkeys(names))
+    return f"{what if len(found) == 1 else several or what + 's'} {', '.join(found)}"
+
+
+def _capital(text: str) -> str:
+    return text[0].upper() + text[1:]
+
+
+def _joined(*sentences: str) -> str:
+    return " ".join(sentence for sentence in sentences if sentence)
