@@ -2,7 +2,7 @@
 
 from worldmodel.abox import Holdings, WorldModel
 from worldmodel.checks import CheckResult, check
-from worldmodel.errors import FactError, NeedError, OntologyError, UnknownNameError, WorldModelError
+from worldmodel.errors import FactError, NeedError, OntologyError, UnknownNameError, WorldModelError, suggestion
 from worldmodel.facts import (
     Block,
     Change,
@@ -49,4 +49,5 @@ __all__ = [
     "check",
     "core_ontology_paths",
     "merge",
+    "suggestion",
 ]

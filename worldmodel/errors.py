@@ -31,6 +31,27 @@ class NeedError(WorldModelError, ValueError):
     """An information need that says nothing, or two things at once."""
 
 
+def suggestion(given: str, known: Iterable[str]) -> str:
+    """Return the end of an error message that proposes the known name most like ``given``.
+
+    This is the one "did you mean" of the project; it is written behind the list of what is allowed.
+
+    Args:
+        given: the name that the user wrote.
+        known: the names that are allowed; of names equally alike the order decides, as in difflib.
+
+    Returns:
+        ``"; did you mean 'x'?"``, or nothing when no known name is similar (difflib's ratio is below 0.6).
+
+    >>> suggestion("positon", ["position", "location"])
+    "; did you mean 'position'?"
+    >>> suggestion("xyz", ["position", "location"])
+    ''
+    """
+    found = difflib.get_close_matches(given, list(known), n=1)
+    return f"; did you mean {found[0]!r}?" if found else ""
+
+
 def nearest(name: str, known: Iterable[str]) -> str:
     """Say which known name was probably meant.
 
