@@ -24,3 +24,7 @@ class StrategyError(RemorasError):
         super().__init__(f"{key}: {allowed}")
         self.key = key
         self.allowed = allowed
+
+
+class PluginError(RemorasError):
+    """An object named ``package.module:object`` cannot be loaded, lacks a part, or does not keep to its seam."""

@@ -1,22 +1,42 @@
-"""The seam of missions: what a mission brings, beside its scenario.
+"""The seam of missions: everything that a mission brings, in one class.
 
-A mission is an object with the tasks of its two HTN domains, the table of its activities and a truth that
-watches the run. ``missions/<mission>.py`` makes one from a scenario.
+A scenario names the class as ``package.module:Class``. ``missions/mapping`` is one; the how-to in docs writes another from
+outside. The class says what its scenarios may hold and what its results hold; ``from_scenario`` makes the mission of
+one scenario; the object then serves all vehicles of the fleet, so it keeps no state of a run.
+
+Who calls what, and when:
+
+========================  ===========================================================================================
+loading a scenario        ``Scenario``, ``check``, ``sensors``, ``vocabulary``, ``group_missions``, ``needs``
+setting a run up          ``from_scenario``, ``jobs``, ``world``, ``founding_objectives``, ``truth``, ``tables``
+social layer, at sea      ``social_domain``, ``is_individual``, ``activity_sets``, ``findings``, ``completion``
+functional layer, at sea  ``behaviour_for``
+after a run               ``metrics``, ``figures``, ``places``
+========================  ===========================================================================================
+
+Subclass ``Mission``: what is abstract is compulsory, the rest has a default. Collision avoidance, care for energy and
+staying within the borders are the vehicle's own; a mission need not and cannot care for them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from abc import abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from pathlib import Path
+from typing import Any, ClassVar, Protocol, Self
 
 from remoras.activities import Activity, ActivitySet, Objective
-from remoras.behaviours import Behaviour, Picture
+from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs, Key
 from remoras.database import VehicleData
 from remoras.htn import Domain, FactsLike
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
+from remoras.picture import Picture
+from remoras.recorder import Recorder, Table
+from remoras.sensor import SensorSettings
+from remoras.work import Job, Point
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,77 +51,206 @@ class Milestone:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What a leader concludes from the situation: a fact to be recorded, by names."""
+    """A conclusion of a vehicle: a fact to be recorded, by names."""
 
     subject: str
     attribute: str
     value: str | float | bool
 
 
+class VehicleView(Protocol):
+    """What a truth sees of a vehicle; nothing in it can be changed."""
+
+    @property
+    def name(self) -> str:
+        """Name of the vehicle."""
+        ...
+
+    @property
+    def position_m(self) -> Point:
+        """Where it really is."""
+        ...
+
+    @property
+    def is_alive(self) -> bool:
+        """True while it has energy."""
+        ...
+
+    @property
+    def organisation(self) -> Organisation:
+        """Groups and roles as the vehicle sees them."""
+        ...
+
+    @property
+    def performed(self) -> tuple[str, ...]:
+        """Names of the activity sets that it performs; the same object until it decides anew."""
+        ...
+
+    @property
+    def finished(self) -> Sequence[Objective]:
+        """Objectives for which it has done all there was to do, in order."""
+        ...
+
+    @property
+    def issued(self) -> Iterable[Any]:
+        """Role assignments that it has given out."""
+        ...
+
+    @property
+    def issued_objectives(self) -> Iterable[Objective]:
+        """Objectives that it has given to roles."""
+        ...
+
+    def objectives_of(self, vehicle: str) -> tuple[Objective, ...]:
+        """Objectives that ``vehicle`` has, as this one sees it."""
+        ...
+
+    def leads(self, group: str) -> bool:
+        """True if it is a head of ``group`` and has the social layer."""
+        ...
+
+    def has_planned(self, group: str) -> bool:
+        """True once it has planned the mission of ``group``."""
+        ...
+
+    def gives_out(self, group: str) -> bool:
+        """True while ``group`` has work that it still has to give out or to see done."""
+        ...
+
+
+class FleetView(Protocol):
+    """What a truth sees of the fleet."""
+
+    @property
+    def vehicles(self) -> Sequence[VehicleView]:
+        """Every vehicle, in the order of the nodes."""
+        ...
+
+
 class Truth(Protocol):
-    """Watches the run from outside; it sees everything and tells the vehicles nothing."""
+    """Watches one run from outside; it sees everything and tells the vehicles nothing."""
 
     milestones: Sequence[Milestone]
 
-    def observe(self, fleet: Any, now_s: float) -> bool:
-        """Look at the fleet after a step; True if the mission is complete."""
+    def observe(self, fleet: FleetView, now_s: float) -> bool:
+        """Look at the fleet after a motion tick or a round of consultation; True if the mission is complete."""
         ...
 
-    def close(self, fleet: Any, now_s: float) -> str:
-        """End of the run; the reason if the mission is not complete, else an empty text."""
+    def close(self, fleet: FleetView, now_s: float) -> str:
+        """End of the run: the reason if the mission is not complete, else an empty text."""
         ...
 
 
-class Mission(Protocol):
-    """What a mission brings."""
+class SocialPart(Protocol):
+    """What the social layer of a vehicle needs of its mission."""
 
     social_domain: Domain
-    """Missions into ``AllocateRoles(group)``, ``AssignObjective(group, role, name, argument)``, ``GiveMission``."""
+    """HTN: missions of groups into ``AllocateRoles(group)``, ``AssignObjective(group, role, name, argument)``,
+    ``GiveMission(group, mission)``."""
 
-    def founding_objectives(self) -> Sequence[Objective]:
-        """Objectives that roles have from the start."""
+    @property
+    @abstractmethod
+    def jobs(self) -> Mapping[str, Job]:
+        """The jobs of the mission by name; roles name them."""
         ...
 
-    corners_m: Mapping[str, tuple[tuple[float, float], ...]]
-    """Corners of every area, by name."""
-
-    rally_points_m: Mapping[str, tuple[float, float]]
-    """Rally points, by name."""
-
-    meets_after: Mapping[str, tuple[str, ...]]
-    """Groups that must have gathered before a group's own meeting counts, by group."""
-
-    def is_individual(self, objective: Objective) -> bool:
-        """Can the objective be pursued without interacting with others?"""
-        ...
-
+    @abstractmethod
     def activity_sets(
-        self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: tuple[float, float]
+        self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
-        """Activities by which this vehicle pursues ``objective``, and the facts that this choice rests on.
+        """Activities by which a vehicle pursues ``objective``, and the facts that this choice rests on.
 
-        ``facts`` answers keys of beliefs and ``("members", "Group.Role")``.
+        Called when the vehicle gets the objective, and again when one of those facts has changed.
+
+        Args:
+            data: of the vehicle that plans.
+            facts: answers keys of beliefs, and ``("members", "Group.Role")``.
+            position_m: where the vehicle is.
         """
         ...
 
-    def standing_sets(self, data: VehicleData) -> tuple[ActivitySet, ...]:
-        """Vital needs, and what a vehicle does in any case."""
-        ...
+    def founding_objectives(self) -> Sequence[Objective]:
+        """Objectives that roles have from the start; none by default."""
+        return ()
 
-    def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
-        """Carries out the activity set that ``activity`` leads."""
-        ...
+    def is_individual(self, objective: Objective) -> bool:
+        """True if the objective is pursued without interacting with others; so all are by default."""
+        return True
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
-        """What ``vehicle`` makes known when it has done all there was to do for ``objective``."""
-        ...
-
-    def truth(self) -> Truth:
-        """A new truth, to watch one run."""
-        ...
+        """What ``vehicle`` makes known when it has done all there was to do for ``objective``; nothing by default."""
+        return None
 
     def findings(
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
-        """What the head of ``group`` concludes from what it has heard."""
+        """What the head of ``group`` concludes at each decision from what it has heard; nothing by default."""
+        return ()
+
+
+class FunctionalPart(Protocol):
+    """What the functional layer of a vehicle needs of its mission."""
+
+    @abstractmethod
+    def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
+        """A new behaviour that carries out the activity set which ``activity`` leads."""
         ...
+
+    def world(self) -> Any:
+        """What sensors perceive, the same object in all runs of the mission: nothing may change in it."""
+        return None
+
+
+class Mission(SocialPart, FunctionalPart, Protocol):
+    """One mission; see the text of this module."""
+
+    Scenario: ClassVar[type[Any]]
+    """Tables that a scenario of this mission has: ``missions.scenarios.Scenario`` or a subclass of it."""
+    group_missions: ClassVar[tuple[str, ...]]
+    """Names of the missions that a group may have: tasks of the social domain."""
+    delegating_mission: ClassVar[str | None] = None
+    """Of these, the one whose group gives the others theirs."""
+    needs: ClassVar[tuple[str, ...]] = ()
+    """Attributes without which nothing would come of the mission; ``[communication.needs]`` has to list them."""
+    vocabulary: ClassVar[tuple[Path, ...]] = ()
+    """Turtle files with classes and attributes of the mission's own; they are read beside the core ontology."""
+    sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {}
+    """Kinds of sensors that ``type`` in ``[[vehicle.sensor]]`` names; the first is meant where it is absent."""
+    tables: ClassVar[tuple[Table, ...]] = ()
+    """Tables that its truth writes; those of sensors are declared by them."""
+    metrics: ClassVar[tuple[Any, ...]] = ()
+    """Metrics of its runs, ``missions.metric.Metric`` values: fields of the summary behind those of every run."""
+    figures: ClassVar[tuple[Any, ...]] = ()
+    """Figures of its runs, ``missions.figure.Figure`` values."""
+    instances_found_per_vehicle: ClassVar[int] = 0
+    """Most instances that the sensors of one vehicle create in a run; more makes packets a little larger."""
+
+    @classmethod
+    @abstractmethod
+    def from_scenario(cls, scenario: Any) -> Self:
+        """The mission of a scenario that has passed every check."""
+        ...
+
+    @abstractmethod
+    def truth(self, recorder: Recorder) -> Truth:
+        """A new truth, to watch one run; rows of the mission's own tables go to ``recorder``."""
+        ...
+
+    @classmethod
+    def check(cls, raw: Mapping[str, Any]) -> Iterable[Any]:
+        """``missions.errors.ConfigurationFault`` values for what is wrong between the tables; none by default.
+
+        Args:
+            raw: the tables as TOML has them; single values may be malformed and are reported elsewhere.
+        """
+        return ()
+
+    @property
+    def instances(self) -> Sequence[tuple[str, str]]:
+        """(class, name) of what the whole fleet has names for from the start, beside vehicles, groups and the like."""
+        return ()
+
+    @property
+    def places(self) -> Sequence[Any]:
+        """``missions.figure.Place`` values that pictures of its runs show; none by default."""
+        return ()

@@ -1,63 +1,97 @@
 """Typed rows of a run, in memory; ``missions.runs.results`` writes them.
 
-Every table has its columns here, with units in their names. Rows are appended as tuples, in time order.
+Whoever writes a table declares it, with units: the vehicle and its layers those below, a sensor or a mission its own.
+Rows are appended as tuples in the order of the columns, in time order.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any, NamedTuple
+
+from remoras.errors import PluginError
+
+Row = tuple[Any, ...]
 
 
 class Column(NamedTuple):
-    """A column: its name, its kind (``float``, ``int``, ``str``, ``list``) and its unit (empty if none)."""
+    """A column: its name, its kind (``float``, ``int``, ``str``, ``list`` of texts) and its unit (empty if none)."""
 
     name: str
     kind: str
     unit: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table of results.
+
+    >>> Table("temperatures", (TIME, VEHICLE, Column("temperature_c", "float", "degC"))).column_names
+    ('time_s', 'vehicle', 'temperature_c')
+    """
+
+    name: str
+    columns: tuple[Column, ...]
+
+    @property
+    def column_names(self) -> tuple[str, ...]:
+        """Names of the columns, in the order of the rows."""
+        return tuple(column.name for column in self.columns)
+
+
 TIME = Column("time_s", "float", "s")
 VEHICLE = Column("vehicle", "str")
 
-TABLES: dict[str, tuple[Column, ...]] = {
-    "trajectories": (
-        TIME, VEHICLE, Column("x_m", "float", "m"), Column("y_m", "float", "m"),
-        Column("heading_rad", "float", "rad"), Column("speed_mps", "float", "m/s"),
-        Column("energy_j", "float", "J"),
-    ),
-    "roles": (TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("event", "str")),
-    "activities": (
-        TIME, VEHICLE, Column("type", "str"), Column("name", "str"), Column("role", "str"),
-        Column("motivation", "float", "1"),
-    ),
-    "satisfaction": (
-        TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("value", "int", "-128..127"),
-    ),
-    "coverage": (TIME, VEHICLE, Column("cell_x", "int", "cell"), Column("cell_y", "int", "cell")),
-    "packets": (
-        Column("slot", "int"), TIME, Column("sender", "str"), Column("size_bits", "int", "bit"),
-        Column("items", "int"), Column("acks", "int"), Column("receivers", "list"), Column("lost_by", "list"),
-    ),
-    "knowledge": (
-        TIME, VEHICLE, Column("item", "str"), Column("origin", "str"), Column("event", "str"),
-    ),
-    "faults": (TIME, VEHICLE, Column("kind", "str"), Column("detail", "str")),
-}  # fmt: skip
+TRAJECTORIES = Table("trajectories", (
+    TIME, VEHICLE, Column("x_m", "float", "m"), Column("y_m", "float", "m"),
+    Column("heading_rad", "float", "rad"), Column("speed_mps", "float", "m/s"), Column("energy_j", "float", "J"),
+))  # fmt: skip
+ROLES = Table("roles", (TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("event", "str")))
+ACTIVITIES = Table("activities", (
+    TIME, VEHICLE, Column("type", "str"), Column("name", "str"), Column("role", "str"), Column("motivation", "float", "1"),
+))  # fmt: skip
+SATISFACTION = Table("satisfaction", (
+    TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("value", "int", "-128..127"),
+))  # fmt: skip
+PACKETS = Table("packets", (
+    Column("slot", "int"), TIME, Column("sender", "str"), Column("size_bits", "int", "bit"),
+    Column("items", "int"), Column("acks", "int"), Column("receivers", "list"), Column("lost_by", "list"),
+))  # fmt: skip
+KNOWLEDGE = Table("knowledge", (
+    TIME, VEHICLE, Column("item", "str"), Column("origin", "str"), Column("event", "str"),
+))  # fmt: skip
+FAULTS = Table("faults", (TIME, VEHICLE, Column("kind", "str"), Column("detail", "str")))
+
+TABLES = (TRAJECTORIES, ROLES, ACTIVITIES, SATISFACTION, PACKETS, KNOWLEDGE, FAULTS)
+"""Tables of every run."""
 
 
 class Recorder:
-    """Rows of every table, as tuples in the order of its columns."""
+    """Rows of every table.
 
-    def __init__(self) -> None:
-        self.trajectories: list[tuple[Any, ...]] = []
-        self.roles: list[tuple[Any, ...]] = []
-        self.activities: list[tuple[Any, ...]] = []
-        self.satisfaction: list[tuple[Any, ...]] = []
-        self.coverage: list[tuple[Any, ...]] = []
-        self.packets: list[tuple[Any, ...]] = []
-        self.knowledge: list[tuple[Any, ...]] = []
-        self.faults: list[tuple[Any, ...]] = []
+    Args:
+        tables: of the mission and its sensors, beside those of every run; declared alike by several is declared once.
 
-    def rows(self, table: str) -> list[tuple[Any, ...]]:
-        rows: list[tuple[Any, ...]] = getattr(self, table)
-        return rows
+    Raises:
+        PluginError: two declare a table of one name with other columns.
+    """
+
+    def __init__(self, tables: Iterable[Table] = ()) -> None:
+        self.tables: dict[str, Table] = {}
+        for table in (*TABLES, *tables):
+            if self.tables.setdefault(table.name, table) != table:
+                known = ", ".join(self.tables[table.name].column_names)
+                raise PluginError(f"table {table.name!r} is declared twice, once with the columns {known}: rename one")
+        self._rows: dict[str, list[Row]] = {name: [] for name in self.tables}
+        self.trajectories = self._rows["trajectories"]
+        self.roles = self._rows["roles"]
+        self.activities = self._rows["activities"]
+        self.satisfaction = self._rows["satisfaction"]
+        self.packets = self._rows["packets"]
+        self.knowledge = self._rows["knowledge"]
+        self.faults = self._rows["faults"]
+
+    def rows(self, table: str) -> list[Row]:
+        """Rows of a table, to be read or appended to; empty for a table that nobody declared."""
+        return self._rows.get(table, [])

@@ -1,0 +1,78 @@
+"""What a vehicle knows at this moment that its behaviours look at. Each part has one owner, and only that one writes it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from remoras.work import Point
+
+
+@dataclass(slots=True)
+class Body:
+    """The vehicle itself; owned by its functional layer.
+
+    Attributes:
+        now_s: time of the last motion tick.
+        battery: share of the energy left; reserve: share that the way home takes, with margin.
+        outside_m: how far the vehicle is outside the area of operations.
+        collision: bearing (rad) and urgency 0..1 of a vehicle on collision course, else None.
+        last_yield_s: when its own sensors last found something.
+    """
+
+    now_s: float = 0.0
+    battery: float = 1.0
+    reserve: float = 0.0
+    outside_m: float = 0.0
+    collision: tuple[float, float] | None = None
+    last_yield_s: float = -math.inf
+
+
+@dataclass(slots=True)
+class Peers:
+    """The other vehicles, as far as heard; owned by the radio.
+
+    Attributes:
+        positions_m: last position known of each vehicle, by name; headings_rad: from the last two of them.
+        heard_s: when a packet of each was last heard; who was never heard is missing.
+        last_news_s: when a contribution to the mission was last heard of.
+    """
+
+    positions_m: dict[str, Point] = field(default_factory=dict)
+    headings_rad: dict[str, float] = field(default_factory=dict)
+    heard_s: dict[str, float] = field(default_factory=dict)
+    last_news_s: float = -math.inf
+
+    def saw(self, name: str, position_m: Point) -> None:
+        """Note a newer position of a vehicle."""
+        before = self.positions_m.get(name)
+        if before is not None and before != position_m:
+            self.headings_rad[name] = math.atan2(position_m[1] - before[1], position_m[0] - before[0])
+        self.positions_m[name] = position_m
+
+
+@dataclass(slots=True)
+class Groups:
+    """The vehicle's groups; owned by its social layer.
+
+    Attributes:
+        gathered: groups believed to be together at their rally point.
+        planning_due: True while the social layer has something to plan.
+    """
+
+    gathered: set[str] = field(default_factory=set)
+    planning_due: bool = False
+
+
+@dataclass(slots=True)
+class Picture:
+    """The parts together.
+
+    Attributes:
+        frame_s: length of a TDMA frame, in which everybody may speak once; infinite where nobody speaks.
+    """
+
+    body: Body = field(default_factory=Body)
+    peers: Peers = field(default_factory=Peers)
+    groups: Groups = field(default_factory=Groups)
+    frame_s: float = math.inf

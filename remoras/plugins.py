@@ -1,0 +1,70 @@
+"""Plug-ins: objects that a scenario names as ``package.module:object``, and what they have to have.
+
+There is no registry. A Python caller passes the object; a file names it; ``faults_of`` says what it lacks of its seam.
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from remoras.errors import PluginError
+
+
+def named_object(reference: str) -> Any:
+    """The object named ``package.module:object``.
+
+    Raises:
+        PluginError: the text is no such name, or the module or the object cannot be loaded.
+
+    >>> named_object("math:pi")
+    3.141592653589793
+    """
+    module, colon, name = reference.partition(":")
+    if not (module and colon and name):
+        raise PluginError(f"{reference!r} names no object; allowed: package.module:object")
+    try:
+        return getattr(importlib.import_module(module), name)
+    except Exception as error:  # it is somebody else's module: anything may be wrong with it
+        raise PluginError(
+            f"package.module:object that can be imported ({type(error).__name__}: {error})"
+        ) from error
+
+
+def faults_of(found: Any, seam: type, compulsory: tuple[str, ...]) -> Iterator[str]:
+    """What an object lacks of a seam, in words.
+
+    Args:
+        found: the plug-in.
+        seam: the documented Protocol.
+        compulsory: names of the members that it must have.
+    """
+    missing = [name for name in compulsory if not hasattr(found, name)]
+    missing += sorted(getattr(found, "__abstractmethods__", frozenset()) - set(missing))
+    if missing:
+        yield f"lacks {', '.join(missing)} of {seam.__module__}.{seam.__qualname__}"
+    for name in compulsory:
+        wanted, given = getattr(seam, name, None), getattr(found, name, None)
+        if inspect.isroutine(wanted) and name not in missing:
+            if not callable(given):
+                yield f"{name} is {type(given).__name__}, not a function"
+            elif (text := _signature_fault(name, wanted, given, isinstance(found, type))) is not None:
+                yield text
+
+
+def _signature_fault(name: str, wanted: Callable[..., Any], given: Callable[..., Any], is_class: bool) -> str | None:
+    """How a function cannot be called as its seam says; None if it can, or if Python does not know."""
+    parameters = [p for p in inspect.signature(wanted).parameters if p not in ("self", "cls")]
+    try:
+        own = inspect.signature(given)
+    except (TypeError, ValueError):
+        return None
+    is_plain = is_class and inspect.isfunction(inspect.getattr_static(given, "__func__", given))
+    takes_self = is_plain and not inspect.ismethod(given) and next(iter(own.parameters), "") == "self"
+    try:
+        own.bind(*([None] if takes_self else []), *[None] * len(parameters))
+    except TypeError:
+        return f"{name}{own} cannot be called as {name}({', '.join(parameters)})"
+    return None

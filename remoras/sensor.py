@@ -1,0 +1,95 @@
+"""The seam of sensors: what a vehicle perceives of the world of its mission.
+
+A vehicle has any number of sensors, one ``[[vehicle.sensor]]`` table each. A sensor is one file: its settings (a
+``SensorSettings`` with the keys of the table) and the sensor itself. An activity names the sensors that it switches on;
+those that are on are asked once a motion tick. The world is whatever object the mission makes of it.
+
+::
+
+    class ThermometerSettings(SensorSettings):
+        sigma_c: float = Field(0.1, ge=0.0, description="standard deviation of a reading (degree Celsius)")
+
+        def make(self, data: VehicleData) -> Sensor:
+            return Thermometer(self.sigma_c)
+
+
+    class Thermometer:
+        table = Table("temperatures", (TIME, VEHICLE, Column("temperature_c", "float", "degC")))
+
+        def __init__(self, sigma_c: float) -> None:
+            self._sigma_c = sigma_c
+
+        def sense(self, pose: Pose, world: Any, now_s: float) -> Sequence[Observation]:
+            return [Observation(row=(world.temperature_c(pose.x_m, pose.y_m),))]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from remoras.recorder import Table
+
+if TYPE_CHECKING:
+    from remoras.database import VehicleData
+
+Fact = tuple[str, str, str | float | bool]
+"""(subject, attribute, value), by names; the value of a link is the name of the instance it points to."""
+
+SELF = ""
+"""Subject of a fact about the instance that the observation has found."""
+
+
+class Pose(NamedTuple):
+    """Where a sensor is and how it moves: metres, radians, metres per second; depth below the surface."""
+
+    x_m: float
+    y_m: float
+    depth_m: float
+    heading_rad: float
+    speed_mps: float
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """What a sensor has found out in one tick.
+
+    Attributes:
+        facts: recorded together in the vehicle's world model, and told to whoever needs them.
+        row: values for the sensor's table, behind time and vehicle; empty for none.
+        found: class of an instance that is created for what was found; facts with subject ``SELF`` are about it.
+    """
+
+    facts: tuple[Fact, ...] = ()
+    row: tuple[Any, ...] = ()
+    found: str = ""
+
+
+class Sensor(Protocol):
+    """One sensor of one vehicle in one run."""
+
+    table: Table | None
+    """Table that its rows go to: time, vehicle, then the columns of ``Observation.row``; None if it writes none."""
+
+    def sense(self, pose: Pose, world: Any, now_s: float) -> Sequence[Observation]:
+        """What it perceives now; called once a motion tick while an activity has it switched on.
+
+        It must be a function of its own past, pose, world and time alone: a draw is keyed by these, never streamed.
+        """
+        ...
+
+
+class SensorSettings(BaseModel):
+    """The table ``[[vehicle.sensor]]`` of one sensor; a kind of sensor adds its keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    type: str = Field("", description="sensor: a name that the mission knows, or package.module:object")
+    name: str = Field("", description="name by which activities switch it on; its type if absent")
+
+    def make(self, data: VehicleData) -> Sensor:
+        """The sensor of a vehicle, made anew for every run; ``data`` are what the vehicle really is in that run."""
+        raise NotImplementedError(f"{type(self).__name__} does not say how its sensor is made: define make(data)")
