@@ -7,7 +7,12 @@ data (position, battery) are what a vehicle has heard; they live in its world mo
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+from remoras.sensor import SensorSettings
+
+Settings = TypeVar("Settings", bound=SensorSettings)
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,12 +28,12 @@ class VehicleData:
         depth_m, depth_limit_m: working depth and greatest depth; vehicles at different depths pass freely.
         transit_speed_mps, survey_speed_mps: speeds on the way and while working.
         turn_rate_radps, acceleration_mps2: limits of the control.
-        swath_m: width that the mapping sensor covers, 0 without a sensor.
-        sensor_speed_mps: greatest speed at which the sensor still maps.
         energy_j: battery capacity.
         hotel_w, drag_w_per_mps3: power = hotel_w + drag_w_per_mps3 * speed^3.
         transmit_j_per_bit: energy of the modem for each bit it sends.
         playable_roles: names of the roles it is able to play.
+        sensors: settings of its sensors, in the order of the scenario.
+        speed_factor: how much faster it really is than its data, in one run; 1 in what the fleet knows.
     """
 
     name: str
@@ -42,21 +47,30 @@ class VehicleData:
     survey_speed_mps: float
     turn_rate_radps: float
     acceleration_mps2: float
-    swath_m: float
-    sensor_speed_mps: float
     energy_j: float
     hotel_w: float
     drag_w_per_mps3: float
     transmit_j_per_bit: float
     playable_roles: tuple[str, ...]
-
-    @property
-    def mapping_speed_mps(self) -> float:
-        """Speed at which it surveys: its own survey speed, or less where the sensor forces it."""
-        return min(self.survey_speed_mps, self.sensor_speed_mps)
+    sensors: tuple[SensorSettings, ...] = ()
+    speed_factor: float = 1.0
 
     def can_play(self, role: str) -> bool:
+        """True if it is able to play a role of that name."""
         return role in self.playable_roles
+
+    def sensor(self, kind: type[Settings]) -> Settings | None:
+        """Settings of its first sensor of a kind; None without one."""
+        return next((sensor for sensor in self.sensors if isinstance(sensor, kind)), None)
+
+    def faster(self, factor: float) -> VehicleData:
+        """The vehicle as it really is, with both its speeds multiplied by ``factor``."""
+        return replace(
+            self,
+            transit_speed_mps=factor * self.transit_speed_mps,
+            survey_speed_mps=factor * self.survey_speed_mps,
+            speed_factor=factor,
+        )
 
 
 class AUVDatabase(Mapping[str, VehicleData]):
@@ -76,4 +90,5 @@ class AUVDatabase(Mapping[str, VehicleData]):
         return len(self._vehicles)
 
     def able_to_play(self, role: str) -> tuple[VehicleData, ...]:
+        """Vehicles that are able to play a role of that name, in the order of the nodes."""
         return tuple(data for data in self.values() if data.can_play(role))

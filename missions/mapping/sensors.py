@@ -1,0 +1,119 @@
+"""The seabed, in cells, and the swath sensor that maps it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from pydantic import Field
+
+from missions.mapping.survey import contains
+from remoras.database import VehicleData
+from remoras.recorder import TIME, VEHICLE, Column, Table
+from remoras.sensor import Observation, Pose, SensorSettings
+from remoras.work import Point
+
+Cell = tuple[int, int]
+COVERAGE = Table("coverage", (TIME, VEHICLE, Column("cell_x", "int", "cell"), Column("cell_y", "int", "cell")))
+"""Cells that a vehicle has mapped for the first time."""
+
+
+@dataclass(frozen=True)
+class Seabed:
+    """Cells of the areas to be mapped: the area, and the index in it, of each.
+
+    ``cells`` maps (column, row) of the world grid to (area name, index in the area). A cell covers
+    ``cell_m`` by ``cell_m``; its centre is ((column + 0.5) cell_m, (row + 0.5) cell_m).
+    """
+
+    cell_m: float
+    cells: Mapping[Cell, tuple[str, int]]
+
+    @classmethod
+    def of_areas(cls, cell_m: float, corners_m: Mapping[str, Sequence[Point]]) -> Seabed:
+        """Cells whose centre lies in an area; row by row, from the south-west, their index in it."""
+        cells: dict[Cell, tuple[str, int]] = {}
+        for name, corners in corners_m.items():
+            xs, ys = [x for x, _ in corners], [y for _, y in corners]
+            index = 0
+            for row in range(math.floor(min(ys) / cell_m), math.ceil(max(ys) / cell_m)):
+                for column in range(math.floor(min(xs) / cell_m), math.ceil(max(xs) / cell_m)):
+                    centre = (column + 0.5) * cell_m, (row + 0.5) * cell_m
+                    if (column, row) not in cells and contains(corners, centre):
+                        cells[column, row] = name, index
+                        index += 1
+        return cls(cell_m, cells)
+
+    def under(self, x_m: float, y_m: float, reach_m: float) -> list[Cell]:
+        """Cells of an area whose centre is within ``reach_m`` of (x_m, y_m)."""
+        size = self.cell_m
+        found = []
+        for column in range(math.floor((x_m - reach_m) / size), math.floor((x_m + reach_m) / size) + 1):
+            for row in range(math.floor((y_m - reach_m) / size), math.floor((y_m + reach_m) / size) + 1):
+                if (column, row) in self.cells:
+                    dx_m = (column + 0.5) * size - x_m
+                    dy_m = (row + 0.5) * size - y_m
+                    if dx_m * dx_m + dy_m * dy_m <= reach_m * reach_m:
+                        found.append((column, row))
+        return found
+
+
+@lru_cache(maxsize=8)
+def seabed_of(cell_m: float, corners_m: tuple[tuple[str, tuple[Point, ...]], ...]) -> Seabed:
+    """The seabed of areas by name; the runs of a study share theirs."""
+    return Seabed.of_areas(cell_m, dict(corners_m))
+
+
+class SwathSettings(SensorSettings):
+    """The table ``[vehicle.sensor]`` of a mapping sensor."""
+
+    swath_m: float = Field(ge=0.1, description="width that the mapping sensor covers")
+    speed_limit_mps: float = Field(gt=0.0, description="greatest speed at which it maps")
+
+    def make(self, data: VehicleData) -> SwathSensor:
+        """The sensor; a vehicle that is slower or faster than its data maps at its own speed all the same."""
+        return SwathSensor(self.swath_m, data.speed_factor * self.speed_limit_mps)
+
+
+class SwathSensor:
+    """Maps the cells below it while it is on and the vehicle is slow enough.
+
+    Args:
+        swath_m: width that it covers.
+        speed_limit_mps: greatest speed at which it maps.
+    """
+
+    table = COVERAGE
+
+    def __init__(self, swath_m: float, speed_limit_mps: float) -> None:
+        self._reach_m = swath_m / 2.0
+        self._speed_limit_mps = speed_limit_mps * 1.000001  # a vehicle at the limit still maps
+        self.mapped: set[Cell] = set()
+
+    def sense(self, pose: Pose, world: Seabed, now_s: float) -> list[Observation]:
+        """Cells mapped now that this sensor had not mapped before."""
+        if pose.speed_mps > self._speed_limit_mps:
+            return []
+        new = [cell for cell in world.under(pose.x_m, pose.y_m, self._reach_m) if cell not in self.mapped]
+        self.mapped.update(new)
+        found = []
+        for cell in new:
+            area, index = world.cells[cell]
+            found.append(Observation(((area, "mappedCell", index),), cell))
+        return found
+
+
+def swath_m(data: VehicleData) -> float:
+    """Width that the vehicle's mapping sensor covers (m), 0 without one."""
+    sensor = data.sensor(SwathSettings)
+    return 0.0 if sensor is None else sensor.swath_m
+
+
+def mapping_speed_mps(data: VehicleData) -> float:
+    """Speed at which the vehicle surveys: its survey speed, or less where its sensor forces it."""
+    sensor = data.sensor(SwathSettings)
+    if sensor is None:
+        return data.survey_speed_mps
+    return min(data.survey_speed_mps, data.speed_factor * sensor.speed_limit_mps)
