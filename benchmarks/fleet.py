@@ -13,8 +13,8 @@ import time
 import tracemalloc
 from typing import Any
 
-from missions.runs.run import assemble
-from missions.scenarios.scenario import Scenario, load
+from missions.runs.setup import assemble
+from missions.scenarios import Scenario, load
 
 SIZES = (4, 8, 16, 32)
 REPEATS = 3

@@ -7,8 +7,8 @@ from typing import Any
 
 import mesa
 
-from missions.runs.run import assemble
-from missions.scenarios.scenario import load
+from missions.runs.setup import assemble
+from missions.scenarios import load
 
 REPEATS = 5
 EMPTY_STEPS = 5000

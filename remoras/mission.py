@@ -251,6 +251,11 @@ class Mission(SocialPart, FunctionalPart, Protocol):
         return ()
 
     @property
+    def most_observations(self) -> int:
+        """Most observations that the sensors of one vehicle make in a run; numbers on the wire are as wide as this."""
+        return 10_000
+
+    @property
     def places(self) -> Sequence[Any]:
         """``missions.figure.Place`` values that pictures of its runs show; none by default."""
         return ()

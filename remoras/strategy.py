@@ -15,7 +15,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from missions.mapping.survey import Point
+from remoras.work import Point
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
 

@@ -1,12 +1,15 @@
-"""Who may import whom, read from the sources themselves.
+"""The plan of the house, read from the sources themselves: who may import whom, which words stand where, how large rooms are.
 
-The rules are those of the design: ``worldmodel`` and ``exchange.acoustics`` stand alone, ``exchange`` knows the
-world model, ``remoras`` knows both, ``missions`` knows all three; only two files know Mesa; the three layers of a
-vehicle do not know each other; nothing knows the command line.
+A room is a package or a folder of one. Kernels and seams stand at the root of a package, parts in folders; no folder looks
+into a sibling. The hull (vehicle, radio, view, fleet) alone knows all three layers; the face and the command line alone may
+import everything. Nothing outside a mission's folder knows the words of that mission.
 """
 
 import ast
+import re
+import tokenize
 from collections.abc import Iterator
+from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,30 +17,52 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 OURS = ("worldmodel", "exchange", "remoras", "missions", "visualisation")
-MAX_LINES = 400
+MAX_LINES, MAX_CLASS_LINES = 400, 250
 
-MAY_IMPORT = {
+ROOMS: dict[str, set[str]] = {
     "worldmodel": {"worldmodel"},
+    "exchange.acoustics": {"exchange.acoustics"},
     "exchange": {"exchange", "worldmodel"},
+    "exchange.study": {"exchange.study", "exchange"},
     "remoras": {"remoras", "exchange", "worldmodel"},
-    "missions": {"missions", "remoras", "exchange", "worldmodel"},
+    "remoras.social": {"remoras.social", "remoras", "exchange", "worldmodel"},
+    "remoras.executive": {"remoras.executive", "remoras"},
+    "remoras.functional": {"remoras.functional", "remoras"},
+    "remoras.strategies": {"remoras.strategies", "remoras", "worldmodel"},
+    "missions": {"missions", "worldmodel"},
+    "missions.scenarios": {
+        "missions.scenarios", "missions", "remoras", "remoras.strategies", "exchange", "exchange.acoustics", "worldmodel",
+    },
+    "missions.mapping": {"missions.mapping", "missions.scenarios", "missions", "remoras"},
+    "missions.runs": {
+        "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.social", "remoras.executive",
+        "remoras.functional", "exchange", "exchange.acoustics", "worldmodel",
+    },
+    "missions.sweeps": {"missions.sweeps", "missions.runs", "missions.scenarios", "missions", "remoras", "worldmodel"},
+    "missions.comparison": {"missions.comparison", "missions.sweeps", "missions", "worldmodel"},
+    "visualisation": {"visualisation", "missions", "exchange.study", "exchange", "worldmodel"},
+    "visualisation.runs": {"visualisation.runs", "visualisation", "missions", "worldmodel"},
+    "visualisation.sweeps": {"visualisation.sweeps", "visualisation", "missions", "missions.comparison", "worldmodel"},
+}  # fmt: skip
+"""Rooms that the modules of a room may import."""
+DOORS: dict[str, set[str]] = {
+    "exchange.study": {"exchange.acoustics.loss"},
+    "missions.scenarios": {"remoras.executive.satisfaction"},
+    "visualisation": {"missions.runs.results", "missions.sweeps.folder", "missions.comparison"},
+    "visualisation.runs": {"missions.runs.results"},
+    "visualisation.sweeps": {"missions.sweeps.folder"},
 }
-ACOUSTICS_IN_EXCHANGE = {  # the policy study, and what compiles it, draw losses; nobody else hears the sea
-    "exchange.study.montecarlo": {"exchange.acoustics.loss"},
-    "exchange.study.study": {"exchange.acoustics.loss"},
-    "exchange.study.compiler": {"exchange.acoustics.loss"},
-}
+"""Single modules of other rooms that a room may import."""
+HULL = {"remoras.vehicle", "remoras.radio", "remoras.fleet", "remoras.view"}
+LAYERS = ("remoras.social", "remoras.executive", "remoras.functional")
 KNOW_MESA = {"remoras.fleet", "remoras.vehicle"}
-VISUALISATION_MAY_IMPORT = (
-    "visualisation",
-    "missions.runs.results",
-    "missions.sweeps.runlog",
-    "missions.comparison.compare",
-    "exchange.study.study",
-)
-LAYERS = ("remoras.social.layer", "remoras.executive.layer", "remoras.functional.layer")
 STAND_ALONE = ("remoras.organisation", "remoras.htn", "remoras.executive.satisfaction")
-ROOF = ("remoras.cli.runs", "remoras.cli.app", "remoras.cli.sweeps", "remoras.cli.policies")
+FACE = ("remoras", "remoras.face")
+ROOF = "remoras.cli"
+WORDS_OF = {"missions.mapping": ("area", "areas", "swath", "swaths", "cell", "cells", "coverage", "mapped")}
+"""Words of a mission that nothing outside its folder may know."""
+GENERAL = ("AreaKeeping", "ReturningToArea", "area of operations", "areas of operations")
+"""A vehicle stays in the area of operations whatever its mission is."""
 SAYS_WHEN = "missions.sweeps.execution"  # stamps a line of the sweep's log with the time it finished
 SEEDED = {"Generator", "Philox", "SeedSequence", "BitGenerator", "default_rng"}
 CLOCKS = {
@@ -54,56 +79,91 @@ class Import(NamedTuple):
     line: int
 
 
+def sources() -> dict[str, str]:
+    """Every module of ours and its text."""
+    found = {}
+    for package in OURS:
+        for path in sorted((ROOT / package).rglob("*.py")):
+            parts = path.relative_to(ROOT).with_suffix("").parts
+            found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path.read_text(encoding="utf-8")
+    return found
+
+
+SOURCES = sources()
+
+
+def _typing_only(tree: ast.Module) -> set[ast.AST]:
+    """Nodes below ``if TYPE_CHECKING:``, which no program executes."""
+    tests = [n for n in ast.walk(tree) if isinstance(n, ast.If) and "TYPE_CHECKING" in ast.unparse(n.test)]
+    return {inner for test in tests for statement in test.body for inner in ast.walk(statement)}
+
+
 def imports(source: str, module: str) -> list[Import]:
-    """Every import of a source, wherever it stands, relative ones made absolute."""
+    """Every import that is executed, wherever it stands, relative ones made absolute; the names that are modules."""
     found = []
-    for node in ast.walk(ast.parse(source)):
+    tree = ast.parse(source)
+    passed_over = _typing_only(tree)
+    package = module.split(".") if module in PACKAGES else module.split(".")[:-1]
+    for node in ast.walk(tree):
+        if node in passed_over:
+            continue
         if isinstance(node, ast.Import):
             found += [Import(module, alias.name, node.lineno) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
-            above = module.split(".")[: -node.level] if node.level else []
+            above = package[: len(package) - node.level + 1] if node.level else []
             origin = ".".join([*above, *([node.module] if node.module else [])])
-            found.append(Import(module, origin, node.lineno))
-            found += [Import(module, f"{origin}.{alias.name}", node.lineno) for alias in node.names]
+            inner = [Import(module, f"{origin}.{alias.name}", node.lineno) for alias in node.names]
+            modules = [one for one in inner if one.target in SOURCES]
+            found += modules or [Import(module, origin, node.lineno)]
     return found
+
+
+PACKAGES = {name for name in SOURCES if any(other.startswith(f"{name}.") for other in SOURCES)}
 
 
 def within(target: str, package: str) -> bool:
     return target == package or target.startswith(package + ".")
 
 
+def room_of(module: str) -> str:
+    """The innermost room that a module stands in; those of the roof and of missions from outside have none."""
+    return max((room for room in ROOMS if within(module, room)), key=len, default="")
+
+
 def broken_rules(found: Import) -> Iterator[str]:
     """What an import violates, in words."""
     module, target, _ = found
-    package, of = module.split(".")[0], target.split(".")[0]
+    of = target.split(".")[0]
     if target == "random" or target.startswith("random."):
         yield "draws come from the keyed streams, not from random"
     if of == "mesa" and module not in KNOW_MESA:
         yield "only the fleet and the vehicle know Mesa"
-    if of not in OURS or module in ROOF:
+    if of not in OURS or within(module, ROOF) or module in FACE:
         return
-    if any(within(target, roof) for roof in ROOF):
+    if within(target, ROOF):
         yield "nobody imports the roof"
-    if package == "visualisation":
-        # ``from missions import results`` is also an import of missions; the longer name decides.
-        longer = any(within(allowed, target) for allowed in VISUALISATION_MAY_IMPORT)
-        if not longer and not any(within(target, allowed) for allowed in VISUALISATION_MAY_IMPORT):
-            yield "visualisation reads results only"
-    elif of not in MAY_IMPORT[package]:
-        yield f"{package} may import {', '.join(sorted(MAY_IMPORT[package]))}"
-    if within(module, "exchange.acoustics") and not within(target, "exchange.acoustics"):
-        yield "the sea knows nothing of ours"
-    if within(target, "exchange.acoustics"):
-        allowed = ACOUSTICS_IN_EXCHANGE.get(module, set())
-        if package == "exchange" and not within(module, "exchange.acoustics"):
-            if not any(within(target, one) or within(one, target) for one in allowed):
-                yield "in exchange only the policy study draws losses"
-        elif package == "remoras" and module != "remoras.fleet":
+    if target in FACE and module not in FACE:
+        yield "nobody imports the face: name the module that is meant"
+    room, other = room_of(module), room_of(target)
+    if module in HULL and (other in LAYERS or within(target, "exchange.acoustics")):
+        if other not in LAYERS and module != "remoras.fleet":
             yield "in remoras only the fleet knows the sea"
-    if module in STAND_ALONE and not within(target, "remoras.errors") and target != "remoras":
+    elif other not in ROOMS[room] and not any(within(target, door) for door in DOORS.get(room, ())):
+        yield f"{room} may import {', '.join(sorted(ROOMS[room] | DOORS.get(room, set())))}"
+    if module in STAND_ALONE and target != "remoras.errors":
         yield f"{module} stands alone"
-    if module in LAYERS and any(within(target, layer) for layer in LAYERS):
-        yield "the layers do not know each other"
+
+
+def words_in(source: str) -> Iterator[tuple[int, str]]:
+    """Every word of identifiers, strings and comments: ``first_areaDone`` has three."""
+    for token in tokenize.generate_tokens(StringIO(source).readline):
+        if token.type in (tokenize.NAME, tokenize.STRING, tokenize.COMMENT):
+            text = token.string
+            for general in GENERAL:
+                text = text.replace(general, "")
+            for number, line in enumerate(text.split("\n")):
+                for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", line):
+                    yield token.start[0] + number, word.lower()
 
 
 def drawn_or_timed(source: str) -> list[str]:
@@ -121,19 +181,42 @@ def drawn_or_timed(source: str) -> list[str]:
     return found
 
 
-def sources() -> dict[str, str]:
-    """Every module of ours and its text."""
-    found = {}
-    for package in OURS:
-        for path in sorted((ROOT / package).rglob("*.py")):
-            parts = path.relative_to(ROOT).with_suffix("").parts
-            name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
-            # Relative imports count from the package: its own text is read as if it were a module in it.
-            found[name if parts[-1] != "__init__" else name + ".__init__"] = path.read_text(encoding="utf-8")
-    return found
+def circles(arrows: dict[str, set[str]]) -> list[str]:
+    """Modules that import each other, directly or by way of others."""
+    left = {module: targets & arrows.keys() - {module} for module, targets in arrows.items()}
+    while free := [module for module, targets in left.items() if not targets & left.keys()]:
+        for module in free:
+            del left[module]
+    # What is left imports a circle or is in one; what nothing of it imports is in none.
+    while outer := [m for m in left if not any(m in targets for other, targets in left.items() if other != m)]:
+        for module in outer:
+            del left[module]
+    return sorted(left)
 
 
-SOURCES = sources()
+def undocumented(source: str) -> list[str]:
+    """Public functions, classes and methods without a docstring."""
+
+    def walk(body: list[ast.stmt], prefix: str) -> Iterator[str]:
+        for node in body:
+            if not isinstance(node, ast.FunctionDef | ast.ClassDef | ast.AsyncFunctionDef) or node.name.startswith("_"):
+                continue
+            if ast.get_docstring(node) is None and not any("setter" in ast.unparse(d) for d in node.decorator_list):
+                yield f"{prefix}{node.name}"
+            if isinstance(node, ast.ClassDef):
+                yield from walk(node.body, f"{node.name}.")
+
+    tree = ast.parse(source)
+    return [*([] if ast.get_docstring(tree) or not source.strip() else ["the module"]), *walk(tree.body, "")]
+
+
+def large_classes(source: str) -> list[str]:
+    """Classes of more lines than one reads in a sitting."""
+    return [
+        f"{node.name}: {node.end_lineno - node.lineno + 1} lines"
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.ClassDef) and (node.end_lineno or 0) - node.lineno + 1 > MAX_CLASS_LINES
+    ]
 
 
 def test_every_package_has_sources() -> None:
@@ -143,11 +226,29 @@ def test_every_package_has_sources() -> None:
 
 @pytest.mark.parametrize("module", SOURCES)
 def test_imports_follow_the_design(module: str) -> None:
-    name = module.removesuffix(".__init__")
     found = [
         f"{module}:{one.line} imports {one.target}: {rule}"
         for one in imports(SOURCES[module], module)
-        for rule in broken_rules(one._replace(module=name))
+        for rule in broken_rules(one)
+    ]
+    assert not found, "\n".join(found)
+
+
+def test_no_modules_import_each_other() -> None:
+    arrows = {
+        module: {one.target for one in imports(text, module)} for module, text in SOURCES.items() if module not in FACE
+    }
+    assert circles(arrows) == []
+
+
+@pytest.mark.parametrize("mission", WORDS_OF)
+def test_the_words_of_a_mission_stay_in_its_folder(mission: str) -> None:
+    found = [
+        f"{module}:{line} says {word}"
+        for module, text in SOURCES.items()
+        if not within(module, mission)
+        for line, word in words_in(text)
+        if word in WORDS_OF[mission]
     ]
     assert not found, "\n".join(found)
 
@@ -160,8 +261,21 @@ def test_no_hidden_source_of_chance_or_time(module: str) -> None:
 
 
 @pytest.mark.parametrize("module", SOURCES)
-def test_files_stay_readable(module: str) -> None:
+def test_rooms_stay_readable(module: str) -> None:
     assert len(SOURCES[module].splitlines()) <= MAX_LINES
+    assert large_classes(SOURCES[module]) == []
+
+
+@pytest.mark.parametrize("module", SOURCES)
+def test_every_public_name_is_explained(module: str) -> None:
+    assert undocumented(SOURCES[module]) == []
+
+
+@pytest.mark.parametrize("package", sorted(PACKAGES))
+def test_every_package_says_what_is_promised_to_stay(package: str) -> None:
+    names = {t.id for n in ast.parse(SOURCES[package]).body if isinstance(n, ast.Assign | ast.AnnAssign)
+             for t in (n.targets if isinstance(n, ast.Assign) else [n.target]) if isinstance(t, ast.Name)}  # fmt: skip
+    assert "__all__" in names
 
 
 @pytest.mark.parametrize(
@@ -169,30 +283,34 @@ def test_files_stay_readable(module: str) -> None:
     [
         ("worldmodel.abox", "from exchange.packets import Packet"),
         ("worldmodel.abox", "import remoras"),
-        ("exchange.manager", "from remoras.social.layer import SocialLayer"),
+        ("exchange.manager", "from remoras.organisation import Organisation"),
         ("exchange.manager", "from exchange.acoustics.loss import uniform"),
+        ("exchange.manager", "from exchange.study import trial"),
         ("exchange.study.montecarlo", "from exchange.acoustics.channel import Channel"),
         ("exchange.acoustics.channel", "from exchange.packets import Packet"),
         ("exchange.acoustics.channel", "from worldmodel import TBox"),
         ("remoras.social.layer", "import mesa"),
         ("remoras.social.layer", "from mesa.agent import AgentSet"),
         ("remoras.vehicle", "from exchange.acoustics.channel import Arrival"),
-        ("remoras.vehicle", "from missions.scenarios.scenario import Scenario"),
+        ("remoras.vehicle", "from missions.scenarios import Scenario"),
+        ("remoras.mission", "from remoras.social.layer import SocialLayer"),
         ("remoras.social.layer", "from remoras.executive.layer import ExecutiveLayer"),
-        ("remoras.executive.layer", "from . import functional"),
+        ("remoras.executive.layer", "from ..functional import layer"),
         ("remoras.functional.layer", "import remoras.social.layer"),
         ("remoras.htn", "from remoras.activities import Activity"),
         ("remoras.organisation", "from worldmodel import Instance"),
         ("remoras.executive.satisfaction", "from .decision import best"),
-        ("missions.runs.run", "from remoras.cli.runs import main"),
-        ("missions.runs.run", "from remoras import cli"),
-        ("missions.scenarios.scenario", "import mesa"),
+        ("remoras.strategies.cbba", "from remoras.social.layer import SocialLayer"),
+        ("remoras.vehicle", "import remoras"),
+        ("missions.runs.run", "from remoras.cli import main"),
+        ("missions.runs.run", "from missions.sweeps.plan import Plan"),
+        ("missions.scenarios.loading", "import mesa"),
+        ("missions.scenarios.loading", "from missions.mapping.jobs import SurveyJob"),
         ("missions.runs.results", "from visualisation import style"),
-        ("visualisation.timelines", "from missions.runs.run import Run"),
-        ("visualisation.timelines", "from missions import run"),
-        ("visualisation.timelines", "import remoras.fleet"),
-        ("visualisation.sweeps.comparison", "from missions.statistics import holm"),
-        ("visualisation.sweeps.comparison", "from missions.sweeps.sweep import sweep"),
+        ("visualisation.runs.timeline", "from missions.runs.run import Run"),
+        ("visualisation.runs.timeline", "import remoras.fleet"),
+        ("visualisation.runs.timeline", "from visualisation.sweeps import charts"),
+        ("visualisation.sweeps.comparison", "from missions.sweeps.driver import sweep"),
         ("exchange.schedule", "import random"),
         ("exchange.schedule", "def later():\n    from random import random"),
     ],
@@ -206,22 +324,42 @@ def test_a_violation_is_seen(module: str, line: str) -> None:
     ("module", "line"),
     [
         ("exchange.study.montecarlo", "from exchange.acoustics.loss import uniform"),
-        ("exchange.study.study", "from exchange.acoustics import loss"),
         ("exchange.acoustics.channel", "from exchange.acoustics import loss"),
         ("remoras.fleet", "import mesa\nfrom exchange.acoustics.channel import Channel"),
         ("remoras.htn", "from remoras.errors import PlanningError"),
         ("remoras.cli.runs", "from missions.runs.run import run\nfrom visualisation import style"),
-        ("missions.runs.run", "from exchange.acoustics.channel import Channel"),
-        ("visualisation.timelines", "from missions.runs.results import Results\nfrom missions import results"),
-        (
-            "visualisation.sweeps.comparison",
-            "from missions import compare\nfrom missions.sweeps.runlog import SweepResults",
-        ),
+        ("remoras.face", "from missions.runs.run import run\nfrom visualisation import style"),
+        ("missions.runs.setup", "from exchange.acoustics.channel import Channel"),
+        ("missions.mapping.metrics", "if TYPE_CHECKING:\n    from missions.runs.run import Run"),
+        ("visualisation.runs.timeline", "from missions.runs.results import Results"),
+        ("visualisation.sweeps.comparison", "from missions.comparison import compare"),
         ("worldmodel.abox", "import numpy as np"),
     ],
 )
 def test_what_the_design_allows_passes(module: str, line: str) -> None:
     assert not [rule for found in imports(line, module) for rule in broken_rules(found)]
+
+
+def test_a_circle_is_seen() -> None:
+    arrows = {"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": {"a"}, "e": set[str]()}
+    assert circles(arrows) == ["b", "c"]
+    assert circles({"a": {"b"}, "b": set()}) == []
+
+
+@pytest.mark.parametrize("line", ["n_cells = 1", "text = 'the swath'", "class AreaJob: ...", "# coverage grows"])
+def test_a_word_of_a_mission_is_seen(line: str) -> None:
+    assert {word for _, word in words_in(line)} & set(WORDS_OF["missions.mapping"])
+
+
+@pytest.mark.parametrize("line", ["cancelled = 1", "text = 'leave the area of operations'", "AreaKeeping", "excellent"])
+def test_other_words_pass(line: str) -> None:
+    assert not {word for _, word in words_in(line)} & set(WORDS_OF["missions.mapping"])
+
+
+def test_a_name_without_explanation_is_seen() -> None:
+    assert undocumented('"""Text."""\ndef f(): ...\nclass C:\n    """Text."""\n    def g(self): ...\n    def _h(self): ...') == [
+        "f", "C.g",
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

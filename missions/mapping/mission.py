@@ -22,42 +22,50 @@ Nothing in here says when a vehicle turns from one to another: that is decided b
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Annotated, Any
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
-
-from missions.mapping.survey import Point, grid, zigzag
+from missions.errors import ConfigurationFault
+from missions.figure import Declared, Place
+from missions.mapping.behaviours import ZigzagExploring
+from missions.mapping.checks import mapping_faults
+from missions.mapping.figures import FIGURES, places_of
+from missions.mapping.jobs import SurveyJob
+from missions.mapping.metrics import METRICS
+from missions.mapping.scenario import NEEDED_OBJECTIVES, MappingScenario, MappingSettings
+from missions.mapping.sensors import Seabed, SwathSettings, seabed_of, swath_m
+from missions.mapping.survey import grid, zigzag
 from missions.mapping.tasks import Context, activity_domain, mapping_methods, supervision_methods
 from missions.mapping.truth import MappingTruth
+from missions.metric import Metric
+from missions.scenarios.parts import groups_of
+from missions.scenarios.tables import Raw
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import (
     Behaviour,
-    Evading,
     FollowingLeader,
     Homing,
     LeadingFollowers,
-    Picture,
     Planning,
     Positioning,
-    ReturningHome,
-    ReturningToArea,
     Standing,
     Supervision,
     Working,
-    ZigzagExploring,
 )
 from remoras.beliefs import Beliefs, Key
 from remoras.database import VehicleData
 from remoras.errors import PlanningError
 from remoras.htn import Domain, FactsLike, Operator, Plan, Task, plan
-from remoras.mission import Finding
+from remoras.mission import Finding, Mission
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
+from remoras.picture import Picture
+from remoras.recorder import Recorder
+from remoras.sensor import SensorSettings
+from remoras.work import Point
 
-VITAL_IMPORTANCE = 3.0
-"""Above anything that objectives, continuing and influence signals add up to."""
-ROUTINE_IMPORTANCE = 0.1
 HEARD_TOLERANCE_M = 1.0
 """A position heard is rounded on the wire."""
 NEWS_FRAMES = 20.0
@@ -65,38 +73,7 @@ NEWS_FRAMES = 20.0
 
 Of a vehicle that is heard in one frame of five, 0.8^20 = 1 % of such intervals bring nothing.
 """
-NEEDED_OBJECTIVES = ("MissionGathering", "RendezVous", "Exploring", "Mapping")
-"""Without an importance for these nothing would come of the mission."""
-OBJECTIVES = (*NEEDED_OBJECTIVES, "GroupSupervision", "Positioning")
 COLLECTIVE = frozenset({"RendezVous", "MissionGathering", "GroupSupervision", "Positioning"})
-
-
-class MappingSettings(BaseModel):
-    """The ``[mission]`` table."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    arrival_radius_m: float = Field(gt=0.0, description="a vehicle this near to a rally point has arrived")
-    follow_distance_m: float = Field(gt=0.0, description="a follower lets its leader get this far ahead")
-    formation_spacing_m: float = Field(gt=0.0, description="distance between places of the formation")
-    patience_s: float = Field(
-        gt=0.0, description="a leader is content if news came in this time, a worker if its work yielded something"
-    )
-    importance: dict[str, Annotated[float, Field(ge=0.0, le=1.0)]] = Field(
-        description="importance of objectives, by Role.Objective or by Objective"
-    )
-
-    @field_validator("importance")
-    @classmethod
-    def _known_objectives(cls, importance: dict[str, float]) -> dict[str, float]:
-        named = {key: key.split(".")[-1] for key in importance}
-        unknown = [key for key, objective in named.items() if objective not in OBJECTIVES]
-        missing = [objective for objective in NEEDED_OBJECTIVES if objective not in named.values()]
-        if unknown or missing:
-            faults = [f"{key} is none" for key in unknown] + [f"{objective} is missing" for objective in missing]
-            raise ValueError(f"importance of objectives {', '.join(OBJECTIVES)}: {'; '.join(faults)}")
-        return importance
-
 
 ACTIVITY_TYPES = {
     "OrganisationalPerformanceOptimiser": ActivityType.ORGANISATIONAL,
@@ -110,71 +87,113 @@ ACTIVITY_TYPES = {
     "Positioning": ActivityType.GUIDANCE,
     "ZigzagExploring": ActivityType.GUIDANCE,
     "Mapping": ActivityType.PRODUCTIVE,
-    "SendingInfluenceSignals": ActivityType.COMMUNICATION,
-    "CollisionAvoidance": ActivityType.SURVIVAL,
-    "EnergyPreservation": ActivityType.SURVIVAL,
-    "AreaKeeping": ActivityType.SURVIVAL,
-    "Evading": ActivityType.GUIDANCE,
-    "ReturningHome": ActivityType.GUIDANCE,
-    "ReturningToArea": ActivityType.GUIDANCE,
 }
 
-LEADS_SET = (
-    "Following",
-    "Homing",
-    "Positioning",
-    "ZigzagExploring",
-    "Evading",
-    "ReturningHome",
-    "ReturningToArea",
-)
+LEADS_SET = ("Following", "Homing", "Positioning", "ZigzagExploring")
 """Activities whose behaviour speaks for the set they are performed in."""
 
 ACTIVITY_NEEDS = {"Mapping": "ZigzagExploring"}
 
 
-class MappingRendezvous:
+class MappingMission(Mission):
     """The mission, made from the parts of a scenario.
 
     Args:
         settings: the ``[mission]`` table.
         groups: groups with the demands of their roles.
-        places: place in the formation (row, side) of positional roles, by (group, role).
-        corners_m: corners of every area; rally_points_m: rally points by name.
-        bounds_m: area of operations (x_min, y_min, x_max, y_max); cell_m: side of a seabed cell.
+        formation: place in the formation (row, side) of positional roles, by (group, role).
+        corners_m: corners of every area, by name; rally_points_m: rally points by name.
+        cell_m: side of a seabed cell.
     """
 
-    Settings = MappingSettings
-    MISSIONS = ("Supervision", "AreaMapping")
-    DELEGATING_MISSION = "Supervision"
-    NEEDS = ("playsRole", "hasMission", "position", "gatheredAt", *(f"objective{name}" for name in NEEDED_OBJECTIVES))
+    Scenario = MappingScenario
+    group_missions = ("Supervision", "AreaMapping")
+    delegating_mission = "Supervision"
+    needs = ("playsRole", "hasMission", "position", "gatheredAt", *(f"objective{name}" for name in NEEDED_OBJECTIVES))
+    vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
+    sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"mapping": SwathSettings}
+    metrics: ClassVar[tuple[Metric, ...]] = METRICS
+    figures: ClassVar[tuple[Declared, ...]] = FIGURES
 
     def __init__(
         self,
         settings: MappingSettings,
         groups: Sequence[Group],
-        places: Mapping[tuple[str, str], tuple[str, str]],
+        formation: Mapping[tuple[str, str], tuple[str, str]],
         corners_m: Mapping[str, tuple[Point, ...]],
         rally_points_m: Mapping[str, Point],
-        bounds_m: tuple[float, float, float, float],
         cell_m: float,
     ) -> None:
         self.settings = settings
         self.groups = {group.name: group for group in groups}
         self.corners_m = corners_m
         self.rally_points_m = rally_points_m
-        supervised = tuple(g.name for g in groups if g.mission is None and g.rally_point is not None)
-        self.meets_after = {g.name: supervised if g.mission is not None else () for g in groups}
-        self._places = places
-        self._bounds_m = bounds_m
+        self._formation = formation
         self._cell_m = cell_m
+        self._jobs = {name: SurveyJob(name, corners) for name, corners in corners_m.items()}
         self.social_domain = Domain.of(
             [Operator("GiveMission"), Operator("AllocateRoles"), Operator("AssignObjective")],
-            dict(zip(self.MISSIONS, (supervision_methods(groups), mapping_methods(groups)), strict=True)),
+            dict(zip(self.group_missions, (supervision_methods(groups), mapping_methods(groups)), strict=True)),
         )
         self._activity_domain = activity_domain(ACTIVITY_TYPES)
 
+    @classmethod
+    def from_scenario(cls, scenario: MappingScenario) -> Self:
+        """The mission of a scenario."""
+        formation = {
+            (group.name, role.name): role.position
+            for group in scenario.group
+            for role in group.role
+            if role.position is not None
+        }
+        return cls(
+            scenario.mission,
+            groups_of(scenario),
+            formation,
+            {area.name: area.corners_m for area in scenario.area},
+            {rally.name: rally.position_m for rally in scenario.rally_point},
+            scenario.world.cell_m,
+        )
+
+    @classmethod
+    def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
+        """What is wrong with areas, with the roles that explore them, and with importances."""
+        return mapping_faults(raw, cls.group_missions)
+
+    @property
+    def jobs(self) -> Mapping[str, SurveyJob]:
+        """A survey for each area."""
+        return self._jobs
+
+    @property
+    def instances(self) -> Sequence[tuple[str, str]]:
+        """The areas."""
+        return [("Area", name) for name in self.corners_m]
+
+    @property
+    def most_observations(self) -> int:
+        """A vehicle maps every cell once at the most."""
+        return len(self.world().cells)
+
+    def world(self) -> Seabed:
+        """The cells of all areas."""
+        return self._seabed
+
+    @cached_property
+    def _seabed(self) -> Seabed:
+        return seabed_of(self._cell_m, tuple(self.corners_m.items()))
+
+    def truth(self, recorder: Recorder) -> MappingTruth:
+        """Watches for the ends of surveys and for meetings."""
+        return MappingTruth(self.groups.values(), self.rally_points_m, self.settings.arrival_radius_m)
+
+    @property
+    def places(self) -> Sequence[Place]:
+        """Areas and rally points."""
+        return places_of(self.corners_m, self.rally_points_m)
+
     def founding_objectives(self) -> Sequence[Objective]:
+        """Heads supervise their groups."""
         return [
             Objective(group.name, role.name, "GroupSupervision", group.name)
             for group in self.groups.values()
@@ -183,13 +202,13 @@ class MappingRendezvous:
         ]
 
     def is_individual(self, objective: Objective) -> bool:
+        """True for exploring and mapping."""
         return objective.name not in COLLECTIVE
-
-    # Objectives into activities -------------------------------------------------------------------
 
     def activity_sets(
         self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
+        """Activities of Table II, by HTN and with the vehicle's own characteristics."""
         found = plan(self._activity_domain, facts, Task(f"Pursue{objective.name}", (Context(objective, data),)))
         if not isinstance(found, Plan):
             raise PlanningError(f"{data.name} has no way to pursue {objective}")
@@ -203,7 +222,7 @@ class MappingRendezvous:
             for name in names:
                 parameters, keys = self._parameters(name, objective, data, facts, position_m)
                 rests_on |= keys
-                activities.append(Activity(name, ACTIVITY_TYPES[name], parameters))
+                activities.append(Activity(name, ACTIVITY_TYPES[name], parameters, _switched_on(name, data)))
             activities.sort(key=lambda activity: activity.name not in LEADS_SET)
             kind = ActivityKind.INDIVIDUAL if self.is_individual(objective) else ActivityKind.COLLECTIVE
             needs = next((ACTIVITY_NEEDS[name] for name in names if name in ACTIVITY_NEEDS), None)
@@ -225,9 +244,10 @@ class MappingRendezvous:
         head_key = ("members", f"{group.name}.{group.head_role}")
         match name:
             case "ZigzagExploring":
-                inset_m = min(data.swath_m, self._cell_m) / 2.0
-                waypoints = zigzag(self.corners_m[objective.argument], data.swath_m, position_m, inset_m)
-                return (tuple(waypoints), grid(waypoints, data.swath_m)), set()
+                width_m = swath_m(data)
+                inset_m = min(width_m, self._cell_m) / 2.0
+                waypoints = zigzag(self.corners_m[objective.argument], width_m, position_m, inset_m)
+                return (tuple(waypoints), grid(waypoints, width_m)), set()
             case "Homing":
                 return (self.rally_points_m[objective.argument], group.name), set()
             case "Following" if objective.name == "MissionGathering":
@@ -238,24 +258,12 @@ class MappingRendezvous:
                 followers = sorted({name for key in keys for name in facts.get(key)})
                 return ("leader", tuple(followers), group.name), keys
             case "Positioning":
-                place = self._places.get((group.name, objective.role), ("top", "middle"))
+                place = self._formation.get((group.name, objective.role), ("top", "middle"))
                 return (place, facts.get(head_key), group.name), {head_key}
         return (), set()
 
-    def standing_sets(self, data: VehicleData) -> tuple[ActivitySet, ...]:
-        def vital(survival: str, guidance: str, navigation: str) -> ActivitySet:
-            activities = tuple(Activity(name, ACTIVITY_TYPES[name]) for name in (guidance, survival, navigation))
-            return ActivitySet(None, ActivityKind.VITAL, activities, VITAL_IMPORTANCE)
-
-        sending = Activity("SendingInfluenceSignals", ActivityType.COMMUNICATION)
-        return (
-            ActivitySet(None, ActivityKind.INDIVIDUAL, (sending,), ROUTINE_IMPORTANCE),
-            vital("CollisionAvoidance", "Evading", "LocalReactiveNavigation"),
-            vital("EnergyPreservation", "ReturningHome", "GlobalReactiveNavigation"),
-            vital("AreaKeeping", "ReturningToArea", "GlobalReactiveNavigation"),
-        )
-
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
+        """The behaviour that carries out the set which ``activity`` leads."""
         settings, parameters = self.settings, activity.parameters
         match activity.name:
             case "OrganisationalPerformanceOptimiser":
@@ -280,36 +288,32 @@ class MappingRendezvous:
                 left = {"left": 1.0, "middle": 0.0, "right": -1.0}[side] * settings.formation_spacing_m
                 others = tuple(name for name in leaders if name != data.name)
                 return Positioning(others, group, (ahead, left), data)
-            case "Evading":
-                return Evading(data)
-            case "ReturningHome":
-                return ReturningHome(data)
-            case "ReturningToArea":
-                x_min, y_min, x_max, y_max = self._bounds_m
-                return ReturningToArea(((x_min + x_max) / 2.0, (y_min + y_max) / 2.0), data)
         return Standing()
-
-    # What a leader concludes ----------------------------------------------------------------------
 
     def findings(
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
-        if group.rally_point is None or group.name in picture.gathered:
+        """A head at the rally point that has lately heard all others there takes the group for gathered."""
+        if group.rally_point is None or group.name in picture.groups.gathered:
             return ()
         x_m, y_m = self.rally_points_m[group.rally_point]
         radius_m = self.settings.arrival_radius_m
         if math.hypot(motion.x_m - x_m, motion.y_m - y_m) > radius_m:
             return ()
         for name in set(organisation.members(group.name)).difference(organisation.heads(group.name)):
-            observed_s, position = beliefs.observed_s(("position", name)), picture.positions.get(name)
-            if observed_s is None or position is None or picture.now_s - observed_s > NEWS_FRAMES * picture.frame_s:
+            observed_s, position = beliefs.observed_s(("position", name)), picture.peers.positions_m.get(name)
+            if observed_s is None or position is None or picture.body.now_s - observed_s > NEWS_FRAMES * picture.frame_s:
                 return ()
             if math.hypot(position[0] - x_m, position[1] - y_m) > radius_m + HEARD_TOLERANCE_M:
                 return ()
         return (Finding(group.name, "gatheredAt", group.rally_point),)
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
+        """An area that is explored is done."""
         return Finding(objective.argument, "areaDone", vehicle) if objective.name == "Exploring" else None
 
-    def truth(self) -> MappingTruth:
-        return MappingTruth(self.groups.values(), self.rally_points_m, self.settings.arrival_radius_m)
+
+def _switched_on(activity: str, data: VehicleData) -> tuple[str, ...]:
+    """Names of the sensors that an activity of the vehicle switches on."""
+    sensor = data.sensor(SwathSettings)
+    return (sensor.name,) if activity == "Mapping" and sensor is not None else ()

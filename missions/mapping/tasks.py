@@ -1,9 +1,10 @@
-"""Tasks of the mapping and rendezvous mission: its two HTN domains. See ``mapping_rendezvous``."""
+"""Tasks of the mapping and rendezvous mission: its two HTN domains. See ``missions.mapping.mission``."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
+from missions.mapping.sensors import swath_m
 from remoras.activities import Objective
 from remoras.database import VehicleData
 from remoras.htn import Domain, FactsLike, Method, Operator, Task
@@ -44,9 +45,9 @@ def mapping_methods(groups: Sequence[Group]) -> list[Method]:
 
     def unfinished(facts: FactsLike, group: Group) -> list[tuple[str, str]]:
         return [
-            (role.name, role.area)
+            (role.name, role.job)
             for role in group.roles
-            if role.area is not None and facts.get(("areaDone", role.area)) is None
+            if role.job is not None and facts.get(("areaDone", role.job)) is None
         ]
 
     def together(facts: FactsLike, group: str) -> bool:
@@ -58,7 +59,7 @@ def mapping_methods(groups: Sequence[Group]) -> list[Method]:
             tasks.append(Task("AssignObjective", (group, name, "Positioning", area)))
             tasks.append(Task("AssignObjective", (group, name, "Exploring", area)))
         for role in by_name[group].roles:
-            if not role.founding and role.area is None:
+            if not role.founding and role.job is None:
                 tasks.append(Task("AssignObjective", (group, role.name, "Mapping", group)))
         return [*tasks, *_meeting(by_name[group])]
 
@@ -85,7 +86,7 @@ def activity_domain(activity_names: Iterable[str]) -> Domain:
         return facts.get(("gatheredAt", context.objective.group)) is None
 
     def has_sensor(facts: FactsLike, context: Context) -> bool:
-        return context.data.swath_m > 0.0
+        return swath_m(context.data) > 0.0
 
     methods: dict[str, list[Method]] = {
         "PursueGroupSupervision": [

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import Any
 
-from missions.mapping.survey import Point
 from remoras.activities import Objective
-from remoras.mission import Milestone
+from remoras.mission import FleetView, Milestone
 from remoras.organisation import Group
+from remoras.work import Point
 
 
 class MappingTruth:
@@ -23,14 +22,15 @@ class MappingTruth:
         self._rally_points_m = rally_points_m
         self._radius_m = radius_m
         self._consulted = False
-        self._last_decision: dict[str, Any] = {}
+        self._last_performed: dict[str, tuple[str, ...]] = {}
         self._exploring: dict[str, bool] = {}
         self._stopped: dict[str, Milestone] = {}
         self._finished: set[Objective] = set()
         together_first = sorted(groups, key=lambda group: group.mission is not None)
         self._apart = [group for group in together_first if group.rally_point is not None]
 
-    def observe(self, fleet: Any, now_s: float) -> bool:
+    def observe(self, fleet: FleetView, now_s: float) -> bool:
+        """Note what has happened; True once the last group is together."""
         if not self._consulted:
             if not self._is_consulted(fleet):
                 return False
@@ -47,7 +47,8 @@ class MappingTruth:
         self.milestones.append(Milestone(now_s, "mission_complete"))
         return True
 
-    def close(self, fleet: Any, now_s: float) -> str:
+    def close(self, fleet: FleetView, now_s: float) -> str:
+        """Say who is missing where."""
         self.milestones += self._stopped.values()
         self.milestones.sort(key=lambda milestone: milestone.time_s)
         if not self._consulted:
@@ -65,60 +66,59 @@ class MappingTruth:
         return ""
 
     @staticmethod
-    def _is_consulted(fleet: Any) -> bool:
-        """Has every mission been planned, and does everything assigned count where it was meant to?"""
+    def _is_consulted(fleet: FleetView) -> bool:
+        """True once every mission is planned, and everything assigned counts where it was meant to."""
         by_name = {vehicle.name: vehicle for vehicle in fleet.vehicles}
         for vehicle in fleet.vehicles:
-            social = vehicle.social
-            for group in social.organisation.groups:
-                if social.leads(group) and group not in social.planned:
+            for group in vehicle.organisation.groups:
+                if vehicle.leads(group) and not vehicle.has_planned(group):
                     return False
-            for a in social.issued:
-                if not by_name[a.vehicle].social.organisation.plays(a.vehicle, a.group, a.role):
+            for a in vehicle.issued:
+                if not by_name[a.vehicle].organisation.plays(a.vehicle, a.group, a.role):
                     return False
-            for objective in social.issued_objectives:
-                for holder in social.organisation.members(objective.group, objective.role):
-                    if objective not in by_name[holder].social.objectives_of(holder):
+            for objective in vehicle.issued_objectives:
+                for holder in vehicle.organisation.members(objective.group, objective.role):
+                    if objective not in by_name[holder].objectives_of(holder):
                         return False
         return True
 
-    def _watch_mapping(self, fleet: Any, now_s: float) -> None:
+    def _watch_mapping(self, fleet: FleetView, now_s: float) -> None:
         for vehicle in fleet.vehicles:
-            decision = vehicle.executive.decision
-            if decision is self._last_decision.get(vehicle.name):
+            performed = vehicle.performed
+            if performed is self._last_performed.get(vehicle.name):
                 continue
-            self._last_decision[vehicle.name] = decision
-            exploring = any(vehicle.executive.sets[index].name == "ZigzagExploring" for index in decision.chosen)
+            self._last_performed[vehicle.name] = performed
+            exploring = "ZigzagExploring" in performed
             if exploring:
                 self._stopped.pop(vehicle.name, None)
             elif self._exploring.get(vehicle.name):
                 self._stopped[vehicle.name] = Milestone(now_s, "mapping_stopped", vehicle.name)
             self._exploring[vehicle.name] = exploring
-            for objective in vehicle.social.finished:
+            for objective in vehicle.finished:
                 if objective.name == "Exploring" and objective not in self._finished:
                     self._finished.add(objective)
                     self._stopped.pop(vehicle.name, None)
                     self.milestones.append(Milestone(now_s, "mapping_done", vehicle.name))
 
-    def _is_together(self, fleet: Any, group: Group) -> bool:
-        """Are all members at the rally point, with nothing to be given out, and all founding roles played as needed?"""
+    def _is_together(self, fleet: FleetView, group: Group) -> bool:
+        """True if all members are at the rally point, no work is left to give out, and founding roles are filled."""
         x_m, y_m = self._rally_points_m[group.rally_point or ""]
         for vehicle in fleet.vehicles:
-            social, motion = vehicle.social, vehicle.functional.motion
-            if social.organisation.is_member(vehicle.name, group.name):
-                if math.hypot(motion.x_m - x_m, motion.y_m - y_m) > self._radius_m:
+            if vehicle.organisation.is_member(vehicle.name, group.name):
+                own_x_m, own_y_m = vehicle.position_m
+                if math.hypot(own_x_m - x_m, own_y_m - y_m) > self._radius_m:
                     return False
-                if social.leads(group.name) and social.gives_out(group.name):
+                if vehicle.leads(group.name) and vehicle.gives_out(group.name):
                     return False
         return not self._lacking(fleet, group)
 
     @staticmethod
-    def _lacking(fleet: Any, group: Group) -> list[str]:
+    def _lacking(fleet: FleetView, group: Group) -> list[str]:
         """Founding roles that too few vehicles still play, as each vehicle sees itself."""
         return [
             role.name
             for role in group.roles
             if role.founding
-            and sum(v.social.organisation.plays(v.name, group.name, role.name) for v in fleet.vehicles if v.is_alive)
+            and sum(v.organisation.plays(v.name, group.name, role.name) for v in fleet.vehicles if v.is_alive)
             < role.minimum
         ]

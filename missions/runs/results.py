@@ -1,20 +1,16 @@
 """Results of a run: summary, manifest and tables, written once and read back.
 
-A folder holds ``summary.json``, ``manifest.json`` and one Parquet file per table of ``remoras.recorder``. Units are
-in the metadata of every column. A new folder appears whole or not at all; in one that is there, files are replaced one
-by one.
+A folder holds ``summary.json``, ``manifest.json`` and one Parquet file per table. Units are in the metadata of every
+column. A new folder appears whole or not at all; in one that is there, files are replaced one by one. A reader takes
+folders that lack a table: an older version, or another mission, did not write it.
 """
 
 from __future__ import annotations
 
-import itertools
 import json
-import math
 import platform
-import statistics
 import tempfile
-from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import metadata
@@ -26,9 +22,9 @@ import pyarrow.parquet as pq
 import tomli_w
 
 from missions.errors import OutputError
-from missions.runs.run import Run, seabed_of, transmit_j_per_bit
-from missions.scenarios.scenario import Scenario
-from remoras.recorder import TABLES, Recorder
+from missions.runs.run import Run
+from missions.runs.summary import summary
+from remoras.recorder import TABLES, Row, Table
 
 LIBRARIES = ("mesa", "rdflib", "networkx", "numpy", "matplotlib", "pyarrow", "pydantic")
 NEEDED_KEY = {"summary.json": "milestones", "manifest.json": "scenario"}
@@ -36,160 +32,28 @@ DECIMALS = {"m": 3, "rad": 6, "m/s": 4, "J": 2, "s": 4, "1": 6}
 """Digits kept by unit: far below anything that means something, far above rounding in the arithmetic."""
 
 
-def summary(run: Run) -> dict[str, Any]:
-    """The figures of a run, with the names of the contract.
+def arrow_table(table: Table, rows: Sequence[Row]) -> pa.Table:
+    """Rows of a table as an Arrow table, with units in the metadata of its columns.
 
-    ``per``: mean packet error rate of the loss model as it is set: 0 for perfect, ``per`` for bernoulli, the mean over
-    all directed pairs of vehicles for matrix, the stationary mean for gilbert-elliott; without blackouts and range.
-    ``coverage_fraction``: cells of the areas that somebody mapped; ``mapping_time_s``: see there.
-    ``duplicate_fraction``: share of the mapping that was done again by another vehicle. ``delivery_ratio``: packets
-    received among all (packet, receiver) pairs. Latencies: from an item's observation to its reception, over all
-    (item, receiver) pairs; NaN becomes null.
-    ``consistency_time_s`` and ``consistent_fraction``: see ``consistency``. ``least_mapped_fraction``: see there.
-    ``modem_energy_j``: of ``energy_j`` what the modems sent with.
+    Raises:
+        OutputError: a row does not fit the columns that its writer declared.
     """
-    scenario, recorder = run.scenario, run.recorder
-    received = sum(len(row[6]) for row in recorder.packets)
-    lost = sum(len(row[7]) for row in recorder.packets)
-    mapped = {(row[2], row[3]) for row in recorder.coverage}
-    n_cells = len(seabed_of(scenario).cells)
-    latencies = sorted(_latencies_s(recorder))
-    n_bits = sum(row[3] for row in recorder.packets)
-    consistency_time_s, consistent_fraction = consistency(recorder, len(scenario.vehicle))
-    return {
-        **identity(scenario, run.seed),
-        "completed": run.completed,
-        "reason": run.reason,
-        "mission_time_s": round(run.end_s, 4),
-        "coverage_fraction": len(mapped) / n_cells if n_cells else 0.0,
-        "mapping_time_s": mapping_time_s(recorder, n_cells),
-        "duplicate_fraction": 1.0 - len(mapped) / len(recorder.coverage) if recorder.coverage else 0.0,
-        "least_mapped_fraction": least_mapped_fraction(recorder, area_roles(scenario)),
-        "distance_m": round(run.distance_m, 3),
-        "energy_j": round(_energy_j(recorder), 2),
-        "modem_energy_j": round(n_bits * transmit_j_per_bit(scenario), 2),
-        "n_packets": len(recorder.packets),
-        "n_bytes": n_bits // 8,
-        "delivery_ratio": received / (received + lost) if received + lost else None,
-        "mean_latency_s": round(statistics.fmean(latencies), 4) if latencies else None,
-        "p95_latency_s": round(quantile(latencies, 0.95), 4) if latencies else None,
-        "consistency_time_s": None if consistency_time_s is None else round(consistency_time_s, 4),
-        "consistent_fraction": consistent_fraction,
-        "false_beliefs": run.n_false_beliefs,
-        "wall_s": round(run.wall_s, 3),
-        "milestones": [
-            {"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": round(m.time_s, 4)}
-            for m in run.milestones
-        ],
-    }
-
-
-MAPPED_SHARE = 0.95
-"""Share of the cells at which the areas count as mapped."""
-
-
-def mapping_time_s(recorder: Recorder, n_cells: int) -> float | None:
-    """When 95 % of all cells had been mapped by anybody; None if they never were, or if there are none."""
-    first_s: dict[tuple[int, int], float] = {}
-    for time_s, _, x, y in recorder.coverage:
-        first_s.setdefault((x, y), time_s)
-    needed = math.ceil(MAPPED_SHARE * n_cells)
-    return round(sorted(first_s.values())[needed - 1], 4) if 0 < needed <= len(first_s) else None
-
-
-def identity(scenario: Scenario, seed: int) -> dict[str, Any]:
-    """The fields of a summary that are known before the run."""
-    return {
-        "scenario": scenario.scenario.name,
-        "strategy": scenario.strategy.name,
-        "policy": scenario.communication.policy,
-        "channel": scenario.channel.name,
-        "per": scenario.channel.mean_per(len(scenario.vehicle)),
-        "seed": seed,
-        "n_vehicles": len(scenario.vehicle),
-    }
-
-
-def quantile(ordered: Sequence[float], share: float) -> float:
-    """Quantile of ascending values, linear between them.
-
-    >>> quantile([0.0, 1.0, 2.0, 3.0], 0.5)
-    1.5
-    """
-    position = share * (len(ordered) - 1)
-    low = math.floor(position)
-    high = min(low + 1, len(ordered) - 1)
-    return ordered[low] + (position - low) * (ordered[high] - ordered[low])
-
-
-def _latencies_s(recorder: Recorder) -> list[float]:
-    observed = {item: time_s for time_s, _, item, _, event in recorder.knowledge if event == "observed"}
-    return [time_s - observed[item] for time_s, _, item, _, event in recorder.knowledge if event == "received"]
-
-
-def consistency(recorder: Recorder, n_vehicles: int) -> tuple[float | None, float | None]:
-    """(consistency_time_s, consistent_fraction): how soon the fleet has one picture, and of how much of it.
-
-    An item is consistent once every vehicle of the fleet holds it, one that has fallen silent too. The time is the mean
-    over such items, from the observation of each until its last vehicle held it; None if there is no such item. The
-    fraction is their share of all items observed by the end of the run; None if there were none.
-    """
-    observed_s: dict[str, float] = {}
-    lacking: dict[str, int] = {}
-    waits_s: list[float] = []
-    for time_s, _, item, _, event in recorder.knowledge:  # in time order; a vehicle receives an item once
-        if event == "observed":
-            observed_s[item], lacking[item] = time_s, n_vehicles - 1
-        elif event == "received":
-            lacking[item] -= 1
-            if not lacking[item]:
-                waits_s.append(time_s - observed_s[item])
-    if not observed_s:
-        return None, None
-    return (math.fsum(waits_s) / len(waits_s) if waits_s else None), len(waits_s) / len(observed_s)
-
-
-def area_roles(scenario: Scenario) -> set[tuple[str, str]]:
-    """(group, role) of the roles whose holder explores an area."""
-    return {(group.name, role.name) for group in scenario.group for role in group.role if role.area is not None}
-
-
-def least_mapped_fraction(recorder: Recorder, roles: Collection[tuple[str, str]]) -> float | None:
-    """Utility of the worst vehicle: the smallest share of the mapped cells that was first mapped by one vehicle.
-
-    Over the vehicles that held one of ``roles`` at any time. With n of them it is 1/n if they shared the work equally
-    and 0 if one did nothing; None if nobody held such a role or nothing was mapped. (Egalitarian welfare: Brandt
-    et al., Handbook of Computational Social Choice, 2016, chapter 12.)
-    """
-    first: dict[tuple[int, int], str] = {}
-    for _, vehicle, x, y in recorder.coverage:
-        first.setdefault((x, y), vehicle)
-    holders = {vehicle for _, vehicle, group, role, event in recorder.roles if (group, role) in roles}
-    counts = Counter(first.values())
-    return min(counts[vehicle] for vehicle in holders) / len(first) if holders and first else None
-
-
-def _energy_j(recorder: Recorder) -> float:
-    end_s = recorder.trajectories[-1][0]
-    last = itertools.takewhile(lambda row: row[0] == end_s, reversed(recorder.trajectories))
-    return math.fsum(energy_j for *_, energy_j in last)
-
-
-def table(name: str, rows: Sequence[tuple[Any, ...]]) -> pa.Table:
-    """Rows of a recorder table as an Arrow table with units."""
     kinds = {"float": pa.float64(), "int": pa.int64(), "str": pa.string(), "list": pa.list_(pa.string())}
-    columns = TABLES[name]
     fields = [
         pa.field(column.name, kinds[column.kind], metadata={"unit": column.unit} if column.unit else None)
-        for column in columns
+        for column in table.columns
     ]
     arrays = []
-    for number, (column, field) in enumerate(zip(columns, fields, strict=True)):
-        values: list[Any] = [row[number] for row in rows]
-        if column.kind == "float":
-            digits = DECIMALS[column.unit]
-            values = [round(value, digits) for value in values]
-        arrays.append(pa.array(values, type=field.type))
+    try:
+        for number, (column, field) in enumerate(zip(table.columns, fields, strict=True)):
+            values: list[Any] = [row[number] for row in rows]
+            if column.kind == "float" and column.unit in DECIMALS:
+                digits = DECIMALS[column.unit]
+                values = [round(value, digits) for value in values]
+            arrays.append(pa.array(values, type=field.type))
+    except (pa.ArrowException, TypeError, IndexError) as error:
+        columns = ", ".join(f"{column.name} ({column.kind})" for column in table.columns)
+        raise OutputError(f"table {table.name}: a row does not fit its columns {columns}: {error}") from None
     return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
 
 
@@ -236,8 +100,9 @@ def write(run: Run, folder: Path, force: bool = False) -> None:
             draft.mkdir()
             (draft / "summary.json").write_text(_json(summary(run)), encoding="utf-8")
             (draft / "manifest.json").write_text(_json(manifest(run)), encoding="utf-8")
-            for name in TABLES:
-                pq.write_table(table(name, run.recorder.rows(name)), draft / f"{name}.parquet", compression="zstd")
+            for name, table in run.recorder.tables.items():
+                rows = arrow_table(table, run.recorder.rows(name))
+                pq.write_table(rows, draft / f"{name}.parquet", compression="zstd")
             if folder.exists():
                 for path in draft.iterdir():
                     path.replace(folder / path.name)
@@ -251,27 +116,33 @@ def _json(value: Any) -> str:
     return json.dumps(value, indent=2, allow_nan=False) + "\n"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Results:
     """Results of one run, read from their folder."""
 
     folder: Path
 
+    def __repr__(self) -> str:
+        return f"<Results of a run in {self.folder}>"
+
     @classmethod
     def read(cls, folder: Path) -> Results:
-        """Raises OutputError if the folder holds no complete results."""
-        needed = ["summary.json", "manifest.json", *(f"{name}.parquet" for name in TABLES)]
-        missing = [name for name in needed if not (folder / name).is_file()]
+        """Raises OutputError if the folder holds no results."""
+        missing = [name for name in NEEDED_KEY if not (folder / name).is_file()]
+        if not missing and not any(folder.glob("*.parquet")):
+            missing = [f"{table.name}.parquet" for table in TABLES]
         if missing:
             raise OutputError(f"{folder}: no results of a run, missing: {', '.join(missing)}")
         return cls(folder)
 
     @cached_property
     def summary(self) -> dict[str, Any]:
+        """The figures of the run."""
         return self._json("summary.json")
 
     @cached_property
     def manifest(self) -> dict[str, Any]:
+        """What is needed to repeat the run."""
         return self._json("manifest.json")
 
     def _json(self, name: str) -> dict[str, Any]:
@@ -283,14 +154,38 @@ class Results:
         except (OSError, ValueError, TypeError) as error:
             raise OutputError(f"{self.folder / name}: damaged: {error}") from None
 
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """Names of the tables that are there."""
+        return tuple(sorted(path.stem for path in self.folder.glob("*.parquet")))
+
+    def has(self, name: str) -> bool:
+        """True if there is a table of that name: older results, or those of another mission, may lack one."""
+        return (self.folder / f"{name}.parquet").is_file()
+
     def table(self, name: str) -> pa.Table:
-        """An Arrow table; ``.to_pandas()`` makes a data frame of it."""
+        """An Arrow table; ``.to_pandas()`` makes a data frame of it.
+
+        Raises:
+            OutputError: there is no such table, it is damaged, or it lacks a column that its name promises.
+        """
+        path = self.folder / f"{name}.parquet"
+        if not path.is_file():
+            raise OutputError(f"{self.folder}: no table {name!r}; there are {', '.join(self.tables)}")
         try:
-            return pq.read_table(self.folder / f"{name}.parquet")
+            found = pq.read_table(path)
         except (OSError, pa.ArrowException) as error:
-            raise OutputError(f"{self.folder / name}.parquet: damaged: {error}") from None
+            raise OutputError(f"{path}: damaged: {error}") from None
+        declared = next((table.column_names for table in TABLES if table.name == name), ())
+        missing = [column for column in declared if column not in found.column_names]
+        if missing:
+            raise OutputError(
+                f"{path}: a table of an unknown schema: it lacks {', '.join(missing)}, and has "
+                f"{', '.join(found.column_names)}; run the scenario again to have it as this version writes it"
+            )
+        return found
 
     def units(self, name: str) -> dict[str, str]:
-        """Units of a table's columns."""
-        schema = pq.read_schema(self.folder / f"{name}.parquet")
+        """Units of a table's columns; columns without a unit are left out."""
+        schema = self.table(name).schema
         return {field.name: field.metadata[b"unit"].decode() for field in schema if field.metadata}

@@ -20,7 +20,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from remoras.recorder import TABLES, Column, Recorder
+from remoras.recorder import Column, Recorder, Row, Table
 
 UNITS = {
     "s": ("_s", "_ms", "ms", 1000), "m": ("_m", "_cm", "cm", 100), "rad": ("_rad", "_mrad", "mrad", 1000),
@@ -30,28 +30,28 @@ UNITS = {
 
 
 def _field(column: Column) -> pa.Field:
-    if column.kind == "float":
+    if column.kind == "float" and column.unit in UNITS:
         ending, small_ending, unit, _ = UNITS[column.unit]
         return pa.field(column.name.removesuffix(ending) + small_ending, pa.int32(), metadata={"unit": unit})
-    kinds = {"int": pa.int32(), "str": pa.string(), "list": pa.list_(pa.string())}
+    kinds = {"float": pa.float64(), "int": pa.int32(), "str": pa.string(), "list": pa.list_(pa.string())}
     return pa.field(column.name, kinds[column.kind], metadata={"unit": column.unit} if column.unit else None)
 
 
-def schema(name: str) -> pa.Schema:
+def schema_of(table: Table) -> pa.Schema:
     """Columns of a table of the sample, the key of the run first."""
-    return pa.schema([pa.field("key", pa.string()), *map(_field, TABLES[name])])
+    return pa.schema([pa.field("key", pa.string()), *map(_field, table.columns)])
 
 
-def packed(name: str, rows: Sequence[tuple[Any, ...]], key: str) -> pa.Table:
+def packed(table: Table, rows: Sequence[Row], key: str) -> pa.Table:
     """Rows of a run in small whole units; a value that is not finite becomes null."""
-    if name == "trajectories":
+    if table.name == "trajectories":
         rows = sorted(rows, key=itemgetter(1))  # by vehicle; in order of time they are already
-    wanted = schema(name)
+    wanted = schema_of(table)
     arrays = [pa.array([key] * len(rows), pa.string())]
-    for number, column in enumerate(TABLES[name]):
+    for number, column in enumerate(table.columns):
         values: Any = [row[number] for row in rows]
         mask = None
-        if column.kind == "float":
+        if column.kind == "float" and column.unit in UNITS:
             scaled = np.rint(np.array(values, dtype=float) * UNITS[column.unit][3])
             mask = ~np.isfinite(scaled)
             values = np.where(mask, 0.0, scaled).astype(np.int32)
@@ -59,25 +59,23 @@ def packed(name: str, rows: Sequence[tuple[Any, ...]], key: str) -> pa.Table:
     return pa.Table.from_arrays(arrays, schema=wanted)
 
 
-def writer(target: Any, name: str) -> pq.ParquetWriter:
+def writer(target: Any, schema: pa.Schema) -> pq.ParquetWriter:
     """A writer of a table of the sample."""
-    wanted = schema(name)
-    numbers = {field.name: "DELTA_BINARY_PACKED" for field in wanted if pa.types.is_integer(field.type)}
-    texts = [
-        f.name if pa.types.is_string(f.type) else f"{f.name}.list.element" for f in wanted if f.name not in numbers
-    ]
+    numbers = {field.name: "DELTA_BINARY_PACKED" for field in schema if pa.types.is_integer(field.type)}
+    texts = [f.name for f in schema if pa.types.is_string(f.type)]
+    texts += [f"{f.name}.list.element" for f in schema if pa.types.is_list(f.type)]
     return pq.ParquetWriter(
-        target, wanted, compression="zstd", use_dictionary=texts, column_encoding=numbers, write_statistics=["key"]
+        target, schema, compression="zstd", use_dictionary=texts, column_encoding=numbers, write_statistics=["key"]
     )
 
 
 def encoded(recorder: Recorder, key: str) -> dict[str, bytes]:
     """Every table of a run as a Parquet file in memory."""
     files = {}
-    for name in TABLES:
+    for name, table in recorder.tables.items():
         buffer = io.BytesIO()
-        with writer(buffer, name) as out:
-            out.write_table(packed(name, recorder.rows(name), key))
+        with writer(buffer, schema_of(table)) as out:
+            out.write_table(packed(table, recorder.rows(name), key))
         files[name] = buffer.getvalue()
     return files
 
@@ -101,21 +99,27 @@ def merge(parts: Path, tables: Path, keys: Collection[str]) -> None:
     if not parts.is_dir():
         return
     tables.mkdir(exist_ok=True)
-    for name in TABLES:
-        merged, draft = tables / f"{name}.parquet", tables / f".{name}.parquet"
-        old = pq.ParquetFile(merged) if merged.is_file() else None
-        places: dict[str, int] = {}
-        if old is not None:
-            for number in range(old.num_row_groups):
-                places[old.metadata.row_group(number).column(0).statistics.min] = number
-        with writer(draft, name) as out:
-            for key in sorted(keys):
-                part = parts / key / f"{name}.parquet"
-                if key in places and old is not None:
-                    out.write_table(old.read_row_group(places[key]))
-                elif part.is_file() and (table := pq.read_table(part)).num_rows:
-                    out.write_table(table)
-        if old is not None:
-            old.close()
-        draft.replace(merged)
+    written = {path.stem for key in keys for path in (parts / key).glob("*.parquet")}
+    for name in sorted(written | {path.stem for path in tables.glob("[!.]*.parquet")}):
+        _merge_table(name, parts, tables, keys)
     shutil.rmtree(parts)
+
+
+def _merge_table(name: str, parts: Path, tables: Path, keys: Collection[str]) -> None:
+    merged, draft = tables / f"{name}.parquet", tables / f".{name}.parquet"
+    old = pq.ParquetFile(merged) if merged.is_file() else None
+    places: dict[str, int] = {}
+    if old is not None:
+        for number in range(old.num_row_groups):
+            places[old.metadata.row_group(number).column(0).statistics.min] = number
+    own = [path for key in sorted(keys) if (path := parts / key / f"{name}.parquet").is_file()]
+    with writer(draft, old.schema_arrow if old is not None else pq.read_schema(own[0])) as out:
+        for key in sorted(keys):
+            part = parts / key / f"{name}.parquet"
+            if key in places and old is not None:
+                out.write_table(old.read_row_group(places[key]))
+            elif part.is_file() and (table := pq.read_table(part)).num_rows:
+                out.write_table(table)
+    if old is not None:
+        old.close()
+    draft.replace(merged)

@@ -1,0 +1,10 @@
+"""Scenarios: the whole input of a run, read from TOML and checked whole."""
+
+from missions.scenarios.loading import load, shipped
+from missions.scenarios.scenario import GroupTable, Role, Scenario, VehicleTable, World
+from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Probability, Table
+
+__all__ = [
+    "GroupTable", "Name", "NotNegative", "PointM", "Positive", "Probability", "Role", "Scenario", "Table", "VehicleTable",
+    "World", "load", "shipped",
+]  # fmt: skip

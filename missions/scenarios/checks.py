@@ -6,49 +6,92 @@ is malformed its checks pass it over.
 
 from __future__ import annotations
 
-import importlib
 import json
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from difflib import get_close_matches
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
-
-from pydantic import ValidationError
 
 from exchange.acoustics.modems import modems
 from exchange.policies import POLICIES, header_bits
 from missions.errors import ConfigurationFault
 from missions.scenarios.channel import channel_faults
 from missions.scenarios.tables import Raw, bounds_of, entries, names_of, one_of, point_of, table_of
-from remoras.errors import StrategyError
-from remoras.sensors import Seabed
-from remoras.strategies import configured, strategies
-from worldmodel import TBox, core_ontology_paths
+from missions.scenarios.parts import database_of, groups_of, strategy_named
+from missions.scenarios.scenario import Scenario
+from remoras.errors import PluginError, StrategyError
+from remoras.mission import Mission
+from remoras.strategies import configured
+from remoras.work import Job
+from worldmodel import OntologyError, TBox, core_ontology_paths
 
-MAX_CELLS = 4096
-"""Cells of one area that ``mappedCell`` can name."""
 ROOM_BITS = 128
 """What a packet needs beside its acknowledgements: its head, a signal, a block of one fact."""
 MAX_COORDINATE_M = 9000.0
 """The ``position`` attribute reaches somewhat farther than the world may, for vehicles that drift out of it."""
 
 
-def cross_faults(raw: Raw) -> list[ConfigurationFault]:
-    """All faults between the tables of ``raw``."""
-    checks = (
-        _names, _slots, _times, _world, _areas, _choices, channel_faults, _needs, _groups, _played_by, _vehicles,
-        _mission,
-    )  # fmt: skip
-    return [fault for check in checks for fault in check(raw)]
+def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationFault]:
+    """All faults between the tables of ``raw``.
+
+    Args:
+        raw: the tables as TOML has them.
+        mission: class of the mission, which has checks of its own; None if it cannot be had.
+    """
+    checks = (_names, _slots, _times, _world, _choices, channel_faults, _groups, _played_by, _vehicles)
+    faults = [fault for check in checks for fault in check(raw)]
+    if mission is not None:
+        faults += [*_needs(raw, mission), *_missions(raw, mission), *mission.check(raw)]
+    return faults
+
+
+def job_faults(scenario: Scenario, mission: type[Mission]) -> list[ConfigurationFault]:
+    """What is wrong between roles and the jobs that the mission makes of the scenario; nothing else is wrong with it."""
+    try:
+        made = mission.from_scenario(scenario)
+        jobs: Mapping[str, Job] = made.jobs
+    except Exception as error:  # it is somebody else's class: anything may be wrong with it
+        what = f"{type(error).__name__}: {error}"
+        allowed = f"its from_scenario and jobs must take every scenario that passes its checks, but raised {what}"
+        return [ConfigurationFault("scenario.mission", f'"{scenario.scenario.mission}"', allowed)]
+    return [*_role_jobs(scenario, mission, jobs), *_order_of(jobs)]
+
+
+def _role_jobs(scenario: Scenario, mission: type[Mission], jobs: Mapping[str, Job]) -> Iterator[ConfigurationFault]:
+    database = database_of(scenario, mission)
+    for group in groups_of(scenario):
+        for role in group.roles:
+            key = f"group.{group.name}.role.{role.name}"
+            if role.job is None:
+                continue
+            yield from one_of(f"{key}.job", role.job, list(jobs))
+            able = database.able_to_play(role.name)
+            if role.job in jobs and able and not any(jobs[role.job].is_able(data) for data in able):
+                names = ", ".join(data.name for data in able)
+                yield ConfigurationFault(
+                    f"{key}.job", f'"{role.job}"', f"none of those able to play the role, {names}, is able to do the job"
+                )
+
+
+def _order_of(jobs: Mapping[str, Job]) -> Iterator[ConfigurationFault]:
+    """Jobs that need each other, or one that is not there."""
+    for name, job in jobs.items():
+        for needed in job.needs:
+            yield from one_of(f"job.{name}.needs", needed, list(jobs))
+    before = {name: {needed for needed in job.needs if needed in jobs} for name, job in jobs.items()}
+    while free := [name for name, needed in before.items() if not needed & before.keys()]:
+        for name in free:
+            del before[name]
+    if before:
+        yield ConfigurationFault(f"job.{next(iter(before))}.needs", "", f"need each other: {', '.join(before)}")
 
 
 def _names(raw: Raw) -> Iterator[ConfigurationFault]:
-    kinds = ("vehicle", "group", "area", "rally_point")
+    kinds = ("vehicle", "group", "rally_point")
     counted = Counter(name for kind in kinds for name in names_of(raw, kind))
     first = {name: kind for kind in reversed(kinds) for name in names_of(raw, kind)}
     for name, count in counted.items():
         if count > 1:
-            allowed = f"used {count} times; vehicles, groups, areas and rally points need names of their own"
+            allowed = f"used {count} times; vehicles, groups and rally points need names of their own"
             yield ConfigurationFault(f"{first[name]}.{name}.name", f'"{name}"', allowed)
     for group in entries(raw, "group"):
         for name, count in Counter(names_of(group, "role")).items():
@@ -96,51 +139,26 @@ def _world(raw: Raw) -> Iterator[ConfigurationFault]:
         if low < -MAX_COORDINATE_M or high > MAX_COORDINATE_M:
             allowed = f"allowed: {-MAX_COORDINATE_M:.0f} to {MAX_COORDINATE_M:.0f}"
             yield ConfigurationFault(key, f"[{low}, {high}]", allowed)
-    places = [(f"area.{a.get('name')}.corners_m", c) for a in entries(raw, "area") for c in _points(a, "corners_m")]
-    places += [
+    places = [
         (f"rally_point.{r.get('name')}.position_m", p)
         for r in entries(raw, "rally_point")
         for p in point_of(r, "position_m")
     ]
     places += [(f"vehicle.{v.get('name')}.start_m", p) for v in entries(raw, "vehicle") for p in point_of(v, "start_m")]
-    for key, (x, y) in places:
+    yield from outside_faults(raw, places)
+
+
+def outside_faults(raw: Raw, places_m: Iterable[tuple[str, tuple[float, float]]]) -> Iterator[ConfigurationFault]:
+    """Faults of places, by key, that are not in the world; none where the borders are malformed."""
+    bounds = bounds_of(raw)
+    if bounds is None or bounds[0] >= bounds[2] or bounds[1] >= bounds[3]:
+        return
+    x_min, y_min, x_max, y_max = bounds
+    for key, (x, y) in places_m:
         if not (x_min <= x <= x_max and y_min <= y <= y_max):
             yield ConfigurationFault(
                 key, f"[{x}, {y}]", f"outside the world, x {x_min} to {x_max}, y {y_min} to {y_max}"
             )
-
-
-def _points(entry: Raw, key: str) -> list[tuple[float, float]]:
-    corners = entry.get(key, [])
-    return [p for c in corners for p in point_of({"c": c}, "c")] if isinstance(corners, list) else []
-
-
-def _areas(raw: Raw) -> Iterator[ConfigurationFault]:
-    cell_m = table_of(raw, "world").get("cell_m")
-    for area in entries(raw, "area"):
-        corners = _points(area, "corners_m")
-        key = f"area.{area.get('name')}.corners_m"
-        if len(corners) < 3:
-            continue
-        turns = [
-            (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
-            for a, b, c in zip(corners, corners[1:] + corners[:1], corners[2:] + corners[:2], strict=True)
-        ]
-        if not (all(turn > 0 for turn in turns) or all(turn < 0 for turn in turns)):
-            yield ConfigurationFault(key, "", "not the corners of a convex polygon in order")
-        elif isinstance(cell_m, int | float) and cell_m > 0:
-            n_cells = _n_cells(corners, float(cell_m))
-            if not 1 <= n_cells <= MAX_CELLS:
-                yield ConfigurationFault(
-                    key, f"{n_cells} cells of {cell_m} m", f"allowed: 1 to {MAX_CELLS}; change world.cell_m"
-                )
-
-
-def _n_cells(corners: Sequence[tuple[float, float]], cell_m: float) -> int:
-    """Cells of an area; where there are far too many, about how many."""
-    xs, ys = [x for x, _ in corners], [y for _, y in corners]
-    in_box = (max(xs) - min(xs)) * (max(ys) - min(ys)) / cell_m**2
-    return int(in_box) if in_box > 4 * MAX_CELLS else len(Seabed.of_areas(cell_m, {"": tuple(corners)}).cells)
 
 
 def _choices(raw: Raw) -> Iterator[ConfigurationFault]:
@@ -148,21 +166,20 @@ def _choices(raw: Raw) -> Iterator[ConfigurationFault]:
     yield from one_of("communication.modem", communication.get("modem"), list(modems()))
     yield from one_of("communication.policy", communication.get("policy"), list(POLICIES))
     yield from _header(raw)
-    strategy = table_of(raw, "strategy").get("name")
-    if isinstance(strategy, str) and ":" in strategy:
-        needed = ("name", "declaration", "form", "adapt", "negotiator")
-        faults = list(_object_faults("strategy.name", strategy, needed))
-    else:
-        faults = list(one_of("strategy.name", strategy, list(strategies())))
-    yield from faults
-    settings = table_of(table_of(raw, "strategy"), "parameters")
-    if settings and isinstance(strategy, str) and not faults:
-        found = named_object(strategy) if ":" in strategy else strategies()[strategy]
-        for name, value in settings.items():
-            try:
-                configured(found, {name: value})
-            except StrategyError as error:
-                yield ConfigurationFault(f"strategy.parameters.{name}", json.dumps(value), error.allowed)
+    name = table_of(raw, "strategy").get("name")
+    if not isinstance(name, str):
+        return
+    try:
+        strategy = strategy_named(name)
+    except PluginError as error:
+        prefix = "" if ":" in name else "allowed: "
+        yield ConfigurationFault("strategy.name", f'"{name}"', f"{prefix}{error}")
+        return
+    for key, value in table_of(table_of(raw, "strategy"), "parameters").items():
+        try:
+            configured(strategy, {key: value})
+        except StrategyError as error:
+            yield ConfigurationFault(f"strategy.parameters.{key}", json.dumps(value), error.allowed)
 
 
 def _header(raw: Raw) -> Iterator[ConfigurationFault]:
@@ -180,38 +197,27 @@ def _header(raw: Raw) -> Iterator[ConfigurationFault]:
             yield ConfigurationFault("communication.policy", f'"{policy.name}"', allowed)
 
 
-def _object_faults(key: str, reference: str, needed: Sequence[str]) -> Iterator[ConfigurationFault]:
-    try:
-        found = named_object(reference)
-        missing = [name for name in needed if not hasattr(found, name)]
-        if missing:
-            yield ConfigurationFault(key, f'"{reference}"', f"an object that has {', '.join(missing)}")
-        elif isinstance(found, type) and key == "strategy.name":
-            yield ConfigurationFault(key, f'"{reference}"', "a class; name an object of it, such as STRATEGY = Class()")
-    except Exception as error:  # it is somebody else's module: anything may be wrong with it
-        what = f"{type(error).__name__}: {error}"
-        yield ConfigurationFault(key, f'"{reference}"', f"package.module:object that can be imported ({what})")
-
-
-def named_object(reference: str) -> Any:
-    """The object named ``package.module:object``; raises ImportError, AttributeError or ValueError."""
-    module, colon, name = reference.partition(":")
-    if not (module and colon and name):
-        raise ValueError("expected package.module:object")
-    return getattr(importlib.import_module(module), name)
-
-
-def _needs(raw: Raw) -> Iterator[ConfigurationFault]:
+def _needs(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     needs = table_of(table_of(raw, "communication"), "needs")
-    known = [attribute.name for attribute in TBox.read(*core_ontology_paths()).attributes]
+    try:
+        tbox = TBox.read(*core_ontology_paths(), *mission.vocabulary)
+    except (OntologyError, OSError) as error:
+        reference = table_of(raw, "scenario").get("mission")
+        yield ConfigurationFault("scenario.mission", f'"{reference}"', f"its vocabulary cannot be read: {error}")
+        return
+    known = [attribute.name for attribute in tbox.attributes]
     for name in needs:
         for fault in one_of(f"communication.needs.{name}", name, known):
             yield ConfigurationFault(fault.key, "", f"no attribute of the ontology; {fault.allowed}")
+    missing = [name for name in mission.needs if name not in needs]
+    if missing:
+        allowed = f"missing: {', '.join(missing)}; without them nobody learns what the mission needs"
+        yield ConfigurationFault("communication.needs", "", allowed)
 
 
 def _groups(raw: Raw) -> Iterator[ConfigurationFault]:
     vehicles = entries(raw, "vehicle")
-    areas, rallies = names_of(raw, "area"), names_of(raw, "rally_point")
+    rallies = names_of(raw, "rally_point")
     all_roles = [f"{g.get('name')}.{name}" for g in entries(raw, "group") for name in names_of(g, "role")]
     for group in entries(raw, "group"):
         prefix = f"group.{group.get('name')}"
@@ -225,7 +231,6 @@ def _groups(raw: Raw) -> Iterator[ConfigurationFault]:
             )
         for role in roles:
             key = f"{prefix}.role.{role.get('name')}"
-            yield from one_of(f"{key}.area", role.get("area"), areas)
             yield from one_of(f"{key}.played_by", role.get("played_by"), all_roles)
             influences = role.get("influences", [])
             for influenced in influences if isinstance(influences, list) else []:
@@ -264,8 +269,6 @@ def _role_players(key: str, role: Raw, vehicles: Sequence[Raw]) -> Iterator[Conf
             "",
             f"the group has no vehicle with the social layer to lead it: set social_layer = true for one of {names}",
         )
-    if role.get("area") and able and not any(isinstance(v.get("sensor"), dict) for v in able):
-        yield ConfigurationFault(key, "", "explores an area, but no vehicle able to play it has a [vehicle.sensor]")
 
 
 def _vehicles(raw: Raw) -> Iterator[ConfigurationFault]:
@@ -294,44 +297,20 @@ def _vehicles(raw: Raw) -> Iterator[ConfigurationFault]:
             )
 
 
-def _mission(raw: Raw) -> Iterator[ConfigurationFault]:
-    reference = table_of(raw, "scenario").get("mission")
-    if not isinstance(reference, str):
-        return
-    faults = list(
-        _object_faults("scenario.mission", reference, ("Settings", "MISSIONS", "DELEGATING_MISSION", "NEEDS", "truth"))
-    )
-    if faults:
-        yield from faults
-        return
-    mission = named_object(reference)
-    try:
-        mission.Settings.model_validate_json(json.dumps(table_of(raw, "mission"), default=str), strict=True)
-    except ValidationError as error:
-        for detail in error.errors():
-            key = ".".join(["mission", *map(str, detail["loc"])])
-            given = "" if detail["type"] == "missing" else str(detail.get("input"))
-            known = list(mission.Settings.model_fields)
-            unknown = detail["type"] == "extra_forbidden"
-            nearest = get_close_matches(str(detail["loc"][-1]), known, n=1) if unknown else []
-            hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
-            allowed = f"unknown key, allowed here: {', '.join(known)}{hint}" if unknown else str(detail["msg"])
-            yield ConfigurationFault(key, given, allowed)
-    for kind in ("vehicle", "group", "area", "rally_point"):
+def _missions(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
+    """Missions of groups."""
+    groups = entries(raw, "group")
+    for kind in ("vehicle", "group", "rally_point"):
         for name in names_of(raw, kind):
-            if name in mission.MISSIONS:
+            if name in mission.group_missions:
                 yield ConfigurationFault(f"{kind}.{name}.name", f'"{name}"', "is the name of a mission")
-    for group in entries(raw, "group"):
-        yield from one_of(f"group.{group.get('name')}.mission", group.get("mission"), list(mission.MISSIONS))
-    idle = [group.get("name") for group in entries(raw, "group") if group.get("mission") is None]
-    if idle and all(group.get("mission") != mission.DELEGATING_MISSION for group in entries(raw, "group")):
-        allowed = f'nobody gives the group its mission: one group must have mission = "{mission.DELEGATING_MISSION}"'
+    for group in groups:
+        yield from one_of(f"group.{group.get('name')}.mission", group.get("mission"), list(mission.group_missions))
+    idle = [group.get("name") for group in groups if group.get("mission") is None]
+    delegating = mission.delegating_mission
+    if idle and delegating is None:
+        allowed = f"missing: which of {', '.join(mission.group_missions)} the group has"
         yield ConfigurationFault(f"group.{idle[0]}.mission", "", allowed)
-    missing = [name for name in mission.NEEDS if name not in table_of(table_of(raw, "communication"), "needs")]
-    if missing:
-        allowed = f"missing: {', '.join(missing)}; without them nobody learns what the mission needs"
-        yield ConfigurationFault("communication.needs", "", allowed)
-    roles = [name for group in entries(raw, "group") for name in names_of(group, "role")]
-    for key in table_of(table_of(raw, "mission"), "importance"):
-        if "." in key:
-            yield from one_of(f"mission.importance.{key}", key.split(".")[0], roles)
+    elif idle and all(group.get("mission") != delegating for group in groups):
+        allowed = f'nobody gives the group its mission: one group must have mission = "{delegating}"'
+        yield ConfigurationFault(f"group.{idle[0]}.mission", "", allowed)

@@ -88,7 +88,7 @@ def with_copies(raw: Raw) -> Copies:
     if len(places) < n_copies:
         allowed = f"the world has room for {len(places)} of {n_copies} copies that start this far apart"
         return Copies(raw, faults=(ConfigurationFault("fleet.spacing_m", str(spacing_m), allowed),))
-    used = {name for kind in ("vehicle", "group", "area", "rally_point") for name in names_of(raw, kind)}
+    used = {str(entry["name"]) for kind in raw for entry in entries(raw, kind) if "name" in entry}
     new_names = _next_names(original, used, n_copies)
     slots = [vehicle.get("slot") for vehicle in vehicles]
     free_slots = [slot for slot in range(size) if slot not in slots]

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from difflib import get_close_matches
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from missions.errors import ConfigurationFault
+from worldmodel import suggestion
 
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
@@ -46,8 +46,7 @@ def table_of(raw: Raw, key: str) -> Raw:
 def one_of(key: str, given: Any, allowed: Sequence[str]) -> Iterator[ConfigurationFault]:
     """A fault, with the nearest name, if a text is none of those allowed."""
     if isinstance(given, str) and given not in allowed:
-        nearest = get_close_matches(given, allowed, n=1)
-        hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
+        hint = suggestion(given, allowed)
         yield ConfigurationFault(key, f'"{given}"', f"allowed: {', '.join(allowed) or 'none'}{hint}")
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from missions.errors import ClusterError
-from missions.runs.results import identity, summary
+from missions.runs.summary import identity, summary
 from missions.runs.run import run
 from missions.runs.step_tables import encoded
 from missions.sweeps.plan import Task, version

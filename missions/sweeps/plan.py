@@ -16,7 +16,7 @@ from functools import cached_property
 from importlib import metadata
 from typing import Any
 
-from missions.scenarios.scenario import Scenario
+from missions.scenarios import Scenario
 from missions.sweeps.study import Configuration, Study
 from missions.sweeps.study_file import StoppingRule, StudyFile, toml_value
 

@@ -19,7 +19,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.scenarios.scenario import Scenario, explanations_of, load, shipped
+from missions.scenarios import Scenario, load, shipped
+from missions.scenarios.explanations import explanations_of
 from missions.sweeps.study_file import (
     Design,
     StudyFile,

@@ -14,7 +14,7 @@ from typing import Any
 from exchange.acoustics.link import LINKS
 from exchange.acoustics.modems import modems
 from exchange.policies import POLICIES, Acknowledgement
-from missions.scenarios.scenario import load, shipped
+from missions.scenarios import load, shipped
 from missions.sweeps.study import shipped_studies
 from remoras.strategies import parameters, strategies
 

@@ -95,7 +95,7 @@ def run(
     """Run a mission scenario; print its summary, and write all of its results with --out."""
     from missions.runs import results
     from missions.runs.run import run as run_scenario
-    from missions.scenarios.scenario import load
+    from missions.scenarios import load
 
     loaded = load(scenario, _overrides(strategy, policy, channel, per, settings or []))
     if out is not None:
@@ -181,8 +181,9 @@ def validate(
     as_json: Json = False,
 ) -> None:
     """Check a scenario or study file whole; every fault is reported with its line."""
-    from missions.runs.run import assemble, schedule_of
-    from missions.scenarios.scenario import load
+    from missions.runs.setup import assemble
+    from missions.runs.run import schedule_of
+    from missions.scenarios import load
     from missions.sweeps.study import is_study
 
     if is_study(file):
@@ -233,7 +234,7 @@ def example(
     what: Annotated[str, typer.Argument(help="scenario, study or organisation.")] = "scenario",
 ) -> None:
     """Print a commented example to start from."""
-    from missions.scenarios.scenario import shipped
+    from missions.scenarios import shipped
     from missions.sweeps.study import example_study
 
     one_of("example", what, ["scenario", "study", "organisation"])
@@ -262,7 +263,7 @@ def explain(
     key: Annotated[str, typer.Argument(help="A key such as communication.policy; a table for all its keys.")] = "",
 ) -> None:
     """Say what a key of a scenario or of a study means: type, range, default."""
-    from missions.scenarios.scenario import explanations
+    from missions.scenarios.explanations import explanations
     from missions.sweeps.study import study_explanations
 
     known = explanations() | study_explanations()
@@ -286,7 +287,7 @@ def doctor() -> None:
     import visualisation
     from missions.runs import results
     from missions.runs.run import run as run_scenario
-    from missions.scenarios.scenario import load
+    from missions.scenarios import load
 
     print(f"Python {platform.python_version()} on {platform.platform()}")
     for name in ("remoras", *results.LIBRARIES):

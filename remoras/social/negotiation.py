@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from missions.mapping.survey import Point
+from remoras.work import Point
 from remoras.beliefs import Beliefs
 from remoras.organisation import Organisation
 from remoras.strategy import Evidence, Heard, Negotiator, Situation, Statement, Strategy

@@ -19,7 +19,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from missions.mapping.survey import Point
+from remoras.work import Point
 from remoras.database import AUVDatabase, VehicleData
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.strategies.allocation import Outlook, after, at_work, open_roles, surveyors

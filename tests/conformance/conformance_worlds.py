@@ -15,7 +15,7 @@ import tomli_w
 from hypothesis import strategies as st
 
 from exchange.acoustics.channel import Arrival
-from missions.scenarios.scenario import Scenario, load, shipped
+from missions.scenarios import Scenario, load, shipped
 from remoras.database import AUVDatabase, VehicleData
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.social.negotiation import negotiated_attributes

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from missions.scenarios.scenario import shipped
+from missions.scenarios import shipped
 from missions.sweeps.study import load_study
 from remoras.cli import app
 

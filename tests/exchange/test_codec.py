@@ -25,7 +25,7 @@ from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment, InfluenceSignal, Packet
 from exchange.policies import POLICIES, Acknowledgement, AckPolicy, header_bits
 from missions.runs import run
-from missions.scenarios.scenario import load
+from missions.scenarios import load
 from worldmodel import Attribute, Grid, PropertyValue, TBox, Value, ValueKind
 
 NODES = st.integers(2, 64)

@@ -10,14 +10,14 @@ import tomli_w
 
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
-from missions.scenarios.scenario import load, shipped
+from missions.scenarios import load, shipped
 
 Raw = dict[str, Any]
 
 SMALL = """\
 [scenario]
 name = "pond"
-mission = "missions.mapping.mission:MappingRendezvous"
+mission = "missions.mapping:MappingMission"
 duration_s = 1200.0
 
 [world]

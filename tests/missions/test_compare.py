@@ -12,7 +12,7 @@ from sweeping import study_text, written
 
 from missions.comparison.compare import Cell, Comparison, Rank, _column_ranks, compare, mean_ranks, ranks, write_csv
 from missions.errors import OutputError
-from missions.runs.results import identity
+from missions.runs.summary import identity
 from missions.sweeps.execution import Finished
 from missions.sweeps.plan import Plan, Task
 from missions.sweeps.runlog import RunLog, SweepResults

@@ -8,9 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from small_mission import SMALL
 
-from missions.runs.results import area_roles, consistency, least_mapped_fraction, summary
+from missions.mapping.metrics import area_roles, least_mapped_fraction
+from missions.runs.metrics import consistency
+from missions.runs.summary import summary
 from missions.runs.run import run as run_scenario
-from missions.scenarios.scenario import load
+from missions.scenarios import load
 from missions.sweeps.study_file import METRICS
 from remoras.recorder import Recorder
 

@@ -8,10 +8,12 @@ from small_mission import SMALL, line_of, named, run_varied, shipped_tables
 
 from exchange.acoustics.link import LINKS, GilbertElliott
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.runs.results import identity, summary
-from missions.runs.run import Run, channel_of
+from missions.runs.summary import identity, summary
+from missions.runs.run import Run
+from missions.runs.setup import channel_of
 from missions.scenarios.channel import OF_MODELS, USED_BY, ChannelTable
-from missions.scenarios.scenario import Scenario, explanations, load
+from missions.scenarios import Scenario, load
+from missions.scenarios.explanations import explanations
 from missions.sweeps.study import load_study
 
 SHIPPED = ["ASV00", "AUV00", "AUV01", "AUV02"]

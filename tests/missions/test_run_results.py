@@ -11,10 +11,13 @@ import pytest
 from small_mission import SMALL
 
 from missions.errors import OutputError
-from missions.runs.results import LIBRARIES, Results, mapping_time_s, quantile, summary, write
+from missions.runs.results import LIBRARIES, Results, write
+from missions.mapping.metrics import mapping_time_s
+from missions.runs.metrics import quantile
+from missions.runs.summary import summary
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
-from missions.scenarios.scenario import load
+from missions.scenarios import load
 from remoras.recorder import Recorder
 
 SUMMARY = """scenario, strategy, policy, channel, per, seed, n_vehicles, completed, reason, mission_time_s,
@@ -239,7 +242,7 @@ def digests(python: Path, hash_seed: str, out: Path) -> dict[str, str]:
     program = (
         "import sys; from pathlib import Path; from missions.runs.results import write;"
         "from missions.runs.run import run;"
-        "from missions.scenarios.scenario import load;"
+        "from missions.scenarios import load;"
         "write(run(load(sys.argv[1], [('--per', 'channel.per=0.4')]), 11), Path(sys.argv[2]))"
     )
     scenario = out.parent / "pond.toml"

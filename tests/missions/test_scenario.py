@@ -8,7 +8,8 @@ import pytest
 from small_mission import SMALL, line_of
 
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.scenarios.scenario import Scenario, explanations, load, shipped
+from missions.scenarios import Scenario, load, shipped
+from missions.scenarios.explanations import explanations
 
 
 def faults_of(folder: Path, text: str, *settings: str) -> tuple[ConfigurationFault, ...]:
@@ -226,7 +227,7 @@ def test_an_object_that_is_no_strategy_is_a_fault(tmp_path: Path):
 
 @pytest.mark.parametrize(
     ("old", "key"),
-    [('"remoras"', "strategy.name"), ('"missions.mapping.mission:MappingRendezvous"', "scenario.mission")],
+    [('"remoras"', "strategy.name"), ('"missions.mapping:MappingMission"', "scenario.mission")],
 )
 def test_a_relative_reference_is_a_fault(tmp_path: Path, old: str, key: str):
     assert faults_of(tmp_path, changed(old, '".module:object"'))[0].key == key

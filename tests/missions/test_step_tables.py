@@ -8,7 +8,7 @@ import pytest
 
 from missions.runs.run import run
 from missions.runs.step_tables import encoded, merge, write_part
-from missions.scenarios.scenario import load
+from missions.scenarios import load
 from remoras.recorder import TABLES, Recorder
 
 

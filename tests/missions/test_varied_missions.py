@@ -13,7 +13,7 @@ from exchange.policies import POLICIES
 from missions.errors import ConfigurationError
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
-from missions.scenarios.scenario import load
+from missions.scenarios import load
 
 
 def is_sound(run: Run) -> None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 from samples import auv
 
-from missions.mapping.survey import Point
+from remoras.work import Point
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleSpecification
 from remoras.strategies.allocation import Outlook, after

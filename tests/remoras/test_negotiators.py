@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from samples import auv, database
 
-from missions.mapping.survey import Point
+from remoras.work import Point
 from remoras.organisation import Group, Organisation, RoleSpecification
 from remoras.strategies import Evidence, configured, strategies
 from remoras.strategies.cbba import Cbba

@@ -10,8 +10,8 @@ from itertools import permutations
 
 import pytest
 
-from missions.runs.run import assemble
-from missions.scenarios.scenario import load
+from missions.runs.setup import assemble
+from missions.scenarios import load
 from remoras.activities import Objective
 from remoras.fleet import Fleet
 from remoras.organisation import RoleAssignment

@@ -7,8 +7,9 @@ import pytest
 
 from exchange.acoustics.channel import Arrival, Channel
 from exchange.packets import Packet
-from missions.runs.run import Run, channel_of, codec_of, instances_of, run
-from missions.scenarios.scenario import Scenario, load
+from missions.runs.run import Run, codec_of, instances_of, run
+from missions.runs.setup import channel_of
+from missions.scenarios import Scenario, load
 from worldmodel import TBox, core_ontology_paths
 
 PAPER_S = {

@@ -6,9 +6,11 @@ from typing import Any, ClassVar
 
 import pytest
 
-from missions.runs.results import area_roles, summary
-from missions.runs.run import Run, actual, assemble, run, seabed_of
-from missions.scenarios.scenario import load
+from missions.mapping.metrics import area_roles
+from missions.runs.summary import summary
+from missions.runs.run import Run, run, seabed_of
+from missions.runs.setup import actual, assemble
+from missions.scenarios import load
 from remoras.strategies import strategies
 from remoras.strategies.remoras import Remoras
 from remoras.strategy import Declaration

@@ -2,9 +2,9 @@
 
 import pytest
 
-from missions.runs.results import summary
+from missions.runs.summary import summary
 from missions.runs.run import run
-from missions.scenarios.scenario import load, shipped
+from missions.scenarios import load, shipped
 
 
 @pytest.mark.parametrize("name", list(shipped()))

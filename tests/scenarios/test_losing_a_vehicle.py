@@ -1,8 +1,8 @@
 """A vehicle that runs low on energy goes home, leaves its roles, and its area passes on."""
 
-from missions.runs.results import summary
+from missions.runs.summary import summary
 from missions.runs.run import Run, run
-from missions.scenarios.scenario import load
+from missions.scenarios import load
 
 
 def with_a_weak_auv01() -> Run:

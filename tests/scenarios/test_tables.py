@@ -8,8 +8,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from missions.runs.run import assemble
-from missions.scenarios.scenario import load
+from missions.runs.setup import assemble
+from missions.scenarios import load
 from remoras.activities import Activity, ActivityType, Objective
 from remoras.fleet import Fleet
 from remoras.vehicle import Vehicle

@@ -5,7 +5,7 @@ import itertools
 import pytest
 
 from missions.runs.run import Run, run, schedule_of
-from missions.scenarios.scenario import load
+from missions.scenarios import load
 
 SCENARIO = load("mapping-rendezvous", [("--per", "channel.per=0.3")])
 

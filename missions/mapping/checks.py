@@ -1,0 +1,90 @@
+"""What has to hold between the tables of the mapping mission; malformed tables are passed over, as everywhere."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+
+from missions.errors import ConfigurationFault
+from missions.mapping.sensors import Seabed
+from missions.scenarios.checks import outside_faults
+from missions.scenarios.tables import Raw, entries, names_of, one_of, point_of, table_of
+
+MAX_CELLS = 4096
+"""Cells of one area that ``mappedCell`` can name."""
+
+
+def mapping_faults(raw: Raw, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
+    """All faults of areas, of roles that explore them, and of importances.
+
+    Args:
+        raw: the tables as TOML has them.
+        missions: names of missions, which no area may have.
+    """
+    yield from _names(raw, missions)
+    corners = [(f"area.{a.get('name')}.corners_m", c) for a in entries(raw, "area") for c in _corners(a)]
+    yield from outside_faults(raw, corners)
+    yield from _areas(raw)
+    yield from _explorers(raw)
+    roles = [name for group in entries(raw, "group") for name in names_of(group, "role")]
+    for key in table_of(table_of(raw, "mission"), "importance"):
+        if "." in key:
+            yield from one_of(f"mission.importance.{key}", key.split(".")[0], roles)
+
+
+def _names(raw: Raw, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
+    others = {name for kind in ("vehicle", "group", "rally_point") for name in names_of(raw, kind)}
+    for name, count in Counter(names_of(raw, "area")).items():
+        if count > 1 or name in others:
+            allowed = f"used {count + (name in others)} times; areas need names of their own"
+            yield ConfigurationFault(f"area.{name}.name", f'"{name}"', allowed)
+        if name in missions:
+            yield ConfigurationFault(f"area.{name}.name", f'"{name}"', "is the name of a mission")
+
+
+def _corners(area: Raw) -> list[tuple[float, float]]:
+    corners = area.get("corners_m", [])
+    return [p for c in corners for p in point_of({"c": c}, "c")] if isinstance(corners, list) else []
+
+
+def _areas(raw: Raw) -> Iterator[ConfigurationFault]:
+    cell_m = table_of(raw, "world").get("cell_m")
+    for area in entries(raw, "area"):
+        corners = _corners(area)
+        key = f"area.{area.get('name')}.corners_m"
+        if len(corners) < 3:
+            continue
+        turns = [
+            (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
+            for a, b, c in zip(corners, corners[1:] + corners[:1], corners[2:] + corners[:2], strict=True)
+        ]
+        if not (all(turn > 0 for turn in turns) or all(turn < 0 for turn in turns)):
+            yield ConfigurationFault(key, "", "not the corners of a convex polygon in order")
+        elif isinstance(cell_m, int | float) and cell_m > 0:
+            n_cells = _n_cells(corners, float(cell_m))
+            if not 1 <= n_cells <= MAX_CELLS:
+                yield ConfigurationFault(
+                    key, f"{n_cells} cells of {cell_m} m", f"allowed: 1 to {MAX_CELLS}; change world.cell_m"
+                )
+
+
+def _n_cells(corners: Sequence[tuple[float, float]], cell_m: float) -> int:
+    """Cells of an area; where there are far too many, about how many."""
+    xs, ys = [x for x, _ in corners], [y for _, y in corners]
+    in_box = (max(xs) - min(xs)) * (max(ys) - min(ys)) / cell_m**2
+    return int(in_box) if in_box > 4 * MAX_CELLS else len(Seabed.of_areas(cell_m, {"": tuple(corners)}).cells)
+
+
+def _explorers(raw: Raw) -> Iterator[ConfigurationFault]:
+    """Roles whose area is not there, or that nobody with a mapping sensor is able to play."""
+    for group in entries(raw, "group"):
+        for role in entries(group, "role"):
+            key = f"group.{group.get('name')}.role.{role.get('name')}"
+            word = "job" if "job" in role else "area"
+            if word not in role:
+                continue
+            yield from one_of(f"{key}.{word}", role[word], names_of(raw, "area"))
+            able = [v for v in entries(raw, "vehicle") if role.get("name") in (v.get("playable_roles") or ())]
+            if able and not any(v.get("sensor") for v in able):
+                allowed = "explores an area, but no vehicle able to play it has a [vehicle.sensor]"
+                yield ConfigurationFault(key, "", allowed)

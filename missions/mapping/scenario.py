@@ -1,0 +1,78 @@
+"""Tables that a scenario of the mapping mission has beside those of every mission."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import AliasChoices, Field, field_validator
+
+from missions.scenarios.scenario import GroupTable, Role, Scenario, World
+from missions.scenarios.tables import Name, PointM, Table
+
+NEEDED_OBJECTIVES = ("MissionGathering", "RendezVous", "Exploring", "Mapping")
+"""Without an importance for these nothing would come of the mission."""
+OBJECTIVES = (*NEEDED_OBJECTIVES, "GroupSupervision", "Positioning")
+
+
+class MappingSettings(Table):
+    """The ``[mission]`` table."""
+
+    arrival_radius_m: float = Field(gt=0.0, description="a vehicle this near to a rally point has arrived")
+    follow_distance_m: float = Field(gt=0.0, description="a follower lets its leader get this far ahead")
+    formation_spacing_m: float = Field(gt=0.0, description="distance between places of the formation")
+    patience_s: float = Field(
+        gt=0.0, description="a leader is content if news came in this time, a worker if its work yielded something"
+    )
+    importance: dict[str, Annotated[float, Field(ge=0.0, le=1.0)]] = Field(
+        description="importance of objectives, by Role.Objective or by Objective"
+    )
+
+    @field_validator("importance")
+    @classmethod
+    def _known_objectives(cls, importance: dict[str, float]) -> dict[str, float]:
+        named = {key: key.split(".")[-1] for key in importance}
+        unknown = [key for key, objective in named.items() if objective not in OBJECTIVES]
+        missing = [objective for objective in NEEDED_OBJECTIVES if objective not in named.values()]
+        if unknown or missing:
+            faults = [f"{key} is none" for key in unknown] + [f"{objective} is missing" for objective in missing]
+            raise ValueError(f"importance of objectives {', '.join(OBJECTIVES)}: {'; '.join(faults)}")
+        return importance
+
+
+class MappingWorld(World):
+    """The ``[world]`` table, with the grid of the seabed."""
+
+    cell_m: float = Field(ge=0.1, description="side of a seabed cell")
+
+
+class Area(Table):
+    """One ``[[area]]``: a job of the mission."""
+
+    name: Name = Field(description="name of the area")
+    corners_m: tuple[PointM, ...] = Field(min_length=3, description="corners of a convex polygon, in order")
+
+
+class MappingRole(Role):
+    """One ``[[group.role]]``, with its place in the formation; ``area`` is an older name of ``job``."""
+
+    job: str | None = Field(
+        None, validation_alias=AliasChoices("job", "area"), description="area that its holder explores"
+    )
+    position: tuple[Literal["top", "bottom"], Literal["left", "middle", "right"]] | None = Field(
+        None, description="place in the formation: row and side"
+    )
+
+
+class MappingGroup(GroupTable):
+    """One ``[[group]]``."""
+
+    role: tuple[MappingRole, ...] = Field(min_length=1, description="roles of the group")
+
+
+class MappingScenario(Scenario):
+    """The whole input of a run of the mapping mission."""
+
+    world: MappingWorld
+    mission: MappingSettings
+    area: tuple[Area, ...] = ()
+    group: tuple[MappingGroup, ...] = Field(min_length=1)

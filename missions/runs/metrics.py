@@ -1,0 +1,138 @@
+"""Metrics that every run has, whatever its mission, each beside the function that computes it."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import statistics
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from missions.metric import Better, Metric, collected
+from missions.scenarios.parts import mission_class, transmit_j_per_bit
+from missions.scenarios.scenario import Scenario
+from remoras.recorder import Recorder
+
+if TYPE_CHECKING:
+    from missions.runs.run import Run
+
+HIGHER, LOWER = Better.HIGHER, Better.LOWER
+NEVER_RECEIVED = "What was never received is left out."
+
+
+def energy_j(run: Run) -> float:
+    """Energy that all vehicles had used by the end of the run."""
+    rows = run.recorder.trajectories
+    last = itertools.takewhile(lambda row: row[0] == rows[-1][0], reversed(rows))
+    return round(math.fsum(row[-1] for row in last), 2)
+
+
+def n_bits(run: Run) -> int:
+    """Bits that the modems sent."""
+    return sum(row[3] for row in run.recorder.packets)
+
+
+def modem_energy_j(run: Run) -> float:
+    """Energy, of that of the vehicles, that the modems sent with."""
+    return round(n_bits(run) * transmit_j_per_bit(run.scenario), 2)
+
+
+def delivery_ratio(run: Run) -> float | None:
+    """Packets received among all (packet, receiver) pairs; None if nothing was sent."""
+    received = sum(len(row[6]) for row in run.recorder.packets)
+    lost = sum(len(row[7]) for row in run.recorder.packets)
+    return received / (received + lost) if received + lost else None
+
+
+def mean_latency_s(run: Run) -> float | None:
+    """Mean time from an item's observation to its reception, over all (item, receiver) pairs."""
+    latencies = latencies_s(run.recorder)
+    return round(statistics.fmean(latencies), 4) if latencies else None
+
+
+def p95_latency_s(run: Run) -> float | None:
+    """Latency that 95 % of all (item, receiver) pairs stay below."""
+    latencies = latencies_s(run.recorder)
+    return round(quantile(latencies, 0.95), 4) if latencies else None
+
+
+def latencies_s(recorder: Recorder) -> list[float]:
+    """Times from the observation of items to their receptions, ascending."""
+    observed = {item: time_s for time_s, _, item, _, event in recorder.knowledge if event == "observed"}
+    return sorted(time_s - observed[item] for time_s, _, item, _, event in recorder.knowledge if event == "received")
+
+
+def quantile(ordered: Sequence[float], share: float) -> float:
+    """Quantile of ascending values, linear between them.
+
+    >>> quantile([0.0, 1.0, 2.0, 3.0], 0.5)
+    1.5
+    """
+    position = share * (len(ordered) - 1)
+    low = math.floor(position)
+    high = min(low + 1, len(ordered) - 1)
+    return ordered[low] + (position - low) * (ordered[high] - ordered[low])
+
+
+def consistency(recorder: Recorder, n_vehicles: int) -> tuple[float | None, float | None]:
+    """(consistency_time_s, consistent_fraction): how soon the fleet has one picture, and of how much of it.
+
+    An item is consistent once every vehicle of the fleet holds it, one that has fallen silent too. The time is the mean
+    over such items, from the observation of each until its last vehicle held it; None if there is no such item. The
+    fraction is their share of all items observed by the end of the run; None if there were none.
+    """
+    observed_s: dict[str, float] = {}
+    lacking: dict[str, int] = {}
+    waits_s: list[float] = []
+    for time_s, _, item, _, event in recorder.knowledge:  # in time order; a vehicle receives an item once
+        if event == "observed":
+            observed_s[item], lacking[item] = time_s, n_vehicles - 1
+        elif event == "received":
+            lacking[item] -= 1
+            if not lacking[item]:
+                waits_s.append(time_s - observed_s[item])
+    if not observed_s:
+        return None, None
+    return (math.fsum(waits_s) / len(waits_s) if waits_s else None), len(waits_s) / len(observed_s)
+
+
+def consistency_time_s(run: Run) -> float | None:
+    """Mean time in which the whole fleet came to know an item, see ``consistency``."""
+    time_s, _ = consistency(run.recorder, len(run.scenario.vehicle))
+    return None if time_s is None else round(time_s, 4)
+
+
+def consistent_fraction(run: Run) -> float | None:
+    """Share of items that the whole fleet came to know, see ``consistency``."""
+    return consistency(run.recorder, len(run.scenario.vehicle))[1]
+
+
+CORE_METRICS = (
+    Metric("completed", "", HIGHER, "success rate", lambda run: run.completed, headline=True),
+    Metric("mission_time_s", "s", LOWER, "mission time", lambda run: round(run.end_s, 4), headline=True),
+    Metric("distance_m", "m", LOWER, "distance", lambda run: round(run.distance_m, 3)),
+    Metric("energy_j", "J", LOWER, "energy", energy_j, headline=True),
+    Metric("modem_energy_j", "J", LOWER, "modem energy", modem_energy_j),
+    Metric("n_packets", "", LOWER, "packets", lambda run: len(run.recorder.packets)),
+    Metric("n_bytes", "B", LOWER, "bytes", lambda run: n_bits(run) // 8, headline=True),
+    Metric("delivery_ratio", "", HIGHER, "delivery ratio", delivery_ratio),
+    Metric("mean_latency_s", "s", LOWER, "latency", mean_latency_s, note=NEVER_RECEIVED),
+    Metric("p95_latency_s", "s", LOWER, "95 % latency", p95_latency_s, note=NEVER_RECEIVED),
+    Metric(
+        "consistency_time_s", "s", LOWER, "consistency time", consistency_time_s,
+        note="What never reached everybody is left out.",
+    ),
+    Metric("consistent_fraction", "", HIGHER, "consistent fraction", consistent_fraction),
+    Metric("false_beliefs", "", LOWER, "false beliefs", lambda run: run.n_false_beliefs),
+)  # fmt: skip
+"""Metrics of every run."""
+
+
+def metrics_of(scenario: Scenario) -> Mapping[str, Metric]:
+    """Metrics of the runs of a scenario by name: those of every run, then those of its mission.
+
+    Raises:
+        ConfigurationError: a metric has no direction, or two have one name.
+    """
+    reference = scenario.scenario.mission
+    return collected(reference, (*CORE_METRICS, *mission_class(reference).metrics))

@@ -1,0 +1,263 @@
+"""Setup: all that follows from a scenario, resolved once; a run only connects it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from exchange.acoustics import loss
+from exchange.acoustics.channel import BroadcastChannel, Channel
+from exchange.acoustics.modems import Modem, modems
+from exchange.codec import Codec
+from exchange.manager import ExchangeManager
+from exchange.policies import POLICIES, AckPolicy
+from exchange.schedule import TdmaSchedule
+from missions.errors import ConfigurationError, ConfigurationFault
+from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of, transmit_j_per_bit
+from missions.scenarios.scenario import Scenario
+from remoras.beliefs import Beliefs
+from remoras.database import AUVDatabase, VehicleData
+from remoras.executive.layer import ExecutiveLayer
+from remoras.executive.satisfaction import DecisionConstants
+from remoras.fleet import Fleet
+from remoras.functional.layer import FunctionalLayer
+from remoras.mission import Mission
+from remoras.picture import Picture
+from remoras.radio import Radio
+from remoras.recorder import Recorder
+from remoras.sensor import Sensor
+from remoras.social.agreement import Agreement, agree
+from remoras.social.layer import SocialLayer
+from remoras.social.negotiation import negotiated_attributes
+from remoras.strategy import Strategy
+from remoras.vehicle import Layers, Vehicle
+from remoras.work import Point
+from worldmodel import InformationNeed, Instance, NeedsIndex, TBox, WorldModel, core_ontology_paths
+
+STATUS_PER_FRAME = 2
+"""Status blocks (position, battery) that a vehicle records in a TDMA frame."""
+SPARE_BLOCKS = 1024
+"""Blocks of a vehicle that are neither status nor observations: assignments, findings."""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A scenario resolved. Nothing in it changes in a run, so any number of runs may share it.
+
+    Attributes:
+        scenario: what it follows from.
+        mission: the mission of the scenario; strategy: with its parameters; policy: of acknowledgement.
+        tbox: core ontology and the mission's vocabulary; instances: what the whole fleet has names for.
+        database: vehicles as the fleet knows them; agreement: what they agree on before the mission.
+        rally_points_m: by name; bounds_m: area of operations (x_min, y_min, x_max, y_max).
+        modem, schedule, codec, needs: of the exchange.
+        decision: constants of the executive layer.
+    """
+
+    scenario: Scenario
+    mission: Mission
+    strategy: Strategy
+    policy: AckPolicy
+    tbox: TBox
+    instances: tuple[Instance, ...]
+    database: AUVDatabase
+    agreement: Agreement
+    rally_points_m: dict[str, Point]
+    bounds_m: tuple[float, float, float, float]
+    modem: Modem
+    schedule: TdmaSchedule
+    codec: Codec
+    needs: NeedsIndex
+    decision: DecisionConstants
+
+    @property
+    def nodes(self) -> dict[str, int]:
+        """Node of each vehicle."""
+        return {name: data.node for name, data in self.database.items()}
+
+
+def resolved(scenario: Scenario) -> Setup:
+    """The setup of a scenario.
+
+    Raises:
+        ConfigurationError: nobody is there to lead a group.
+    """
+    mission_type = mission_class(scenario.scenario.mission)
+    mission = mission_type.from_scenario(scenario)
+    strategy, policy = strategy_of(scenario), POLICIES[scenario.communication.policy]
+    tbox = TBox.read(*core_ontology_paths(), *mission.vocabulary)
+    database, groups = database_of(scenario, mission_type), groups_of(scenario)
+    instances = _instances(scenario, mission, tbox)
+    modem, world = modems()[scenario.communication.modem], scenario.world
+    schedule = TdmaSchedule.for_range(
+        len(database), modem.packet_s(modem.payload_bits), scenario.communication.range_m, world.sound_speed_mps
+    )
+    agreement = agree(strategy, mission, database, groups)
+    _refuse_headless(scenario, agreement)
+    return Setup(
+        scenario=scenario,
+        mission=mission,
+        strategy=strategy,
+        policy=policy,
+        tbox=tbox,
+        instances=instances,
+        database=database,
+        agreement=agreement,
+        rally_points_m={rally.name: rally.position_m for rally in scenario.rally_point},
+        bounds_m=(world.x_m[0], world.y_m[0], world.x_m[1], world.y_m[1]),
+        modem=modem,
+        schedule=schedule,
+        codec=_codec(scenario, mission, strategy, policy, tbox, len(instances), schedule),
+        needs=_needs(scenario, strategy, mission, tbox),
+        decision=scenario.decision.constants(schedule.frame_s),
+    )
+
+
+def _instances(scenario: Scenario, mission: Mission, tbox: TBox) -> tuple[Instance, ...]:
+    """What the whole fleet has names for; a vehicle's uid is its node index."""
+    vehicles = sorted(scenario.vehicle, key=lambda vehicle: vehicle.slot)
+    named: list[tuple[str, str]] = [(v.vehicle_type, v.name) for v in vehicles]
+    named += [("Group", group.name) for group in scenario.group]
+    named += [("Role", f"{group.name}.{role.name}") for group in scenario.group for role in group.role]
+    named += mission.instances
+    named += [("RallyPoint", rally.name) for rally in scenario.rally_point]
+    named += [("Mission", name) for name in mission.group_missions]
+    return tuple(Instance(uid, tbox.class_named(kind).uid, name) for uid, (kind, name) in enumerate(named))
+
+
+def _needs(scenario: Scenario, strategy: Strategy, mission: Mission, tbox: TBox) -> NeedsIndex:
+    """Every vehicle needs every listed attribute of every instance of its domain.
+
+    What the strategy says is needed most if it is not listed.
+    """
+    listed = scenario.communication.needs
+    stated = negotiated_attributes(strategy, mission.jobs, tbox)
+    strategic = dict.fromkeys(stated, max(listed.values()))
+    attributes = [(tbox.attribute_named(name), priority) for name, priority in {**strategic, **listed}.items()]
+    needs = tuple(InformationNeed(a.uid, priority, class_uid=a.domain) for a, priority in attributes)
+    return NeedsIndex(tbox, {vehicle.slot: needs for vehicle in scenario.vehicle})
+
+
+def _codec(
+    scenario: Scenario,
+    mission: Mission,
+    strategy: Strategy,
+    policy: AckPolicy,
+    tbox: TBox,
+    n_instances: int,
+    schedule: TdmaSchedule,
+) -> Codec:
+    """The codec that all vehicles of the scenario share; its numbers are as wide as the whole mission needs them."""
+    duration_s, resolution_s = scenario.scenario.duration_s, scenario.communication.time_resolution_s
+    horizon_s = resolution_s * (int(duration_s / resolution_s) + 1)
+    n_frames = int(duration_s / schedule.frame_s) + 1
+    stated = strategy.declaration.blocks_per_round * max(1, len(mission.jobs))
+    n_blocks = (STATUS_PER_FRAME + stated) * n_frames + mission.most_observations + SPARE_BLOCKS
+    n_names = n_instances + schedule.n_nodes * mission.instances_found_per_vehicle
+    return Codec(tbox, n_names, schedule.n_nodes, policy, n_blocks, round(horizon_s, 9), resolution_s)
+
+
+def _refuse_headless(scenario: Scenario, agreement: Agreement) -> None:
+    """A group without a head would wait for a mission for ever."""
+    founding = agreement.organisation
+    faults = [
+        ConfigurationFault(f"group.{group}.role.{of_group.head_role}", "", "nobody came to play it before the mission")
+        for group, of_group in founding.groups.items()
+        if not founding.heads(group)
+    ]
+    if faults:
+        raise ConfigurationError(scenario.scenario.name, faults)
+
+
+def actual(data: VehicleData, spread: float, seed: int) -> VehicleData:
+    """The vehicle as it really is in the run with that seed: somewhat slower or faster than its data.
+
+    The draw is keyed by seed and node, in a stream of its own: no strategy, policy or channel changes it.
+    """
+    if spread == 0.0:
+        return data
+    return data.faster(1.0 + spread * (2.0 * loss.uniform(seed, loss.SPEEDS, data.node, 0, 0) - 1.0))
+
+
+def channel_of(setup: Setup, seed: int) -> BroadcastChannel:
+    """The channel of the scenario, with the draws of a seed."""
+    scenario, nodes = setup.scenario, setup.nodes
+    return BroadcastChannel(
+        setup.modem,
+        scenario.channel.link_model(nodes, seed),
+        seed,
+        sound_speed_mps=scenario.world.sound_speed_mps,
+        range_m=scenario.communication.range_m,
+        blackouts=scenario.channel.blackouts(nodes),
+    )
+
+
+def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
+    """A fleet ready to run.
+
+    Args:
+        setup: the scenario resolved.
+        seed: root of all draws.
+        channel: replaces the scenario's, for tests and experiments.
+    """
+    scenario, mission = setup.scenario, setup.mission
+    fleet = [actual(data, scenario.uncertainty.speed_spread, seed) for data in setup.database.values()]
+    sensors = [{settings.name: settings.make(real) for settings in real.sensors} for real in fleet]
+    tables = [sensor.table for of_one in sensors for sensor in of_one.values() if sensor.table is not None]
+    recorder = Recorder([*mission.tables, *tables])
+
+    def make(model: Fleet) -> Sequence[Vehicle]:
+        return [_vehicle(model, setup, real, own, recorder) for real, own in zip(fleet, sensors, strict=True)]
+
+    return Fleet(
+        make,
+        channel if channel is not None else channel_of(setup, seed),
+        setup.schedule,
+        mission.truth(recorder),
+        recorder,
+        scenario.scenario.tick_s,
+        scenario.scenario.duration_s,
+    )
+
+
+def _vehicle(
+    fleet: Fleet, setup: Setup, real: VehicleData, sensors: dict[str, Sensor], recorder: Recorder
+) -> Vehicle:
+    """A vehicle that believes what the fleet knows of it, and moves as it really is."""
+    data = setup.database[real.name]
+    communication, mission = setup.scenario.communication, setup.mission
+    model = WorldModel(
+        setup.tbox,
+        data.node,
+        setup.instances,
+        communication.time_resolution_s,
+        n_origins=setup.schedule.n_nodes,
+        run_time_instances_per_origin=mission.instances_found_per_vehicle,
+    )
+    beliefs, picture = Beliefs(model), Picture(frame_s=setup.schedule.frame_s)
+    manager = ExchangeManager(
+        data.node,
+        model,
+        setup.codec,
+        setup.schedule,
+        setup.policy,
+        setup.modem.payload_bits,
+        setup.needs,
+        communication.carrier_evidence,
+    )
+    groups = tuple(setup.agreement.organisation.groups.values())
+    declaration = setup.strategy.declaration
+    return Vehicle(
+        fleet,
+        data,
+        Layers(
+            SocialLayer(
+                data.name, setup.database, beliefs, mission, setup.strategy, setup.agreement, setup.rally_points_m, picture
+            ),
+            ExecutiveLayer(setup.decision),
+            FunctionalLayer(real, mission, sensors, setup.bounds_m, picture),
+        ),
+        Radio(setup.database.names, groups, declaration, manager, beliefs, picture.peers, recorder),
+        beliefs,
+        recorder,
+    )

@@ -1,0 +1,60 @@
+"""The summary of a run: what was run, how it ended, every metric, and its milestones."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from missions.metric import Metric
+from missions.runs.metrics import metrics_of
+from missions.runs.run import Run
+from missions.scenarios.scenario import Scenario
+from remoras.errors import PluginError
+
+
+def identity(scenario: Scenario, seed: int) -> dict[str, Any]:
+    """The fields of a summary that are known before the run."""
+    return {
+        "scenario": scenario.scenario.name,
+        "strategy": scenario.strategy.name,
+        "policy": scenario.communication.policy,
+        "channel": scenario.channel.name,
+        "per": scenario.channel.mean_per(len(scenario.vehicle)),
+        "seed": seed,
+        "n_vehicles": len(scenario.vehicle),
+    }
+
+
+def summary(run: Run) -> dict[str, Any]:
+    """The figures of a run, with the names of the contract: a field for every metric of ``metrics_of``.
+
+    ``per`` is the mean packet error rate of the loss model as it is set, without blackouts and range. A value that a
+    run does not have, such as a latency without packets, is None.
+
+    Raises:
+        PluginError: a metric of the mission raises, or gives something else than a number, a truth value or None.
+    """
+    values = {metric.name: _value(metric, run) for metric in metrics_of(run.scenario).values()}
+    return {
+        **identity(run.scenario, run.seed),
+        "completed": values.pop("completed"),
+        "reason": run.reason,
+        **values,
+        "wall_s": round(run.wall_s, 3),
+        "milestones": [
+            {"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": round(m.time_s, 4)}
+            for m in run.milestones
+        ],
+    }
+
+
+def _value(metric: Metric, run: Run) -> float | int | bool | None:
+    where = f"metric {metric.name} of {run.scenario.scenario.mission}"
+    try:
+        value = metric.of(run)
+    except Exception as error:  # it may be somebody else's function
+        raise PluginError(f"{where}: raised {type(error).__name__}: {error}") from error
+    if value is not None and not isinstance(value, float | int):
+        raise PluginError(f"{where}: expected a number, a truth value or None; it gave {type(value).__name__}")
+    if isinstance(value, float) and not math.isfinite(value):
+        raise PluginError(f"{where}: expected a finite number, or None where a run has none; it gave {value}")
+    return value

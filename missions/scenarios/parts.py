@@ -1,0 +1,153 @@
+"""What a scenario names, as values: its mission, its strategy, the data of its vehicles, its groups."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import ValidationError
+
+from exchange.acoustics.modems import modems
+from missions.scenarios.scenario import GroupTable, Scenario, VehicleTable
+from remoras.database import AUVDatabase, VehicleData
+from remoras.errors import PluginError
+from remoras.mission import Mission
+from remoras.organisation import Group, RoleSpecification
+from remoras.plugins import faults_of, named_object
+from remoras.sensor import SensorSettings
+from remoras.strategies import configured, strategies
+from remoras.strategy import Strategy
+from worldmodel import suggestion
+
+COMPULSORY_OF_MISSION = (
+    "Scenario", "group_missions", "social_domain", "from_scenario", "jobs", "activity_sets", "behaviour_for", "truth",
+    "founding_objectives", "is_individual", "completion", "findings", "world", "check",
+    "delegating_mission", "needs", "vocabulary", "sensors", "tables", "metrics", "figures",
+)  # fmt: skip
+"""Members that the class of a mission must have; a subclass of ``Mission`` inherits those with a default."""
+COMPULSORY_OF_STRATEGY = ("name", "declaration", "form", "adapt", "negotiator")
+MOVED = {
+    "missions.mapping_rendezvous:MappingRendezvous": "missions.mapping:MappingMission",
+}
+"""Classes that stood elsewhere in an earlier version: files and results of then name them so."""
+
+
+def mission_class(reference: str) -> type[Mission]:
+    """The class of a mission, by ``package.module:Class``.
+
+    Raises:
+        PluginError: it cannot be loaded, is no class, or lacks a part of the seam.
+    """
+    found = named_object(MOVED.get(reference, reference))
+    if not isinstance(found, type):
+        raise PluginError(f"a class, a subclass of remoras.Mission; {reference} is {type(found).__name__}")
+    if not issubclass(getattr(found, "Scenario", Scenario), Scenario):
+        raise PluginError("its Scenario must be missions.scenarios.Scenario or a subclass of it")
+    if faults := list(faults_of(found, Mission, COMPULSORY_OF_MISSION)):
+        raise PluginError(f"a mission: {'; '.join(faults)}")
+    return found
+
+
+def strategy_of(scenario: Scenario) -> Strategy:
+    """The strategy that the scenario names, with the parameters that it sets."""
+    return configured(strategy_named(scenario.strategy.name), scenario.strategy.parameters)
+
+
+def strategy_named(name: str) -> Strategy:
+    """A shipped strategy by name, or one from outside by ``package.module:object``.
+
+    Raises:
+        PluginError: there is none of that name, it cannot be loaded, or it lacks a part of the seam.
+    """
+    if ":" not in name:
+        known = strategies()
+        if name not in known:
+            raise PluginError(f"{', '.join(known)}{suggestion(name, known)}")
+        return known[name]
+    found: Strategy = named_object(name)
+    if isinstance(found, type):
+        raise PluginError("a class; name an object of it, such as STRATEGY = Class()")
+    if faults := list(faults_of(found, Strategy, COMPULSORY_OF_STRATEGY)):
+        raise PluginError(f"a strategy: {'; '.join(faults)}")
+    return found
+
+
+def sensor_kind(reference: str, kinds: Mapping[str, type[SensorSettings]]) -> type[SensorSettings]:
+    """The kind of sensor that ``type`` of a sensor's table names.
+
+    Args:
+        reference: a name among ``kinds``, ``package.module:Class``, or empty for the first of the kinds.
+        kinds: those that the mission knows.
+
+    Raises:
+        PluginError: there is none, or it is no subclass of SensorSettings that says how its sensor is made.
+    """
+    if not reference and kinds:
+        return next(iter(kinds.values()))
+    if ":" not in reference:
+        if reference not in kinds:
+            known = ", ".join([*kinds, "package.module:Class"])
+            raise PluginError(f"allowed: {known}{suggestion(reference, kinds)}")
+        return kinds[reference]
+    found = named_object(reference)
+    if not (isinstance(found, type) and issubclass(found, SensorSettings)) or found.make is SensorSettings.make:
+        raise PluginError("a subclass of remoras.SensorSettings that defines make(data)")
+    return found
+
+
+def sensor_settings(
+    table: Mapping[str, Any], kinds: Mapping[str, type[SensorSettings]]
+) -> SensorSettings | ValidationError:
+    """Settings from one ``[[vehicle.sensor]]`` table, or what is wrong with its values.
+
+    Raises:
+        PluginError: the kind of sensor cannot be had.
+    """
+    try:
+        reference = str(table.get("type", ""))
+        made = sensor_kind(reference, kinds).model_validate(table, strict=True)
+        return made if made.name else made.model_copy(update={"name": reference or next(iter(kinds), "")})
+    except ValidationError as error:
+        return error
+
+
+def vehicle_data(
+    table: VehicleTable, kinds: Mapping[str, type[SensorSettings]], transmit_j_per_bit: float = 0.0
+) -> VehicleData:
+    """Static data of a vehicle from its table."""
+    sensors = tuple(s for t in table.sensor if isinstance(s := sensor_settings(t, kinds), SensorSettings))
+    fields = table.model_dump(include=set(VehicleData.__dataclass_fields__))
+    return VehicleData(**fields, node=table.slot, transmit_j_per_bit=transmit_j_per_bit, sensors=sensors)
+
+
+def transmit_j_per_bit(scenario: Scenario) -> float:
+    """Energy of the modem for each bit that it sends: its power while it sends over its bit rate."""
+    return scenario.communication.transmit_power_w / modems()[scenario.communication.modem].rate_bps
+
+
+def database_of(scenario: Scenario, mission: type[Mission]) -> AUVDatabase:
+    """Static data of all vehicles, in the order of the nodes."""
+    j_per_bit = transmit_j_per_bit(scenario)
+    return AUVDatabase(tuple(vehicle_data(table, mission.sensors, j_per_bit) for table in scenario.vehicle))
+
+
+def groups_of(scenario: Scenario) -> tuple[Group, ...]:
+    """Groups with the demands of their roles."""
+    return tuple(_group(table) for table in scenario.group)
+
+
+def _group(table: GroupTable) -> Group:
+    roles = tuple(
+        RoleSpecification(
+            name=role.name,
+            minimum=role.minimum,
+            maximum=role.maximum,
+            head=role.head,
+            founding=role.founding,
+            job=role.job,
+            played_by=(role.played_by.split(".")[0], role.played_by.split(".")[1]) if role.played_by else None,
+            influences=role.influences,
+        )
+        for role in table.role
+    )
+    return Group(table.name, roles, table.rally_point, table.mission)
