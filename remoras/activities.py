@@ -28,6 +28,14 @@ class ActivityKind(Enum):
     VITAL = "vital"
 
 
+class Advance(IntEnum):
+    """How an activity gets on; of several in one role the greatest counts."""
+
+    NONE = 0
+    BACKWARD = 1
+    FORWARD = 2
+
+
 @dataclass(frozen=True, slots=True)
 class Activity:
     """One activity of one objective.
@@ -46,7 +54,7 @@ class Activity:
 
 @dataclass(frozen=True, slots=True)
 class Objective:
-    """An abstract task given to a role: ``Exploring`` of an area, ``RendezVous`` at a rally point."""
+    """An abstract task given to a role: ``Exploring`` somewhere, ``RendezVous`` at a rally point."""
 
     group: str
     role: str
@@ -85,4 +93,5 @@ class ActivitySet:
 
     @property
     def name(self) -> str:
+        """Name of the first activity."""
         return self.activities[0].name

@@ -33,8 +33,8 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
+from remoras.activities import Advance
 from remoras.database import VehicleData
-from remoras.executive.satisfaction import Advance
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.work import Point
@@ -131,9 +131,11 @@ class Standing(Behaviour):
     """Something that is always worth doing and guides nobody, such as listening or sending signals."""
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Always due."""
         return DUE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """It guides nobody."""
         return None
 
 
@@ -141,6 +143,7 @@ class Planning(Standing):
     """Organising and planning, which are due while the social layer has something to plan."""
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due while the picture says that planning is."""
         return DUE if picture.groups.planning_due else IDLE
 
 
@@ -155,6 +158,7 @@ class Supervision(Standing):
         self._patience_s = patience_s
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due; it advances while the last news are fresh."""
         fresh = picture.body.now_s - picture.peers.last_news_s <= self._patience_s
         return ADVANCING if fresh else DUE
 
@@ -170,6 +174,7 @@ class Working(Standing):
         self._patience_s = patience_s
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due; once something was found, it advances while the last yield is fresh."""
         if not performed or picture.body.last_yield_s == -math.inf:  # on the way to where there is work
             return DUE
         return ADVANCING if picture.body.now_s - picture.body.last_yield_s <= self._patience_s else STANDING
@@ -192,11 +197,13 @@ class Homing(Behaviour):
         self._approach = Approach()
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due until the group is together; it advances while the vehicle comes nearer."""
         if self._group in picture.groups.gathered:
             return IDLE
         return self._approach.judge(distance_m(motion, self._point_m), performed)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """To the rally point in transit; stay there on arrival."""
         arrived = distance_m(motion, self._point_m) <= self._radius_m
         return Reference(self._point_m, 0.0 if arrived else self._data.transit_speed_mps)
 
@@ -217,6 +224,7 @@ class FollowingLeader(Behaviour):
         self._approach = Approach()
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due while the leader is farther away than it may get."""
         leader = self._leader(picture)
         if leader is None or (to_go_m := distance_m(motion, leader)) <= self._distance_m:
             return IDLE
@@ -224,6 +232,7 @@ class FollowingLeader(Behaviour):
         return STANDING if perceived is RETREATING else perceived  # a leader that leads on is no setback
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """To where the leader was last heard; None if none was."""
         leader = self._leader(picture)
         return None if leader is None else Reference(leader, self._data.transit_speed_mps)
 
@@ -247,6 +256,7 @@ class LeadingFollowers(Behaviour):
         self._distance_m = distance_m
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due while a follower of the gathered group has fallen behind."""
         if self._group not in picture.groups.gathered:
             return IDLE
         positions_m = picture.peers.positions_m
@@ -256,6 +266,7 @@ class LeadingFollowers(Behaviour):
         return DUE if behind else IDLE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """Stay."""
         return Reference(motion.position_m, 0.0)
 
 
@@ -277,6 +288,7 @@ class Positioning(Behaviour):
         self._approach = Approach()
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due while the place is known; it advances while the vehicle comes nearer."""
         place = self._place(picture)
         if place is None:
             return IDLE
@@ -284,6 +296,7 @@ class Positioning(Behaviour):
         return STANDING if perceived is RETREATING else perceived
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """To the place in transit; stay there on arrival, and None while it is not known."""
         place = self._place(picture)
         if place is None:
             return None

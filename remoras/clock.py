@@ -37,14 +37,23 @@ class Clock(Generic[Event]):
         self._sequence = 0
 
     def schedule(self, time_s: float, priority: int, event: Event) -> None:
-        """Let ``event`` come out at ``time_s``; in the past is not allowed."""
+        """Let ``event`` come out at ``time_s``.
+
+        Args:
+            time_s: now or later.
+            priority: order among events of the same time, the lower number first.
+            event: what comes out.
+
+        Raises:
+            ValueError: ``time_s`` is in the past.
+        """
         if time_s < self.now_s:
             raise ValueError(f"cannot schedule at {time_s} s, it is {self.now_s} s")
         heapq.heappush(self._heap, (time_s, int(priority), self._sequence, event))
         self._sequence += 1
 
     def next_before(self, time_s: float, priority: int = Priority.MOTION) -> Event | None:
-        """The next event ordered before ``(time_s, priority)``, and now is its time; else None."""
+        """The next event ordered before ``(time_s, priority)``, whose time is now from then on; None without one."""
         if self._heap and self._heap[0][:2] < (time_s, int(priority)):
             self.now_s, _, _, event = heapq.heappop(self._heap)
             return event

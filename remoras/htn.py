@@ -37,7 +37,9 @@ class Task(NamedTuple):
 class FactsLike(Protocol):
     """Anything that answers ``get(key, default)``."""
 
-    def get(self, key: Any, default: Any = None, /) -> Any: ...
+    def get(self, key: Any, default: Any = None, /) -> Any:
+        """The value of a fact, or ``default`` if it is not known."""
+        ...
 
 
 class Facts:
@@ -49,6 +51,7 @@ class Facts:
         self.read: set[Any] = set()
 
     def get(self, key: Key, default: Any = None) -> Any:
+        """The value of a fact; a key that is not made true on the way is noted as read."""
         value = self._made.get(key, MISSING)
         if value is not MISSING:
             return value
@@ -56,12 +59,13 @@ class Facts:
         return self._given.get(key, default)
 
     def make_true(self, effects: Mapping[Key, Any]) -> list[tuple[Key, Any]]:
-        """Apply ``effects``; the answer undoes them."""
+        """Apply ``effects``; returns the log that ``undo`` takes."""
         undo = [(key, self._made.get(key, MISSING)) for key in effects]
         self._made.update(effects)
         return undo
 
     def undo(self, log: Sequence[tuple[Key, Any]]) -> None:
+        """Take back what ``make_true`` applied; the last effects first."""
         for key, value in reversed(log):
             if value is MISSING:
                 del self._made[key]
@@ -89,7 +93,7 @@ class Operator:
 
 @dataclass(frozen=True)
 class Domain:
-    """Operators and methods by task name. Raises PlanningError if a task is both or has no method."""
+    """Operators and methods by task name; raises PlanningError if a task has both, or no method."""
 
     operators: Mapping[str, Operator]
     methods: Mapping[str, tuple[Method, ...]]
@@ -104,6 +108,7 @@ class Domain:
 
     @classmethod
     def of(cls, operators: Sequence[Operator], methods: Mapping[str, Sequence[Method]]) -> Domain:
+        """A domain of operators and of methods by task; raises PlanningError if a task has two operators."""
         names = [operator.name for operator in operators]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
@@ -132,6 +137,7 @@ class Plan:
 
     @property
     def tasks(self) -> tuple[Task, ...]:
+        """The elementary tasks in order."""
         return tuple(step.task for step in self.steps)
 
 

@@ -24,10 +24,12 @@ class Motion:
 
     @property
     def position_m(self) -> tuple[float, float]:
+        """Where the vehicle is: (x east, y north)."""
         return self.x_m, self.y_m
 
     @property
     def velocity_mps(self) -> tuple[float, float]:
+        """How it moves: (x east, y north)."""
         return self.speed_mps * math.cos(self.heading_rad), self.speed_mps * math.sin(self.heading_rad)
 
 
@@ -43,10 +45,15 @@ def wrapped(angle_rad: float) -> float:
 
 
 def reaching_speed_mps(range_m: float, error_rad: float, turn_rate_radps: float) -> float:
-    """Greatest speed at which a vehicle that is ``error_rad`` off its target can still turn on to it.
+    """Greatest speed (m/s) at which a vehicle can still turn on to its target.
 
     The circle through the target that touches the heading has radius range / (2 sin error); a vehicle turns on a
     circle of radius speed / turn rate. A target inside the vehicle's own circle would be orbited for ever.
+
+    Args:
+        range_m: distance to the target.
+        error_rad: angle between the heading and the bearing of the target.
+        turn_rate_radps: limit of the control.
 
     >>> reaching_speed_mps(10.0, math.pi / 2.0, 0.5)
     2.5
@@ -55,11 +62,17 @@ def reaching_speed_mps(range_m: float, error_rad: float, turn_rate_radps: float)
 
 
 def advance(motion: Motion, data: VehicleData, target_m: tuple[float, float], speed_mps: float, dt_s: float) -> None:
-    """Move for ``dt_s`` towards ``target_m`` with the speed reference ``speed_mps``, within the limits of ``data``.
+    """Move towards a target, within the limits of a vehicle.
 
     The heading turns by at most ``turn_rate_radps * dt_s``, the speed changes by at most
     ``acceleration_mps2 * dt_s``, and the vehicle does not run past the target within the step.
     Energy: (hotel_w + drag_w_per_mps3 * speed^3) * dt_s.
+
+    Args:
+        motion: is changed.
+        data: limits and energy of the vehicle.
+        target_m: where to go; speed_mps: how fast, 0 to slow down to a stop.
+        dt_s: for how long.
     """
     dx_m = target_m[0] - motion.x_m
     dy_m = target_m[1] - motion.y_m

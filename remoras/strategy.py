@@ -15,9 +15,9 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from remoras.work import Point
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
+from remoras.work import Point
 
 Fact = tuple[str, str, str | float | bool]
 """(subject, attribute, value), by names."""

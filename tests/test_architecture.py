@@ -56,7 +56,11 @@ DOORS: dict[str, set[str]] = {
 HULL = {"remoras.vehicle", "remoras.radio", "remoras.fleet", "remoras.view"}
 LAYERS = ("remoras.social", "remoras.executive", "remoras.functional")
 KNOW_MESA = {"remoras.fleet", "remoras.vehicle"}
-STAND_ALONE = ("remoras.organisation", "remoras.htn", "remoras.executive.satisfaction")
+STAND_ALONE = {
+    "remoras.organisation": {"remoras.errors"},
+    "remoras.htn": {"remoras.errors"},
+    "remoras.executive.satisfaction": {"remoras.activities"},
+}
 FACE = ("remoras", "remoras.face")
 ROOF = "remoras.cli"
 WORDS_OF = {"missions.mapping": ("area", "areas", "swath", "swaths", "cell", "cells", "coverage", "mapped")}
@@ -150,7 +154,7 @@ def broken_rules(found: Import) -> Iterator[str]:
             yield "in remoras only the fleet knows the sea"
     elif other not in ROOMS[room] and not any(within(target, door) for door in DOORS.get(room, ())):
         yield f"{room} may import {', '.join(sorted(ROOMS[room] | DOORS.get(room, set())))}"
-    if module in STAND_ALONE and target != "remoras.errors":
+    if module in STAND_ALONE and target not in STAND_ALONE[module]:
         yield f"{module} stands alone"
 
 

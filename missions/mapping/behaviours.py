@@ -50,6 +50,7 @@ class ZigzagExploring(Behaviour):
         return self._next == len(self._waypoints)
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due until the last waypoint is reached; turning at the end of a row is progress."""
         if self._reached_end(motion):
             return DONE
         to_go_m = distance_m(motion, self._waypoints[self._next])
@@ -59,6 +60,7 @@ class ZigzagExploring(Behaviour):
         return ADVANCING if perceived is RETREATING else perceived  # turning at the end of a row is progress
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """To the next waypoint; None behind the last one."""
         if self._reached_end(motion):
             return None
         speed_mps = self._speed_mps if self._next else self._transit_speed_mps

@@ -181,8 +181,8 @@ def validate(
     as_json: Json = False,
 ) -> None:
     """Check a scenario or study file whole; every fault is reported with its line."""
-    from missions.runs.setup import assemble
     from missions.runs.run import schedule_of
+    from missions.runs.setup import assemble
     from missions.scenarios import load
     from missions.sweeps.study import is_study
 

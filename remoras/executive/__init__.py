@@ -1,0 +1,3 @@
+"""The executive layer of a vehicle: motivations, satisfaction and the decision."""
+
+__all__: list[str] = []

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from remoras.activities import ActivityKind, ActivitySet, ActivityType
+from remoras.activities import ActivityKind, ActivitySet, ActivityType, Advance
 from remoras.behaviours import Perception
 from remoras.executive.decision import best, combinations
-from remoras.executive.satisfaction import Advance, DecisionConstants, call, evolved, motivation, signal_of
+from remoras.executive.satisfaction import DecisionConstants, call, evolved, motivation, signal_of
 
 RoleKey = tuple[str, str]  # (group, role)
 

@@ -26,17 +26,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import IntEnum
+
+from remoras.activities import Advance
 
 LOWEST, HIGHEST = -128, 127
-
-
-class Advance(IntEnum):
-    """How a role's activities get on; of several in one role the greatest counts."""
-
-    NONE = 0
-    BACKWARD = 1
-    FORWARD = 2
 
 
 @dataclass(frozen=True, slots=True)

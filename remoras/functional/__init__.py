@@ -1,0 +1,3 @@
+"""The functional layer of a vehicle: sensors, vital needs, motion and energy."""
+
+__all__: list[str] = []

@@ -30,7 +30,7 @@ EVADE_M = 50.0
 """Distance of the target that a vehicle evades to; it only gives the direction."""
 
 Bounds = tuple[float, float, float, float]
-"""Area of operations: x_min, y_min, x_max, y_max (m)."""
+"""Borders of the area of operations: x_min, y_min, x_max, y_max (m)."""
 
 
 class Neighbour(NamedTuple):
@@ -89,9 +89,11 @@ class Evading(Behaviour):
         self._data = data
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """As due as the collision is urgent."""
         return IDLE if picture.body.collision is None else Perception(picture.body.collision[1])
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """At a right angle to the bearing of the other; None without a collision course."""
         if picture.body.collision is None:
             return None
         away = picture.body.collision[0] + math.pi / 2.0  # both turn to their left, so they pass
@@ -106,9 +108,11 @@ class ReturningHome(Behaviour):
         self._data = data
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due from the reserve on, and as long as it is performed."""
         return DUE if performed or picture.body.battery <= picture.body.reserve else IDLE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """To where the vehicle started; stay there on arrival."""
         arrived = distance_m(motion, self._data.start_m) <= CAPTURE_M
         return Reference(self._data.start_m, 0.0 if arrived else self._data.survey_speed_mps)
 
@@ -126,9 +130,11 @@ class ReturningToArea(Behaviour):
         self._data = data
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due outside the area of operations."""
         return DUE if picture.body.outside_m > 0.0 else IDLE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """To the centre in transit."""
         return Reference(self._centre_m, self._data.transit_speed_mps)
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from remoras.work import Point
 from remoras.beliefs import Beliefs
 from remoras.organisation import Organisation
 from remoras.strategy import Evidence, Heard, Negotiator, Situation, Statement, Strategy
+from remoras.work import Point
 from worldmodel import Change, TBox
 
 ROLE_ATTRIBUTES = ("playsRole", "leftRole")

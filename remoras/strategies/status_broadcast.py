@@ -19,13 +19,13 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from remoras.work import Point
 from remoras.database import AUVDatabase, VehicleData
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.strategies.allocation import Outlook, after, at_work, open_roles, surveyors
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategies.silence import Silence
 from remoras.strategy import Declaration, Evidence, Fact, Heard, Move, Situation, Statement
+from remoras.work import Point
 
 AREAS_PER_BLOCK = 8
 
