@@ -35,11 +35,13 @@ class Activity:
     Attributes:
         name: as Table II of the paper writes it, for example ``ZigzagExploring``.
         parameters: what the functional layer needs, for example the grid of points.
+        sensors: names of the sensors of the vehicle that it switches on.
     """
 
     name: str
     type: ActivityType
     parameters: tuple[Any, ...] = ()
+    sensors: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,118 +1,125 @@
-"""How each activity is carried out, and how it perceives its own stimulus and progress.
+"""The seam of behaviours: how an activity is carried out, and how it perceives its own stimulus and advance.
 
-A behaviour belongs to one activity set of one vehicle. Every tick it is asked ``perceive``; if its set is in the
-decision and it guides, it is asked ``reference`` for a target and a speed. It sees the vehicle's own motion and
-a ``Picture``: what the vehicle has heard or worked out, never the truth. To add an activity, write a class and
-name it in the mission's activity table.
+A behaviour belongs to one activity set of one vehicle in one run, so it may remember what it has seen. It sees the
+motion of its vehicle and a ``Picture`` of what the vehicle has heard or worked out, never the truth. Who calls what:
+
+* ``Mission.behaviour_for`` makes a behaviour when the vehicle takes on an activity set, which its first activity names;
+* ``perceive`` is called at every decision for every set, whether the vehicle performs it or not;
+* ``reference`` is called in every motion tick for the set that guides the vehicle, and for no other.
+
+A behaviour decides nothing: it never says when the vehicle turns to it. That follows from motivations alone. A runnable
+example, a behaviour that circles a point::
+
+    class Circling(Behaviour):
+        def __init__(self, centre_m: Point, radius_m: float, data: VehicleData) -> None:
+            self._centre_m, self._radius_m, self._speed_mps = centre_m, radius_m, data.survey_speed_mps
+
+        def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+            return ADVANCING if performed else DUE
+
+        def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+            x_m, y_m = self._centre_m
+            ahead_rad = math.atan2(motion.y_m - y_m, motion.x_m - x_m) + 0.5
+            target_m = x_m + self._radius_m * math.cos(ahead_rad), y_m + self._radius_m * math.sin(ahead_rad)
+            return Reference(target_m, self._speed_mps)
+
+``tests/conformance/behaviour_conformance.py`` checks a behaviour against this text.
 """
 
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
 from remoras.database import VehicleData
-from remoras.executive.satisfaction import Progress
+from remoras.executive.satisfaction import Advance
 from remoras.motion import Motion
+from remoras.picture import Picture
+from remoras.work import Point
 
-Point = tuple[float, float]
 CAPTURE_M = 1.0
 """A waypoint counts as reached within this distance."""
-FAR_M = 10_000.0
-"""At this distance an area that nobody has begun is half the stimulus that it is nearby."""
 STEADY_M = 0.05
-"""Approaching by less than this in a tick is standing still."""
-
-
-@dataclass(slots=True)
-class Picture:
-    """What a vehicle knows at this moment that its behaviours look at.
-
-    Attributes:
-        positions: last position known of each vehicle, by name; headings from the last two of them.
-        heard_s: when a packet of each peer was last heard, by name.
-        gathered: groups believed to be together at their rally point.
-        planning_due: the social layer has something to plan.
-        last_news_s: when a peer's contribution to the mission was last heard of.
-        last_yield_s: when the vehicle's own work last yielded something.
-        collision: bearing and urgency 0..1 of a vehicle on collision course, else None.
-        battery: fraction left; reserve: fraction needed to get home, with margin.
-        frame_s: length of a TDMA frame, in which everybody may speak once; infinite where nobody speaks.
-        outside: how far, in metres, the vehicle is outside the area of operations.
-    """
-
-    now_s: float = 0.0
-    positions: dict[str, Point] = field(default_factory=dict)
-    headings: dict[str, float] = field(default_factory=dict)
-    heard_s: dict[str, float] = field(default_factory=dict)
-    gathered: set[str] = field(default_factory=set)
-    planning_due: bool = False
-    last_news_s: float = -math.inf
-    last_yield_s: float = -math.inf
-    collision: tuple[float, float] | None = None
-    battery: float = 1.0
-    reserve: float = 0.0
-    outside_m: float = 0.0
-    frame_s: float = math.inf
-
-    def saw(self, name: str, position: Point) -> None:
-        """A newer position of a vehicle is known."""
-        before = self.positions.get(name)
-        if before is not None and before != position:
-            self.headings[name] = math.atan2(position[1] - before[1], position[0] - before[0])
-        self.positions[name] = position
+"""A vehicle that comes nearer by less than this between two decisions stands still."""
 
 
 class Perception(NamedTuple):
-    """Stimulus 0..1, and how the activity is getting on (None: it has nothing to get on with).
+    """What an activity perceives of itself.
 
-    ``done``: all there was to do has been done; it will not come back.
+    Attributes:
+        stimulus: 0..1; 0 means that there is nothing to do now.
+        advance: whether it gets on; None where there is nothing to get on with, or it is not performed.
+        done: True once all there was to do has been done; it will not come back.
     """
 
     stimulus: float
-    progress: Progress | None = None
+    advance: Advance | None = None
     done: bool = False
 
 
 class Reference(NamedTuple):
-    """What guidance asks of the control."""
+    """What guidance asks of the control: where to go (m) and how fast (m/s, 0 to stay)."""
 
     target_m: Point
     speed_mps: float
 
 
 class Behaviour(Protocol):
-    """What an activity set needs to be carried out; one object per vehicle and set."""
+    """What carries an activity set out; see the text of this module."""
 
-    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception: ...
+    @abstractmethod
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Stimulus and advance of the activity now.
 
+        Called by the functional layer at every decision, for sets that are not performed too. It may remember what it
+        sees, since advance is a comparison with the last call. It must not change ``motion`` or ``picture``, draw
+        random numbers or read a clock; the time is ``picture.body.now_s``.
+
+        Args:
+            performed: True if the vehicle performed the activity since the last decision.
+        """
+        ...
+
+    @abstractmethod
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Target and speed, or None for an activity that does not guide."""
+        """Target and speed; None for an activity that does not guide, or has nowhere to go.
+
+        Called by the functional layer once a motion tick, while the decision holds this set and one of its activities
+        guides. On None the vehicle slows down to a stop. It must not change ``motion`` or ``picture``: the control
+        moves the vehicle within its limits.
+        """
         ...
 
 
 IDLE = Perception(0.0)
 DONE = Perception(0.0, done=True)
 DUE = Perception(1.0)
-ADVANCING = Perception(1.0, Progress.FORWARD)
-STANDING = Perception(1.0, Progress.NONE)
-RETREATING = Perception(1.0, Progress.BACKWARD)
+ADVANCING = Perception(1.0, Advance.FORWARD)
+STANDING = Perception(1.0, Advance.NONE)
+RETREATING = Perception(1.0, Advance.BACKWARD)
 
 
 def distance_m(motion: Motion, point: Point) -> float:
+    """Distance from the vehicle to a point (m)."""
     dx_m, dy_m = point[0] - motion.x_m, point[1] - motion.y_m
     return math.sqrt(dx_m * dx_m + dy_m * dy_m)
 
 
-class _Approach:
-    """Is the vehicle getting nearer to where it wants to be?"""
+class Approach:
+    """Judges whether a vehicle gets nearer to where it wants to be, from one decision to the next.
+
+    >>> approach = Approach()
+    >>> [approach.judge(to_go_m, performed=True) is ADVANCING for to_go_m in (9.0, 8.0, 8.0)]
+    [False, True, False]
+    """
 
     def __init__(self) -> None:
         self._last_m: float | None = None
 
     def judge(self, to_go_m: float, performed: bool) -> Perception:
+        """Give ``ADVANCING``, ``STANDING`` or ``RETREATING`` if it was performed before too, else ``DUE``."""
         last_m, self._last_m = self._last_m, to_go_m if performed else None
         if last_m is None or not performed:
             return DUE
@@ -120,8 +127,8 @@ class _Approach:
         return ADVANCING if nearer_m > STEADY_M else RETREATING if nearer_m < -STEADY_M else STANDING
 
 
-class Standing:
-    """No guidance: something that is always worth doing, such as listening or sending signals."""
+class Standing(Behaviour):
+    """Something that is always worth doing and guides nobody, such as listening or sending signals."""
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         return DUE
@@ -131,98 +138,83 @@ class Standing:
 
 
 class Planning(Standing):
-    """Organising and planning: due while the social layer has something to plan."""
+    """Organising and planning, which are due while the social layer has something to plan."""
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        return DUE if picture.planning_due else IDLE
+        return DUE if picture.groups.planning_due else IDLE
 
 
 class Supervision(Standing):
-    """Gathering information as a leader: content while news of the mission keeps coming in."""
+    """Gathering information as a leader, who is content while news of the mission keep coming in.
+
+    Args:
+        patience_s: how long it waits for the next news.
+    """
 
     def __init__(self, patience_s: float) -> None:
         self._patience_s = patience_s
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        fresh = picture.now_s - picture.last_news_s <= self._patience_s
+        fresh = picture.body.now_s - picture.peers.last_news_s <= self._patience_s
         return ADVANCING if fresh else DUE
 
 
 class Working(Standing):
-    """Productive work: gets on while it yields something new every now and then."""
+    """Productive work, which advances while the sensors of the vehicle yield something now and then.
+
+    Args:
+        patience_s: how long it waits for the next yield.
+    """
 
     def __init__(self, patience_s: float) -> None:
         self._patience_s = patience_s
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        if not performed or picture.last_yield_s == -math.inf:  # on the way to where there is work
+        if not performed or picture.body.last_yield_s == -math.inf:  # on the way to where there is work
             return DUE
-        return ADVANCING if picture.now_s - picture.last_yield_s <= self._patience_s else STANDING
+        return ADVANCING if picture.body.now_s - picture.body.last_yield_s <= self._patience_s else STANDING
 
 
-class ZigzagExploring:
-    """Along the rows of a grid: at transit speed to the first point, then at survey speed.
+class Homing(Behaviour):
+    """Goes to a rally point and waits there until the group is together.
 
-    Until it has begun, it is the less of a stimulus the farther away the first point is.
+    Args:
+        point_m: the rally point; radius_m: a vehicle this near has arrived.
+        group: name of the group that meets.
+        data: of the vehicle.
     """
 
-    def __init__(self, waypoints: Sequence[Point], data: VehicleData) -> None:
-        self._waypoints = list(waypoints)
-        self._data = data
-        self._next = 0
-        self._approach = _Approach()
-
-    def _reached_end(self, motion: Motion) -> bool:
-        """Pass the waypoints that are reached; True behind the last one."""
-        while self._next < len(self._waypoints) and distance_m(motion, self._waypoints[self._next]) <= CAPTURE_M:
-            self._next += 1
-            self._approach = _Approach()
-        return self._next == len(self._waypoints)
-
-    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        if self._reached_end(motion):
-            return DONE
-        to_go_m = distance_m(motion, self._waypoints[self._next])
-        perceived = self._approach.judge(to_go_m, performed)
-        if self._next == 0 and not performed:
-            return Perception(1.0 / (1.0 + to_go_m / FAR_M))
-        return ADVANCING if perceived is RETREATING else perceived  # turning at the end of a row is progress
-
-    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        if self._reached_end(motion):
-            return None
-        speed_mps = self._data.mapping_speed_mps if self._next else self._data.transit_speed_mps
-        return Reference(self._waypoints[self._next], speed_mps)
-
-
-class Homing:
-    """To a rally point, and waiting there until the group is together."""
-
-    def __init__(self, point: Point, radius_m: float, group: str, data: VehicleData) -> None:
-        self._point = point
+    def __init__(self, point_m: Point, radius_m: float, group: str, data: VehicleData) -> None:
+        self._point_m = point_m
         self._radius_m = radius_m
         self._group = group
         self._data = data
-        self._approach = _Approach()
+        self._approach = Approach()
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        if self._group in picture.gathered:
+        if self._group in picture.groups.gathered:
             return IDLE
-        return self._approach.judge(distance_m(motion, self._point), performed)
+        return self._approach.judge(distance_m(motion, self._point_m), performed)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        arrived = distance_m(motion, self._point) <= self._radius_m
-        return Reference(self._point, 0.0 if arrived else self._data.transit_speed_mps)
+        arrived = distance_m(motion, self._point_m) <= self._radius_m
+        return Reference(self._point_m, 0.0 if arrived else self._data.transit_speed_mps)
 
 
-class FollowingLeader:
-    """Towards the leader where it was last heard, keeping a distance."""
+class FollowingLeader(Behaviour):
+    """Follows the first leader that has been heard, at a distance.
+
+    Args:
+        leaders: names, in order of preference.
+        distance_m: it lets the leader get this far ahead.
+        data: of the vehicle.
+    """
 
     def __init__(self, leaders: Sequence[str], distance_m: float, data: VehicleData) -> None:
         self._leaders = leaders
         self._distance_m = distance_m
         self._data = data
-        self._approach = _Approach()
+        self._approach = Approach()
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         leader = self._leader(picture)
@@ -236,11 +228,18 @@ class FollowingLeader:
         return None if leader is None else Reference(leader, self._data.transit_speed_mps)
 
     def _leader(self, picture: Picture) -> Point | None:
-        return next((picture.positions[name] for name in self._leaders if name in picture.positions), None)
+        positions_m = picture.peers.positions_m
+        return next((positions_m[name] for name in self._leaders if name in positions_m), None)
 
 
-class LeadingFollowers:
-    """Waits for followers that fall behind while the group moves together."""
+class LeadingFollowers(Behaviour):
+    """Waits for followers that fall behind while the group moves together.
+
+    Args:
+        followers: names.
+        group: name of the group.
+        distance_m: a follower farther away than this has fallen behind.
+    """
 
     def __init__(self, followers: Sequence[str], group: str, distance_m: float) -> None:
         self._followers = followers
@@ -248,12 +247,11 @@ class LeadingFollowers:
         self._distance_m = distance_m
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        if self._group not in picture.gathered:
+        if self._group not in picture.groups.gathered:
             return IDLE
+        positions_m = picture.peers.positions_m
         behind = any(
-            distance_m(motion, picture.positions[name]) > self._distance_m
-            for name in self._followers
-            if name in picture.positions
+            distance_m(motion, positions_m[name]) > self._distance_m for name in self._followers if name in positions_m
         )
         return DUE if behind else IDLE
 
@@ -261,15 +259,22 @@ class LeadingFollowers:
         return Reference(motion.position_m, 0.0)
 
 
-class Positioning:
-    """Takes its place in the formation, relative to the leader's position and course, once together."""
+class Positioning(Behaviour):
+    """Takes a place in the formation once the group is together.
+
+    Args:
+        leaders: names, in order of preference; the first whose course is known counts.
+        group: name of the group.
+        offset_m: of the place from the leader, ahead of it and to its left.
+        data: of the vehicle.
+    """
 
     def __init__(self, leaders: Sequence[str], group: str, offset_m: Point, data: VehicleData) -> None:
         self._leaders = leaders
         self._group = group
-        self._offset_m = offset_m  # ahead of the leader, to its left
+        self._offset_m = offset_m
         self._data = data
-        self._approach = _Approach()
+        self._approach = Approach()
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         place = self._place(picture)
@@ -286,60 +291,15 @@ class Positioning:
         return Reference(place, 0.0 if in_place else self._data.transit_speed_mps)
 
     def _place(self, picture: Picture) -> Point | None:
-        if self._group not in picture.gathered:
+        if self._group not in picture.groups.gathered:
             return None
-        leader = next((name for name in self._leaders if name in picture.headings), None)
+        leader = next((name for name in self._leaders if name in picture.peers.headings_rad), None)
         if leader is None:
             return None
-        x_m, y_m = picture.positions[leader]
-        heading = picture.headings[leader]
+        x_m, y_m = picture.peers.positions_m[leader]
+        heading = picture.peers.headings_rad[leader]
         ahead_m, left_m = self._offset_m
         return (
             x_m + ahead_m * math.cos(heading) - left_m * math.sin(heading),
             y_m + ahead_m * math.sin(heading) + left_m * math.cos(heading),
         )
-
-
-class Evading:
-    """Vital: turns away from a vehicle on collision course."""
-
-    def __init__(self, data: VehicleData) -> None:
-        self._data = data
-
-    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        return IDLE if picture.collision is None else Perception(picture.collision[1])
-
-    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        if picture.collision is None:
-            return None
-        away = picture.collision[0] + math.pi / 2.0  # both turn to their left, so they pass
-        target = motion.x_m + 50.0 * math.cos(away), motion.y_m + 50.0 * math.sin(away)
-        return Reference(target, self._data.survey_speed_mps)
-
-
-class ReturningHome:
-    """Vital: goes home while the battery still lasts for the way, and stays there."""
-
-    def __init__(self, data: VehicleData) -> None:
-        self._data = data
-
-    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        return DUE if performed or picture.battery <= picture.reserve else IDLE
-
-    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        arrived = distance_m(motion, self._data.start_m) <= CAPTURE_M
-        return Reference(self._data.start_m, 0.0 if arrived else self._data.survey_speed_mps)
-
-
-class ReturningToArea:
-    """Vital: goes back into the area of operations."""
-
-    def __init__(self, centre_m: Point, data: VehicleData) -> None:
-        self._centre_m = centre_m
-        self._data = data
-
-    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        return DUE if picture.outside_m > 0.0 else IDLE
-
-    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        return Reference(self._centre_m, self._data.transit_speed_mps)

@@ -1,7 +1,7 @@
 """What a vehicle believes, as facts an HTN planner can look up.
 
 A key is ``(attribute, instance)`` by name, for example ``("hasMission", "Operational")``. Its value is
-the latest in the vehicle's world model, links given by the name of their target.
+the latest in the vehicle's world model; links are given by the name of their target, symbols by their text.
 """
 
 from __future__ import annotations
@@ -9,26 +9,42 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from worldmodel import Change, PropertyValue, TBox, ValueKind, WorldModel
+from remoras.sensor import SELF, Observation
+from worldmodel import (
+    TYPE_UID,
+    Attribute,
+    Change,
+    FactError,
+    PropertyValue,
+    TBox,
+    UnknownNameError,
+    ValueKind,
+    WorldModel,
+)
 
 Key = tuple[str, str]
+Fact = tuple[int, int, Any]
+"""Subject, attribute and value, ready to be recorded."""
 
 
 class Beliefs:
-    """Facts of one vehicle: ``get(key, default)``."""
+    """Facts of one vehicle, by names.
+
+    Args:
+        model: its world model.
+    """
 
     def __init__(self, model: WorldModel) -> None:
         self.model = model
         self._tbox: TBox = model.tbox
 
+    # From the world model ------------------------------------------------------------------------
+
     def get(self, key: Key, default: Any = None, /) -> Any:
+        """The latest value of a fact, or ``default`` if it is not known."""
         attribute = self._tbox.attribute_named(key[0])
-        value = self.model.value(self.model.instance_named(key[1]).uid, attribute.uid)
-        if value is None:
-            return default
-        if attribute.kind is ValueKind.LINK:
-            return self.name(int(value))  # type: ignore[arg-type]  # a link is an instance uid
-        return value
+        value = self.model.value(self.uid(key[1]), attribute.uid)
+        return default if value is None else self._plain(attribute, value)
 
     def observed_s(self, key: Key) -> float | None:
         """When the latest value of a fact was observed; None if it is not known."""
@@ -36,11 +52,20 @@ class Beliefs:
         return None if latest is None else latest.time_s
 
     def name(self, uid: int) -> str:
+        """Name of an instance; those created in the mission are named by class and uid."""
         instance = self.model.instance(uid)
         return instance.name if instance is not None else f"instance {uid}"
 
     def uid(self, name: str) -> int:
-        return self.model.instance_named(name).uid
+        """The instance of that name; raises UnknownNameError."""
+        try:
+            return self.model.instance_named(name).uid
+        except UnknownNameError:
+            number = name.rpartition("-")[2]
+            created = self.model.instance(int(number)) if number.isdecimal() else None
+            if created is None or created.name != name:
+                raise
+            return created.uid
 
     def keys_of(self, changes: Iterable[Change]) -> set[Key]:
         """Keys whose latest value has changed."""
@@ -53,10 +78,49 @@ class Beliefs:
     def by_name(self, fact: PropertyValue) -> tuple[str, str, Any]:
         """A fact by names: (subject, attribute, value)."""
         attribute = self._tbox.attributes[fact.attribute]
-        value = self.name(fact.target) if attribute.kind is ValueKind.LINK else fact.value
-        return self.name(fact.subject), attribute.name, value
+        return self.name(fact.subject), attribute.name, self._plain(attribute, fact.value)
 
-    def fact(self, subject: str, attribute: str, value: str | float | bool) -> tuple[int, int, Any]:
-        """A fact ready to be recorded; a string value is the name of the instance linked to."""
-        uid = self._tbox.attribute_named(attribute).uid
-        return self.uid(subject), uid, self.uid(value) if isinstance(value, str) else value
+    def _plain(self, attribute: Attribute, value: Any) -> Any:
+        if attribute.kind is ValueKind.LINK:
+            return self.name(value)
+        return attribute.symbols[value] if attribute.kind is ValueKind.SYMBOL else value
+
+    # To the world model --------------------------------------------------------------------------
+
+    def fact(self, subject: str, attribute: str, value: Any) -> Fact:
+        """A fact ready to be recorded.
+
+        Args:
+            value: the name of the instance linked to, a symbol, a number, a point (x, y) or a truth value.
+
+        Raises:
+            UnknownNameError: no such instance or attribute.
+            FactError: the attribute has no such symbol.
+        """
+        return self._fact(subject, attribute, value, None)
+
+    def facts_of(self, observation: Observation) -> list[Fact]:
+        """The facts of an observation, ready to be recorded together; what it has found becomes a new instance.
+
+        Raises:
+            UnknownNameError: no such instance, attribute or class.
+            FactError: the attribute has no such symbol, or no more instances may be created.
+        """
+        if not observation.found:
+            return [self._fact(*fact, None) for fact in observation.facts]
+        found = self._tbox.class_named(observation.found).uid
+        uid = self.model.new_instance_uid()
+        return [(uid, TYPE_UID, found), *(self._fact(*fact, uid) for fact in observation.facts)]
+
+    def _fact(self, subject: str, attribute: str, value: Any, found: int | None) -> Fact:
+        def uid(name: str) -> int:
+            return found if found is not None and name == SELF else self.uid(name)
+
+        of = self._tbox.attribute_named(attribute)
+        if of.kind is ValueKind.LINK and isinstance(value, str):
+            value = uid(value)
+        elif of.kind is ValueKind.SYMBOL and isinstance(value, str):
+            if value not in of.symbols:
+                raise FactError(f"{attribute} is {value!r}; allowed: {', '.join(of.symbols)}")
+            value = of.symbols.index(value)
+        return uid(subject), of.uid, value

@@ -15,10 +15,11 @@ import mesa
 from exchange.acoustics.channel import Arrival, Channel
 from exchange.schedule import TdmaSchedule
 from remoras.clock import Clock, Priority
+from remoras.functional.vital import Neighbour
 from remoras.mission import Truth
 from remoras.recorder import Recorder
-from remoras.sensors import Neighbour
 from remoras.vehicle import Vehicle
+from remoras.view import ReadOnlyFleet
 
 SONAR_M = 60.0
 """Range of the obstacle sonar."""
@@ -31,9 +32,9 @@ COLLECT_AFTER = 1_000_000
 
 @contextmanager
 def rare_collections() -> Iterator[None]:
-    """The garbage collector looks less often meanwhile.
+    """Let the garbage collector look less often meanwhile.
 
-    A run makes many values and hardly any cycles, and searching them for cycles would cost a sixth of the run.
+    A run makes many values and hardly any cycles; searching them for cycles would cost a sixth of its time.
     """
     usual = gc.get_threshold()
     gc.set_threshold(COLLECT_AFTER, *usual[1:])
@@ -66,7 +67,8 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         schedule: TDMA.
         truth: watches the run and says when the mission is complete.
         recorder: takes the rows.
-        tick_s: length of a step; duration_s: end of the run if the mission does not complete before.
+        tick_s: length of a step.
+        duration_s: end of the run if the mission does not complete before.
     """
 
     def __init__(
@@ -81,6 +83,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
     ) -> None:
         super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
         self.vehicles = tuple(make_vehicles(self))
+        self.view = ReadOnlyFleet(self.vehicles)
         self.clock: Clock[SlotOpens | FrameEnds | Arrival] = Clock()
         self.channel = channel
         self.schedule = schedule
@@ -96,6 +99,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
 
     @property
     def now_s(self) -> float:
+        """Time of the mission (s)."""
         return self.clock.now_s
 
     def step(self) -> None:
@@ -113,11 +117,15 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         over = now_s + self.tick_s > self.duration_s or not any(vehicle.is_alive for vehicle in self.vehicles)
         if self.completed or over:
             self.running = False
-            self.reason = self.truth.close(self, now_s)
+            self.reason = self.truth.close(self.view, now_s)
 
     @rare_collections()
     def run(self, progress: Callable[[float], None] | None = None) -> None:
-        """Step until the mission is complete or its time is over; ``progress`` is told the time now and then."""
+        """Step until the mission is complete or its time is over.
+
+        Args:
+            progress: is told the time of the mission now and then.
+        """
         while self.running:
             self.step()
             if progress is not None and self.steps % 50 == 0:
@@ -133,11 +141,12 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         if isinstance(ids, dict):
             ids.pop(self, None)
         self.vehicles = ()
+        self.view = ReadOnlyFleet(())
         del self.recorder
 
     def _observe(self, now_s: float) -> None:
         if not self.completed:
-            self.completed = self.truth.observe(self, now_s)
+            self.completed = self.truth.observe(self.view, now_s)
 
     # Events --------------------------------------------------------------------------------------
 
@@ -184,10 +193,10 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         reception = self.vehicles[node].hear(data, now_s)
         if reception is not None:
             for peer, uid in reception.beliefs:
-                if not self.vehicles[peer].manager.holds(uid):
+                if not self.vehicles[peer].radio.manager.holds(uid):
                     self.n_false_beliefs += 1
 
-    # Truth ---------------------------------------------------------------------------------------
+    # What is so ----------------------------------------------------------------------------------
 
     def _neighbours(self) -> dict[int, list[Neighbour]]:
         """What the obstacle sonar of every vehicle sees of the others."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from remoras.work import Point
@@ -36,12 +37,14 @@ class Peers:
         positions_m: last position known of each vehicle, by name; headings_rad: from the last two of them.
         heard_s: when a packet of each was last heard; who was never heard is missing.
         last_news_s: when a contribution to the mission was last heard of.
+        unheard: peers that are not known to have heard of roles which this vehicle gave out, and these roles.
     """
 
     positions_m: dict[str, Point] = field(default_factory=dict)
     headings_rad: dict[str, float] = field(default_factory=dict)
     heard_s: dict[str, float] = field(default_factory=dict)
     last_news_s: float = -math.inf
+    unheard: Mapping[str, Collection[str]] = field(default_factory=dict)
 
     def saw(self, name: str, position_m: Point) -> None:
         """Note a newer position of a vehicle."""

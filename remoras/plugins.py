@@ -28,9 +28,7 @@ def named_object(reference: str) -> Any:
     try:
         return getattr(importlib.import_module(module), name)
     except Exception as error:  # it is somebody else's module: anything may be wrong with it
-        raise PluginError(
-            f"package.module:object that can be imported ({type(error).__name__}: {error})"
-        ) from error
+        raise PluginError(f"package.module:object that can be imported ({type(error).__name__}: {error})") from error
 
 
 def faults_of(found: Any, seam: type, compulsory: tuple[str, ...]) -> Iterator[str]:

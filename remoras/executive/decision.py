@@ -8,7 +8,7 @@ its side.) The combination with the best mean motivation over its activities is 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import networkx as nx
@@ -27,14 +27,30 @@ def combinations(sets: Sequence[ActivitySet], motivated: int) -> tuple[tuple[int
         motivated: bit word over ``sets``: those with a motivation above zero.
     """
     indices = [index for index in range(len(sets)) if motivated >> index & 1]
-    types = {index: sets[index].types for index in indices}
-    providers = {
-        index: [other for other in indices if any(a.name == sets[index].needs for a in sets[other].activities)]
-        for index in indices
-        if sets[index].needs is not None
+    providers = _providers(sets, indices)
+    graph = _compatible(sets, indices, providers)
+    found = {
+        tuple(sorted(one for one in clique if one not in providers or not providers[one].isdisjoint(clique)))
+        for clique in nx.find_cliques(graph)
+    }
+    return tuple(sorted(one for one in found if not any(set(one) < set(other) for other in found)))
+
+
+def _providers(sets: Sequence[ActivitySet], indices: Sequence[int]) -> dict[int, frozenset[int]]:
+    """For each set that needs an activity of another one, the sets that have it."""
+    return {
+        needy: frozenset(one for one in indices if any(a.name == sets[needy].needs for a in sets[one].activities))
+        for needy in indices
+        if sets[needy].needs is not None
     }
 
+
+def _compatible(sets: Sequence[ActivitySet], indices: Sequence[int], providers: Mapping[int, frozenset[int]]) -> Any:
+    """The graph whose edges join sets that can go together; sets whose need nobody meets are left out."""
+    types = {index: sets[index].types for index in indices}
+
     def leaves_room(needy: int, other: int) -> bool:
+        """True unless ``other`` takes the place of every set that ``needy`` needs."""
         if needy not in providers or other in providers[needy]:
             return True
         return any(not types[other] & types[provider] for provider in providers[needy])
@@ -47,19 +63,11 @@ def combinations(sets: Sequence[ActivitySet], motivated: int) -> tuple[tuple[int
         for other in graph
         if one < other and not types[one] & types[other] and leaves_room(one, other) and leaves_room(other, one)
     )
-    found = set()
-    for clique in nx.find_cliques(graph):
-        members = frozenset(clique)
-        found.add(
-            tuple(
-                sorted(index for index in members if index not in providers or not members.isdisjoint(providers[index]))
-            )
-        )
-    return tuple(sorted(one for one in found if not any(set(one) < set(other) for other in found)))
+    return graph
 
 
 def best(candidates: Sequence[tuple[int, ...]], sizes: Sequence[int], motivations: Sequence[float]) -> tuple[int, ...]:
-    """The combination with the best mean motivation; of equals the first.
+    """The combination with the best mean motivation over its activities; of equals the first.
 
     Args:
         candidates: combinations of set indices.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from remoras.activities import ActivityKind, ActivitySet, ActivityType
 from remoras.behaviours import Perception
 from remoras.executive.decision import best, combinations
-from remoras.executive.satisfaction import DecisionConstants, Progress, call, evolved, motivation, signal_of
+from remoras.executive.satisfaction import Advance, DecisionConstants, call, evolved, motivation, signal_of
 
 RoleKey = tuple[str, str]  # (group, role)
 
@@ -17,9 +17,12 @@ _DRIVING = (1 << ActivityType.GUIDANCE) | (1 << ActivityType.PRODUCTIVE) | (1 <<
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """Indices of the chosen activity sets, and the roles that drive the vehicle by them.
+    """What the vehicle does until it decides anew.
 
-    A role drives the vehicle if one of its activities guides, works or plans.
+    Attributes:
+        chosen: indices of the activity sets.
+        driving: roles that drive the vehicle: one of their activities guides, works or plans.
+        types: bit word over ``ActivityType``.
     """
 
     chosen: tuple[int, ...] = ()
@@ -27,19 +30,24 @@ class Decision:
     types: int = 0
 
     def has(self, activity_type: ActivityType) -> bool:
+        """True if an activity of that type is performed."""
         return bool(self.types >> activity_type & 1)
 
 
 @dataclass(frozen=True, slots=True)
 class HeardSignal:
-    """An influence signal as it was heard: satisfaction of ``emitter``'s role, and when."""
+    """An influence signal as it was heard: satisfaction of the emitter in its role, and when."""
 
     value: int
     heard_s: float
 
 
 class ExecutiveLayer:
-    """Motivations, satisfactions and the decision of one vehicle."""
+    """Motivations, satisfactions and the decision of one vehicle.
+
+    Args:
+        constants: of the model of satisfaction and altruism.
+    """
 
     def __init__(self, constants: DecisionConstants) -> None:
         self._constants = constants
@@ -56,7 +64,7 @@ class ExecutiveLayer:
         self.decision = Decision()
 
     def adopt(self, sets: Sequence[ActivitySet], roles: Sequence[RoleKey]) -> None:
-        """Consider ``sets`` from now on, in ``roles``; satisfaction in roles kept is kept."""
+        """Consider ``sets`` from now on, in ``roles``; satisfaction in a role that is kept is kept too."""
         going_on = {self.sets[index] for index in self.decision.chosen}
         self.sets = tuple(sets)
         self._combinations = {}
@@ -70,16 +78,30 @@ class ExecutiveLayer:
         self.decision = self._decision(tuple(index for index, s in enumerate(sets) if s in going_on))
 
     def hear(self, addressed: RoleKey, emitter: str, emitter_role: str, value: int, now_s: float) -> None:
-        """An influence signal that addresses a role of this vehicle; a newer one replaces an older one."""
+        """Take note of an influence signal; a newer one replaces an older one.
+
+        Args:
+            addressed: a role; the signal is let go of if this vehicle does not play it.
+            emitter, emitter_role: the vehicle that sent it, and the role it speaks of.
+            value: satisfaction of the emitter in that role, -128..127.
+        """
         if addressed in self.satisfaction:
             self._heard.setdefault(addressed, {})[emitter, emitter_role] = HeardSignal(value, now_s)
 
     def signals(self) -> list[tuple[RoleKey, int]]:
-        """The signed byte of every role."""
+        """Every role of this vehicle, with the signed byte of its satisfaction."""
         return [(role, signal_of(value)) for role, value in self.satisfaction.items()]
 
     def decide(self, perceptions: Sequence[Perception], now_s: float, dt_s: float) -> Decision:
-        """The best combination of activities now; satisfactions have evolved by ``dt_s``."""
+        """The best combination of activities now.
+
+        Args:
+            perceptions: of every set, in the order of the sets.
+            dt_s: time since the last decision, by which satisfactions evolve afterwards.
+
+        Returns:
+            The same object as before while the choice stays the same.
+        """
         constants = self._constants
         calls = {role: self._strongest_call(heard, now_s) for role, heard in self._heard.items()}
         motivations = self.motivations
@@ -119,14 +141,14 @@ class ExecutiveLayer:
         return strongest
 
     def _evolve(self, perceptions: Sequence[Perception], dt_s: float) -> None:
-        """Personal satisfaction follows the best that the activities performed in each role get on."""
-        progress: dict[RoleKey, Progress] = {}
+        """Personal satisfaction follows the best advance of the activities performed in each role."""
+        advances: dict[RoleKey, Advance] = {}
         for index in self.decision.chosen:
-            perceived, role = perceptions[index].progress, self._role_of[index]
+            perceived, role = perceptions[index].advance, self._role_of[index]
             if role is not None and perceived is not None:
-                progress[role] = max(perceived, progress.get(role, perceived))
+                advances[role] = max(perceived, advances.get(role, perceived))
         for role, value in self.satisfaction.items():
-            self.satisfaction[role] = evolved(value, progress.get(role), dt_s, self._constants)
+            self.satisfaction[role] = evolved(value, advances.get(role), dt_s, self._constants)
 
     def _decision(self, chosen: tuple[int, ...]) -> Decision:
         types = 0

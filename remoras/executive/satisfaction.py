@@ -31,8 +31,8 @@ from enum import IntEnum
 LOWEST, HIGHEST = -128, 127
 
 
-class Progress(IntEnum):
-    """How a role's activities are getting on; of several in one role the greatest counts."""
+class Advance(IntEnum):
+    """How a role's activities get on; of several in one role the greatest counts."""
 
     NONE = 0
     BACKWARD = 1
@@ -41,9 +41,10 @@ class Progress(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class DecisionConstants:
-    """Constants of the equations above; rates per second, ``signal_memory_s`` is tau.
+    """Constants of the equations above; rates are per second and ``signal_memory_s`` is tau.
 
-    ``period_s``: a decision is made this often, and at once when something has to be planned.
+    Attributes:
+        period_s: a decision is made this often, and at once when something has to be planned.
     """
 
     period_s: float = 2.0
@@ -57,34 +58,47 @@ class DecisionConstants:
 
 
 def clipped(value: float) -> float:
+    """The nearest value within -128..127."""
     return LOWEST if value < LOWEST else HIGHEST if value > HIGHEST else value
 
 
-def evolved(satisfaction: float, progress: Progress | None, dt_s: float, constants: DecisionConstants) -> float:
-    """Personal satisfaction after ``dt_s``; ``progress`` None means that the role is not pursued.
+def evolved(satisfaction: float, advance: Advance | None, dt_s: float, constants: DecisionConstants) -> float:
+    """Personal satisfaction after ``dt_s``.
 
-    >>> evolved(126.5, Progress.FORWARD, 1.0, DecisionConstants())
+    Args:
+        satisfaction: before, -128..127.
+        advance: how the role's activities got on; None if the role is not pursued.
+        dt_s: how long they did.
+        constants: rates of change.
+
+    >>> evolved(126.5, Advance.FORWARD, 1.0, DecisionConstants())
     127
     >>> evolved(0.25, None, 1.0, DecisionConstants())
     0.0
     """
-    if progress is Progress.FORWARD:
+    if advance is Advance.FORWARD:
         return clipped(satisfaction + constants.gain_per_s * dt_s)
-    if progress is Progress.NONE:
+    if advance is Advance.NONE:
         return clipped(satisfaction + constants.tedium_per_s * dt_s)
-    if progress is Progress.BACKWARD:
+    if advance is Advance.BACKWARD:
         return clipped(satisfaction + constants.dismay_per_s * dt_s)
     fade = constants.fade_per_s * dt_s
     return satisfaction - fade if satisfaction > fade else satisfaction + fade if satisfaction < -fade else 0.0
 
 
 def signal_of(satisfaction: float) -> int:
-    """The signed byte that is sent."""
+    """The signed byte by which a satisfaction is sent."""
     return int(clipped(round(satisfaction)))
 
 
 def call(value: int, age_s: float, constants: DecisionConstants) -> float:
-    """How strongly a signal calls for help, 0..1: dissatisfaction, weaker with age."""
+    """Strength of a signal's call for help, 0..1: dissatisfaction, weaker with age.
+
+    Args:
+        value: of the signal, -128..127.
+        age_s: since it was heard.
+        constants: the memory of signals.
+    """
     return -value / 128.0 * math.exp(-age_s / constants.signal_memory_s) if value < 0 else 0.0
 
 
@@ -96,7 +110,14 @@ def motivation(
     strongest_call: float,
     constants: DecisionConstants,
 ) -> float:
-    """Motivation of an activity; ``strongest_call`` is 0 for individual and vital activities.
+    """Motivation of an activity.
+
+    Args:
+        importance: of its objective; stimulus: 0..1, as perceived.
+        performed: True if the vehicle is performing it.
+        satisfaction: of the vehicle in its role.
+        strongest_call: of the signals that address its role, 0..1; 0 for individual and vital activities.
+        constants: weights.
 
     >>> motivation(0.5, 1.0, True, 127.0, 0.0, DecisionConstants(weight_continuing=0.2))
     0.7

@@ -3,57 +3,68 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
 
-from remoras.activities import Activity, ActivitySet, ActivityType
-from remoras.behaviours import Behaviour, Perception, Picture
+from remoras.activities import ActivitySet, ActivityType
+from remoras.behaviours import Behaviour, Perception, Reference
 from remoras.database import VehicleData
+from remoras.errors import PluginError
+from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, Bounds, Neighbour, most_urgent, vital_behaviour
+from remoras.mission import FunctionalPart
 from remoras.motion import Motion, advance
-from remoras.sensors import Cell, MappingSensor, Neighbour, time_to_collision_s
+from remoras.picture import Picture
+from remoras.recorder import Table
+from remoras.sensor import Observation, Pose, Sensor
 
-SAFETY_M = 5.0
-"""Distance that two vehicles at one depth keep."""
-HORIZON_S = 30.0
-"""A collision farther ahead than this is not yet a concern."""
 RESERVE_MARGIN = 1.25
 """Energy kept for the way home, as a multiple of what the way takes."""
 
-Bounds = tuple[float, float, float, float]
-BehaviourFactory = Callable[[Activity, VehicleData], Behaviour]
+
+class Sensed(NamedTuple):
+    """An observation, the name of its sensor, and the table that its row goes to."""
+
+    sensor: str
+    table: Table | None
+    observation: Observation
 
 
 class FunctionalLayer:
     """Sensors, integrity monitoring, guidance and control of one vehicle.
 
     Args:
-        data: static data of the vehicle.
-        sensor: its mapping sensor.
-        bounds_m: area of operations (x_min, y_min, x_max, y_max).
-        behaviour_for: makes the behaviour that carries an activity out.
-        frame_s: length of a TDMA frame.
+        data: of the vehicle as it really is in this run.
+        mission: makes behaviours, and the world that sensors perceive.
+        sensors: of the vehicle, by name, in the order in which they are asked.
+        bounds_m: area of operations.
+        picture: what behaviours see; its part ``body`` is written here and nowhere else.
     """
 
     def __init__(
         self,
         data: VehicleData,
-        sensor: MappingSensor,
+        mission: FunctionalPart,
+        sensors: Mapping[str, Sensor],
         bounds_m: Bounds,
-        behaviour_for: BehaviourFactory,
-        frame_s: float = math.inf,
+        picture: Picture,
     ) -> None:
         self.data = data
         self.motion = Motion(*data.start_m)
-        self.picture = Picture(frame_s=frame_s)
-        self._sensor = sensor
+        self.picture = picture
+        self._mission = mission
+        self._world = mission.world()
+        self._sensors = sensors
         self._bounds_m = bounds_m
-        self._behaviour_for = behaviour_for
         speed_mps = data.survey_speed_mps
         home_j_per_m = (data.hotel_w + data.drag_w_per_mps3 * speed_mps**3) / speed_mps
         self._reserve_per_m = RESERVE_MARGIN * home_j_per_m / data.energy_j
+        self._sets: tuple[ActivitySet, ...] = ()
         self._of_set: dict[ActivitySet, Behaviour] = {}
         self._behaviours: list[Behaviour] = []
-        self._guiding: Behaviour | None = None
-        self._mapping = False
+        self._guiding: int | None = None
+        self._on: dict[str, Sensor] = {}
+
+    # Energy --------------------------------------------------------------------------------------
 
     def transmitted(self, size_bits: int) -> None:
         """Account for the energy of a packet."""
@@ -61,68 +72,143 @@ class FunctionalLayer:
 
     @property
     def exhausted(self) -> bool:
-        """The battery is empty: the vehicle does nothing any more."""
+        """True once the battery is empty: the vehicle does nothing any more."""
         return self.motion.energy_j >= self.data.energy_j
 
     @property
     def must_go_home(self) -> bool:
-        """No more energy is left than the way home takes, with a margin."""
-        return self.picture.battery <= self.picture.reserve
+        """True while no more energy is left than the way home takes, with a margin."""
+        return self.picture.body.battery <= self.picture.body.reserve
 
-    def prepare(self, sets: Sequence[ActivitySet]) -> None:
-        """Get ready to perform ``sets``; what was under way goes on where it was."""
-        self._of_set = {
-            activity_set: self._of_set.get(activity_set) or self._behaviour_for(activity_set.activities[0], self.data)
-            for activity_set in sets
-        }
-        self._behaviours = [self._of_set[activity_set] for activity_set in sets]
+    # What there is to do -------------------------------------------------------------------------
+
+    def prepare(self, sets: Sequence[ActivitySet]) -> tuple[ActivitySet, ...]:
+        """Get ready to perform the mission's ``sets`` and what the vehicle needs to live, which stands before them.
+
+        A set that was there before keeps its behaviour, so what was under way goes on where it was.
+
+        Returns:
+            All sets; decisions are indices of these.
+
+        Raises:
+            PluginError: a set has a vital name, outweighs survival or asks for a sensor that the vehicle does not
+                have; or its behaviour cannot be made.
+        """
+        for activity_set in sets:
+            self._check(activity_set)
+        self._sets = (*VITAL_SETS, *sets)
+        known = self._of_set
+        self._of_set = {one: known[one] if one in known else self._behaviour(one) for one in self._sets}
+        self._behaviours = [self._of_set[activity_set] for activity_set in self._sets]
+        self.perform(())
+        return self._sets
+
+    def _check(self, activity_set: ActivitySet) -> None:
+        where = f"mission {type(self._mission).__name__}, activity {activity_set.name}"
+        if not 0.0 <= activity_set.importance <= 1.0:
+            raise PluginError(f"{where}: importance is {activity_set.importance}; allowed: 0 to 1")
+        for activity in activity_set.activities:
+            if activity.name in VITAL_NAMES:
+                raise PluginError(
+                    f"{where}: {activity.name!r} is the name of an activity of the vehicle itself; "
+                    f"give it another name, none of {', '.join(sorted(VITAL_NAMES))}"
+                )
+            for name in activity.sensors:
+                if name not in self._sensors:
+                    has = ", ".join(self._sensors) or "none"
+                    raise PluginError(
+                        f"{where}: {activity.name} switches on the sensor {name!r}, but {self.data.name} has: {has}; "
+                        "give the activity only to vehicles that have the sensor"
+                    )
+
+    def _behaviour(self, activity_set: ActivitySet) -> Behaviour:
+        activity = activity_set.activities[0]
+        if activity.name in VITAL_NAMES:
+            return vital_behaviour(activity, self.data, self._bounds_m)
+        try:
+            made = self._mission.behaviour_for(activity, self.data)
+        except Exception as error:  # it is somebody else's: anything may be wrong with it
+            raise self._fault_of(activity.name, "behaviour_for", "a Behaviour", error) from error
+        if not (hasattr(made, "perceive") and hasattr(made, "reference")):
+            raise self._fault_of(activity.name, "behaviour_for", "a Behaviour", made)
+        return made
+
+    def perform(self, decision: Sequence[int]) -> None:
+        """Take on the activities of ``decision``: let one guide, and switch on the sensors that they name."""
         self._guiding = None
-        self._mapping = False
+        named: set[str] = set()
+        for index in decision:
+            for activity in self._sets[index].activities:
+                named.update(activity.sensors)
+                if activity.type is ActivityType.GUIDANCE:
+                    self._guiding = index
+        self._on = {name: sensor for name, sensor in self._sensors.items() if name in named}
 
-    def sense(self, now_s: float, neighbours: Iterable[Neighbour]) -> list[Cell]:
-        """Integrity monitoring and mapping; returns the cells newly mapped."""
-        motion, picture, data = self.motion, self.picture, self.data
-        picture.now_s = now_s
-        picture.battery = 1.0 - motion.energy_j / data.energy_j
+    # Every tick and every decision ---------------------------------------------------------------
+
+    def sense(self, now_s: float, neighbours: Iterable[Neighbour]) -> list[Sensed]:
+        """Watch over the vehicle itself and ask the sensors that are on.
+
+        Args:
+            neighbours: what the obstacle sonar sees.
+
+        Raises:
+            PluginError: a sensor raises, or returns anything but observations.
+        """
+        motion, body, data = self.motion, self.picture.body, self.data
+        body.now_s = now_s
+        body.battery = 1.0 - motion.energy_j / data.energy_j
         home_m = math.hypot(motion.x_m - data.start_m[0], motion.y_m - data.start_m[1])
-        picture.reserve = home_m * self._reserve_per_m
+        body.reserve = home_m * self._reserve_per_m
         x_min, y_min, x_max, y_max = self._bounds_m
-        picture.outside_m = max(x_min - motion.x_m, motion.x_m - x_max, y_min - motion.y_m, motion.y_m - y_max, 0.0)
-        picture.collision = self._collision(neighbours)
-        if not self._mapping:
+        body.outside_m = max(x_min - motion.x_m, motion.x_m - x_max, y_min - motion.y_m, motion.y_m - y_max, 0.0)
+        body.collision = most_urgent(neighbours, motion)
+        if not self._on:
             return []
-        return self._sensor.sense(motion.x_m, motion.y_m, motion.speed_mps)
+        pose = Pose(motion.x_m, motion.y_m, data.depth_m, motion.heading_rad, motion.speed_mps)
+        found = [
+            Sensed(name, s.table, one) for name, s in self._on.items() for one in self._observed(name, s, pose, now_s)
+        ]
+        if found:
+            body.last_yield_s = now_s
+        return found
 
-    def _collision(self, neighbours: Iterable[Neighbour]) -> tuple[float, float] | None:
-        worst: tuple[float, float] | None = None
-        motion = self.motion
-        for neighbour in neighbours:
-            time_s = time_to_collision_s(neighbour, *motion.velocity_mps, SAFETY_M, HORIZON_S)
-            if time_s is not None and (worst is None or 1.0 - time_s / HORIZON_S > worst[1]):
-                worst = math.atan2(neighbour.dy_m, neighbour.dx_m), 1.0 - time_s / HORIZON_S
-        return worst
+    def _observed(self, name: str, sensor: Sensor, pose: Pose, now_s: float) -> Sequence[Observation]:
+        where, expected = f"sensor {name} of {self.data.name}", "a list of Observation"
+        try:
+            found = sensor.sense(pose, self._world, now_s)
+            sound = all(isinstance(one, Observation) for one in found)
+        except Exception as error:
+            raise _fault(where, "sense", expected, error) from error
+        if not sound:
+            raise _fault(where, "sense", expected, found)
+        return found
 
     def perceive(self, performed: Sequence[int]) -> list[Perception]:
-        """Stimulus and progress of every activity set; ``performed`` are the indices in the decision."""
-        motion, picture = self.motion, self.picture
-        return [
-            behaviour.perceive(motion, picture, index in performed) for index, behaviour in enumerate(self._behaviours)
-        ]
+        """Stimulus and advance of every activity set.
 
-    def perform(self, sets: Sequence[ActivitySet], decision: Sequence[int]) -> None:
-        """Take on the activities of ``decision``."""
-        self._guiding = None
-        self._mapping = False
-        for index in decision:
-            for activity in sets[index].activities:
-                if activity.type is ActivityType.GUIDANCE:
-                    self._guiding = self._behaviours[index]
-                elif activity.type is ActivityType.PRODUCTIVE:
-                    self._mapping = True
+        Args:
+            performed: the indices in the decision.
+
+        Raises:
+            PluginError: a behaviour raises, or returns anything but a Perception with a stimulus of 0..1.
+        """
+        motion, picture = self.motion, self.picture
+        perceptions = []
+        for index, behaviour in enumerate(self._behaviours):
+            try:
+                perceived = behaviour.perceive(motion, picture, index in performed)
+                sound = isinstance(perceived, Perception) and 0.0 <= perceived.stimulus <= 1.0
+            except Exception as error:
+                raise self._fault_of(self._sets[index].name, "perceive", "a Perception", error) from error
+            if not sound:
+                raise self._fault_of(self._sets[index].name, "perceive", "a Perception, stimulus 0..1", perceived)
+            perceptions.append(perceived)
+        return perceptions
 
     def act(self, dt_s: float) -> None:
         """Move for ``dt_s`` as guidance refers; without guidance, slow down to a stop."""
-        reference = self._guiding.reference(self.motion, self.picture) if self._guiding is not None else None
+        reference = None if self._guiding is None else self._reference(self._guiding)
         if reference is None:
             advance(self.motion, self.data, self.motion.position_m, 0.0, dt_s)
         else:
@@ -130,3 +216,30 @@ class FunctionalLayer:
         if self.exhausted:
             self.motion.energy_j = self.data.energy_j
             self.motion.speed_mps = 0.0
+
+    def _reference(self, index: int) -> Reference | None:
+        expected = "None, or a Reference with a finite target_m and a speed_mps of 0 or more"
+        try:
+            reference = self._behaviours[index].reference(self.motion, self.picture)
+            sound = reference is None or _is_reference(reference)
+        except Exception as error:
+            raise self._fault_of(self._sets[index].name, "reference", expected, error) from error
+        if not sound:
+            raise self._fault_of(self._sets[index].name, "reference", expected, reference)
+        return reference
+
+    def _fault_of(self, activity: str, hook: str, expected: str, given: object) -> PluginError:
+        return _fault(f"mission {type(self._mission).__name__}, activity {activity}", hook, expected, given)
+
+
+def _is_reference(found: object) -> bool:
+    if not isinstance(found, Reference):
+        return False
+    (x_m, y_m), speed_mps = found
+    return math.isfinite(x_m) and math.isfinite(y_m) and 0.0 <= speed_mps < math.inf
+
+
+def _fault(where: str, hook: str, expected: str, given: object) -> PluginError:
+    """What is wrong with a plug-in whose ``hook`` returned, or raised, ``given``."""
+    said = f"raised {type(given).__name__}: {given}" if isinstance(given, Exception) else f"returned {given!r}"
+    return PluginError(f"{where}: {hook} has to return {expected}; it {said}")

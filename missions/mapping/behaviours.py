@@ -1,0 +1,65 @@
+"""How the mapping of an area is carried out: the behaviour that leads a vehicle over it, row by row."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from missions.mapping.sensors import mapping_speed_mps
+from remoras.behaviours import (
+    ADVANCING,
+    CAPTURE_M,
+    DONE,
+    RETREATING,
+    Approach,
+    Behaviour,
+    Perception,
+    Reference,
+    distance_m,
+)
+from remoras.database import VehicleData
+from remoras.motion import Motion
+from remoras.picture import Picture
+from remoras.work import Point
+
+FAR_M = 10_000.0
+"""At this distance an area that nobody has begun is half the stimulus that it is nearby."""
+
+
+class ZigzagExploring(Behaviour):
+    """Explores along the rows of a grid: at transit speed to the first point, then as fast as the sensor maps.
+
+    Until it has begun, its stimulus falls with the distance to the first point.
+
+    Args:
+        waypoints: ends of the rows, in the order in which they are passed.
+        data: of the vehicle.
+    """
+
+    def __init__(self, waypoints: Sequence[Point], data: VehicleData) -> None:
+        self._waypoints = list(waypoints)
+        self._transit_speed_mps = data.transit_speed_mps
+        self._speed_mps = mapping_speed_mps(data)
+        self._next = 0
+        self._approach = Approach()
+
+    def _reached_end(self, motion: Motion) -> bool:
+        """Pass the waypoints that are reached; True once the last one is."""
+        while self._next < len(self._waypoints) and distance_m(motion, self._waypoints[self._next]) <= CAPTURE_M:
+            self._next += 1
+            self._approach = Approach()
+        return self._next == len(self._waypoints)
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        if self._reached_end(motion):
+            return DONE
+        to_go_m = distance_m(motion, self._waypoints[self._next])
+        perceived = self._approach.judge(to_go_m, performed)
+        if self._next == 0 and not performed:
+            return Perception(1.0 / (1.0 + to_go_m / FAR_M))
+        return ADVANCING if perceived is RETREATING else perceived  # turning at the end of a row is progress
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        if self._reached_end(motion):
+            return None
+        speed_mps = self._speed_mps if self._next else self._transit_speed_mps
+        return Reference(self._waypoints[self._next], speed_mps)

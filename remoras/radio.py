@@ -1,0 +1,179 @@
+"""The radio of a vehicle: what it tells its peers, and what it makes of what it hears.
+
+The exchange manager turns blocks into packets and back. The radio stands around it: it merges what was heard into the
+world model, notes where the peers are and when they were heard, keeps in mind which of them have not yet heard of the
+roles that this vehicle gave out, and records the walk of every item.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from exchange.manager import ExchangeManager, Reception, Transmission
+from exchange.packets import InfluenceSignal, ItemUid
+from remoras.beliefs import Beliefs
+from remoras.organisation import Group
+from remoras.picture import Peers
+from remoras.recorder import Recorder
+from remoras.strategy import Declaration
+from worldmodel import Block, Change, TBox, merge
+
+JOB = "Job"
+"""Class of the core ontology; what a peer says of a job is news of the mission."""
+
+
+class SignalHeard(NamedTuple):
+    """An influence signal of a peer: ``value`` -128..127 for its ``role``, and the roles that this role addresses."""
+
+    emitter: str
+    group: str
+    role: str
+    addressed: tuple[str, ...]
+    value: int
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """What came of one packet.
+
+    Attributes:
+        reception: what the exchange manager says of it.
+        changes: of the world model.
+        signals: influence signals for roles that exist.
+    """
+
+    reception: Reception
+    changes: tuple[Change, ...] = ()
+    signals: tuple[SignalHeard, ...] = ()
+
+
+def _news_attributes(tbox: TBox) -> frozenset[int]:
+    """Attributes of jobs: a fact of these is news of the mission."""
+    job = next((one.uid for one in tbox.classes if one.name == JOB), None)
+    return frozenset(a.uid for a in tbox.attributes if job is not None and tbox.is_a(a.domain, job))
+
+
+class Radio:
+    """Sends and receives for one vehicle.
+
+    Args:
+        names: of all vehicles, in the order of the nodes.
+        groups: whose roles send influence signals.
+        declaration: of the strategy: whether vehicles send at all, and whether they send influence signals.
+        manager: packs and unpacks.
+        beliefs: of this vehicle, into whose world model blocks are merged.
+        peers: the part of the picture that is written here and nowhere else.
+        recorder: takes the rows of items, signals and faults.
+    """
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        groups: Iterable[Group],
+        declaration: Declaration,
+        manager: ExchangeManager,
+        beliefs: Beliefs,
+        peers: Peers,
+        recorder: Recorder,
+    ) -> None:
+        self.manager = manager
+        self.communicates = declaration.communicates
+        self.influences = declaration.influences
+        self._names = names
+        self._beliefs = beliefs
+        self._me = names[beliefs.model.owner]
+        self._peers = peers
+        self._recorder = recorder
+        self._position = beliefs.model.tbox.attribute_named("position").uid
+        self._news = _news_attributes(beliefs.model.tbox)
+        self._role_signalled = {
+            beliefs.uid(group.path(role.name)): (group.name, role.name, role.influences)
+            for group in groups
+            for role in group.roles
+        }
+        self._unheard: dict[tuple[str, ItemUid], set[str]] = {}  # by vehicle and item: roles given out in the item
+
+    # Out -----------------------------------------------------------------------------------------
+
+    def tell(self, change: Change, addressed: Mapping[str, set[str]], now_s: float) -> None:
+        """Let a block of this vehicle's own go to the peers, in the slots to come.
+
+        Args:
+            addressed: by vehicle that has to hear of it, the roles that the block gives it.
+        """
+        for uid in self.manager.offer([change]):
+            self._record_item(now_s, uid, "observed")
+            if addressed:
+                self._unheard |= {(name, uid): set(roles) for name, roles in addressed.items()}
+                self._note_unheard()
+
+    def speak(self, signals: Iterable[tuple[tuple[str, str], int]], now_s: float) -> Transmission:
+        """The packet for this vehicle's slot, which opens now.
+
+        Args:
+            signals: satisfaction -128..127 by (group, role).
+        """
+        offered = []
+        for (group, role), value in signals:
+            self._recorder.satisfaction.append((now_s, self._me, group, role, value))
+            offered.append(InfluenceSignal(self._beliefs.uid(f"{group}.{role}"), value))
+        if offered:
+            self.manager.offer_signals(offered)
+        return self.manager.packet_to_send(now_s)
+
+    # In ------------------------------------------------------------------------------------------
+
+    def hear(self, data: bytes, now_s: float) -> Heard:
+        """Take in a packet."""
+        reception = self.manager.receive(data, now_s)
+        if reception.fault is not None:
+            self._record_fault(now_s, "bad packet", reception.fault)
+            return Heard(reception)
+        for uid in reception.items:
+            self._record_item(now_s, uid, "received")
+        if self._unheard and reception.beliefs:
+            for peer, uid in reception.beliefs:
+                self._unheard.pop((self._names[peer], uid), None)
+            self._note_unheard()
+        for uid in reception.settled:
+            self._record_item(now_s, uid, "acknowledged")
+        emitter = self._names[reception.sender]
+        self._peers.heard_s[emitter] = now_s
+        changes = self._merged(reception.blocks, now_s)
+        signals = (
+            SignalHeard(emitter, *self._role_signalled[signal.role], signal.value)
+            for signal in reception.signals
+            if signal.role in self._role_signalled
+        )
+        return Heard(reception, changes, tuple(signals))
+
+    def _merged(self, blocks: Sequence[Block], now_s: float) -> tuple[Change, ...]:
+        merged = merge(self._beliefs.model, blocks)
+        for fault in merged.faults:
+            self._record_fault(now_s, f"refused block: {fault.code}", fault.detail)
+        if any(fact.attribute in self._news for change in merged.changes for fact in change.block.facts):
+            self._peers.last_news_s = now_s
+        return merged.changes
+
+    def note(self, changes: Iterable[Change]) -> None:
+        """Keep the newest positions, whoever said them."""
+        for change in changes:
+            for fact in change.new_latest:
+                if fact.attribute == self._position:
+                    self._peers.saw(self._beliefs.name(fact.subject), fact.value)  # type: ignore[arg-type]
+
+    def _note_unheard(self) -> None:
+        unheard: dict[str, set[str]] = {}
+        for (name, _), roles in self._unheard.items():
+            unheard.setdefault(name, set()).update(roles)
+        self._peers.unheard = unheard
+
+    # Recording -----------------------------------------------------------------------------------
+
+    def _record_item(self, now_s: float, uid: ItemUid, event: str) -> None:
+        self._recorder.knowledge.append((now_s, self._me, str(uid), self._names[uid.origin], event))
+
+    def _record_fault(self, now_s: float, kind: str, detail: str) -> None:
+        self._recorder.faults.append((now_s, self._me, kind, detail))

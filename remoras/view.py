@@ -1,0 +1,96 @@
+"""What a truth sees of a run: vehicles and fleet, to be looked at and not to be changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from remoras.activities import Objective
+from remoras.executive.layer import Decision
+from remoras.organisation import Organisation, RoleAssignment
+from remoras.work import Point
+
+if TYPE_CHECKING:
+    from remoras.vehicle import Vehicle
+
+
+class ReadOnlyVehicle:
+    """A vehicle as a truth sees it: a ``remoras.mission.VehicleView``."""
+
+    def __init__(self, vehicle: Vehicle) -> None:
+        self._vehicle = vehicle
+        self._social = vehicle.social
+        self._decision: Decision | None = None
+        self._performed: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of the vehicle."""
+        return self._vehicle.name
+
+    @property
+    def position_m(self) -> Point:
+        """Where it really is."""
+        return self._vehicle.functional.motion.position_m
+
+    @property
+    def is_alive(self) -> bool:
+        """True while it has energy."""
+        return self._vehicle.is_alive
+
+    @property
+    def organisation(self) -> Organisation:
+        """Groups and roles as the vehicle sees them."""
+        return self._social.organisation
+
+    @property
+    def performed(self) -> tuple[str, ...]:
+        """Names of the activity sets that it performs; the same object until it decides anew."""
+        executive = self._vehicle.executive
+        if self._decision is not executive.decision:
+            self._decision = executive.decision
+            self._performed = tuple(executive.sets[index].name for index in executive.decision.chosen)
+        return self._performed
+
+    @property
+    def finished(self) -> Sequence[Objective]:
+        """Objectives for which it has done all there was to do, in order."""
+        return tuple(self._social.finished)
+
+    @property
+    def issued(self) -> Iterable[RoleAssignment]:
+        """Role assignments that it has given out."""
+        return frozenset(self._social.planner.issued)
+
+    @property
+    def issued_objectives(self) -> Iterable[Objective]:
+        """Objectives that it has given to roles."""
+        return frozenset(self._social.planner.issued_objectives)
+
+    def objectives_of(self, vehicle: str) -> tuple[Objective, ...]:
+        """Objectives that ``vehicle`` has, as this one sees it."""
+        return self._social.objectives_of(vehicle)
+
+    def leads(self, group: str) -> bool:
+        """True if it is a head of ``group`` and has the social layer."""
+        return self._social.leads(group)
+
+    def has_planned(self, group: str) -> bool:
+        """True once it has planned the mission of ``group``."""
+        return self._social.planner.has_planned(group)
+
+    def gives_out(self, group: str) -> bool:
+        """True while ``group`` has work that it still has to give out or to see done."""
+        return self._social.gives_out(group)
+
+
+class ReadOnlyFleet:
+    """A fleet as a truth sees it: a ``remoras.mission.FleetView``."""
+
+    def __init__(self, vehicles: Iterable[Vehicle]) -> None:
+        self._vehicles = tuple(ReadOnlyVehicle(vehicle) for vehicle in vehicles)
+
+    @property
+    def vehicles(self) -> Sequence[ReadOnlyVehicle]:
+        """Every vehicle, in the order of the nodes."""
+        return self._vehicles
