@@ -26,14 +26,12 @@ class Outcome(Enum):
     """Answer of an operation on the organisation."""
 
     SUCCESS = "success"
-    ALREADY_GROUP = "already group"
     NOT_GROUP = "not group"
     NOT_ROLE = "not role"
     NOT_IN_GROUP = "not in group"
     ROLE_ALREADY_HANDLED = "role already handled"
     ROLE_NOT_HANDLED = "role not handled"
     ACCESS_DENIED = "access denied"
-    NO_RECIPIENT_FOUND = "no recipient found"
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +43,7 @@ class RoleSpecification:
         minimum, maximum: cardinality; ``maximum`` None means any number.
         head: the holder supervises the group: it plans the group's mission and allocates its roles.
         founding: held from the start; other roles are allocated during the mission.
-        area: name of the area that the role's holder explores, if it is a positional role.
+        job: name of the job that the role's holder does, or None.
         played_by: (group, role) whose holder must play it, or None.
         influences: roles of the same group that this role's influence signals address.
     """
@@ -55,7 +53,7 @@ class RoleSpecification:
     maximum: int | None = None
     head: bool = False
     founding: bool = False
-    area: str | None = None
+    job: str | None = None
     played_by: tuple[str, str] | None = None
     influences: tuple[str, ...] = ()
 
@@ -70,6 +68,7 @@ class Group:
     mission: str | None = None
 
     def role(self, name: str) -> RoleSpecification | None:
+        """What the role of that name demands; None if the group does not name it."""
         return next((role for role in self.roles if role.name == name), None)
 
     def path(self, role: str) -> str:
@@ -78,6 +77,7 @@ class Group:
 
     @property
     def head_role(self) -> str | None:
+        """Name of the role whose holders supervise the group."""
         return next((role.name for role in self.roles if role.head), None)
 
 
@@ -101,8 +101,6 @@ class Organisation:
     groups: Mapping[str, Group] = field(default_factory=dict)
     assignments: frozenset[RoleAssignment] = frozenset()
 
-    # Asking --------------------------------------------------------------------------------------
-
     @cached_property
     def _players(self) -> dict[tuple[str, str | None], tuple[str, ...]]:
         """Vehicles by (group, role), and by (group, None) the members of the group."""
@@ -116,25 +114,17 @@ class Organisation:
         """Vehicles in ``group`` (playing ``role``), by name, without duplicates."""
         return self._players.get((group, role), ())
 
-    def with_role(self, role: str) -> tuple[RoleAssignment, ...]:
-        """Assignments of every role of that name, in whatever group."""
-        return tuple(sorted(a for a in self.assignments if a.role == role))
-
     def roles_of(self, vehicle: str, group: str | None = None) -> tuple[RoleAssignment, ...]:
         """Roles that ``vehicle`` plays (in ``group``)."""
         return tuple(sorted(a for a in self.assignments if a.vehicle == vehicle and group in (None, a.group)))
 
-    def groups_of(self, vehicle: str) -> tuple[str, ...]:
-        return tuple(sorted({a.group for a in self.assignments if a.vehicle == vehicle}))
-
     def plays(self, vehicle: str, group: str, role: str) -> bool:
+        """True if ``vehicle`` plays ``role`` in ``group``."""
         return vehicle in self.members(group, role)
 
     def is_member(self, vehicle: str, group: str) -> bool:
+        """True if ``vehicle`` plays some role in ``group``."""
         return vehicle in self.members(group)
-
-    def share_a_group(self, one: str, other: str) -> bool:
-        return not set(self.groups_of(one)).isdisjoint(self.groups_of(other))
 
     def heads(self, group: str) -> tuple[str, ...]:
         """Vehicles that supervise ``group``."""
@@ -142,36 +132,8 @@ class Organisation:
         return self.members(group, head) if head else ()
 
     def may_assign(self, issuer: str, group: str) -> bool:
-        """May ``issuer`` give roles and objectives in ``group``? Only its members may (REMORAS IV.B (3))."""
+        """True if ``issuer`` may give roles and objectives in ``group``: only its members may (REMORAS IV.B (3))."""
         return self.is_member(issuer, group)
-
-    def recipients(self, sender: str, group: str, role: str | None = None) -> tuple[tuple[str, ...], Outcome]:
-        """Who receives what ``sender`` says to ``group`` (to its holders of ``role``); never the sender."""
-        if group not in self.groups:
-            return (), Outcome.NOT_GROUP
-        if not self.is_member(sender, group):
-            return (), Outcome.NOT_IN_GROUP
-        others = tuple(name for name in self.members(group, role) if name != sender)
-        return others, Outcome.SUCCESS if others else Outcome.NO_RECIPIENT_FOUND
-
-    def ill_formed(self) -> tuple[str, ...]:
-        """Where the organisation violates the cardinalities of its roles, in words."""
-        faults = []
-        for group in self.groups.values():
-            for role in group.roles:
-                n = len(self.members(group.name, role.name))
-                if n < role.minimum:
-                    faults.append(f"{group.name}: {role.name} has {n} holders, {role.minimum} are needed")
-                if role.maximum is not None and n > role.maximum:
-                    faults.append(f"{group.name}: {role.name} has {n} holders, {role.maximum} are allowed")
-        return tuple(faults)
-
-    # Changing ------------------------------------------------------------------------------------
-
-    def create_group(self, group: Group) -> tuple[Organisation, Outcome]:
-        if group.name in self.groups:
-            return self, Outcome.ALREADY_GROUP
-        return replace(self, groups={**self.groups, group.name: group}), Outcome.SUCCESS
 
     def assign(self, vehicle: str, group: str, role: str) -> tuple[Organisation, Outcome]:
         """Let ``vehicle`` play ``role`` in ``group``; refused where the role has its maximum of holders."""
@@ -189,6 +151,7 @@ class Organisation:
         return replace(self, assignments=self.assignments | {assignment}), Outcome.SUCCESS
 
     def leave_role(self, vehicle: str, group: str, role: str) -> tuple[Organisation, Outcome]:
+        """Let ``vehicle`` play ``role`` in ``group`` no longer."""
         if group not in self.groups:
             return self, Outcome.NOT_GROUP
         assignment = RoleAssignment(group, role, vehicle)
@@ -197,19 +160,7 @@ class Organisation:
             return self, Outcome.ROLE_NOT_HANDLED if member else Outcome.NOT_IN_GROUP
         return replace(self, assignments=self.assignments - {assignment}), Outcome.SUCCESS
 
-    def leave_group(self, vehicle: str, group: str) -> tuple[Organisation, Outcome]:
-        """Leave every role held in ``group`` and none elsewhere."""
-        if group not in self.groups:
-            return self, Outcome.NOT_GROUP
-        left = self.roles_of(vehicle, group)
-        if not left:
-            return self, Outcome.NOT_IN_GROUP
-        return replace(self, assignments=self.assignments - set(left)), Outcome.SUCCESS
-
-    def remove(self, vehicle: str) -> Organisation:
-        """The organisation without ``vehicle``, as if it had left each of its groups."""
-        return replace(self, assignments=self.assignments - set(self.roles_of(vehicle)))
-
     @classmethod
     def of(cls, groups: Iterable[Group], assignments: Iterable[RoleAssignment] = ()) -> Organisation:
+        """The organisation of these groups, with these roles held."""
         return cls({group.name: group for group in groups}, frozenset(assignments))

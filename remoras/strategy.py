@@ -1,26 +1,44 @@
-"""The seam of organisational strategies: how groups form and re-form, and who gets which task.
+"""The seam of organisational strategies: how groups form and re-form, and who does which job.
 
 A strategy runs inside a vehicle's social layer. It sees data that the whole fleet shares and what this vehicle
-believes, never the truth. A Python caller passes the object; a scenario names it. Three questions are put to it:
+believes, never the truth. A Python caller passes the object; a scenario names it as ``package.module:object``. Who asks
+it what, and when:
 
-* ``form``, before the mission: who founds the groups;
-* ``adapt``, to the head of a group whose mission is planned: who gets which role;
-* ``negotiator``, to every member of a group with areas: an object that is asked at the end of every TDMA frame what
-  this vehicle states next. What it states are facts: they travel in the same packets and slots as everything else.
+==============  ======================  ====================================================================
+``form``        before the mission      who founds the groups; asked once for the whole fleet
+``adapt``       mission of a group is   who gets which role; asked of the head of the group, before the
+                planned                 mission if ``planned_before``
+``negotiator``  before the mission      an object for one vehicle in one group that has jobs
+``negotiate``   end of every TDMA       what this vehicle states next; asked of each of its negotiators
+                frame
+==============  ======================  ====================================================================
+
+What a negotiator states are facts: they travel in the same packets and slots as everything else. ``form_groups``,
+``adapt_roles`` and ``ask`` put these questions and hold the answers against the seam: a strategy that raises or answers
+with something else is named in a ``PluginError``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol, TypeVar
 
 from remoras.database import AUVDatabase
+from remoras.errors import PluginError
 from remoras.organisation import Group, Organisation, RoleAssignment
-from remoras.work import Point
+from remoras.plugins import faults_of
+from remoras.work import Point, Work
 
-Fact = tuple[str, str, str | float | bool]
-"""(subject, attribute, value), by names."""
+Statable = tuple[str, str, str | float | bool]
+"""(subject, attribute, value) of a fact, by names."""
+
+JOB_DONE = "jobDone"
+"""Key of a declaration's messages: a vehicle has done a job; the attributes of the mission's jobs take its place."""
+OBJECTIVE = "objective"
+"""Key of a declaration's messages: a role is given an objective; the mission has an attribute for each kind."""
+INFLUENCE_SIGNAL = "influence signal"
+"""Key of a declaration's messages: one signed byte for every role that the sender plays, in every slot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,12 +47,13 @@ class Declaration:
 
     Attributes:
         source: the publication it follows.
-        messages: what its vehicles tell each other to organise themselves: attributes, and what they say.
+        messages: what its vehicles tell each other to organise themselves: attributes of the core ontology,
+            ``JOB_DONE``, ``OBJECTIVE`` or ``INFLUENCE_SIGNAL``, and what each says.
         planned_before: missions are planned, and objectives known to all, before the mission; else heads plan them
             and tell the others.
         communicates: vehicles send packets at all.
         influences: vehicles send influence signals.
-        blocks_per_round: most blocks that a vehicle states in a round of consultation, for each area.
+        blocks_per_round: most blocks that a vehicle states in a round of consultation, for each job.
     """
 
     source: str
@@ -46,26 +65,6 @@ class Declaration:
 
 
 @dataclass(frozen=True, slots=True)
-class Evidence:
-    """What an allocation goes by.
-
-    Attributes:
-        database: static data of all vehicles.
-        positions_m: last positions known, by vehicle; the start where none has been heard.
-        corners_m: corners of every area, by name.
-        done: areas known to be finished.
-    """
-
-    database: AUVDatabase
-    positions_m: Mapping[str, Point]
-    corners_m: Mapping[str, tuple[Point, ...]]
-    done: frozenset[str]
-
-    def position_m(self, vehicle: str) -> Point:
-        return self.positions_m.get(vehicle, self.database[vehicle].start_m)
-
-
-@dataclass(frozen=True, slots=True)
 class Statement:
     """Facts that a vehicle states together.
 
@@ -73,7 +72,7 @@ class Statement:
         told: to the others too; else the vehicle only notes them for itself.
     """
 
-    facts: tuple[Fact, ...]
+    facts: tuple[Statable, ...]
     told: bool = True
 
 
@@ -83,7 +82,7 @@ class Heard:
 
     issuer: str
     time_s: float
-    facts: tuple[Fact, ...]
+    facts: tuple[Statable, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,9 +90,9 @@ class Situation:
     """What a vehicle knows at the end of a round of consultation.
 
     Attributes:
-        now_s: time that what is stated now will bear; round: number of the TDMA frame that ends.
-        organisation: who plays which role, as this vehicle knows.
-        evidence: with the vehicle's own position as it is.
+        now_s: time that what is stated now will bear.
+        round: number of the TDMA frame that ends, from 1.
+        work: jobs of the group and who does them, with the vehicle's own position as it is.
         rally_m: where the group meets, if it does.
         heard: what peers stated of the strategy's attributes and of roles, since the last round.
         heard_s: when a packet of each peer was last heard; peers never heard are missing.
@@ -102,8 +101,7 @@ class Situation:
 
     now_s: float
     round: int
-    organisation: Organisation
-    evidence: Evidence
+    work: Work
     rally_m: Point | None
     heard: tuple[Heard, ...]
     heard_s: Mapping[str, float]
@@ -116,7 +114,7 @@ class Move:
 
     Attributes:
         statements: what it states.
-        holding: the group is not to be taken for gathered, since there is work to be given out.
+        holding: the group still has work to hand out, so it does not count as gathered.
     """
 
     statements: tuple[Statement, ...] = ()
@@ -124,7 +122,7 @@ class Move:
 
 
 class Negotiator(Protocol):
-    """One vehicle's part in allocating the areas of one group; it keeps what it has heard."""
+    """One vehicle's part in dividing the jobs of one group; it keeps what it has heard."""
 
     def negotiate(self, situation: Situation) -> Move:
         """What to state now."""
@@ -132,22 +130,126 @@ class Negotiator(Protocol):
 
 
 class Strategy(Protocol):
-    """An organisational strategy; its parameters are the fields of a frozen dataclass."""
+    """An organisational strategy; its parameters are the fields of a frozen dataclass.
+
+    All five members are compulsory. Strategies that differ only in how jobs are divided take ``form`` from
+    ``remoras.strategies.founding`` and often ``adapt`` too::
+
+        @dataclass(frozen=True, slots=True)
+        class Mine:
+            name: ClassVar[str] = "mine"
+            declaration: ClassVar[Declaration] = Declaration(source="...", messages={JOB_DONE: "a job is done"})
+            form = staticmethod(founded)
+            adapt = staticmethod(common_roles)
+
+            def negotiator(self, me: str, group: Group) -> Negotiator:
+                return MyNegotiator(me, group)
+    """
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name by which results and figures show it."""
+        ...
 
     @property
-    def declaration(self) -> Declaration: ...
+    def declaration(self) -> Declaration:
+        """What it is and what it takes from the vehicles."""
+        ...
 
     def form(self, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
         """The organisation that is agreed before the mission: groups and their founding roles."""
         ...
 
-    def adapt(self, group: Group, organisation: Organisation, evidence: Evidence) -> tuple[RoleAssignment, ...]:
+    def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
         """Roles that are allocated when the group's mission is planned, to members of the group only."""
         ...
 
     def negotiator(self, me: str, group: Group) -> Negotiator | None:
-        """What ``me`` allocates areas of ``group`` with during the mission; None if nothing is left to allocate."""
+        """What ``me`` divides the jobs of ``group`` with during the mission; None if nothing is left to divide."""
         ...
+
+
+def faults_of_strategy(found: Any) -> Iterator[str]:
+    """What an object lacks to be a strategy, in words: parts, signatures, a name, a declaration."""
+    yield from faults_of(found, Strategy, ("name", "declaration", "form", "adapt", "negotiator"))
+    for part, expected in (("name", str), ("declaration", Declaration)):
+        given = getattr(found, part, None)
+        if given is not None and not isinstance(given, expected):
+            yield f"{part} is {type(given).__name__}, expected {expected.__name__}"
+
+
+def form_groups(strategy: Strategy, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
+    """What ``strategy.form`` answers; raises PluginError if it raises or answers with something else."""
+    return _answer(
+        strategy.name,
+        "form",
+        "an Organisation",
+        lambda found: isinstance(found, Organisation),
+        lambda: strategy.form(database, groups),
+    )
+
+
+def adapt_roles(strategy: Strategy, work: Work) -> tuple[RoleAssignment, ...]:
+    """What ``strategy.adapt`` answers; raises PluginError if it raises or answers with something else."""
+    return _answer(strategy.name, "adapt", "a tuple of RoleAssignment", _are_assignments, lambda: strategy.adapt(work))
+
+
+def negotiator_of(strategy: Strategy, me: str, group: Group) -> Negotiator | None:
+    """What ``strategy.negotiator`` answers; raises PluginError if it raises or answers with something else."""
+    return _answer(
+        strategy.name,
+        "negotiator",
+        "an object with negotiate(situation), or None",
+        lambda found: found is None or callable(getattr(found, "negotiate", None)),
+        lambda: strategy.negotiator(me, group),
+    )
+
+
+def ask(strategy: str, negotiator: Negotiator, situation: Situation) -> Move:
+    """What a negotiator of ``strategy`` answers; raises PluginError if it raises or answers with something else."""
+    expected = "a Move with statements of (subject, attribute, value)"
+    return _answer(strategy, "negotiate", expected, _is_move, lambda: negotiator.negotiate(situation))
+
+
+Answer = TypeVar("Answer")
+
+
+def _answer(
+    strategy: str, part: str, expected: str, is_expected: Callable[[Any], bool], asked: Callable[[], Answer]
+) -> Answer:
+    try:
+        found = asked()
+    except Exception as error:  # it is somebody else's code: anything may be wrong with it
+        raise PluginError(
+            f"strategy {strategy}: {part} raised {type(error).__name__}: {error}; expected: {expected}"
+        ) from error
+    if not is_expected(found):
+        text = repr(found)
+        came = text if len(text) <= LONGEST_REPR else f"{text[:LONGEST_REPR]}..."
+        raise PluginError(f"strategy {strategy}: {part} returned {came}; expected: {expected}")
+    return found
+
+
+LONGEST_REPR = 80
+
+
+def _are_assignments(found: Any) -> bool:
+    return isinstance(found, tuple) and all(isinstance(one, RoleAssignment) for one in found)
+
+
+def _is_move(found: Any) -> bool:
+    return (
+        isinstance(found, Move)
+        and isinstance(found.statements, tuple)
+        and all(isinstance(said, Statement) and all(map(_is_statable, said.facts)) for said in found.statements)
+    )
+
+
+def _is_statable(fact: Any) -> bool:
+    return (
+        isinstance(fact, tuple)
+        and len(fact) == 3
+        and isinstance(fact[0], str)
+        and isinstance(fact[1], str)
+        and isinstance(fact[2], str | float | int)
+    )

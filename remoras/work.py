@@ -1,16 +1,20 @@
 """Work: the jobs of a mission, and what one vehicle knows of who does them.
 
-A mission brings jobs; a strategy divides them among vehicles. Neither knows the other's words: a survey, a docking and
-a search are divided alike. A role names the job that its holder does.
+A mission brings jobs; a strategy divides them among vehicles. Neither knows the other's words: a visit, a docking and a
+search are divided alike. A role names the job that its holder does. A job may need others to be done before it: it
+is open, and offered to vehicles, only once they are.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Protocol
 
 from remoras.beliefs import Key
-from remoras.database import VehicleData
+from remoras.database import AUVDatabase, VehicleData
+from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 
 Point = tuple[float, float]
 
@@ -77,3 +81,130 @@ class Job(Protocol):
         Asked thousands of times in a run: remember what depends on the job alone.
         """
         ...
+
+
+@dataclass(frozen=True)
+class Work:
+    """The jobs of one group, as one vehicle knows them at one moment.
+
+    Attributes:
+        group: the group; its roles name the jobs.
+        organisation: who plays which role.
+        database: static data of all vehicles.
+        jobs: every job of the mission, by name.
+        done: jobs known to be done.
+        positions_m: last positions known, by vehicle; the start counts where none has been heard.
+    """
+
+    group: Group
+    organisation: Organisation
+    database: AUVDatabase
+    jobs: Mapping[str, Job]
+    done: frozenset[str] = frozenset()
+    positions_m: Mapping[str, Point] = field(default_factory=dict)
+
+    @cached_property
+    def roles(self) -> tuple[RoleSpecification, ...]:
+        """Roles of the group that have a job."""
+        return tuple(role for role in self.group.roles if role.job is not None)
+
+    @cached_property
+    def unfinished(self) -> tuple[RoleSpecification, ...]:
+        """Roles whose job is not known to be done."""
+        return tuple(role for role in self.roles if role.job not in self.done)
+
+    @cached_property
+    def open(self) -> tuple[RoleSpecification, ...]:
+        """Unfinished roles whose job may be begun: all that it needs is known to be done."""
+        return tuple(role for role in self.unfinished if self.done.issuperset(self.job(role).needs))
+
+    @property
+    def vacant(self) -> tuple[RoleSpecification, ...]:
+        """Open roles that nobody plays."""
+        return tuple(role for role in self.open if not self.holders(role))
+
+    @cached_property
+    def workers(self) -> tuple[VehicleData, ...]:
+        """Members that are able to do some job of the group, in the order of the nodes."""
+        members = set(self.members)
+        return tuple(
+            data
+            for data in self.database.values()
+            if data.name in members and any(self.able(data, role) for role in self.roles)
+        )
+
+    @property
+    def members(self) -> tuple[str, ...]:
+        """Vehicles of the group, by name."""
+        return self.organisation.members(self.group.name)
+
+    @property
+    def heads(self) -> tuple[str, ...]:
+        """Vehicles that supervise the group."""
+        return self.organisation.heads(self.group.name)
+
+    def held_by(self, vehicle: str) -> list[RoleSpecification]:
+        """Unfinished roles that the vehicle plays; whoever gave it a role may have known that it is open."""
+        return [role for role in self.unfinished if vehicle in self.holders(role)]
+
+    def holders(self, role: RoleSpecification) -> tuple[str, ...]:
+        """Vehicles that play the role."""
+        return self.organisation.members(self.group.name, role.name)
+
+    def job(self, role: RoleSpecification) -> Job:
+        """The job of a role."""
+        return self.jobs[role.job or ""]
+
+    def able(self, data: VehicleData, role: RoleSpecification) -> bool:
+        """True if the vehicle can play the role and has what its job takes."""
+        return data.can_play(role.name) and self.job(role).is_able(data)
+
+    def position_m(self, vehicle: str) -> Point:
+        """Where the vehicle was last known to be."""
+        return self.positions_m.get(vehicle, self.database[vehicle].start_m)
+
+    def after(self, outlook: Outlook, data: VehicleData, role: RoleSpecification) -> Outlook | None:
+        """When and where the vehicle will be free if it does the job of ``role`` next; None if it is not able."""
+        return self.job(role).after(outlook, data) if data.can_play(role.name) else None
+
+    def after_all(self, outlook: Outlook, data: VehicleData, roles: Iterable[RoleSpecification]) -> Outlook:
+        """When and where the vehicle has done the jobs of all ``roles``, always going on with the one done soonest.
+
+        Vehicles proceed like this: of several jobs the nearest attracts most.
+        """
+        left = [self.job(role) for role in roles]
+        while left:
+            then = [(o.free_s, n, o) for n, job in enumerate(left) if (o := job.after(outlook, data)) is not None]
+            if not then:
+                break
+            _, number, outlook = min(then)
+            del left[number]
+        return outlook
+
+    def knowing(self, done: Collection[str]) -> Work:
+        """The same work where jobs ``done`` are known to be done too."""
+        return self if self.done.issuperset(done) else replace(self, done=self.done.union(done))
+
+    def assignment(self, role: RoleSpecification, vehicle: str) -> RoleAssignment:
+        """``vehicle`` plays ``role`` of the group."""
+        return RoleAssignment(self.group.name, role.name, vehicle)
+
+
+def works(
+    organisation: Organisation,
+    database: AUVDatabase,
+    jobs: Mapping[str, Job],
+    done: frozenset[str],
+    positions_m: Mapping[str, Point],
+) -> dict[str, Work]:
+    """The work of every group, by its name; see ``Work`` for the arguments."""
+    return {
+        name: Work(group, organisation, database, jobs, done, positions_m)
+        for name, group in organisation.groups.items()
+    }
+
+
+def precedence(group: Group, jobs: Mapping[str, Job]) -> frozenset[Key]:
+    """Facts that open jobs of the group: an allocation of its roles rests on them."""
+    needed = {need for role in group.roles if role.job is not None for need in jobs[role.job].needs}
+    return frozenset(jobs[need].done for need in needed)

@@ -31,7 +31,7 @@ from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
 from missions.mapping.behaviours import ZigzagExploring
 from missions.mapping.checks import mapping_faults
-from missions.mapping.figures import FIGURES, places_of
+from missions.mapping.figures import FIGURES, places
 from missions.mapping.jobs import SurveyJob
 from missions.mapping.metrics import METRICS
 from missions.mapping.scenario import NEEDED_OBJECTIVES, MappingScenario, MappingSettings
@@ -104,6 +104,7 @@ class MappingMission(Mission):
         formation: place in the formation (row, side) of positional roles, by (group, role).
         corners_m: corners of every area, by name; rally_points_m: rally points by name.
         cell_m: side of a seabed cell.
+        places: what pictures show.
     """
 
     Scenario = MappingScenario
@@ -123,6 +124,7 @@ class MappingMission(Mission):
         corners_m: Mapping[str, tuple[Point, ...]],
         rally_points_m: Mapping[str, Point],
         cell_m: float,
+        places: Sequence[Place] = (),
     ) -> None:
         self.settings = settings
         self.groups = {group.name: group for group in groups}
@@ -130,6 +132,7 @@ class MappingMission(Mission):
         self.rally_points_m = rally_points_m
         self._formation = formation
         self._cell_m = cell_m
+        self._places = places
         self._jobs = {name: SurveyJob(name, corners) for name, corners in corners_m.items()}
         self.social_domain = Domain.of(
             [Operator("GiveMission"), Operator("AllocateRoles"), Operator("AssignObjective")],
@@ -153,6 +156,7 @@ class MappingMission(Mission):
             {area.name: area.corners_m for area in scenario.area},
             {rally.name: rally.position_m for rally in scenario.rally_point},
             scenario.world.cell_m,
+            places(scenario),
         )
 
     @classmethod
@@ -190,7 +194,7 @@ class MappingMission(Mission):
     @property
     def places(self) -> Sequence[Place]:
         """Areas and rally points."""
-        return places_of(self.corners_m, self.rally_points_m)
+        return self._places
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Heads supervise their groups."""

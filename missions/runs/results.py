@@ -24,7 +24,10 @@ import tomli_w
 from missions.errors import OutputError
 from missions.runs.run import Run
 from missions.runs.summary import summary
+from missions.scenarios.loading import load_text
+from missions.scenarios.scenario import Scenario
 from remoras.recorder import TABLES, Row, Table
+from worldmodel import suggestion
 
 LIBRARIES = ("mesa", "rdflib", "networkx", "numpy", "matplotlib", "pyarrow", "pydantic")
 NEEDED_KEY = {"summary.json": "milestones", "manifest.json": "scenario"}
@@ -117,6 +120,55 @@ def _json(value: Any) -> str:
 
 
 @dataclass(frozen=True, repr=False)
+class MemoryResults:
+    """Results of one run that has not been written: what ``Results`` answers, it answers alike."""
+
+    run: Run
+
+    def __repr__(self) -> str:
+        return f"<Results of {self.run!r}>"
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """The figures of the run."""
+        return summary(self.run)
+
+    @cached_property
+    def manifest(self) -> dict[str, Any]:
+        """What is needed to repeat the run."""
+        return manifest(self.run)
+
+    @property
+    def scenario(self) -> Scenario:
+        """The whole input of the run."""
+        return self.run.scenario
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """Names of the tables."""
+        return tuple(sorted(self.run.recorder.tables))
+
+    def has(self, name: str) -> bool:
+        """True if there is a table of that name."""
+        return name in self.run.recorder.tables
+
+    def table(self, name: str) -> pa.Table:
+        """An Arrow table; raises OutputError if there is none of that name."""
+        if not self.has(name):
+            raise OutputError(f"no table {name!r}; there are {', '.join(self.tables)}{suggestion(name, self.tables)}")
+        return arrow_table(self.run.recorder.tables[name], self.run.recorder.rows(name))
+
+    def units(self, name: str) -> dict[str, str]:
+        """Units of a table's columns; columns without a unit are left out."""
+        return units_of(self.table(name))
+
+
+def units_of(table: pa.Table) -> dict[str, str]:
+    """Units of the columns of an Arrow table; columns without a unit are left out."""
+    return {field.name: field.metadata[b"unit"].decode() for field in table.schema if field.metadata}
+
+
+@dataclass(frozen=True, repr=False)
 class Results:
     """Results of one run, read from their folder."""
 
@@ -154,6 +206,15 @@ class Results:
         except (OSError, ValueError, TypeError) as error:
             raise OutputError(f"{self.folder / name}: damaged: {error}") from None
 
+    @cached_property
+    def scenario(self) -> Scenario:
+        """The whole input of the run.
+
+        Raises:
+            ConfigurationError: this version cannot read the scenario in the manifest.
+        """
+        return load_text(self.manifest["scenario"], str(self.folder / "manifest.json"))
+
     @property
     def tables(self) -> tuple[str, ...]:
         """Names of the tables that are there."""
@@ -171,7 +232,8 @@ class Results:
         """
         path = self.folder / f"{name}.parquet"
         if not path.is_file():
-            raise OutputError(f"{self.folder}: no table {name!r}; there are {', '.join(self.tables)}")
+            known = ", ".join(self.tables)
+            raise OutputError(f"{self.folder}: no table {name!r}; there are {known}{suggestion(name, self.tables)}")
         try:
             found = pq.read_table(path)
         except (OSError, pa.ArrowException) as error:
@@ -187,5 +249,4 @@ class Results:
 
     def units(self, name: str) -> dict[str, str]:
         """Units of a table's columns; columns without a unit are left out."""
-        schema = self.table(name).schema
-        return {field.name: field.metadata[b"unit"].decode() for field in schema if field.metadata}
+        return units_of(self.table(name))

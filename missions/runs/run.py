@@ -7,10 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from exchange.acoustics.channel import Channel
+from missions.runs import knowledge
 from missions.runs.setup import Setup, assemble, resolved
 from missions.scenarios.scenario import Scenario
 from remoras.mission import Milestone, Mission
 from remoras.recorder import Recorder
+from remoras.strategy import Strategy
 
 
 @dataclass(frozen=True, repr=False)
@@ -57,6 +59,8 @@ def run(
     seed: int = 1,
     channel: Channel | None = None,
     progress: Callable[[float], None] | None = None,
+    strategy: Strategy | None = None,
+    keep_models: bool = False,
 ) -> Run:
     """Run a scenario to its end.
 
@@ -65,11 +69,15 @@ def run(
         seed: root of all draws.
         channel: replaces the scenario's, for tests and experiments.
         progress: is told the mission time (s) now and then.
+        strategy: replaces the one that the scenario names.
+        keep_models: keep the world models of the vehicles in the table ``facts``, to be queried.
     """
     began = time.perf_counter()
-    setup = resolved(scenario)
+    setup = resolved(scenario, strategy)
     fleet = assemble(setup, seed, channel)
     fleet.run(progress)
+    if keep_models:
+        knowledge.keep(fleet)
     result = Run(
         setup,
         seed,

@@ -14,7 +14,7 @@ from exchange.policies import POLICIES, AckPolicy
 from exchange.schedule import TdmaSchedule
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of, transmit_j_per_bit
-from missions.scenarios.scenario import Scenario
+from missions.scenarios.scenario import Scenario, StrategyTable
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase, VehicleData
 from remoras.executive.layer import ExecutiveLayer
@@ -76,15 +76,23 @@ class Setup:
         return {name: data.node for name, data in self.database.items()}
 
 
-def resolved(scenario: Scenario) -> Setup:
+def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     """The setup of a scenario.
+
+    Args:
+        scenario: the whole input.
+        strategy: takes the place of the one that the scenario names.
 
     Raises:
         ConfigurationError: nobody is there to lead a group.
     """
     mission_type = mission_class(scenario.scenario.mission)
     mission = mission_type.from_scenario(scenario)
-    strategy, policy = strategy_of(scenario), POLICIES[scenario.communication.policy]
+    if strategy is None:
+        strategy = strategy_of(scenario)
+    else:
+        scenario = scenario.model_copy(update={"strategy": StrategyTable(name=strategy.name)})
+    policy = POLICIES[scenario.communication.policy]
     tbox = TBox.read(*core_ontology_paths(), *mission.vocabulary)
     database, groups = database_of(scenario, mission_type), groups_of(scenario)
     instances = _instances(scenario, mission, tbox)

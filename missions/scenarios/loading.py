@@ -48,6 +48,11 @@ def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenar
         ConfigurationError: with every fault of the file and the overrides.
     """
     path, text = _read(name_or_path)
+    return load_text(text, path, overrides)
+
+
+def load_text(text: str, path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenario:
+    """The scenario of a TOML text that came from ``path``; see ``load``."""
     try:
         raw = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

@@ -15,9 +15,10 @@ from remoras.beliefs import Key
 from remoras.database import AUVDatabase
 from remoras.errors import PlanningError
 from remoras.htn import NoPlan, Task, plan
-from remoras.mission import Mission
+from remoras.mission import SocialPart
 from remoras.organisation import Group, Organisation
-from remoras.strategy import Evidence, Strategy
+from remoras.strategy import Strategy, adapt_roles, form_groups
+from remoras.work import precedence, works
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,41 +29,53 @@ class Agreement:
         organisation: groups with the missions they have, and who plays which role.
         objectives: of roles.
         rests_on: for each group whose mission is planned, the facts that its plan rests on.
+        meets_after: for each group, those that meet before it: a group that has its mission from the start
+            supervises the others.
     """
 
     organisation: Organisation
     objectives: tuple[Objective, ...]
     rests_on: Mapping[str, frozenset[Key]] = field(default_factory=dict)
+    meets_after: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
-def agree(strategy: Strategy, mission: Mission, database: AUVDatabase, groups: Sequence[Group]) -> Agreement:
+def agree(strategy: Strategy, mission: SocialPart, database: AUVDatabase, groups: Sequence[Group]) -> Agreement:
     """The agreement that ``strategy`` starts from.
+
+    Args:
+        strategy: forms the groups and allocates roles.
+        mission: its social domain plans, its jobs are divided.
+        database: static data of all vehicles.
+        groups: with the demands of their roles, and the missions that some have from the start.
 
     Raises:
         PlanningError: there is no plan for a mission that is to be planned before.
+        PluginError: the strategy raises or answers with something else.
     """
-    organisation = strategy.form(database, groups)
+    organisation = form_groups(strategy, database, groups)
     objectives = list(mission.founding_objectives())
+    supervised = tuple(group.name for group in groups if group.mission is None and group.rally_point is not None)
+    meets_after = {group.name: supervised if group.mission is not None else () for group in groups}
     if not strategy.declaration.planned_before:
-        return Agreement(organisation, tuple(objectives))
+        return Agreement(organisation, tuple(objectives), meets_after=meets_after)
     missions = {group.name: group.mission for group in groups if group.mission is not None}
     rests_on: dict[str, frozenset[Key]] = {}
     starts = {name: data.start_m for name, data in database.items()}
-    evidence = Evidence(database, starts, mission.corners_m, frozenset())
     nothing: dict[Key, object] = {}
     while due := [name for name in missions if name not in rests_on]:
         for name in due:
             found = plan(mission.social_domain, nothing, Task(missions[name], (name,)))
             if isinstance(found, NoPlan):
                 raise PlanningError(f"there is no plan for mission {missions[name]} of {name}: {found.task}")
-            rests_on[name] = found.rests_on
+            rests_on[name] = found.rests_on | precedence(organisation.groups[name], mission.jobs)
             for task in found.tasks:
                 if task.name == "GiveMission":
                     missions[task.args[0]] = task.args[1]
                 elif task.name == "AssignObjective":
                     objectives.append(Objective(*task.args))
                 else:
-                    for one in strategy.adapt(organisation.groups[name], organisation, evidence):
+                    work = works(organisation, database, mission.jobs, frozenset(), starts)[name]
+                    for one in adapt_roles(strategy, work):
                         organisation, _ = organisation.assign(one.vehicle, one.group, one.role)
     given = {group.name: replace(group, mission=missions.get(group.name)) for group in groups}
-    return Agreement(replace(organisation, groups=given), tuple(objectives), rests_on)
+    return Agreement(replace(organisation, groups=given), tuple(objectives), rests_on, meets_after)

@@ -1,4 +1,4 @@
-"""A vehicle's part in allocating areas during the mission, whatever the strategy: what it hears, what it states."""
+"""A vehicle's part in dividing jobs during the mission, whatever the strategy: what it hears, what it states."""
 
 from __future__ import annotations
 
@@ -6,28 +6,42 @@ from collections.abc import Collection, Mapping
 
 from remoras.beliefs import Beliefs
 from remoras.organisation import Organisation
+<<<<<<< HEAD
 from remoras.strategy import Evidence, Heard, Negotiator, Situation, Statement, Strategy
 from remoras.work import Point
+=======
+from remoras.strategy import JOB_DONE, Heard, Negotiator, Situation, Statement, Strategy, ask, negotiator_of
+from remoras.work import Job, Point, Work
+>>>>>>> 1d6c090a5cc632cecbdaa229002e09dc28ce6351
 from worldmodel import Change, TBox
 
 ROLE_ATTRIBUTES = ("playsRole", "leftRole")
 
 
-def negotiated_attributes(strategy: Strategy, tbox: TBox) -> tuple[str, ...]:
-    """Attributes of the ontology by which the vehicles of a strategy organise themselves."""
+def negotiated_attributes(strategy: Strategy, jobs: Mapping[str, Job], tbox: TBox) -> tuple[str, ...]:
+    """Attributes of the ontology by which the vehicles of a strategy organise themselves.
+
+    Args:
+        strategy: declares its messages.
+        jobs: their attributes take the place of ``JOB_DONE`` in the declaration.
+        tbox: of the mission.
+    """
     known = {attribute.name for attribute in tbox.attributes}
-    return tuple(dict.fromkeys([*ROLE_ATTRIBUTES, *(name for name in strategy.declaration.messages if name in known)]))
+    job_done = [job.done[0] for job in jobs.values()]
+    declared = [name for key in strategy.declaration.messages for name in (job_done if key == JOB_DONE else [key])]
+    return tuple(dict.fromkeys([*ROLE_ATTRIBUTES, *(name for name in declared if name in known)]))
 
 
 class Negotiation:
-    """The negotiators of one vehicle, one for each of its groups that has areas.
+    """The negotiators of one vehicle, one for each of its groups that has jobs.
 
     Args:
-        me: own name.
+        me: name of this vehicle.
         strategy: makes the negotiators.
         organisation: as agreed before the mission.
         beliefs: facts of this vehicle.
         rally_points_m: rally points by name.
+        jobs: of the mission, by name.
     """
 
     def __init__(
@@ -37,27 +51,31 @@ class Negotiation:
         organisation: Organisation,
         beliefs: Beliefs,
         rally_points_m: Mapping[str, Point],
+        jobs: Mapping[str, Job],
     ) -> None:
         self._me = me
+        self._strategy = strategy.name
         self._beliefs = beliefs
         tbox = beliefs.model.tbox
-        self._attributes = frozenset(tbox.attribute_named(name).uid for name in negotiated_attributes(strategy, tbox))
+        self._attributes = frozenset(
+            tbox.attribute_named(name).uid for name in negotiated_attributes(strategy, jobs, tbox)
+        )
         self._negotiators: dict[str, Negotiator] = {}
         self._rally_m: dict[str, Point | None] = {}
         for group in organisation.groups.values():
-            if any(role.area is not None for role in group.roles) and organisation.is_member(me, group.name):
-                negotiator = strategy.negotiator(me, group)
+            if any(role.job is not None for role in group.roles) and organisation.is_member(me, group.name):
+                negotiator = negotiator_of(strategy, me, group)
                 if negotiator is not None:
                     self._negotiators[group.name] = negotiator
                     self._rally_m[group.name] = rally_points_m.get(group.rally_point or "")
         self._heard: list[Heard] = []
         self._round = 0
         self.holding = frozenset(self._negotiators)
-        """Groups that are not to be taken for gathered, since there is work to be given out."""
+        """Groups that still have work to hand out, so they do not count as gathered."""
 
     @property
     def takes_part(self) -> bool:
-        """Has this vehicle a negotiator for any of its groups?"""
+        """True if this vehicle has a negotiator for any of its groups."""
         return bool(self._negotiators)
 
     def note(self, change: Change) -> None:
@@ -72,24 +90,31 @@ class Negotiation:
     def negotiate(
         self,
         now_s: float,
-        organisation: Organisation,
-        evidence: Evidence,
+        work: Mapping[str, Work],
         heard_s: Mapping[str, float],
         unheard: Mapping[str, Collection[str]],
     ) -> list[Statement]:
-        """End of a round: what this vehicle states to organise its groups."""
+        """End of a round: what this vehicle states to organise its groups.
+
+        Args:
+            now_s: time of the end of the round.
+            work: of every group, by name, with this vehicle's position as it is.
+            heard_s: when a packet of each peer was last heard.
+            unheard: peers that have not acknowledged roles they were given, and these roles.
+
+        Raises:
+            PluginError: the strategy raises, or answers with something else than a move.
+        """
         self._round += 1
         now_s = self._beliefs.model.quantise_time(now_s)
         heard, self._heard = tuple(self._heard), []
         statements: list[Statement] = []
         holding = []
         for group, negotiator in self._negotiators.items():
-            if not organisation.is_member(self._me, group):
+            if self._me not in work[group].members:
                 continue  # it has left, to look after itself
-            rally_m = self._rally_m[group]
-            move = negotiator.negotiate(
-                Situation(now_s, self._round, organisation, evidence, rally_m, heard, heard_s, unheard)
-            )
+            situation = Situation(now_s, self._round, work[group], self._rally_m[group], heard, heard_s, unheard)
+            move = ask(self._strategy, negotiator, situation)
             statements += move.statements
             if move.holding:
                 holding.append(group)

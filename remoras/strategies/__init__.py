@@ -11,14 +11,14 @@ import pkgutil
 import typing
 from collections.abc import Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 
 from pydantic import TypeAdapter, ValidationError
 
 from remoras.errors import StrategyError
-from remoras.strategy import Declaration, Evidence, Strategy
+from remoras.strategy import Declaration, Strategy
+from worldmodel import suggestion
 
-__all__ = ["Declaration", "Evidence", "Parameter", "Strategy", "configured", "parameters", "strategies"]
+__all__ = ["Declaration", "Parameter", "Strategy", "configured", "parameters", "strategies"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,9 +69,8 @@ def configured(strategy: Strategy, settings: Mapping[str, object]) -> Strategy:
     annotated = typing.get_type_hints(type(strategy), include_extras=True)
     for name, value in settings.items():
         if name not in known:
-            nearest = get_close_matches(name, known, n=1)
-            hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
-            raise StrategyError(name, f"{strategy.name} has {', '.join(known) or 'no parameters'}{hint}")
+            allowed = f"{strategy.name} has {', '.join(known) or 'no parameters'}{suggestion(name, known)}"
+            raise StrategyError(name, allowed)
         try:
             TypeAdapter(annotated[name]).validate_python(value, strict=True)
         except ValidationError as error:

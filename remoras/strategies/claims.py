@@ -1,4 +1,4 @@
-"""Who claims which area, as far as one vehicle knows: a table that heals itself.
+"""Who claims which role, as far as one vehicle knows: a table that heals itself.
 
 Of each vehicle's claim to a role the latest is kept; of the claims to a role the strongest wins, of equals that of
 the lower node. Hearing is a join: the order, repetitions and relays of messages make no difference, only what has not
@@ -74,7 +74,7 @@ class Claims:
         return self._winners[role]
 
     def beats(self, role: str, vehicle: str, strength: int) -> bool:
-        """Would a claim of that strength win?"""
+        """True if a claim of that strength would win."""
         winner = self.winner(role)
         if winner is None or winner == vehicle:
             return True

@@ -1,57 +1,63 @@
 """Fixed partition: everything is planned before the dive, nobody says a word. The floor of a comparison.
 
-Each vehicle surveys the areas it was given and goes to the rally point. The head leaves it for the next rendezvous at
-a time agreed before: when the last one is expected to have come, and ``margin`` of that time later. What happens
-otherwise than planned, nobody learns.
+Each vehicle does the jobs it was given and goes to the rally point. Jobs that need each other go to one vehicle, since
+nobody would hear that a job has been done. The head leaves for the next rendezvous at a time agreed before: when the
+last one is expected to have come, and ``margin`` of that time later. What happens otherwise than planned, nobody
+learns.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from remoras.database import AUVDatabase
-from remoras.organisation import Group, Organisation, RoleAssignment
-from remoras.strategies.allocation import Outlook, at_work, nearest_first, surveyors
-from remoras.strategies.founding import founded
-from remoras.strategies.remoras import all_areas
-from remoras.strategy import Declaration, Evidence, Move, Situation, Statement
+from remoras.organisation import Group, RoleAssignment, RoleSpecification
+from remoras.strategies.allocation import all_jobs
+from remoras.strategies.chains import chained, chains
+from remoras.strategies.founding import common_roles, founded
+from remoras.strategy import Declaration, Move, Situation, Statement
+from remoras.work import Outlook, Work
 
 
 class Timetable:
-    """The head's clock: when the group is taken for gathered."""
+    """One vehicle's copy of the plan: what it turns to next, and when the group counts as gathered."""
 
     def __init__(self, me: str, group: Group, margin: float) -> None:
         self._me = me
         self._group = group
         self._margin = margin
         self._meeting_s: float | None = None
+        self._to_follow: tuple[RoleSpecification, ...] = ()
         self._met = False
 
     def negotiate(self, situation: Situation) -> Move:
+        """Take the next role of a chain, go on, or meet."""
+        work = situation.work
         if self._meeting_s is None:
             self._meeting_s = self._expected_s(situation)
-        group, organisation = self._group, situation.organisation
-        if situation.now_s < self._meeting_s or at_work(self._me, group, organisation, situation.evidence):
+            plan = [chain for chain in chains(work) if self._me in work.holders(chain[0])]
+            self._to_follow = tuple(role for _, *rest in plan for role in rest)
+        held = work.held_by(self._me)
+        following = [role for role in self._to_follow if role in work.vacant]
+        if not held and following:
+            taken = self._me, "playsRole", self._group.path(following[0].name)
+            return Move((Statement((taken,), told=False),), holding=True)
+        if situation.now_s < self._meeting_s or held:
             return Move(holding=True)
-        if self._met or group.rally_point is None or self._me not in organisation.heads(group.name):
+        if self._met or self._group.rally_point is None or self._me not in work.heads:
             return Move()
         self._met = True
-        return Move((Statement(((group.name, "gatheredAt", group.rally_point),), told=False),))
+        return Move((Statement(((self._group.name, "gatheredAt", self._group.rally_point),), told=False),))
 
     def _expected_s(self, situation: Situation) -> float:
         """When the last one is expected at the rally point, and the margin later."""
-        database = situation.evidence.database
-        at_start = Evidence(database, {}, situation.evidence.corners_m, frozenset())
+        plan = chained(replace(situation.work, done=frozenset(), positions_m={}))
         last_s = 0.0
-        for data in surveyors(self._group, situation.organisation, database):
-            roles = at_work(data.name, self._group, situation.organisation, at_start)
-            areas = [at_start.corners_m[role.area or ""] for role in roles]
-            outlook = nearest_first(Outlook(0.0, data.start_m), data, areas)
+        for data in plan.workers:
+            outlook = plan.after_all(Outlook(0.0, data.start_m), data, plan.held_by(data.name))
             way_m = 0.0 if situation.rally_m is None else math.dist(outlook.position_m, situation.rally_m)
             last_s = max(last_s, outlook.free_s + way_m / data.transit_speed_mps)
         return (1.0 + self._margin) * last_s
@@ -69,14 +75,14 @@ class FixedPartition:
     declaration: ClassVar[Declaration] = Declaration(
         source="the floor that any communication has to beat", messages={}, communicates=False
     )
+    form = staticmethod(founded)
 
-    def form(self, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
-        return founded(database, groups)
+    def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
+        """Common roles for all, and every chain of jobs for somebody."""
+        return common_roles(work) + all_jobs(chained(work))
 
-    def adapt(self, group: Group, organisation: Organisation, evidence: Evidence) -> tuple[RoleAssignment, ...]:
-        return all_areas(group, organisation, evidence)
-
-    def negotiator(self, me: str, group: Group) -> Timetable | None:
+    def negotiator(self, me: str, group: Group) -> Timetable:
+        """The plan, for each member."""
         return Timetable(me, group, self.margin)
 
 

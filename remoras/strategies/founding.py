@@ -11,11 +11,11 @@ from collections.abc import Sequence
 
 from remoras.database import AUVDatabase, VehicleData
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.strategy import Evidence
+from remoras.work import Work
 
 
 def founded(database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
-    """Groups and their founding roles."""
+    """Groups and their founding roles: ``form`` of every shipped strategy."""
     organisation = Organisation.of(groups)
     founding = [(group.name, role) for group in groups for role in group.roles if role.founding]
     done: set[tuple[str, str]] = set()
@@ -40,15 +40,19 @@ def _founders(database: AUVDatabase, organisation: Organisation, role: RoleSpeci
     return able if role.maximum is None else able[: role.maximum]
 
 
-def common_roles(group: Group, organisation: Organisation, evidence: Evidence) -> tuple[RoleAssignment, ...]:
-    """Roles without an area that members able to play them do not play yet, as many as a role allows."""
-    members = [name for name in evidence.database.names if organisation.is_member(name, group.name)]
+def common_roles(work: Work) -> tuple[RoleAssignment, ...]:
+    """Roles without a job that members able to play them do not play yet, as many as a role allows.
+
+    This is ``adapt`` of the strategies whose vehicles divide the jobs during the mission.
+    """
+    group, organisation, database = work.group, work.organisation, work.database
+    members = [name for name in database.names if organisation.is_member(name, group.name)]
     allocated: list[RoleAssignment] = []
     for role in group.roles:
-        if role.founding or role.area is not None:
+        if role.founding or role.job is not None:
             continue
         held = organisation.members(group.name, role.name)
-        able = [name for name in members if evidence.database[name].can_play(role.name) and name not in held]
+        able = [name for name in members if database[name].can_play(role.name) and name not in held]
         free = len(able) if role.maximum is None else max(0, role.maximum - len(held))
-        allocated += [RoleAssignment(group.name, role.name, name) for name in able[:free]]
+        allocated += [work.assignment(role, name) for name in able[:free]]
     return tuple(allocated)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 from pydantic import Field
 
 from remoras.strategy import Situation
 
-QUEUE = Field(ge=1, le=16, description="most areas that a vehicle holds, the one it is at included")
+QUEUE = Field(ge=1, le=16, description="most jobs that a vehicle holds, the one it is at included")
 SILENCE = Field(ge=1, le=10_000, description="TDMA frames without a word after which a vehicle is out of reach")
 
 
@@ -20,7 +20,7 @@ class Silence:
         self._rounds = rounds
         self._heard: dict[str, tuple[float | None, int]] = {}
 
-    def out_of_reach(self, names: Sequence[str], situation: Situation) -> set[str]:
+    def out_of_reach(self, names: Iterable[str], situation: Situation) -> set[str]:
         """Those of ``names`` that no packet has come from for as many rounds as allowed."""
         gone = set()
         for name in names:

@@ -1,0 +1,327 @@
+"""The Python face: what ``import remoras`` offers to scripts and notebooks.
+
+A ``Run`` is a finished run, in memory or in a folder; a ``Sweep`` is the folder of a study. Tables come as pandas data frames
+with the units of their columns in ``.attrs["units"]``, figures as Matplotlib figures that a notebook shows by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from missions.errors import OutputError
+from missions.runs.results import MemoryResults, Results
+from missions.scenarios import Scenario
+from missions.scenarios import load as load_scenario
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+    from missions.sweeps.folder import SweepResults
+    from remoras.mission import Mission
+    from remoras.strategy import Strategy
+
+
+def load(
+    scenario: str | Path,
+    *,
+    strategy: str | None = None,
+    policy: str | None = None,
+    channel: str | None = None,
+    per: float | None = None,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - as the option --set
+) -> Scenario:
+    """A scenario, checked whole.
+
+    Args:
+        scenario: shipped name, or path of a TOML file.
+        strategy, policy, channel: names to put in place of the scenario's.
+        per: packet error rate, 0 to below 1.
+        set: other keys of the scenario and their values, as ``{"decision.weight_external": 0}``.
+
+    Raises:
+        ConfigurationError: with every fault of the file and of what was put in place.
+
+    >>> load("mapping-rendezvous", per=0.6).channel.per
+    0.6
+    """
+    named = {"strategy.name": strategy, "communication.policy": policy, "channel.name": channel, "channel.per": per}
+    sources = {"strategy.name": "strategy", "communication.policy": "policy", "channel.name": "channel", "channel.per": "per"}
+    overrides = [(sources[key], f"{key}={_toml(value)}") for key, value in named.items() if value is not None]
+    overrides += [("set", f"{key}={_toml(value)}") for key, value in (set or {}).items()]
+    return load_scenario(str(scenario), overrides)
+
+
+def _toml(value: Any) -> str:
+    from missions.sweeps.study_file import toml_value
+
+    return toml_value(value)
+
+
+def run(
+    scenario: str | Path | Scenario,
+    *,
+    strategy: str | Strategy | None = None,
+    policy: str | None = None,
+    channel: str | None = None,
+    per: float | None = None,
+    seed: int = 1,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - as the option --set
+    keep_models: bool = False,
+) -> Run:
+    """Run a scenario to its end, in memory; nothing is written.
+
+    Args:
+        scenario: shipped name, path of a TOML file, or what ``load`` gave.
+        strategy: a name, or an object with the parts of ``remoras.Strategy``.
+        policy, channel, per, set: see ``load``; not for a scenario that is loaded already.
+        seed: root of all draws; the same scenario and seed give the same run.
+        keep_models: keep what each vehicle knew at the end, so that it can be asked with ``query``.
+
+    Returns:
+        The finished run.
+
+    Raises:
+        ConfigurationError: see ``load``.
+
+    >>> run("mapping-rendezvous", per=0.6, seed=3, set={"scenario.duration_s": 60.0}).summary["completed"]
+    False
+    """
+    from missions.runs.run import run as run_scenario
+
+    if isinstance(scenario, Scenario):
+        if any(given is not None for given in (policy, channel, per, set)) or isinstance(strategy, str):
+            raise TypeError("a loaded scenario takes no options beside seed: give them to load()")
+        loaded = scenario
+    else:
+        name = strategy if isinstance(strategy, str) else None
+        loaded = load(scenario, strategy=name, policy=policy, channel=channel, per=per, set=set)
+    own = None if isinstance(strategy, str) else strategy
+    return Run(MemoryResults(run_scenario(loaded, seed, strategy=own, keep_models=keep_models)))
+
+
+def open(folder: str | Path) -> Run | Sweep:  # noqa: A001 - as gzip.open
+    """What was written to a folder: the run, or the sweep.
+
+    Raises:
+        OutputError: the folder holds neither.
+    """
+    path = Path(folder)
+    if (path / "study.json").is_file():
+        from missions.sweeps.folder import SweepResults
+
+        return Sweep(SweepResults.read(path))
+    return Run(Results.read(path))
+
+
+def sweep(study: str | Path, out: str | Path, jobs: int = 1) -> Sweep:
+    """Make all runs of a study that ``out`` does not have yet; an interrupted sweep goes on with the same call.
+
+    Args:
+        study: shipped name, or path of a TOML file.
+        out: folder for the runs.
+        jobs: processes; a script that uses more than one has its calls below ``if __name__ == "__main__":``.
+
+    Raises:
+        ConfigurationError: with every fault of the study.
+        PartlyDoneError: the workers were lost or the disk is full; what is finished is kept.
+    """
+    from missions.sweeps import load_study
+    from missions.sweeps import sweep as make
+
+    make(load_study(str(study)), Path(out), jobs)
+    found = open(out)
+    assert isinstance(found, Sweep)  # noqa: S101 - it has just been written
+    return found
+
+
+def compare(folder: str | Path, *metrics: str, baseline: str | None = None) -> DataFrame:
+    """Compare the configurations of a sweep; see ``Sweep.compare``."""
+    found = open(folder)
+    if isinstance(found, Run):
+        raise OutputError(f"{folder}: holds a single run; compare takes the folder of a sweep")
+    return found.compare(*metrics, baseline=baseline)
+
+
+def exchange_study(
+    nodes: int = 5,
+    per: Sequence[float] = (0.1, 0.5),
+    policies: Sequence[str] | None = None,
+    trials: int = 2000,
+    seed: int = 1,
+    jobs: int = 1,
+) -> DataFrame:
+    """Study acknowledgement policies without a mission: one row for each policy and loss rate.
+
+    Args:
+        nodes: vehicles that send in turn.
+        per: packet error rates.
+        policies: names; all if left out.
+        trials: repetitions of each.
+        seed: root of all draws.
+        jobs: threads.
+
+    Returns:
+        Rows as ``remoras exchange-study --json`` prints them; times are numbers of TDMA slots.
+    """
+    import pandas as pd
+
+    from exchange.policies import POLICIES
+    from exchange.study.study import ExchangeStudy
+    from exchange.study.study import run as study
+
+    asked = ExchangeStudy(nodes=nodes, per=tuple(per), policies=tuple(policies or POLICIES), trials=trials, seed=seed)
+    return pd.json_normalize([row.as_json() for row in study(asked, jobs)])
+
+
+class Run:
+    """A finished run.
+
+    Args:
+        results: where its summary and tables are.
+    """
+
+    def __init__(self, results: Results | MemoryResults) -> None:
+        self._results = results
+
+    def __repr__(self) -> str:
+        found = self.summary
+        how = "completed" if found["completed"] else f"not completed: {found['reason']}"
+        return f"<Run of {found['scenario']}, seed {found['seed']}: {how}, {found['mission_time_s']:.1f} s>"
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """The figures of the run, by the names of the metrics."""
+        return self._results.summary
+
+    @property
+    def milestones(self) -> list[dict[str, Any]]:
+        """What happened when: name, vehicle, group, time_s, in time order."""
+        found: list[dict[str, Any]] = self.summary["milestones"]
+        return found
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """Names of the tables."""
+        return self._results.tables
+
+    def table(self, name: str) -> DataFrame:
+        """A table as a pandas data frame; ``.attrs["units"]`` has the units of its columns.
+
+        Raises:
+            OutputError: there is no such table.
+        """
+        frame = self._results.table(name).to_pandas()
+        frame.attrs["units"] = self._results.units(name)
+        return frame
+
+    @cached_property
+    def scenario(self) -> Scenario:
+        """The whole input of the run."""
+        return self._results.scenario
+
+    @property
+    def _mission(self) -> Mission:
+        from missions.scenarios.parts import mission_class
+
+        return mission_class(self.scenario.scenario.mission).from_scenario(self.scenario)
+
+    def plot(self, kind: str = "trajectories") -> Figure:
+        """A figure of the run: trajectories, roles, satisfaction, or one that its mission declares.
+
+        Returns:
+            A Matplotlib figure; ``.savefig(path)`` writes it, a notebook shows it by itself.
+
+        Raises:
+            DrawingError: the kind is not known, or the run lacks its tables.
+        """
+        from visualisation.kinds import picture
+
+        mission = self._mission
+        figure = picture(self._results, kind, mission.figures, mission.places).figure
+        figure._repr_png_ = lambda: _png(figure)
+        return figure
+
+    def query(self, sparql: str) -> DataFrame:
+        """Ask what the vehicles knew at the end of the run, each in a named graph of its own; it needs ``keep_models``.
+
+        Raises:
+            OutputError: the models were not kept.
+            QueryError: the query cannot be read.
+        """
+        import pandas as pd
+
+        from missions.runs.knowledge import query
+
+        columns, rows = query(self._results, sparql)
+        return pd.DataFrame(rows, columns=list(columns))
+
+    def save(self, folder: str | Path, force: bool = False) -> Path:
+        """Write summary, manifest and tables to a folder.
+
+        Args:
+            folder: made if it is not there.
+            force: replace results that are already there.
+
+        Raises:
+            OutputError: the folder holds something, cannot be written, or the run was read from a folder.
+        """
+        if not isinstance(self._results, MemoryResults):
+            raise OutputError(f"the run is in {self._results.folder} already; copy that folder")
+        from missions.runs.results import write
+
+        write(self._results.run, Path(folder), force)
+        return Path(folder)
+
+
+def _png(figure: Figure) -> bytes:
+    from visualisation.style import rendered
+
+    return rendered(figure, "png")
+
+
+class Sweep:
+    """The runs of a study, in their folder.
+
+    Args:
+        results: reader of the folder.
+    """
+
+    def __init__(self, results: SweepResults) -> None:
+        self._results = results
+
+    def __repr__(self) -> str:
+        status = self._results.status()
+        return f"<Sweep in {self._results.folder}: {status.done} of {status.planned} runs done, {status.failed} failed>"
+
+    @property
+    def status(self) -> dict[str, int]:
+        """Runs planned, done, failed, censored and remaining."""
+        from dataclasses import asdict
+
+        return asdict(self._results.status())
+
+    def runs(self) -> DataFrame:
+        """One row for each finished run: key, configuration, summary."""
+        return self._results.runs()
+
+    def compare(self, *metrics: str, baseline: str | None = None) -> DataFrame:
+        """One row for each configuration and metric: mean, interval, paired difference to the baseline.
+
+        Args:
+            metrics: fields of the summary; those of the study if left out.
+            baseline: a strategy or a policy; the study's, or its first, if left out.
+
+        Raises:
+            OutputError: nothing has finished, or a name is unknown.
+        """
+        from dataclasses import asdict
+
+        import pandas as pd
+
+        from missions.comparison import compare as compared
+
+        return pd.DataFrame([asdict(row) for row in compared(self._results, metrics, baseline)])
