@@ -79,11 +79,9 @@ class Recorder:
 
     def __init__(self, tables: Iterable[Table] = ()) -> None:
         self.tables: dict[str, Table] = {}
+        self._rows: dict[str, list[Row]] = {}
         for table in (*TABLES, *tables):
-            if self.tables.setdefault(table.name, table) != table:
-                known = ", ".join(self.tables[table.name].column_names)
-                raise PluginError(f"table {table.name!r} is declared twice, once with the columns {known}: rename one")
-        self._rows: dict[str, list[Row]] = {name: [] for name in self.tables}
+            self.declare(table)
         self.trajectories = self._rows["trajectories"]
         self.roles = self._rows["roles"]
         self.activities = self._rows["activities"]
@@ -91,6 +89,17 @@ class Recorder:
         self.packets = self._rows["packets"]
         self.knowledge = self._rows["knowledge"]
         self.faults = self._rows["faults"]
+
+    def declare(self, table: Table) -> None:
+        """Take rows of another table, too; what is declared alike several times is declared once.
+
+        Raises:
+            PluginError: there is a table of that name with other columns.
+        """
+        if self.tables.setdefault(table.name, table) != table:
+            known = ", ".join(self.tables[table.name].column_names)
+            raise PluginError(f"table {table.name!r} is declared twice, once with the columns {known}: rename one")
+        self._rows.setdefault(table.name, [])
 
     def rows(self, table: str) -> list[Row]:
         """Rows of a table, to be read or appended to; empty for a table that nobody declared."""
