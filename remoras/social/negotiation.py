@@ -6,13 +6,8 @@ from collections.abc import Collection, Mapping
 
 from remoras.beliefs import Beliefs
 from remoras.organisation import Organisation
-<<<<<<< HEAD
-from remoras.strategy import Evidence, Heard, Negotiator, Situation, Statement, Strategy
-from remoras.work import Point
-=======
 from remoras.strategy import JOB_DONE, Heard, Negotiator, Situation, Statement, Strategy, ask, negotiator_of
 from remoras.work import Job, Point, Work
->>>>>>> 1d6c090a5cc632cecbdaa229002e09dc28ce6351
 from worldmodel import Change, TBox
 
 ROLE_ATTRIBUTES = ("playsRole", "leftRole")
