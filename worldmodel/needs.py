@@ -8,14 +8,9 @@ class below it.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from worldmodel.errors import NeedError
-from worldmodel.facts import PropertyValue
 from worldmodel.tbox import TBox
-
-if TYPE_CHECKING:
-    from worldmodel.abox import WorldModel
 
 Wanted = tuple[int, int]
 """(bit mask of the peers that need it, highest priority among them)."""
@@ -44,14 +39,6 @@ class InformationNeed:
             )
         if self.priority < 1:
             raise NeedError(f"priority is {self.priority}; allowed: 1 or more")
-
-    def matches(self, tbox: TBox, model: "WorldModel", fact: PropertyValue) -> bool:
-        """Say whether ``fact`` is needed; ``model`` knows of what classes its subject is."""
-        if fact.attribute != self.attribute:
-            return False
-        if self.class_uid is None:
-            return fact.subject == self.instance
-        return bool(model.class_mask(fact.subject) >> self.class_uid & 1)
 
 
 class NeedsIndex:

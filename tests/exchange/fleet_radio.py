@@ -14,14 +14,14 @@ from worldmodel import (
     Instance,
     NeedsIndex,
     PropertyValue,
-    TBox,
     Value,
     WorldModel,
     core_ontology_paths,
     merge,
+    read_tbox,
 )
 
-TBOX = TBox.read(*core_ontology_paths())
+TBOX = read_tbox(*core_ontology_paths())
 DURATION_S = 14_400.0
 N_BLOCKS = 1 << 14
 SLOT_S = 2.0

@@ -3,9 +3,9 @@
 import pytest
 
 from remoras.beliefs import Beliefs
-from worldmodel import Instance, TBox, UnknownNameError, WorldModel, core_ontology_paths, merge
+from worldmodel import Instance, UnknownNameError, WorldModel, core_ontology_paths, merge, read_tbox
 
-TBOX = TBox.read(*core_ontology_paths())
+TBOX = read_tbox(*core_ontology_paths())
 NAMED = [("AUV", "AUV00"), ("AUV", "AUV01"), ("Group", "Operational"), ("Area", "middle"), ("Mission", "AreaMapping")]
 INSTANCES = tuple(Instance(uid, TBOX.class_named(kind).uid, name) for uid, (kind, name) in enumerate(NAMED))
 
