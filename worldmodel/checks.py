@@ -1,18 +1,18 @@
-"""Closed-world checks of a block before it goes in. Faults are records; nothing here raises.
+"""Closed-world checks of a block before it goes in. Faults are values; nothing here raises an error.
 
-Two questions, kept apart because merging must not depend on the order of arrival:
+Merging must not depend on the order of arrival. Therefore two questions are kept apart:
 
-*Form* - is the block right in itself? Known origin, attributes and classes, subjects out of a known range of
-uids, values of the right kind, in range and on their grid. The answer depends on what never changes, so a
-block of bad form is thrown away.
+*Form*: is the block right in itself? Its origin, attributes and classes must be known, its subjects must be
+from a known range of uids, its values of the right kind, in range and on their grid. The answer depends on
+what never changes, so a block of bad form is thrown away.
 
-*Fit* - does it go with what is known? Its subjects and link targets must exist and be of the classes that
-domain and range ask for. What may still come right is *missing*, and the block waits for it: an instance
-nobody has announced yet, or one created as, say, an ObjectOfInterest, when the attribute is one of wrecks and
-a Wreck is a kind of ObjectOfInterest. What cannot come right is a fault.
+*Fit*: does the block go with what is known? Its subjects and link targets must exist and be of the classes
+that domain and range ask for. What may still come right is *missing*, and the block waits for it: an instance
+that nobody has announced yet, or an ObjectOfInterest for an attribute of wrecks, since it may turn out to be a
+Wreck. What cannot come right is a fault.
 
-An instance may be given further types, each above or below the class it was created with; any other is a type
-clash, be it declared disjoint or merely a stranger. Facts of one block count for one another.
+An instance may be given further types, each above or below the class it was created with. Any other type is a
+clash, whether the two classes are declared disjoint or not. Facts of one block count for one another.
 """
 
 import math
@@ -25,7 +25,7 @@ from worldmodel.tbox import TYPE_UID, Attribute, ValueKind
 
 @dataclass(frozen=True, slots=True)
 class CheckResult:
-    """``faults`` refuse the block; without any, it waits for the instances in ``missing``."""
+    """The outcome of a check: a block with ``faults`` is refused, else it waits for the instances ``missing``."""
 
     faults: tuple[Fault, ...] = ()
     missing: tuple[int, ...] = ()
@@ -33,17 +33,16 @@ class CheckResult:
 
 _SOUND = CheckResult()
 
-
 REMEMBERED = (ValueKind.NUMBER, ValueKind.BOOLEAN, ValueKind.SYMBOL)
-"""Kinds of single values whose soundness depends on the attribute alone; that of points does too."""
+"""Kinds of single values whose soundness depends on the attribute alone, as that of points does."""
 FLOATS = (float, float)
-"""Types of the numbers of a point that is remembered: True equals 1.0, and is no number."""
+"""Types of the two numbers of a point that is remembered: True equals 1.0 and is no number."""
 MOST_REMEMBERED = 1 << 14
-"""Values; all are forgotten when there are more, since points come and go."""
+"""The number of values to remember; beyond it all are forgotten, since points come and go."""
 
 
 def check_form(store: Store, block: Block) -> tuple[Fault, ...]:
-    """Return what is wrong with the block whatever else is known."""
+    """Return the faults that the block has in itself, whatever else is known."""
     found: list[tuple[FaultCode, str]] = []
     if not 0 <= block.origin < store.n_origins:
         found.append((FaultCode.UNKNOWN_ORIGIN, f"origin {block.origin} is outside 0..{store.n_origins - 1}"))
@@ -102,7 +101,7 @@ def _check_value(store: Store, attribute: Attribute, fact: PropertyValue, found:
 
 
 def check_fit(store: Store, block: Block) -> CheckResult:
-    """Compare a block of good form with the instances known: see the top of the file."""
+    """Compare a block of good form with the known instances, as the top of this file says."""
     for fact in block.facts:
         if not _fits_as_known(store, fact):
             break
@@ -123,7 +122,7 @@ def check_fit(store: Store, block: Block) -> CheckResult:
 
 
 def _fits_as_known(store: Store, fact: PropertyValue) -> bool:
-    """Whether subject and target are known to be of the classes that the attribute, not a type, asks for."""
+    """True if subject and target are known to be of the classes that the attribute asks for; not for types."""
     attribute = store.tbox.attributes[fact.attribute]
     if attribute.kind is ValueKind.TYPE or not store.class_mask(fact.subject) >> attribute.domain & 1:
         return False
@@ -131,7 +130,7 @@ def _fits_as_known(store: Store, fact: PropertyValue) -> bool:
 
 
 class _Fit:
-    """One block before one model: the types the block itself asserts count as known."""
+    """The check of one block against one store: types that the block itself asserts count as known."""
 
     __slots__ = ("block", "created", "found", "masks", "missing", "store")
 
@@ -156,7 +155,7 @@ class _Fit:
         return self.created.get(uid) if announced is None else announced
 
     def retype(self, fact: PropertyValue) -> None:
-        """A type fact must go with the class its subject was created with."""
+        """Note a fault if a type fact does not go with the class that its subject was created with."""
         tbox, uid, given = self.store.tbox, fact.subject, fact.target
         created = self._created_as(uid)
         if not (self.store.class_mask(uid) or uid in self.masks):
@@ -168,7 +167,7 @@ class _Fit:
         self.found.append((FaultCode.TYPE_CLASH, detail))
 
     def require(self, uid: int, class_uid: int, code: FaultCode, attribute: Attribute) -> None:
-        """Instance ``uid`` must be of class ``class_uid``, for ``attribute``."""
+        """Note a fault, or that it is missing, unless the instance is of the class that ``attribute`` asks for."""
         mask = self.store.class_mask(uid) | self.masks.get(uid, 0)
         if mask >> class_uid & 1:
             return

@@ -1,22 +1,22 @@
-"""Adding blocks to a world model, in any order, any number of times, with one outcome.
+"""Adding blocks to a store, in any order, any number of times, with one outcome.
 
 The state that counts is the set A of blocks of good form that have arrived, one for each GUID. From A follow
 
-- the class each run-time instance was created with: what the owner of its uid said in his block of least
-  sequence;
+- the class that each run-time instance was created with: the type that the owner of its uid gave it in the
+  block of least sequence;
 - the set S of blocks that are *in*: the least set that contains every block of A which fits
   (checks.check_fit) with those classes and with S itself.
 
-The blocks of A outside S are refused, or wait; which of the two may depend on the order of arrival, for a
-fault of a block that waits is found only when it is checked again.
+The blocks of A outside S are refused, or wait. Which of the two may depend on the order of arrival: a fault of
+a block that waits is found only when the block is checked again.
 
-More facts never turn a block that fits into one that does not, given those classes. So S grows one block at a
+Given those classes, more facts never turn a block that fits into one that does not. So S grows one block at a
 time to the same set whatever the order, and a merge is the union of the A's: commutative, associative and
-idempotent. The classes of creation change only when an origin contradicts or refines itself and its blocks
-come out of order, and a block of A is replaced only when an origin used a GUID twice (of two contents the one
-of smaller digest stays). Both are rare, and then S is simply worked out anew from A.
+idempotent. Two rare events break this growth. The classes of creation change when an origin contradicts or
+refines itself and its blocks come out of order. A block of A is replaced when an origin uses a GUID twice: of
+two contents the one of smaller digest stays. Then S is worked out anew from A.
 
-The paper's recipient may discard a block whose dependencies are missing or request what is lacking (Maurelli
+The paper's recipient may discard a block whose dependencies are missing, or request what is lacking (Maurelli
 et al., Multi-robot cooperation, section IV); here it is kept until they come. Blocks that need one another's
 instances would wait for ever: such facts belong into one block.
 """

@@ -145,12 +145,12 @@ class _Reader:
         return sorted(iri for iri in found if isinstance(iri, URIRef) and not iri.startswith(SIT))
 
     def fault(self, subject: Node, wrong: str, allowed: str) -> None:
-        """Note one fault: where, about what, what is wrong, what is allowed."""
+        """Note one fault of ``subject``: what is wrong, and what is allowed."""
         shown = subject.n3(self.graph.namespace_manager) if isinstance(subject, URIRef) else "[ ]"
         self.faults.append(f"{self.file_of.get(subject, 'TBox')}: {shown}: {wrong}; allowed: {allowed}")
 
     def shown(self, term: Node) -> str:
-        """Return a term the way the file would write it."""
+        """Return a term as a Turtle file would write it."""
         return term.n3(self.graph.namespace_manager) if isinstance(term, (URIRef, Literal)) else "[ ]"
 
     def hint(self, term: Node, known: Iterable[Node]) -> str:
@@ -196,7 +196,7 @@ class _Reader:
             self.fault(self.class_iris[uid], "it is, or descends from, a superclass of itself", "a hierarchy")
 
     def disjoint_pairs(self) -> list[tuple[int, int]]:
-        """Return the uids of each two classes declared disjoint."""
+        """Return the pairs of classes declared disjoint, by uid."""
         groups = [(a, [a, b]) for a, b in self.graph.subject_objects(OWL.disjointWith)]
         for axiom in self.graph.subjects(RDF.type, OWL.AllDisjointClasses):
             for members in self.graph.objects(axiom, OWL.members):

@@ -49,7 +49,7 @@ def origin_iri(origin: int) -> URIRef:
 
 
 def term_of(tbox: TBox, attribute: Attribute, value: Value) -> Node:
-    """Return a stored value as an RDF term: a point or number as a literal, an uid as an IRI."""
+    """Return a stored value as an RDF term: a number or point as a literal, a uid as an IRI."""
     stored: Any = attribute.quantise(value)
     match attribute.kind:
         case ValueKind.TYPE:
@@ -113,9 +113,8 @@ class RdfView(rdflib_store.Store):
         """Refuse: nothing that is known is ever removed."""
         raise TypeError("the RDF view is read-only; nothing that is known is removed")
 
-    # A superset of the matching ABox triples, as small as the bound terms make it without an index of its own
-
     def _abox_triples(self, pattern: Pattern) -> Iterator[Triple]:
+        """Yield a superset of the matching ABox triples, as small as the bound terms make it without an index."""
         subject, predicate, target = pattern
         if subject is None:
             yield from self._triples_of_any_subject(predicate, target)
@@ -182,7 +181,7 @@ class RdfView(rdflib_store.Store):
         yield (iri, SIT.origin, origin_iri(observation.origin))
 
     def _observation(self, iri: Node) -> Observation | None:
-        """Return what the IRI of a fact stands for."""
+        """Return the observation that the IRI of a fact stands for, unless its origin is banned."""
         numbers = iri[len(_FACT) :].split("-") if isinstance(iri, URIRef) and iri.startswith(_FACT) else []
         if len(numbers) != 3 or not all(number.isdecimal() for number in numbers):
             return None

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import cache
+from pathlib import Path
 
 from exchange.codec import Codec
 from exchange.manager import ExchangeManager, Reception, Transmission
@@ -21,7 +22,8 @@ from worldmodel import (
     read_tbox,
 )
 
-TBOX = read_tbox(*core_ontology_paths())
+VOCABULARY = Path(__file__).parents[2] / "missions" / "mapping" / "vocabulary.ttl"
+TBOX = read_tbox(*core_ontology_paths(), VOCABULARY)
 DURATION_S = 14_400.0
 N_BLOCKS = 1 << 14
 SLOT_S = 2.0
