@@ -32,7 +32,7 @@ from remoras.social.negotiation import negotiated_attributes
 from remoras.strategy import Strategy
 from remoras.vehicle import Layers, Vehicle
 from remoras.work import Point
-from worldmodel import InformationNeed, Instance, NeedsIndex, TBox, WorldModel, core_ontology_paths
+from worldmodel import InformationNeed, Instance, NeedsIndex, TBox, WorldModel, core_ontology_paths, read_tbox
 
 STATUS_PER_FRAME = 2
 """Status blocks (position, battery) that a vehicle records in a TDMA frame."""
@@ -93,7 +93,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     else:
         scenario = scenario.model_copy(update={"strategy": StrategyTable(name=strategy.name)})
     policy = POLICIES[scenario.communication.policy]
-    tbox = TBox.read(*core_ontology_paths(), *mission.vocabulary)
+    tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary)
     database, groups = database_of(scenario, mission_type), groups_of(scenario)
     instances = _instances(scenario, mission, tbox)
     modem, world = modems()[scenario.communication.modem], scenario.world

@@ -22,7 +22,7 @@ from remoras.errors import PluginError, StrategyError
 from remoras.mission import Mission
 from remoras.strategies import configured
 from remoras.work import Job
-from worldmodel import OntologyError, TBox, core_ontology_paths
+from worldmodel import OntologyError, core_ontology_paths, read_tbox
 
 ROOM_BITS = 128
 """What a packet needs beside its acknowledgements: its head, a signal, a block of one fact."""
@@ -200,7 +200,7 @@ def _header(raw: Raw) -> Iterator[ConfigurationFault]:
 def _needs(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     needs = table_of(table_of(raw, "communication"), "needs")
     try:
-        tbox = TBox.read(*core_ontology_paths(), *mission.vocabulary)
+        tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary)
     except (OntologyError, OSError) as error:
         reference = table_of(raw, "scenario").get("mission")
         yield ConfigurationFault("scenario.mission", f'"{reference}"', f"its vocabulary cannot be read: {error}")

@@ -26,7 +26,8 @@ from exchange.packets import Fragment, InfluenceSignal, Packet
 from exchange.policies import POLICIES, Acknowledgement, AckPolicy, header_bits
 from missions.runs import run
 from missions.scenarios import load
-from worldmodel import Attribute, Grid, PropertyValue, TBox, Value, ValueKind
+from worldmodel import Attribute, PropertyValue, TBox, Value, ValueKind
+from worldmodel.fields import Grid
 
 NODES = st.integers(2, 64)
 POLICY_NAMES = st.sampled_from(sorted(POLICIES))
@@ -210,7 +211,7 @@ def test_more_fragments_than_can_be_counted_are_refused():
 
 def with_another_attribute() -> TBox:
     extra = Attribute(len(TBOX.attributes), "depth", "urn:depth", 0, ValueKind.BOOLEAN)
-    return TBox(TBOX.classes, [*TBOX.attributes, extra])
+    return TBox(TBOX.classes, (*TBOX.attributes, extra))
 
 
 @pytest.mark.parametrize(

@@ -389,10 +389,10 @@ def test_parts_that_disagree_never_stop_a_receiver():
 
 def test_a_symbol_that_is_none_never_stops_a_receiver():
     """Three symbols take two bits; the fourth index means nothing. The bits are those of index 2, the lowest set."""
-    kinds = [
+    kinds = (
         *TBOX.attributes,
         Attribute(len(TBOX.attributes), "tide", "urn:tide", 0, ValueKind.SYMBOL, symbols=("ebb", "slack", "flood")),
-    ]
+    )
     tbox = TBox(TBOX.classes, kinds)
     named = tuple(Instance(uid, 0, f"thing {uid}") for uid in range(4))
     codec = Codec(tbox, 4, 2, POLICIES["ack"], N_BLOCKS, DURATION_S)

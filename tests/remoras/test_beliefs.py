@@ -1,11 +1,14 @@
 """Beliefs: facts by name, out of the world model."""
 
+from pathlib import Path
+
 import pytest
 
 from remoras.beliefs import Beliefs
-from worldmodel import Instance, TBox, UnknownNameError, WorldModel, core_ontology_paths, merge
+from worldmodel import Instance, UnknownNameError, WorldModel, core_ontology_paths, merge, read_tbox
 
-TBOX = TBox.read(*core_ontology_paths())
+VOCABULARY = Path(__file__).parents[2] / "missions" / "mapping" / "vocabulary.ttl"
+TBOX = read_tbox(*core_ontology_paths(), VOCABULARY)
 NAMED = [("AUV", "AUV00"), ("AUV", "AUV01"), ("Group", "Operational"), ("Area", "middle"), ("Mission", "AreaMapping")]
 INSTANCES = tuple(Instance(uid, TBOX.class_named(kind).uid, name) for uid, (kind, name) in enumerate(NAMED))
 
