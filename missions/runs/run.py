@@ -12,11 +12,11 @@ from exchange.acoustics.channel import BroadcastChannel, Channel
 from exchange.acoustics.modems import modems
 from exchange.codec import Codec
 from exchange.manager import ExchangeManager
-from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.mapping.survey import Point
 from missions.scenarios.checks import named_object
+from missions.scenarios.policy import policy_of
 from missions.scenarios.scenario import Scenario, VehicleTable
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase, VehicleData
@@ -206,7 +206,7 @@ def codec_of(scenario: Scenario, tbox: TBox, instances: Sequence[Instance]) -> C
     communication = scenario.communication
     resolution_s = communication.time_resolution_s
     horizon_s = resolution_s * (int(scenario.scenario.duration_s / resolution_s) + 1)
-    policy = POLICIES[communication.policy]
+    policy = policy_of(communication.policy)
     n_frames = int(scenario.scenario.duration_s / schedule_of(scenario).frame_s) + 1
     seabed = seabed_of(scenario)
     stated = strategy_of(scenario).declaration.blocks_per_round * max(1, len(scenario.area))
@@ -233,7 +233,7 @@ def assemble(scenario: Scenario, seed: int, channel: Channel | None = None) -> F
     instances = instances_of(scenario, tbox, factory.MISSIONS)
     schedule = schedule_of(scenario)
     n_nodes = schedule.n_nodes
-    policy = POLICIES[scenario.communication.policy]
+    policy = policy_of(scenario.communication.policy)
     resolution_s = scenario.communication.time_resolution_s
     codec = codec_of(scenario, tbox, instances)
     needs = needs_of(scenario, tbox)

@@ -16,9 +16,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from exchange.acoustics.modems import modems
-from exchange.policies import POLICIES, header_bits
 from missions.errors import ConfigurationFault
 from missions.scenarios.channel import channel_faults
+from missions.scenarios.policy import policy_faults
 from missions.scenarios.tables import Raw, bounds_of, entries, names_of, one_of, point_of, table_of
 from remoras.errors import StrategyError
 from remoras.sensors import Seabed
@@ -27,8 +27,6 @@ from worldmodel import TBox, core_ontology_paths
 
 MAX_CELLS = 4096
 """Cells of one area that ``mappedCell`` can name."""
-ROOM_BITS = 128
-"""What a packet needs beside its acknowledgements: its head, a signal, a block of one fact."""
 MAX_COORDINATE_M = 9000.0
 """The ``position`` attribute reaches somewhat farther than the world may, for vehicles that drift out of it."""
 
@@ -146,8 +144,7 @@ def _n_cells(corners: Sequence[tuple[float, float]], cell_m: float) -> int:
 def _choices(raw: Raw) -> Iterator[ConfigurationFault]:
     communication = table_of(raw, "communication")
     yield from one_of("communication.modem", communication.get("modem"), list(modems()))
-    yield from one_of("communication.policy", communication.get("policy"), list(POLICIES))
-    yield from _header(raw)
+    yield from policy_faults(raw)
     strategy = table_of(raw, "strategy").get("name")
     if isinstance(strategy, str) and ":" in strategy:
         needed = ("name", "declaration", "form", "adapt", "negotiator")
@@ -163,21 +160,6 @@ def _choices(raw: Raw) -> Iterator[ConfigurationFault]:
                 configured(found, {name: value})
             except StrategyError as error:
                 yield ConfigurationFault(f"strategy.parameters.{name}", json.dumps(value), error.allowed)
-
-
-def _header(raw: Raw) -> Iterator[ConfigurationFault]:
-    """The acknowledgements of all nodes must leave room in a packet."""
-    communication = table_of(raw, "communication")
-    modem, policy = modems().get(communication.get("modem", "")), POLICIES.get(communication.get("policy", ""))
-    n_vehicles = len(entries(raw, "vehicle"))
-    if modem is not None and policy is not None and n_vehicles >= 2:
-        header = header_bits(policy, n_vehicles)
-        if header + ROOM_BITS > modem.payload_bits:
-            allowed = (
-                f"its acknowledgements take {header} bits for {n_vehicles} vehicles, a packet of modem {modem.name} "
-                f"has {modem.payload_bits} and needs {ROOM_BITS} for the rest: take ack or another modem"
-            )
-            yield ConfigurationFault("communication.policy", f'"{policy.name}"', allowed)
 
 
 def _object_faults(key: str, reference: str, needed: Sequence[str]) -> Iterator[ConfigurationFault]:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
-from exchange.acoustics.link import LINKS
+from exchange.acoustics.models import CHANNELS
 from exchange.acoustics.modems import modems
 from exchange.policies import POLICIES
 from missions.scenarios.scenario import load, shipped
@@ -66,7 +66,7 @@ LISTINGS: dict[str, Callable[[], dict[str, str]]] = {
     "scenarios": _scenarios,
     "strategies": _strategies,
     "policies": _policies,
-    "channels": lambda: dict(LINKS),
+    "channels": lambda: {name: model.title for name, model in CHANNELS.items()},
     "modems": _modems,
     "studies": _studies,
 }
