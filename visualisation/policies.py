@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
-from exchange.study.study import Estimate, StudyRow
+from exchange.study.study import StudyRow, TrialMean
 from visualisation import style
 from visualisation.errors import DrawingError, unknown
 
@@ -161,12 +161,12 @@ def _flat(row: StudyRow) -> dict[str, Any]:
         if name in ESTIMATES:
             for part in ("mean", "ci95_low", "ci95_high"):
                 flat[f"{name}_{part}"] = None if value is None else getattr(value, part)
-        elif name != "cpu_s":
+        elif name not in ("cpu_s", "acknowledgement", "repeats"):
             flat[name] = value
     return flat
 
 
-ESTIMATES = frozenset(name for name, field in StudyRow.__dataclass_fields__.items() if "Estimate" in str(field.type))
+ESTIMATES = frozenset(name for name, field in StudyRow.__dataclass_fields__.items() if "TrialMean" in str(field.type))
 
 
 def _offered(row: StudyRow) -> float:
@@ -178,7 +178,7 @@ def _offered(row: StudyRow) -> float:
 def _series(axes: Axes, rows: Sequence[StudyRow], x_of: Any, field: str) -> None:
     """A line with its band for every policy, over the rows that have the estimate."""
     for policy in dict.fromkeys(row.policy for row in rows):
-        points: list[tuple[float, Estimate]] = sorted(
+        points: list[tuple[float, TrialMean]] = sorted(
             (x_of(row), getattr(row, field)) for row in rows if row.policy == policy and getattr(row, field) is not None
         )
         xs = [x for x, _ in points]

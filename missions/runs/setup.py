@@ -10,10 +10,11 @@ from exchange.acoustics.channel import BroadcastChannel, Channel
 from exchange.acoustics.modems import Modem, modems
 from exchange.codec import Codec
 from exchange.manager import ExchangeManager
-from exchange.policies import POLICIES, AckPolicy
+from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of, transmit_j_per_bit
+from missions.scenarios.policy import policy_of
 from missions.scenarios.scenario import Scenario, StrategyTable
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase, VehicleData
@@ -32,7 +33,7 @@ from remoras.social.negotiation import negotiated_attributes
 from remoras.strategy import Strategy
 from remoras.vehicle import Layers, Vehicle
 from remoras.work import Point
-from worldmodel import InformationNeed, Instance, NeedsIndex, TBox, WorldModel, core_ontology_paths, read_tbox
+from worldmodel import InformationNeed, Instance, NeedsIndex, TBox, WorldModel, core_ontology_paths, read_tbox, read_tbox
 
 STATUS_PER_FRAME = 2
 """Status blocks (position, battery) that a vehicle records in a TDMA frame."""
@@ -92,7 +93,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         strategy = strategy_of(scenario)
     else:
         scenario = scenario.model_copy(update={"strategy": StrategyTable(name=strategy.name)})
-    policy = POLICIES[scenario.communication.policy]
+    policy = policy_of(scenario.communication.policy)
     tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary)
     database, groups = database_of(scenario, mission_type), groups_of(scenario)
     instances = _instances(scenario, mission, tbox)

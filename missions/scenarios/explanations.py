@@ -33,7 +33,7 @@ def explanations_of(root: type[BaseModel], prefix: str = "") -> dict[str, tuple[
     for name, info in root.model_fields.items():
         annotation: Any = info.annotation
         inner = [annotation, *getattr(annotation, "__args__", ())]
-        nested = next((c for c in inner if isinstance(c, type) and issubclass(c, Table)), None)
+        nested = next((c for c in inner if isinstance(c, type) and issubclass(c, BaseModel)), None)
         if nested is not None:
             found |= explanations_of(nested, f"{prefix}{name}.")
             continue

@@ -217,7 +217,7 @@ def _known_keys(location: Iterable[Any], model: type[BaseModel]) -> list[str]:
             continue
         annotation = table.model_fields[part].annotation
         candidates = [annotation, *getattr(annotation, "__args__", ())]
-        table = next((c for c in candidates if isinstance(c, type) and issubclass(c, Table)), None)
+        table = next((c for c in candidates if isinstance(c, type) and issubclass(c, BaseModel)), None)
         if table is None:
             return []
     return list(table.model_fields)

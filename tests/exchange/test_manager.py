@@ -418,12 +418,6 @@ def test_speaking_in_a_foreign_slot_is_a_mistake_of_the_caller():
         fleet.managers[0].packet_to_send(2.0)
 
 
-def test_the_deadline_is_the_start_of_the_next_own_slot():
-    """Slots of 2 s, three nodes: node 1 speaks at 2 s, 8 s, 14 s."""
-    manager = Fleet(3).managers[1]
-    assert [manager.next_deadline_s(now_s) for now_s in (0.0, 2.0, 2.1, 8.0, 8.5)] == [2.0, 2.0, 8.0, 8.0, 14.0]
-
-
 def test_a_policy_whose_header_fills_the_packet_is_refused_with_the_numbers():
     """20 nodes: the matrix alone has 380 bits, a 32 B packet 256."""
     with pytest.raises(ConfigurationError, match=r"256 bits.*m-ack needs for 20 nodes"):
