@@ -56,7 +56,7 @@ def load(
 
 
 def _toml(value: Any) -> str:
-    from missions.sweeps.study_file import toml_value
+    from missions.document import toml_value
 
     return toml_value(value)
 

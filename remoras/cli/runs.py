@@ -157,7 +157,7 @@ def plot(
 
 
 def _plot_sweep(folder: Path, kinds: Sequence[str], out: Path, file_format: Format, metric: str | None) -> None:
-    from missions.sweeps.runlog import SweepResults
+    from missions.sweeps.folder import SweepResults
     from visualisation.sweeps import comparison
 
     if metric is not None and kinds and "ranking" not in kinds:

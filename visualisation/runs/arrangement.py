@@ -14,7 +14,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
-from missions.comparison.compare import Comparison, Rank
+from missions.comparison.rows import Comparison, Rank
 from visualisation.errors import DrawingError
 
 PER, PERFECT = "per", "perfect"

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from missions.comparison.compare import HIGHER_IS_BETTER, INTERVALS_OF_MEANS, SIGNIFICANT, Comparison, Rank, are_too_few
-from missions.sweeps.runlog import SweepResults
+from missions.comparison.baseline import INTERVALS_OF_MEANS
+from missions.comparison.pairs import SIGNIFICANT
+from missions.comparison.ranking import are_too_few
+from missions.comparison.rows import Comparison, Rank
+from missions.metric import Better
+from missions.sweeps.folder import SweepResults
 from visualisation.runs.arrangement import Arrangement, Combination
 from visualisation.sweeps.measures import MEASURES, TRADE_OFF, Measure
 
@@ -57,9 +61,9 @@ def trade_off(arrangement: Arrangement, combinations: Sequence[Combination]) -> 
     )
 
 
-def ranking(arrangement: Arrangement, metric: str, rows: Sequence[Rank]) -> str:
+def ranking(arrangement: Arrangement, metric: str, better: Better | None, rows: Sequence[Rank]) -> str:
     """Caption of the table of ranks."""
-    best = "highest" if metric in HIGHER_IS_BETTER else "lowest"
+    best = "highest" if better is Better.HIGHER else "lowest"
     return _joined(
         f"Ranks by the mean of {named(metric)} for each {arrangement.axis_label}, 1 is the {best}; equal means share "
         "their ranks. Bold and shaded: the best of the column and those that do not differ significantly from it "

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from missions.comparison.compare import Comparison
+from missions.comparison.rows import Comparison
 from visualisation import labels, style
 from visualisation.runs.arrangement import POLICIES, REPEAT, STRATEGIES, Arrangement, Combination, Series, policy_place
 from visualisation.sweeps.measures import MEASURES, OVERVIEW, TRADE_OFF, Measure

@@ -13,9 +13,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from missions.comparison import compare
-from missions.comparison.compare import Comparison, Rank
-from missions.sweeps.runlog import SweepResults
+from missions.comparison.baseline import compare
+from missions.comparison.ranking import ranks
+from missions.comparison.rows import Comparison, Rank, write_csv
+from missions.metric import Better
+from missions.sweeps.folder import SweepResults
 from visualisation.errors import DrawingError, unknown
 from visualisation.kinds import FORMATS, KINDS
 from visualisation.runs.arrangement import Arrangement, Combination, arranged
@@ -76,12 +78,12 @@ def draw(
             "a Latin hypercube of several keys has no axis along which the rest is the same; see runs.parquet"
         )
     asked = list(dict.fromkeys(kinds)) or list(COMPARISON_KINDS)
-    ranked = compare.ranks(results, metric) if "ranking" in asked else []
+    ranked = ranks(results, metric) if "ranking" in asked else []
     metrics = list(dict.fromkeys([RANKED, *(one for kind in asked for one in _metrics(kind))]))
     steps = len(metrics) + len(asked)
     rows: dict[str, Sequence[Comparison]] = {}
     for name in metrics:
-        rows[name] = compare.compare(results, [name])
+        rows[name] = compare(results, [name])
         progress(len(rows), steps)
     arrangement = arranged([row for found in rows.values() for row in found])
     missing = {kind: reason for kind in asked if (reason := _nothing(kind, arrangement, rows, ranked))}
@@ -97,12 +99,12 @@ def draw(
     for number, kind in enumerate(kind for kind in asked if kind not in missing):
         stem = f"ranking-{metric}" if kind == "ranking" and metric != RANKED else kind
         taken: set[str] = set()
-        for sheet in _sheets(kind, arrangement, rows, ranked, metric):
+        for sheet in _sheets(kind, arrangement, rows, ranked, metric, results.metrics[metric].better):
             name = _file_name(stem, sheet.title, taken)
             picture, table, text = (folder / f"{name}.{suffix}" for suffix in (format, "csv", "txt"))
             conditions = captions.conditions(results, arrangement, sheet.rows)
             style.save(sheet.figure(), picture, format)
-            compare.write_csv(sheet.rows, table)
+            write_csv(sheet.rows, table)
             text.write_text(f"{sheet.title}{': ' * bool(sheet.title)}{sheet.caption} {conditions}\n", encoding="utf-8")
             files += [picture, table, text]
         progress(len(metrics) + number + 1, steps)
@@ -142,7 +144,9 @@ def _nothing(kind: str, arrangement: Arrangement, rows: Rows, ranked: Sequence[R
 # Sheets -------------------------------------------------------------------------------------------
 
 
-def _sheets(kind: str, arrangement: Arrangement, rows: Rows, ranked: Sequence[Rank], metric: str) -> Iterator[Sheet]:
+def _sheets(
+    kind: str, arrangement: Arrangement, rows: Rows, ranked: Sequence[Rank], metric: str, better: Better | None
+) -> Iterator[Sheet]:
     """The figures of a kind: one for all combinations, or one for each."""
     from visualisation.sweeps import charts, ranking
 
@@ -155,7 +159,7 @@ def _sheets(kind: str, arrangement: Arrangement, rows: Rows, ranked: Sequence[Ra
             own = arrangement.of(group[0], ranked)
             figure = partial(ranking.figure, arrangement, own, captions.named(metric))
             if own:
-                yield Sheet(title, own, captions.ranking(arrangement, metric, own), figure)
+                yield Sheet(title, own, captions.ranking(arrangement, metric, better, own), figure)
         elif not numbers:
             continue
         elif kind == "overview":

@@ -8,7 +8,8 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from missions.comparison.compare import Rank, are_too_few, mean_ranks
+from missions.comparison.ranking import are_too_few, mean_ranks
+from missions.comparison.rows import Rank
 from visualisation import style
 from visualisation.runs.arrangement import Arrangement, Series
 
