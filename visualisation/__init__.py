@@ -1,6 +1,7 @@
 """Figures of runs and studies, ready for a paper; importing this does not load matplotlib."""
 
 from visualisation.errors import DrawingError, VisualisationError
-from visualisation.kinds import FORMATS, KINDS, caption, draw
+from visualisation.files import FORMATS, Drawn
+from visualisation.kinds import KINDS, draw, picture
 
-__all__ = ["FORMATS", "KINDS", "DrawingError", "VisualisationError", "caption", "draw"]
+__all__ = ["FORMATS", "KINDS", "Drawn", "DrawingError", "VisualisationError", "draw", "picture"]

@@ -283,6 +283,10 @@ class Results:
         except (OSError, ValueError, TypeError) as error:
             raise OutputError(f"{self.folder / name}: damaged: {error}") from None
 
+    def has(self, name: str) -> bool:
+        """True if there is a table of that name: older results, or those of another mission, may lack one."""
+        return (self.folder / f"{name}.parquet").is_file()
+
     def table(self, name: str) -> pa.Table:
         """An Arrow table; ``.to_pandas()`` makes a data frame of it."""
         try:

@@ -1,0 +1,3 @@
+"""Figures of one run."""
+
+__all__: list[str] = []

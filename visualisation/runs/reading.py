@@ -1,4 +1,4 @@
-"""What the figures read out of the results of a run: vehicles, places, tracks, spans of roles, milestones."""
+"""What the figures read out of the results of a run: vehicles, tracks, spans of roles, milestones."""
 
 from __future__ import annotations
 
@@ -10,19 +10,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from missions.figure import PointM
 from missions.runs.results import Results
 
 Floats = NDArray[np.float64]
-PointM = tuple[float, float]
 RoleKey = tuple[str, str]
 """Group and role."""
-
-
-class Place(NamedTuple):
-    """A named place: one point of a rally point, all corners of an area."""
-
-    name: str
-    corners_m: tuple[PointM, ...]
 
 
 class Track(NamedTuple):
@@ -81,21 +74,6 @@ def scenario(results: Results) -> dict[str, Any]:
 def vehicles(results: Results) -> list[str]:
     """Names of the vehicles in the order of the scenario."""
     return [vehicle["name"] for vehicle in scenario(results).get("vehicle", ())]
-
-
-def areas(results: Results) -> list[Place]:
-    """Areas to be mapped."""
-    return [
-        Place(area["name"], tuple((x, y) for x, y in area["corners_m"])) for area in scenario(results).get("area", ())
-    ]
-
-
-def rally_points(results: Results) -> list[Place]:
-    """Points to meet at."""
-    return [
-        Place(point["name"], ((point["position_m"][0], point["position_m"][1]),))
-        for point in scenario(results).get("rally_point", ())
-    ]
 
 
 def tracks(results: Results) -> dict[str, Track]:
@@ -170,17 +148,9 @@ def satisfaction(results: Results) -> dict[str, dict[RoleKey, tuple[Floats, Floa
     }  # fmt: skip
 
 
-def first_mapped(results: Results) -> dict[tuple[int, int], tuple[float, str]]:
-    """For every mapped cell (column, row): when, and by whom, it was first mapped."""
-    found: dict[tuple[int, int], tuple[float, str]] = {}
-    for row in results.table("coverage").to_pylist():
-        found.setdefault((row["cell_x"], row["cell_y"]), (row["time_s"], row["vehicle"]))
-    return found
-
-
 def eventful_times_s(results: Results) -> list[float]:
-    """Times at which a milestone was reached or a role began or ceased to drive a vehicle."""
-    roles = results.table("roles")["time_s"].to_pylist()
+    """Times at which a milestone was reached or a role began or ceased to drive a vehicle, where roles are recorded."""
+    roles = results.table("roles")["time_s"].to_pylist() if results.has("roles") else ()
     return sorted({*roles, *(milestone.time_s for milestone in milestones(results))})
 
 

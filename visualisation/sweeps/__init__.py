@@ -1,0 +1,3 @@
+"""Figures of a sweep."""
+
+__all__: list[str] = []

@@ -1,0 +1,172 @@
+"""What a mission adds to the figures of its runs: values, which name nothing of the package that draws them.
+
+A mission declares places, and figures of three kinds: a ``Figure`` has a page of its own, a ``Layer`` is drawn into the
+map of the tracks, a ``Mark`` shows milestones on the tracks. Whoever draws hands the functions in it the axes to draw on, the
+results of the run, and the ``Style`` of all figures; it lays out the page, and gathers the labelled artists into the
+legend. So a figure of a mission needs no page, no colours and no file of its own::
+
+    def draw(axes, results, style):
+        rows = results.table("trajectories").to_pylist()
+        for vehicle, look in style.looks.items():
+            own = [(row["time_s"], row["speed_mps"]) for row in rows if row["vehicle"] == vehicle]
+            axes.plot(*zip(*own), color=look.colour, linestyle=look.line, label=vehicle)
+        axes.set_xlabel(style.axis("time", "s"))
+        axes.set_ylabel(style.axis("speed", "m/s"))
+        return "Speed through the water as each vehicle measures it."
+
+    SPEED = Figure("speed", "Speed of the vehicles over mission time", draw, needs=("trajectories",))
+
+``draw`` may be tried on any axes, with anything that answers as results and style do:
+
+>>> from types import SimpleNamespace
+>>> from matplotlib.figure import Figure as Sheet
+>>> def draw(axes, results, style):
+...     times_s = [row["time_s"] for row in results.table("packets")]
+...     axes.step(times_s, range(1, len(times_s) + 1), color=style.black, label="packets")
+...     axes.set_xlabel(style.axis("time", "s"))
+...     return "All packets count, lost or not."
+>>> packets = Figure("packets", "Packets sent over mission time", draw, needs=("packets",))
+>>> results = SimpleNamespace(table=lambda name: [{"time_s": 4.0}, {"time_s": 9.0}])
+>>> style = SimpleNamespace(black="#000000", axis=lambda label, unit: f"{label} ({unit})")
+>>> axes = Sheet().subplots()
+>>> packets.draw(axes, results, style)
+'All packets count, lost or not.'
+>>> axes.get_xlabel()
+'time (s)'
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from missions.runs.results import Results
+
+PointM = tuple[float, float]
+"""x east and y north, in metres."""
+
+
+class VehicleLook(Protocol):
+    """How one vehicle is drawn in all figures of a run."""
+
+    @property
+    def colour(self) -> str:
+        """Colour, as ``#rrggbb``."""
+
+    @property
+    def line(self) -> Any:
+        """Line style of matplotlib."""
+
+    @property
+    def marker(self) -> str:
+        """Marker of matplotlib."""
+
+
+class Style(Protocol):
+    """What ``draw`` gets to draw with, so that all figures of a run look alike."""
+
+    @property
+    def looks(self) -> Mapping[str, VehicleLook]:
+        """The look of every vehicle by its name, in the order of the scenario."""
+
+    @property
+    def black(self) -> str:
+        """Colour of what is about the whole fleet."""
+
+    @property
+    def grey(self) -> str:
+        """Colour of what stands behind."""
+
+    def tint(self, colour: str, strength: float) -> tuple[float, float, float]:
+        """The colour mixed with white: strength 1 is the colour, 0 is white."""
+
+    def axis(self, label: str, unit: str = "") -> str:
+        """Text of an axis: ``mission time (s)``; the label alone without a unit."""
+
+    def time(self, time_s: float) -> str:
+        """A time with its unit, for captions."""
+
+
+Draw = Callable[["Axes", "Results", Style], str]
+"""Draws on axes, and returns the sentences of the caption.
+
+Called under the settings of all figures, once for each figure written. It must not open, save or resize a figure.
+Artists with a label are listed in the legend.
+"""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of a mission's own, one panel on a page.
+
+    Args:
+        name: kind of the figure, as a user types it; also the name of its file.
+        title: begins the caption, without a full stop.
+        draw: see ``Draw``.
+        needs: tables without which there is nothing to draw; the figure is left out of results that lack one.
+    """
+
+    name: str
+    title: str
+    draw: Draw
+    needs: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Layer:
+    """What a mission draws into the map of the tracks, below them; x east and y north in metres.
+
+    Args:
+        name: for messages.
+        draw: see ``Draw``; called for each panel of the map. It leaves limits and labels of the axes alone.
+        needs: tables without which there is nothing to draw; the layer is left out of results that lack one.
+    """
+
+    name: str
+    draw: Draw
+    needs: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Place:
+    """A named place of the map.
+
+    Args:
+        name: written beside it.
+        kind: word for the legend, the same for all places of a kind: ``rally point``.
+        outline_m: one point, drawn as a mark, or the corners of a polygon; metres.
+
+    >>> Place("dock", "docking station", ())
+    Traceback (most recent call last):
+    ...
+    ValueError: place 'dock' has no point: outline_m needs one point, or the corners of a polygon
+    """
+
+    name: str
+    kind: str
+    outline_m: tuple[PointM, ...]
+
+    def __post_init__(self) -> None:
+        if not self.outline_m:
+            raise ValueError(f"place {self.name!r} has no point: outline_m needs one point, or the corners of a polygon")
+
+
+@dataclass(frozen=True)
+class Mark:
+    """Milestones of single vehicles that are marked on their tracks.
+
+    Args:
+        milestone: name of the milestones.
+        label: what legend and caption call them: ``inspection broken off``.
+    """
+
+    milestone: str
+    label: str
+
+
+Declared = Figure | Layer | Mark
+"""What a mission lists as its figures."""
