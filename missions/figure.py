@@ -152,7 +152,9 @@ class Place:
 
     def __post_init__(self) -> None:
         if not self.outline_m:
-            raise ValueError(f"place {self.name!r} has no point: outline_m needs one point, or the corners of a polygon")
+            raise ValueError(
+                f"place {self.name!r} has no point: outline_m needs one point, or the corners of a polygon"
+            )
 
 
 @dataclass(frozen=True)

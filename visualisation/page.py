@@ -201,9 +201,7 @@ class Page:
     def _box(self, axes: Axes) -> Box:
         place = axes.get_position()
         width_in, height_in = self.width_in, self.height_in
-        return Box(
-            place.x0 * width_in, (1.0 - place.y1) * height_in, place.width * width_in, place.height * height_in
-        )
+        return Box(place.x0 * width_in, (1.0 - place.y1) * height_in, place.width * width_in, place.height * height_in)
 
     def _shares(self, box: Box) -> tuple[float, float, float, float]:
         left, width = box.left_in / self.width_in, box.width_in / self.width_in

@@ -25,9 +25,7 @@ def _field(name: str) -> Callable[[Run], Any]:
     return of
 
 
-def _metric(
-    name: str, unit: str, better: Better, label: str, headline: bool = False, note: str = ""
-) -> Metric:
+def _metric(name: str, unit: str, better: Better, label: str, headline: bool = False, note: str = "") -> Metric:
     return Metric(name, unit, better, label, _field(name), headline, note)
 
 

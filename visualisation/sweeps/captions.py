@@ -50,9 +50,7 @@ def overview(arrangement: Arrangement, rows: Sequence[Comparison], measures: Seq
     )
 
 
-def trade_off(
-    arrangement: Arrangement, combinations: Sequence[Combination], across: Measure, up: Measure
-) -> str:
+def trade_off(arrangement: Arrangement, combinations: Sequence[Combination], across: Measure, up: Measure) -> str:
     """Caption of one metric over another."""
     return words.joined(
         f"{words.capital(up.name)} over {across.name}: means, joined in the order of {arrangement.axis_label}, which the "

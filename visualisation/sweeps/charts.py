@@ -21,7 +21,15 @@ from matplotlib.ticker import MaxNLocator
 from missions.comparison.compare import Comparison
 from visualisation import labels, style
 from visualisation.page import LEGEND_UP_IN, Grid, Legend, Page
-from visualisation.sweeps.arrangement import POLICIES, REPEAT, STRATEGIES, Arrangement, Combination, Series, policy_place
+from visualisation.sweeps.arrangement import (
+    POLICIES,
+    REPEAT,
+    STRATEGIES,
+    Arrangement,
+    Combination,
+    Series,
+    policy_place,
+)
 from visualisation.sweeps.measures import Measure
 
 LEFT_IN, RIGHT_IN, TOP_IN, TITLE_IN, AXIS_IN, GAP_IN, ROW_GAP_IN = 0.58, 0.1, 0.08, 0.18, 0.38, 0.66, 0.26
