@@ -4,4 +4,4 @@ from visualisation.errors import DrawingError, VisualisationError
 from visualisation.files import FORMATS, Drawn
 from visualisation.kinds import KINDS, draw, picture
 
-__all__ = ["FORMATS", "KINDS", "Drawn", "DrawingError", "VisualisationError", "draw", "picture"]
+__all__ = ["FORMATS", "KINDS", "DrawingError", "Drawn", "VisualisationError", "draw", "picture"]

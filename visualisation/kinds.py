@@ -10,12 +10,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from missions.figure import Declared, Figure, Layer, Mark, Place
+from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults
 from visualisation.errors import DrawingError, unknown
 from visualisation.files import Drawn, check_format, write
 
 if TYPE_CHECKING:
-    from missions.runs.results import Results
     from visualisation.runs.picture import Picture
 
 KINDS: Mapping[str, tuple[str, ...]] = {
@@ -28,7 +27,7 @@ SWEEP_KINDS = ("trade-off", "ranking", "overview")
 """Kinds of figures of a sweep, beside a chart of each metric."""
 
 
-def picture(results: Results, kind: str, figures: Sequence[Declared] = (), places: Sequence[Place] = ()) -> Picture:
+def picture(results: RunResults, kind: str, figures: Sequence[Declared] = (), places: Sequence[Place] = ()) -> Picture:
     """One figure of a run with its caption, in memory.
 
     Args:
@@ -67,7 +66,7 @@ def picture(results: Results, kind: str, figures: Sequence[Declared] = (), place
 
 
 def draw(
-    results: Results,
+    results: RunResults,
     kinds: Sequence[str],
     folder: Path,
     format: str = "png",
@@ -137,7 +136,7 @@ def _check_kinds(kinds: Sequence[str], own: Mapping[str, Figure]) -> None:
             raise unknown("kind of figure", kind, known)
 
 
-def _lacking(results: Results, kind: str, own: Mapping[str, Figure]) -> str:
+def _lacking(results: RunResults, kind: str, own: Mapping[str, Figure]) -> str:
     """Why a kind cannot be drawn; empty if it can."""
     lacking = [table for table in (own[kind].needs if kind in own else KINDS[kind]) if not results.has(table)]
     return f"these results have no table {', '.join(lacking)}" if lacking else ""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from missions.runs.results import Results
+from missions.figure import RunResults
 from visualisation import words
 from visualisation.runs import reading, windows
 
 
-def roles(results: Results) -> str:
+def roles(results: RunResults) -> str:
     """Caption of the roles over time."""
     return " ".join(
         [
@@ -19,7 +19,7 @@ def roles(results: Results) -> str:
     )
 
 
-def satisfaction(results: Results) -> str:
+def satisfaction(results: RunResults) -> str:
     """Caption of the personal satisfaction."""
     return " ".join(
         [
@@ -31,7 +31,7 @@ def satisfaction(results: Results) -> str:
     )
 
 
-def conditions(results: Results) -> str:
+def conditions(results: RunResults) -> str:
     """Scenario, n, seed, strategy, policy, channel, packet error rate and mission time of the run."""
     summary = results.summary
     per = summary.get("per")
@@ -45,7 +45,7 @@ def conditions(results: Results) -> str:
     )
 
 
-def _time_notes(results: Results) -> list[str]:
+def _time_notes(results: RunResults) -> list[str]:
     notes = []
     milestones = reading.milestones(results)
     if milestones:

@@ -6,8 +6,7 @@ from collections.abc import Mapping
 
 from matplotlib.axes import Axes
 
-from missions.figure import Figure, Layer
-from missions.runs.results import Results
+from missions.figure import Figure, Layer, RunResults
 from visualisation import style, words
 from visualisation.errors import DrawingError
 from visualisation.page import LEGEND_UP_IN, Box, Legend, Page
@@ -27,7 +26,7 @@ class Kit:
 
     black, grey = style.BLACK, style.GREY
 
-    def __init__(self, results: Results) -> None:
+    def __init__(self, results: RunResults) -> None:
         self.looks: Mapping[str, style.Look] = {
             name: style.look(number) for number, name in enumerate(reading.vehicles(results))
         }
@@ -45,7 +44,7 @@ class Kit:
         return words.time(time_s)
 
 
-def drawn(what: Figure | Layer, axes: Axes, results: Results) -> str:
+def drawn(what: Figure | Layer, axes: Axes, results: RunResults) -> str:
     """Let a mission draw on axes, and return the sentences for the caption.
 
     Raises:
@@ -63,7 +62,7 @@ def drawn(what: Figure | Layer, axes: Axes, results: Results) -> str:
     return text
 
 
-def picture(figure: Figure, results: Results) -> Picture:
+def picture(figure: Figure, results: RunResults) -> Picture:
     """A mission's figure on a page in the width of a column, with the legend of all labelled artists below."""
     with style.paper():
         page = Page(style.COLUMN_IN, TOP_IN + BODY_IN + BOTTOM_IN)

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from missions.runs.results import Results
+from missions.figure import RunResults
 from visualisation import style
 from visualisation.runs import captions, reading
 from visualisation.runs.picture import Picture
@@ -21,7 +21,7 @@ PAD_IN = 0.07
 THIN, THICK = 0.7, 1.9
 
 
-def picture(results: Results) -> Picture:
+def picture(results: RunResults) -> Picture:
     """A band per vehicle, a line per role, thick while the role drives the vehicle."""
     series = reading.satisfaction(results)
     tenures = {

@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from missions.runs.results import Results
+from missions.figure import RunResults
 from visualisation import style, words
 from visualisation.page import Box, Legend, Page
 from visualisation.runs import reading, windows
@@ -57,7 +57,7 @@ class Sheet:
         self.page.text(x_in, self.top_in + y_in, text, fontsize=size_pt, **look)
 
 
-def sheet(results: Results, left_in: float, body_in: float, legend: Sequence[Artist]) -> Sheet:
+def sheet(results: RunResults, left_in: float, body_in: float, legend: Sequence[Artist]) -> Sheet:
     """A page with empty windows of height ``body_in``, flags above, time axis, legend and key below."""
     end_s = reading.end_s(results)
     times_s = reading.eventful_times_s(results)

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from missions.runs.results import Results
+from missions.figure import RunResults
 from visualisation import style
 from visualisation.runs import captions, reading
 from visualisation.runs.picture import Picture
@@ -35,7 +35,7 @@ class GroupLook(NamedTuple):
     hatch: str
 
 
-def picture(results: Results) -> Picture:
+def picture(results: RunResults) -> Picture:
     """A band of rows per vehicle, a row per role; a thin bar while held, a solid one while it drives."""
     tenures = reading.tenures(results)
     n_rows = sum(max(1, len(own)) for own in tenures.values())

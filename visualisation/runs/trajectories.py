@@ -1,4 +1,4 @@
-"""Where the vehicles went: their tracks, the places of the mission, what it draws below (figure 6 of the REMORAS paper)."""
+"""Where the vehicles went: tracks, places, and what the mission draws below (figure 6 of the REMORAS paper)."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
 from matplotlib.ticker import MaxNLocator
 
-from missions.figure import Layer, Mark, Place, PointM
-from missions.runs.results import Results
+from missions.figure import Layer, Mark, Place, PointM, RunResults
 from visualisation import labels, style, words
 from visualisation.labels import Label
 from visualisation.page import Box, Legend, Page
@@ -145,7 +144,7 @@ class Layout(NamedTuple):
     boxes: list[Box]
 
 
-def picture(results: Results, places: Sequence[Place], layers: Sequence[Layer], marks: Sequence[Mark]) -> Picture:
+def picture(results: RunResults, places: Sequence[Place], layers: Sequence[Layer], marks: Sequence[Mark]) -> Picture:
     """The whole mission; beside it its eventful stretch, and where the vehicles end, if these say more.
 
     Args:
@@ -180,7 +179,7 @@ def picture(results: Results, places: Sequence[Place], layers: Sequence[Layer], 
     return Picture(page.figure, _caption(results, scene, said), tuple(notes))
 
 
-def _scene(results: Results, places: Sequence[Place], layers: Sequence[Layer], marks: Sequence[Mark]) -> Scene:
+def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer], marks: Sequence[Mark]) -> Scene:
     points: dict[str, list[Place]] = {}
     outlines: dict[str, list[Place]] = {}
     for place in places:
@@ -259,7 +258,7 @@ def _layout(panels: Sequence[Panel]) -> Layout:
     return Layout(width_in, TOP_IN + body_in + BOTTOM_IN, boxes)
 
 
-def _layers(axes: Axes, results: Results, layers: Sequence[Layer]) -> str:
+def _layers(axes: Axes, results: RunResults, layers: Sequence[Layer]) -> str:
     """Draw the layers of the mission below everything else; returns what they say for the caption."""
     said = [declared.drawn(layer, axes, results) for layer in layers]
     for artist in (*axes.collections, *axes.lines, *axes.patches, *axes.texts, *axes.images):
@@ -349,7 +348,7 @@ def _legend(scene: Scene) -> list[Artist]:
     return entries
 
 
-def _caption(results: Results, scene: Scene, said: str) -> str:
+def _caption(results: RunResults, scene: Scene, said: str) -> str:
     step_s = reading.marker_step_s(scene.end_s)
     sentences = [
         "Trajectories of the vehicles, x east and y north.",

@@ -53,8 +53,8 @@ def overview(arrangement: Arrangement, rows: Sequence[Comparison], measures: Seq
 def trade_off(arrangement: Arrangement, combinations: Sequence[Combination], across: Measure, up: Measure) -> str:
     """Caption of one metric over another."""
     return words.joined(
-        f"{words.capital(up.name)} over {across.name}: means, joined in the order of {arrangement.axis_label}, which the "
-        f"size of the markers tells; lines that end elsewhere than others have a number at their end. "
+        f"{words.capital(up.name)} over {across.name}: means, joined in the order of {arrangement.axis_label}, which "
+        "the size of the markers tells; lines that end elsewhere than others have a number at their end. "
         f"Crosses: {INTERVALS_OF_MEANS}.",
         CUT,
         CENSORED,
@@ -66,8 +66,9 @@ def ranking(arrangement: Arrangement, by: Metric, rows: Sequence[Rank]) -> str:
     """Caption of the table of ranks."""
     best = "highest" if by.better is Better.HIGHER else "lowest"
     return words.joined(
-        f"Ranks by the mean of {words.within(by.label)} for each {arrangement.axis_label}, 1 is the {best}; equal means "
-        "share their ranks. Bold and shaded: the best of the column and those that do not differ significantly from it "
+        f"Ranks by the mean of {words.within(by.label)} for each {arrangement.axis_label}, 1 is the {best}; "
+        "equal means share their ranks. "
+        "Bold and shaded: the best of the column and those that do not differ significantly from it "
         f"(sign-flip test of the paired differences, Holm-corrected in each column, p >= {SIGNIFICANT:g}). "
         "Last column: mean rank.",
         "There are too few runs for any difference to be significant." if are_too_few(rows) else "",

@@ -205,10 +205,7 @@ def _charts(kind: str, numbers: Numbers) -> Iterator[Chart]:
     together = len(combinations) <= MOST_PANELS and kind not in ("ranking", "overview")
     for group in [combinations] if together else [[one] for one in combinations]:
         title = "" if len(group) == len(combinations) else arrangement.titles[group[0]]
-        if kind == "ranking":
-            chart = _ranking(title, group[0], numbers)
-        else:
-            chart = _chart(kind, title, group, numbers)
+        chart = _ranking(title, group[0], numbers) if kind == "ranking" else _chart(kind, title, group, numbers)
         if chart.rows:
             yield chart
 
