@@ -162,12 +162,12 @@ def _draw_run(results: Results, kinds: Sequence[str], out: Path, file_format: Fo
     """Draw a run with what its mission declares."""
     import tomllib
 
-    import visualisation
     from missions.mapping.figures import FIGURES, places
     from missions.scenarios.scenario import Scenario
+    from visualisation.runs import draw
 
     scenario = Scenario.model_validate(tomllib.loads(results.manifest["scenario"]))
-    return visualisation.draw(results, kinds, out, file_format.value, FIGURES, places(scenario))
+    return draw(results, kinds, out, file_format.value, FIGURES, places(scenario))
 
 
 def _show_drawn(drawn: Drawn) -> None:
@@ -180,13 +180,13 @@ def _show_drawn(drawn: Drawn) -> None:
 def _plot_sweep(folder: Path, kinds: Sequence[str], out: Path, file_format: Format, metric: str | None) -> None:
     from missions.runs.metrics import METRICS
     from missions.sweeps.runlog import SweepResults
-    from visualisation.sweeps import comparison
+    from visualisation.sweeps import draw
     from visualisation.sweeps.measures import RANKED
 
     if metric is not None and kinds and "ranking" not in kinds:
         fail(f"--metric {metric}: is what a ranking is by; name the figure ranking too")
     with Progress(f"plot {folder}", 1, "steps") as progress:
-        drawn = comparison.draw(
+        drawn = draw(
             SweepResults.read(folder), kinds, out, METRICS, file_format.value, metric or RANKED, progress.of
         )
     _show_drawn(drawn)

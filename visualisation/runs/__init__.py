@@ -1,3 +1,5 @@
-"""Figures of one run."""
+"""Figures of one run; importing this does not load matplotlib."""
 
-__all__: list[str] = []
+from visualisation.runs.drawing import draw, picture
+
+__all__ = ["draw", "picture"]

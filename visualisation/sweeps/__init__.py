@@ -1,3 +1,5 @@
-"""Figures of a sweep."""
+"""Figures of a sweep; importing this does not load matplotlib."""
 
-__all__: list[str] = []
+from visualisation.sweeps.comparison import draw
+
+__all__ = ["draw"]
