@@ -225,9 +225,9 @@ class Run:
 
     @property
     def _mission(self) -> Mission:
-        from missions.scenarios.parts import mission_class
+        from missions.scenarios.parts import mission_of
 
-        return mission_class(self.scenario.scenario.mission).from_scenario(self.scenario)
+        return mission_of(self.scenario)
 
     def plot(self, kind: str = "trajectories") -> Figure:
         """A figure of the run: trajectories, roles, satisfaction, or one that its mission declares.
@@ -238,7 +238,7 @@ class Run:
         Raises:
             DrawingError: the kind is not known, or the run lacks its tables.
         """
-        from visualisation.kinds import picture
+        from visualisation.runs import picture
 
         mission = self._mission
         figure = picture(self._results, kind, mission.figures, mission.places).figure

@@ -8,12 +8,16 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from remoras.cli.app import FAILED, Format, Json, app, command, fail, nearest, one_of, show_json
 from remoras.cli.progress import Progress
+
+if TYPE_CHECKING:
+    from missions.runs.results import Results
+    from visualisation import Drawn
 
 # Listing ------------------------------------------------------------------------------------------
 
@@ -149,27 +153,40 @@ def plot(
         fail(f"{folder}: no results of a run (summary.json is missing), nor of a sweep (study.json is missing)")
     if metric is not None:
         fail(f"--metric {metric}: is about the ranking of a sweep, and {folder} holds a single run")
-    import visualisation
     from missions.runs.results import Results
 
-    for path in visualisation.draw(Results.read(folder), kinds or (), out or folder, file_format.value):
-        print(path)
+    _show_drawn(_draw_run(Results.read(folder), kinds or (), out or folder, file_format))
 
 
-def _plot_sweep(folder: Path, kinds: Sequence[str], out: Path, file_format: Format, metric: str | None) -> None:
-    from missions.sweeps.folder import SweepResults
-    from visualisation.sweeps import comparison
+def _draw_run(results: Results, kinds: Sequence[str], out: Path, file_format: Format) -> Drawn:
+    """Draw a run with what its mission declares."""
+    from missions.scenarios.parts import mission_of
+    from visualisation.runs import draw
 
-    if metric is not None and kinds and "ranking" not in kinds:
-        fail(f"--metric {metric}: is what a ranking is by; name the figure ranking too")
-    with Progress(f"plot {folder}", 1, "steps") as progress:
-        drawn = comparison.draw(
-            SweepResults.read(folder), kinds, out, file_format.value, metric or comparison.RANKED, progress.of
-        )
+    mission = mission_of(results.scenario)
+    return draw(results, kinds, out, file_format.value, mission.figures, mission.places)
+
+
+def _show_drawn(drawn: Drawn) -> None:
     for note in drawn.notes:
         print(f"remoras: {note}", file=sys.stderr)
     for path in drawn.files:
         print(path)
+
+
+def _plot_sweep(folder: Path, kinds: Sequence[str], out: Path, file_format: Format, metric: str | None) -> None:
+    from missions.runs.metrics import METRICS
+    from missions.sweeps.runlog import SweepResults
+    from visualisation.sweeps import draw
+    from visualisation.sweeps.measures import RANKED
+
+    if metric is not None and kinds and "ranking" not in kinds:
+        fail(f"--metric {metric}: is what a ranking is by; name the figure ranking too")
+    with Progress(f"plot {folder}", 1, "steps") as progress:
+        drawn = draw(
+            SweepResults.read(folder), kinds, out, METRICS, file_format.value, metric or RANKED, progress.of
+        )
+    _show_drawn(drawn)
 
 
 # Scenarios ----------------------------------------------------------------------------------------
@@ -284,7 +301,6 @@ def doctor() -> None:
     import tempfile
     from importlib import metadata
 
-    import visualisation
     from missions.runs import results
     from missions.runs.run import run as run_scenario
     from missions.scenarios import load
@@ -296,8 +312,8 @@ def doctor() -> None:
     print(f"a run of 60 s of mission time took {short.wall_s:.2f} s")
     with tempfile.TemporaryDirectory() as folder:
         results.write(short, Path(folder) / "run")
-        drawn = visualisation.draw(results.Results.read(Path(folder) / "run"), (), Path(folder), "png")
-        print(f"drew {len(drawn)} files")
+        drawn = _draw_run(results.Results.read(Path(folder) / "run"), (), Path(folder), Format.PNG)
+        print(f"drew {len(drawn.files)} files")
     print("ok")
 
 
