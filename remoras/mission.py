@@ -130,7 +130,10 @@ class FleetView(Protocol):
 class Truth(Protocol):
     """Watches one run from outside; it sees everything and tells the vehicles nothing."""
 
-    milestones: Sequence[Milestone]
+    @property
+    def milestones(self) -> Sequence[Milestone]:
+        """What has happened so far."""
+        ...
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         """Look at the fleet after a motion tick or a round of consultation; True if the mission is complete."""

@@ -10,7 +10,7 @@ from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, St
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from missions.scenarios.scenario import Scenario
+    from missions.mapping.scenario import MappingScenario
 
 SHADE = 0.16
 """Strength of the tint of mapped cells."""
@@ -71,7 +71,7 @@ FIGURES: tuple[Declared, ...] = (
 """Figures of the mission."""
 
 
-def places(scenario: Scenario) -> tuple[Place, ...]:
+def places(scenario: MappingScenario) -> tuple[Place, ...]:
     """Areas to be mapped and points to meet at."""
     areas = [
         Place(area.name, "area to map", tuple((float(x), float(y)) for x, y in area.corners_m))

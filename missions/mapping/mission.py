@@ -306,7 +306,11 @@ class MappingMission(Mission):
             return ()
         for name in set(organisation.members(group.name)).difference(organisation.heads(group.name)):
             observed_s, position = beliefs.observed_s(("position", name)), picture.peers.positions_m.get(name)
-            if observed_s is None or position is None or picture.body.now_s - observed_s > NEWS_FRAMES * picture.frame_s:
+            if (
+                observed_s is None
+                or position is None
+                or picture.body.now_s - observed_s > NEWS_FRAMES * picture.frame_s
+            ):
                 return ()
             if math.hypot(position[0] - x_m, position[1] - y_m) > radius_m + HEARD_TOLERANCE_M:
                 return ()

@@ -21,10 +21,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import tomli_w
 
+from missions.document import Document
 from missions.errors import OutputError
 from missions.runs.run import Run
 from missions.runs.summary import summary
-from missions.document import Document
 from missions.scenarios.loading import resolved
 from missions.scenarios.scenario import Scenario
 from remoras.recorder import TABLES, Row, Table

@@ -13,7 +13,7 @@ from exchange.manager import ExchangeManager
 from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of, transmit_j_per_bit
+from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import policy_of
 from missions.scenarios.scenario import Scenario, StrategyTable
 from remoras.beliefs import Beliefs
@@ -33,7 +33,7 @@ from remoras.social.negotiation import negotiated_attributes
 from remoras.strategy import Strategy
 from remoras.vehicle import Layers, Vehicle
 from remoras.work import Point
-from worldmodel import InformationNeed, Instance, NeedsIndex, TBox, WorldModel, core_ontology_paths, read_tbox, read_tbox
+from worldmodel import InformationNeed, Instance, NeedsIndex, TBox, WorldModel, core_ontology_paths, read_tbox
 
 STATUS_PER_FRAME = 2
 """Status blocks (position, battery) that a vehicle records in a TDMA frame."""
@@ -229,9 +229,7 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
     )
 
 
-def _vehicle(
-    fleet: Fleet, setup: Setup, real: VehicleData, sensors: dict[str, Sensor], recorder: Recorder
-) -> Vehicle:
+def _vehicle(fleet: Fleet, setup: Setup, real: VehicleData, sensors: dict[str, Sensor], recorder: Recorder) -> Vehicle:
     """A vehicle that believes what the fleet knows of it, and moves as it really is."""
     data = setup.database[real.name]
     communication, mission = setup.scenario.communication, setup.mission
@@ -261,7 +259,14 @@ def _vehicle(
         data,
         Layers(
             SocialLayer(
-                data.name, setup.database, beliefs, mission, setup.strategy, setup.agreement, setup.rally_points_m, picture
+                data.name,
+                setup.database,
+                beliefs,
+                mission,
+                setup.strategy,
+                setup.agreement,
+                setup.rally_points_m,
+                picture,
             ),
             ExecutiveLayer(setup.decision),
             FunctionalLayer(real, mission, sensors, setup.bounds_m, picture),

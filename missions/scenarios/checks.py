@@ -9,15 +9,14 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any
 
 from exchange.acoustics.modems import modems
 from missions.errors import ConfigurationFault
 from missions.scenarios.channel import channel_faults
-from missions.scenarios.policy import policy_faults
-from missions.scenarios.tables import Raw, bounds_of, entries, names_of, one_of, point_of, table_of
 from missions.scenarios.parts import database_of, groups_of, strategy_named
+from missions.scenarios.policy import policy_faults
 from missions.scenarios.scenario import Scenario
+from missions.scenarios.tables import Raw, bounds_of, entries, names_of, one_of, point_of, table_of
 from remoras.errors import PluginError, StrategyError
 from remoras.mission import Mission
 from remoras.strategies import configured
@@ -66,7 +65,9 @@ def _role_jobs(scenario: Scenario, mission: type[Mission], jobs: Mapping[str, Jo
             if role.job in jobs and able and not any(jobs[role.job].is_able(data) for data in able):
                 names = ", ".join(data.name for data in able)
                 yield ConfigurationFault(
-                    f"{key}.job", f'"{role.job}"', f"none of those able to play the role, {names}, is able to do the job"
+                    f"{key}.job",
+                    f'"{role.job}"',
+                    f"none of those able to play the role, {names}, is able to do the job",
                 )
 
 

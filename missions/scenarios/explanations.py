@@ -9,7 +9,6 @@ from pydantic import BaseModel
 from missions.scenarios.loading import load, shipped
 from missions.scenarios.parts import mission_class
 from missions.scenarios.scenario import Scenario
-from missions.scenarios.tables import Table
 
 
 def _limit(constraint: Any) -> str:

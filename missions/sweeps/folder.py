@@ -11,6 +11,7 @@ import errno
 import json
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -21,7 +22,7 @@ import pyarrow.parquet as pq
 
 from missions.document import toml_value
 from missions.errors import DiskFullError, OutputError, StudyChangedError
-from missions.metric import Better
+from missions.metric import Better, Metric
 from missions.runs import step_tables
 from missions.sweeps.ledger import (
     DONE,
@@ -111,8 +112,8 @@ class SweepResults:
     def metrics(self) -> dict[str, MetricRecord]:
         """Everything that can be compared, by the name of its field.
 
-        A folder of an older version declares no metrics: it has those of every run, and the other numbers of its
-        summaries without a direction.
+        A folder of an older version declares no metrics: it has those of every run and of its missions, and the other
+        numbers of its summaries without a direction.
 
         Raises:
             OutputError: a declaration lacks something.
@@ -125,12 +126,24 @@ class SweepResults:
             return {metric.name: metric for metric in declared}
         from missions.runs.metrics import CORE_METRICS  # all of a run comes with it, and few folders need it
 
-        found = {metric.name: MetricRecord.of(metric) for metric in CORE_METRICS}
+        declared_by = [*CORE_METRICS, *self._metrics_of_missions()]
+        found = {metric.name: MetricRecord.of(metric) for metric in declared_by}
         for line in self.lines.values():
             for name, value in line["summary"].items():
                 if name not in found and name not in IDENTITY and isinstance(value, int | float):
                     found[name] = MetricRecord(name, "", None, name)
         return found
+
+    def _metrics_of_missions(self) -> list[Metric]:
+        """Metrics that the missions of the sweep declare now, as far as they can be loaded."""
+        from missions.scenarios.parts import mission_class
+        from remoras.errors import PluginError
+
+        found: dict[str, Metric] = {}
+        for scenario in self._record.get("scenario", {}).values():
+            with suppress(PluginError, KeyError, TypeError):
+                found |= {metric.name: metric for metric in mission_class(scenario["scenario"]["mission"]).metrics}
+        return list(found.values())
 
     @property
     def compared(self) -> tuple[str, ...]:

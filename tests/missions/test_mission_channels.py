@@ -9,11 +9,11 @@ from small_mission import SMALL, line_of, named, run_varied, shipped_tables
 from exchange.acoustics.link import GilbertElliott
 from exchange.acoustics.models import CHANNELS
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.runs.summary import identity, summary
 from missions.runs.run import Run
 from missions.runs.setup import channel_of
-from missions.scenarios.channel import ChannelTable
+from missions.runs.summary import identity, summary
 from missions.scenarios import Scenario, load
+from missions.scenarios.channel import ChannelTable
 from missions.scenarios.explanations import explanations
 from missions.sweeps.study import load_study
 

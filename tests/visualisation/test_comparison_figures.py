@@ -11,6 +11,7 @@ import pytest
 from legibility import check_texts
 from matplotlib.figure import Figure
 from synthetic_sweeps import SEVEN, TEN, Sweep, flat
+from visualisation.runs.arrangement import arranged
 
 from missions.comparison.baseline import compare
 from missions.comparison.ranking import ranks
@@ -20,7 +21,6 @@ from missions.metric import Better
 from missions.sweeps.folder import SweepResults
 from visualisation import style
 from visualisation.errors import DrawingError
-from visualisation.runs.arrangement import arranged
 from visualisation.sweeps import charts, comparison, ranking
 from visualisation.sweeps.measures import COMPARISON_KINDS, MEASURES, OVERVIEW
 

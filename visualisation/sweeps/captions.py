@@ -8,8 +8,9 @@ from missions.comparison.baseline import INTERVALS_OF_MEANS
 from missions.comparison.pairs import SIGNIFICANT
 from missions.comparison.ranking import are_too_few
 from missions.comparison.rows import Comparison, Rank
-from missions.metric import Better, Metric
+from missions.metric import Better
 from missions.sweeps.folder import SweepResults
+from missions.sweeps.record import MetricRecord
 from visualisation import words
 from visualisation.sweeps.arrangement import Arrangement, Combination
 from visualisation.sweeps.measures import RANKED, Measure
@@ -65,7 +66,7 @@ def trade_off(arrangement: Arrangement, combinations: Sequence[Combination], acr
     )
 
 
-def ranking(arrangement: Arrangement, by: Metric, rows: Sequence[Rank]) -> str:
+def ranking(arrangement: Arrangement, by: MetricRecord, rows: Sequence[Rank]) -> str:
     """Caption of the table of ranks."""
     best = "highest" if by.better is Better.HIGHER else "lowest"
     return words.joined(

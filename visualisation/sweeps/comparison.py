@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING
 from missions.comparison.baseline import compare
 from missions.comparison.ranking import ranks as ranked_by_metric
 from missions.comparison.rows import Comparison, Rank, write_csv
-from missions.metric import Better, Metric
+from missions.metric import Better
 from missions.sweeps.folder import SweepResults
+from missions.sweeps.record import MetricRecord
 from visualisation.errors import DrawingError, unknown
 from visualisation.files import Drawn, check_format, write
 from visualisation.kinds import KINDS, SWEEP_KINDS
@@ -45,9 +46,9 @@ class Numbers:
         arrangement: axis, series and combinations.
     """
 
-    kinds: Mapping[str, Metric]
+    kinds: Mapping[str, MetricRecord]
     overview: tuple[str, ...]
-    ranked_by: Metric
+    ranked_by: MetricRecord
     measures: Mapping[str, Measure]
     rows: Mapping[str, Sequence[Comparison]]
     ranks: Sequence[Rank]
@@ -84,7 +85,6 @@ def draw(
     results: SweepResults,
     kinds: Sequence[str],
     folder: Path,
-    metrics: Sequence[Metric],
     format: str = "png",
     ranked: str = RANKED,
     progress: Callable[[float, float], None] = lambda done, total: None,
@@ -95,7 +95,6 @@ def draw(
         results: of the sweep.
         kinds: names in ``SWEEP_KINDS``, or metrics by the name of their chart or of their field.
         folder: made if it is not there.
-        metrics: those of every run, and those of the missions of the sweep.
         format: png, svg or pdf.
         ranked: name of the metric that the ranking is by.
         progress: told what is done of how much.
@@ -107,7 +106,7 @@ def draw(
         DrawingError: a kind or the format is not known, or a kind that was named has nothing to draw.
         OutputError: no run has finished, or the metric of the ranking is not known.
     """
-    charts = by_kind(metrics)
+    charts = by_kind(list(results.metrics.values()))
     asked = _asked(kinds, charts)
     check_format(format)
     if len(results.schedule.file.sampled_keys) > 1:
@@ -128,7 +127,7 @@ def draw(
     return Drawn(files, notes)
 
 
-def _asked(kinds: Sequence[str], charts: Mapping[str, Metric]) -> list[str]:
+def _asked(kinds: Sequence[str], charts: Mapping[str, MetricRecord]) -> list[str]:
     """The kinds to draw, each once; a metric's field stands for its chart."""
     known = (*charts, *SWEEP_KINDS)
     fields = {metric.name: kind for kind, metric in charts.items()}
@@ -142,7 +141,7 @@ def _asked(kinds: Sequence[str], charts: Mapping[str, Metric]) -> list[str]:
     return list(dict.fromkeys(found)) or list(known)
 
 
-def _drawn_by(kind: str, charts: Mapping[str, Metric], overview: tuple[str, ...]) -> tuple[str, ...]:
+def _drawn_by(kind: str, charts: Mapping[str, MetricRecord], overview: tuple[str, ...]) -> tuple[str, ...]:
     of_kind = {"overview": overview, "trade-off": TRADE_OFF, "ranking": ()}
     return of_kind[kind] if kind in of_kind else (charts[kind].name,)
 
@@ -150,13 +149,13 @@ def _drawn_by(kind: str, charts: Mapping[str, Metric], overview: tuple[str, ...]
 def _numbers(
     results: SweepResults,
     asked: Sequence[str],
-    charts: Mapping[str, Metric],
+    charts: Mapping[str, MetricRecord],
     ranked: str,
     progress: Callable[[float, float], None],
 ) -> Numbers:
     """Compare the runs by every metric that the figures draw."""
     declared = {metric.name: metric for metric in charts.values()}
-    overview = tuple(name for name in results.schedule.file.study.metrics if name in declared)[:MOST_IN_OVERVIEW]
+    overview = tuple(name for name in results.compared if name in declared)[:MOST_IN_OVERVIEW]
     ranked_by = declared.get(ranked)
     ranks: Sequence[Rank] = ()
     if "ranking" in asked and (ranked_by is None or ranked_by.better is not Better.NEITHER):

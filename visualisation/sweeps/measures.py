@@ -10,16 +10,16 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from missions.comparison.compare import Comparison
-from missions.metric import Metric
+from missions.comparison.rows import Comparison
+from missions.sweeps.record import MetricRecord
 from visualisation import words
 from visualisation.errors import DrawingError
 from visualisation.kinds import SWEEP_KINDS
 
 RANKED = "mission_time_s"
-"""Metric that a ranking is by if none is named."""
+"""MetricRecord that a ranking is by if none is named."""
 RATE = "completed"
-"""Metric that is a rate, with Wilson's intervals."""
+"""MetricRecord that is a rate, with Wilson's intervals."""
 TRADE_OFF = ("n_bytes", RANKED)
 """Metrics of the trade-off: across, and up."""
 MOST_IN_OVERVIEW = 9
@@ -39,7 +39,7 @@ class Measure:
         share: whether all means lie between 0 and 1.
     """
 
-    metric: Metric
+    metric: MetricRecord
     unit: str
     scale: float
     share: bool
@@ -69,7 +69,7 @@ class Measure:
         return low * self.scale, high * self.scale
 
 
-def measure(metric: Metric, rows: Sequence[Comparison]) -> Measure:
+def measure(metric: MetricRecord, rows: Sequence[Comparison]) -> Measure:
     """The metric on an axis that shows these rows."""
     means = [row.mean for row in rows]
     largest = max(map(abs, means), default=0.0)
@@ -79,23 +79,23 @@ def measure(metric: Metric, rows: Sequence[Comparison]) -> Measure:
     return Measure(metric, sign + metric.unit, scale, share)
 
 
-def kind_of(metric: Metric) -> str:
+def kind_of(metric: MetricRecord) -> str:
     """The kind of figure that draws one metric: its label with hyphens.
 
     >>> from missions.metric import Better
-    >>> kind_of(Metric("n_dives", "", Better.LOWER, "Dives per vehicle", len))
+    >>> kind_of(MetricRecord("n_dives", "", Better.LOWER, "Dives per vehicle"))
     'dives-per-vehicle'
     """
     return re.sub(r"[^a-z0-9]+", "-", metric.label.lower()).strip("-")
 
 
-def by_kind(metrics: Sequence[Metric]) -> Mapping[str, Metric]:
+def by_kind(metrics: Sequence[MetricRecord]) -> Mapping[str, MetricRecord]:
     """Metrics by the kinds of figures that draw them.
 
     Raises:
         DrawingError: two share a kind, or one has that of another figure.
     """
-    found: dict[str, Metric] = {}
+    found: dict[str, MetricRecord] = {}
     for metric in metrics:
         kind = kind_of(metric)
         if kind in SWEEP_KINDS or kind in found:
