@@ -147,9 +147,12 @@ class Truth(Protocol):
 class SocialPart(Protocol):
     """What the social layer of a vehicle needs of its mission."""
 
-    social_domain: Domain
-    """HTN: missions of groups into ``AllocateRoles(group)``, ``AssignObjective(group, role, name, argument)``,
-    ``GiveMission(group, mission)``."""
+    @property
+    @abstractmethod
+    def social_domain(self) -> Domain:
+        """HTN that turns missions of groups into ``AllocateRoles(group)``, ``GiveMission(group, mission)`` and
+        ``AssignObjective(group, role, objective, argument)``."""
+        ...
 
     @property
     @abstractmethod
