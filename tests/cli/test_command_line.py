@@ -10,8 +10,8 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from missions.runs.results import Results
-from missions.scenarios.explanations import explanations
 from missions.scenarios import load, shipped
+from missions.scenarios.explanations import explanations
 from missions.sweeps.study import shipped_studies
 from remoras.cli import app
 

@@ -13,11 +13,11 @@ from small_mission import SMALL, line_of, shipped_tables
 
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.results import manifest
-from missions.runs.summary import summary
-from missions.runs.setup import assemble
 from missions.runs.run import run as run_scenario
-from missions.scenarios.copies import LAYER_M, MAX_VEHICLES, with_copies
+from missions.runs.setup import assemble
+from missions.runs.summary import summary
 from missions.scenarios import Scenario, VehicleTable, load
+from missions.scenarios.copies import LAYER_M, MAX_VEHICLES, with_copies
 from remoras.fleet import SAME_DEPTH_M
 
 FLEET = '[fleet]\nsize = 6\ncopies_of = "Diver"\n\n'

@@ -10,8 +10,8 @@ from small_mission import SMALL
 
 from missions.mapping.metrics import area_roles, least_mapped_fraction
 from missions.runs.metrics import consistency
-from missions.runs.summary import summary
 from missions.runs.run import run as run_scenario
+from missions.runs.summary import summary
 from missions.scenarios import load
 from missions.sweeps.study_file import METRICS
 from remoras.recorder import Recorder

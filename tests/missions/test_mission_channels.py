@@ -8,11 +8,11 @@ from small_mission import SMALL, line_of, named, run_varied, shipped_tables
 
 from exchange.acoustics.link import LINKS, GilbertElliott
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.runs.summary import identity, summary
 from missions.runs.run import Run
 from missions.runs.setup import channel_of
-from missions.scenarios.channel import OF_MODELS, USED_BY, ChannelTable
+from missions.runs.summary import identity, summary
 from missions.scenarios import Scenario, load
+from missions.scenarios.channel import OF_MODELS, USED_BY, ChannelTable
 from missions.scenarios.explanations import explanations
 from missions.sweeps.study import load_study
 

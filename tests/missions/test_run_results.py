@@ -11,12 +11,12 @@ import pytest
 from small_mission import SMALL
 
 from missions.errors import OutputError
-from missions.runs.results import LIBRARIES, Results, write
 from missions.mapping.metrics import mapping_time_s
 from missions.runs.metrics import quantile
-from missions.runs.summary import summary
+from missions.runs.results import LIBRARIES, Results, write
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
+from missions.runs.summary import summary
 from missions.scenarios import load
 from remoras.recorder import Recorder
 

@@ -5,8 +5,8 @@ import re
 import pytest
 
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.scenarios.parts import strategy_of
 from missions.scenarios import load
+from missions.scenarios.parts import strategy_of
 from remoras.strategies import parameters, strategies
 from remoras.strategies.remoras import Remoras
 

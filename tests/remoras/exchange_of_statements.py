@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 
 from samples import auv
 
-from remoras.work import Point
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleSpecification
 from remoras.strategies.allocation import Outlook, after
 from remoras.strategy import Evidence, Fact, Heard, Negotiator, Situation, Strategy
+from remoras.work import Point
 
 ROUND_S = 10.0
 ACKNOWLEDGED = ("playsRole", "leftRole", "areaDone")

@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from samples import auv, database
 
-from remoras.work import Point
 from remoras.organisation import Group, Organisation, RoleSpecification
 from remoras.strategies import Evidence, configured, strategies
 from remoras.strategies.cbba import Cbba
 from remoras.strategies.contract_net import ContractNet
 from remoras.strategies.status_broadcast import StatusBroadcast
 from remoras.strategy import Heard, Move, Situation
+from remoras.work import Point
 
 SHIPPED = strategies()
 ALLOCATING = ("cbba", "central", "contract-net", "rendezvous-sync", "status-broadcast")

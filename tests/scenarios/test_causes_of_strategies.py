@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 import pytest
 
 from missions.mapping.metrics import area_roles
-from missions.runs.summary import summary
 from missions.runs.run import Run, run, seabed_of
 from missions.runs.setup import actual, assemble
+from missions.runs.summary import summary
 from missions.scenarios import load
 from remoras.strategies import strategies
 from remoras.strategies.remoras import Remoras

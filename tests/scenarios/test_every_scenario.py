@@ -2,8 +2,8 @@
 
 import pytest
 
-from missions.runs.summary import summary
 from missions.runs.run import run
+from missions.runs.summary import summary
 from missions.scenarios import load, shipped
 
 

@@ -1,7 +1,7 @@
 """A vehicle that runs low on energy goes home, leaves its roles, and its area passes on."""
 
-from missions.runs.summary import summary
 from missions.runs.run import Run, run
+from missions.runs.summary import summary
 from missions.scenarios import load
 
 
