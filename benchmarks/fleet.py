@@ -13,7 +13,7 @@ import time
 import tracemalloc
 from typing import Any
 
-from missions.runs.setup import assemble
+from missions.runs.setup import assemble, resolved
 from missions.scenarios import Scenario, load
 
 SIZES = (4, 8, 16, 32)
@@ -30,7 +30,7 @@ def scenario(size: int) -> Scenario:
 
 def vehicle_step_s(of: Scenario) -> float:
     """CPU seconds per vehicle and step of one run; loading and assembling are not counted."""
-    fleet = assemble(of, seed=1)
+    fleet = assemble(resolved(of), seed=1)
     began = time.process_time()
     fleet.run()
     cpu_s = time.process_time() - began
@@ -44,7 +44,7 @@ def peak_bytes(of: Scenario) -> float:
     gc.collect()
     tracemalloc.start()
     try:
-        fleet = assemble(of, seed=1)
+        fleet = assemble(resolved(of), seed=1)
         fleet.run()
         _, peak = tracemalloc.get_traced_memory()
         fleet.close()

@@ -7,7 +7,7 @@ from typing import Any
 
 import mesa
 
-from missions.runs.setup import assemble
+from missions.runs.setup import assemble, resolved
 from missions.scenarios import load
 
 REPEATS = 5
@@ -41,7 +41,7 @@ def empty_agent_step_s() -> float:
 
 def mission_cpu_s() -> tuple[float, int]:
     """(CPU seconds, steps) of one run of mapping-rendezvous; loading and writing are not counted."""
-    fleet = assemble(load("mapping-rendezvous", [("--per", f"channel.per={PER}")]), seed=1)
+    fleet = assemble(resolved(load("mapping-rendezvous", [("--per", f"channel.per={PER}")])), seed=1)
     began = time.process_time()
     fleet.run()
     cpu_s = time.process_time() - began

@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from missions.runs.run import run
-from missions.runs.step_tables import packed, writer
+from missions.runs.step_tables import packed, schema_of, writer
+from missions.sweeps.driver import sweep
 from missions.sweeps.execution import run_task
-from missions.sweeps.plan import Plan
+from missions.sweeps.plan import SweepPlan
 from missions.sweeps.study import Study, load_study, shipped_studies
-from missions.sweeps.sweep import sweep
+from remoras.recorder import TRAJECTORIES
 
 REPEATS = 12
 TRIES = 2
@@ -48,7 +49,7 @@ def study() -> Study:
 
 def bare_loop_s(of: Study) -> float:
     """Wall seconds of the runs of a study, one after another, with nothing kept."""
-    tasks = list(Plan(of).missing({}))
+    tasks = list(SweepPlan(of).missing({}))
     began = time.perf_counter()
     for task in tasks:
         run(task.scenario, task.seed)
@@ -65,12 +66,12 @@ def sweep_s(of: Study, jobs: int) -> float:
 
 def trajectory_bytes(of: Study) -> tuple[int, int]:
     """(rows, bytes) of the trajectories of at least a million rows, as the sweep keeps them: different runs all."""
-    plan, buffer, n_rows = Plan(of), io.BytesIO(), 0
-    with writer(buffer, "trajectories") as out:
+    plan, buffer, n_rows = SweepPlan(of), io.BytesIO(), 0
+    with writer(buffer, schema_of(TRAJECTORIES)) as out:
         for number in itertools.count():
             task = plan.task(number % len(of.configurations), number // len(of.configurations))
             trajectories = run(task.scenario, task.seed).recorder.trajectories
-            out.write_table(packed("trajectories", trajectories, task.key))
+            out.write_table(packed(TRAJECTORIES, trajectories, task.key))
             n_rows += len(trajectories)
             if n_rows >= MEASURED_ROWS:
                 break
@@ -82,7 +83,7 @@ def mean_run_s(of: Study) -> float:
 
     The last repeats are measured: like nearly all of the study they keep no tables.
     """
-    plan, by_strategy = Plan(of), dict[str, list[int]]()
+    plan, by_strategy = SweepPlan(of), dict[str, list[int]]()
     for number, configuration in enumerate(of.configurations):
         by_strategy.setdefault(configuration.scenario.strategy.name, []).append(number)
     total_s = 0.0

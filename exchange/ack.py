@@ -1,24 +1,23 @@
-"""The acknowledgement policies of TDMA-based exchange, written once: plain loops over the state of one node.
+"""The acknowledgements of TDMA-based exchange, written once: plain loops over the state of one node.
 
 Theory (Maurelli et al., "TDMA-based exchange policies for multi-robot communication of world information",
 section 5). N nodes send in turn: node s owns the slots t with t mod N = s and sends in each of them, with
 items or without. Every packet carries bits A[i][j], "i received the packet that j sent in j's last slot
-before i's last slot". Under ACK a sender s states its own row A[s] only. Under M-ACK it repeats what it was
-told of the other rows. Under MPS-ACK it also sets a bit on behalf of a peer that it believes to hold the
-whole content of the packet meant, whether or not that peer received that very packet.
+before i's last slot". Which of these bits a header carries, and how they are set and read, is the matter of an
+`Acknowledgement`; `exchange.policies` has those of the paper. What holds for every kind is here: `open_slot`,
+`compose`, `absorb`, `settled`, and the pieces that kinds are put together from.
 
-Call `open_slot` at the start of every slot at every node. Then the slot's owner calls `compose`, and every
-node that receives the packet calls `absorb`. One thing always holds, whatever is lost: no node believes
-that a peer holds an item which that peer lacks.
+The manager of a vehicle and the policy study call `open_slot` at the start of every slot at every node. Then the
+slot's owner calls `compose`, and every node that receives the packet calls `absorb`. One thing always holds,
+whatever is lost: no node believes that a peer holds an item which that peer lacks.
 
 The same functions run interpreted in a vehicle, on lists and on item sets that are single Python integers
 of any width (`n_words` 1), and compiled in the policy study, on arrays of 64-bit words. A set of nodes is
 one word: bit j is node j. A matrix is N words, one per row. All state is flat: one index reaches it.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple, Protocol
-
-from exchange.policies import ACK, MPS_ACK
 
 MAX_NODES = 64
 """A set of nodes is one 64-bit word in the compiled form."""
@@ -54,6 +53,71 @@ class AckState(NamedTuple):
     held: MutableWords
 
 
+class Acknowledgement(NamedTuple):
+    """What a packet's header says about packets heard: a plug-in, made of plain functions.
+
+    The functions run interpreted in vehicles and compiled in the policy study. So they are module-level functions of
+    loops, integers and the arguments given, and call only functions of that kind, such as those of this module.
+
+    `name`: short, as in `m-ack`; policies, figures and messages use it.
+    `title`: a noun phrase for listings.
+    `carries(n_nodes, frame, sender, row, column)`: True if the header that `sender` sends in that TDMA frame has the
+        bit A[row][column]. Sender and receivers ask it alike, so that both know the header's layout and size.
+        `frame` is below `period_frames`. Nobody acknowledges itself: row and column differ.
+    `compose(state, n_nodes, frame, me, rows_out)`: write the bits of the own packet, one word per row. Called by
+        `exchange.ack.compose`, after the packet's content is noted in `state`. Rows without carried bits may be left.
+    `learn(state, n_nodes, frame, sender, rows)`: update `state.believes` by the bits of a packet received. Called by
+        `exchange.ack.absorb`, after the packet's items are noted. Bits that are not carried have no meaning.
+    `remembers_second_last`: nodes remember the content of second-last packets too; matrices need it.
+    `period_frames`: the layout of headers repeats after so many TDMA frames.
+
+    A kind of one's own that states every second frame only what the sender heard:
+
+    >>> from exchange.policies import ACK, AckPolicy, header_bits
+    >>> def every_other_frame(n_nodes, frame, sender, row, column):
+    ...     return frame == 0 and row == sender
+    >>> def learn(state, n_nodes, frame, sender, rows):
+    ...     if frame == 0:
+    ...         learn_from_row(state, n_nodes, sender, rows[sender])
+    >>> title = "acknowledgements in every second frame"
+    >>> sparse = Acknowledgement("sparse", title, every_other_frame, ACK.compose, learn, period_frames=2)
+    >>> [header_bits(AckPolicy(sparse, repeat=False), 5, frame) for frame in (0, 1, 2)]
+    [4, 0, 4]
+    """
+
+    name: str
+    title: str
+    carries: Callable[[int, int, int, int, int], bool]
+    compose: Callable[["AckState", int, int, int, "MutableWords"], None]
+    learn: Callable[["AckState", int, int, int, "Words"], None]
+    remembers_second_last: bool = False
+    period_frames: int = 1
+
+
+class AckRules(Protocol):
+    """The part of an `Acknowledgement` that acts slot by slot: the whole of it, or its compiled form."""
+
+    @property
+    def carries(self) -> Callable[[int, int, int, int, int], bool]:
+        """True if a header has a bit."""
+
+    @property
+    def compose(self) -> Callable[["AckState", int, int, int, "MutableWords"], None]:
+        """Write the bits of the own packet."""
+
+    @property
+    def learn(self) -> Callable[["AckState", int, int, int, "Words"], None]:
+        """Believe what the bits of a packet say."""
+
+    @property
+    def remembers_second_last(self) -> bool:
+        """True if second-last packets are remembered."""
+
+    @property
+    def period_frames(self) -> int:
+        """Frames after which layouts repeat."""
+
+
 def new_state(n_nodes: int) -> AckState:
     """The interpreted form: the state of a node that has heard nothing and holds nothing."""
     return AckState(1, [0], [0] * (2 * n_nodes), [0] * n_nodes, [0] * (n_nodes * n_nodes))
@@ -72,35 +136,43 @@ def packet_meant(i: int, j: int, slot_owner: int, n_nodes: int) -> int:
     return 0 if slots_since_j > slots_since_i else 1
 
 
-def open_slot(acknowledgement: int, state: AckState, n_nodes: int, slot_owner: int) -> None:
-    """Age what is known of the slot's owner: its last packet is now its second-last, the new one is unheard.
+def bits_carried(kind: AckRules, n_nodes: int, frame: int, sender: int) -> int:
+    """Size of the acknowledgement header that `sender` sends in a TDMA frame, in bits."""
+    n_bits = 0
+    for row in range(n_nodes):
+        for column in range(n_nodes):
+            if row != column and kind.carries(n_nodes, frame % kind.period_frames, sender, row, column):
+                n_bits += 1
+    return n_bits
 
-    A second-last packet is meant by bits of a matrix only.
-    """
+
+def open_slot(kind: AckRules, state: AckState, n_nodes: int, slot_owner: int) -> None:
+    """Age what is known of the slot's owner: its last packet is now its second-last, the new one is unheard."""
     state.heard[0] &= ~(1 << slot_owner)
     n_words = state.n_words
     for last in range(slot_owner * n_words, (slot_owner + 1) * n_words):
-        if acknowledgement != ACK:
+        if kind.remembers_second_last:
             state.content[n_nodes * n_words + last] = state.content[last]
         state.content[last] = 0
 
 
 def compose(
-    acknowledgement: int, state: AckState, n_nodes: int, me: int, content: Words, rows_out: MutableWords
+    kind: AckRules, state: AckState, n_nodes: int, frame: int, me: int, content: Words, rows_out: MutableWords
 ) -> None:
-    """Write the acknowledgement bits of the own packet, and remember what the packet carries.
+    """Remember what the own packet carries, and write its acknowledgement bits.
 
     Args:
+        kind: of the policy; its `compose` writes the bits.
+        state: of this node.
+        n_nodes: size of the fleet.
+        frame: number of the TDMA frame, counted from 0.
+        me: this node, the slot's owner.
         content: the items that the packet carries, `n_words` words.
-        rows_out: takes one word per row of the matrix. Under ACK only row `me` is written.
+        rows_out: takes one word per row of the matrix; rows that the header does not carry may be left as they are.
     """
     for w in range(state.n_words):
         state.content[me * state.n_words + w] = content[w]
-    if acknowledgement != ACK:
-        unite_matrices(state, n_nodes, me, rows_out)
-    rows_out[me] = state.heard[0]
-    if acknowledgement == MPS_ACK:
-        add_pseudo_acknowledgements(state, n_nodes, me, rows_out)
+    kind.compose(state, n_nodes, frame % kind.period_frames, me, rows_out)
 
 
 def unite_matrices(state: AckState, n_nodes: int, me: int, rows_out: MutableWords) -> None:
@@ -143,10 +215,11 @@ def add_pseudo_acknowledgements(state: AckState, n_nodes: int, me: int, rows_out
 
 
 def absorb(
-    acknowledgement: int,
+    kind: AckRules,
     carrier_evidence: bool,
     state: AckState,
     n_nodes: int,
+    frame: int,
     me: int,
     sender: int,
     rows: Words,
@@ -156,8 +229,14 @@ def absorb(
     """Learn from a packet received in the slot of `sender`: its items, who holds them, and what its bits say.
 
     Args:
+        kind: of the policy; its `learn` reads the bits.
         carrier_evidence: take the sender's carrying an item as evidence that it holds it.
-        rows: the acknowledgement bits received, one word per row; under ACK only the sender's row is read.
+        state: of this node.
+        n_nodes: size of the fleet.
+        frame: number of the TDMA frame, counted from 0.
+        me: this node.
+        sender: the slot's owner.
+        rows: the acknowledgement bits received, one word per row; only those that the header carries have a meaning.
         content: the items received, `n_words` words.
         origins: `origins[i * n_words + w]`, the items that originated at node i: it is known to hold them.
     """
@@ -172,13 +251,13 @@ def absorb(
                 state.believes[sender * n_words + w] |= items
             for i in range(n_nodes):
                 state.believes[i * n_words + w] |= items & origins[i * n_words + w]
+    kind.learn(state, n_nodes, frame % kind.period_frames, sender, rows)
 
-    if acknowledgement == ACK:
-        learn_from_row(state, n_nodes, sender, rows[sender])
-    else:
-        for i in range(n_nodes):
-            state.held[sender * n_nodes + i] = rows[i]
-        learn_from_matrix(state, n_nodes, sender, rows)
+
+def remember_matrix(state: AckState, n_nodes: int, sender: int, rows: Words) -> None:
+    """Keep the matrix received from the sender, for `unite_matrices`."""
+    for i in range(n_nodes):
+        state.held[sender * n_nodes + i] = rows[i]
 
 
 def learn_from_row(state: AckState, n_nodes: int, sender: int, row: int) -> None:
@@ -214,16 +293,28 @@ def all_if(word: int) -> int:
 
 
 def carried_items(state: AckState, n_nodes: int, j: int) -> bool:
-    """Is any item known to have been in the last two packets of j?"""
+    """True if any item is known to have been in the last two packets of j."""
     for w in range(j * state.n_words, (j + 1) * state.n_words):
         if state.content[w] != 0 or state.content[n_nodes * state.n_words + w] != 0:
             return True
     return False
 
 
-def settled(state: AckState, n_nodes: int, w: int) -> int:
-    """Word w of the set of items that this node believes all nodes, itself included, to hold."""
-    items = state.believes[w]
-    for i in range(1, n_nodes):
-        items &= state.believes[i * state.n_words + w]
+def settled(state: AckState, n_nodes: int, unneeded: Words | None, w: int) -> int:
+    """Word w of the items that need no more sending: this node believes that all who need them hold them.
+
+    Args:
+        state: of this node.
+        n_nodes: size of the fleet.
+        unneeded: `unneeded[i * n_words + w]`, the items that node i has no need of, none at this node itself; None if
+            every node needs every item.
+        w: which word of the set.
+    """
+    items = -1
+    for i in range(n_nodes):
+        cell = i * state.n_words + w
+        if unneeded is None:
+            items &= state.believes[cell]
+        else:
+            items &= state.believes[cell] | unneeded[cell]
     return items

@@ -2,7 +2,7 @@
 
 Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
 
-    packet    definition hash 8 | sender w(nodes) | acknowledgements (see policies.header_bits)
+    packet    definition hash 8 | sender w(nodes) | acknowledgements (bits that the policy's kind says are carried)
               | number of fragments 5 | fragments | number of signals 4 | signals | padding to a byte
     fragment  relayed 1 [origin w(nodes)] | sequence w(blocks) | time w(duration / resolution)
               | part of a larger block 1 [index 4, count - 1 4] | facts
@@ -24,7 +24,7 @@ from itertools import product
 
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment, InfluenceSignal, Packet
-from exchange.policies import Acknowledgement, AckPolicy, header_bits
+from exchange.policies import AckPolicy, header_bits
 from worldmodel import Attribute, Field, PropertyValue, TBox, ValueKind
 
 HASH_BITS = 8
@@ -42,11 +42,20 @@ def width(n_values: int) -> int:
 
 
 @dataclass(frozen=True, slots=True)
-class SizeLine:
-    """One line of the size listing: a part of the packet and its bits."""
+class FieldSize:
+    """One line of the size listing.
 
-    part: str
+    Attributes:
+        group: `packet`, `fragment`, `fact` or `signal`: the part that the field belongs to.
+        field: its name, in the order of the wire.
+        size_bits: its size.
+        note: when it is there, its range or its unit.
+    """
+
+    group: str
+    field: str
     size_bits: int
+    note: str = ""
 
 
 class _Reader:
@@ -77,7 +86,8 @@ class Codec:
         n_nodes: number of vehicles, 2..64.
         policy: fixes the acknowledgement bits of the header.
         n_blocks: how many blocks one vehicle may record.
-        duration_s, time_resolution_s: range and step of observation times.
+        duration_s: latest time of an observation.
+        time_resolution_s: step of these times.
     """
 
     def __init__(
@@ -94,45 +104,57 @@ class Codec:
         self._n_instances = n_instances
         self._n_nodes = n_nodes
         self._policy = policy
-        self._matrix = policy.acknowledgement != Acknowledgement.ACK
         self._node_bits = width(n_nodes)
         self._sequence_bits = width(n_blocks)
         self._subject_bits = width(n_instances)
         self._attribute_bits = width(len(tbox.attributes))
         self._time = Field(0.0, duration_s, time_resolution_s, "s")
-        self._value_bits = [self._bits_of(tbox, attribute) for attribute in tbox.attributes]
-        self._layouts = [
-            tuple(field.size_bits for field in attribute.fields) or (bits,)
-            for attribute, bits in zip(tbox.attributes, self._value_bits, strict=True)
-        ]
+        self._layouts = [self._layout_of(tbox, attribute) for attribute in tbox.attributes]
+        self._value_bits = [sum(layout) for layout in self._layouts]
         self._n_values = {ValueKind.LINK: n_instances, ValueKind.TYPE: len(tbox.classes)}
-        self._header_fields = [self._header_fields_of(sender) for sender in range(n_nodes)]
+        self._headers = [
+            [self._carried(frame, sender) for sender in range(n_nodes)]
+            for frame in range(policy.acknowledgement.period_frames)
+        ]
         self.header_bits = header_bits(policy, n_nodes)
+        """Size of the largest acknowledgement header, in bits."""
         shape = tbox.hash, n_instances, n_nodes, n_blocks, self.header_bits, duration_s, time_resolution_s
         self._hash = zlib.crc32(repr(shape).encode()) & ((1 << HASH_BITS) - 1)
         self.decode = lru_cache(maxsize=32)(self._decode)
-        """``decode(data) -> Packet``; every receiver of one broadcast decodes the same bytes."""
+        """``decode(data, frame=0) -> Packet``; every receiver of one broadcast decodes the same bytes."""
 
-    def _bits_of(self, tbox: TBox, attribute: Attribute) -> int:
+    def _layout_of(self, tbox: TBox, attribute: Attribute) -> tuple[int, ...]:
+        """Sizes of the numbers that make up a value of the attribute, in bits."""
         match attribute.kind:
             case ValueKind.TYPE:
-                return width(len(tbox.classes))
+                return (width(len(tbox.classes)),)
             case ValueKind.LINK:
-                return self._subject_bits
+                return (self._subject_bits,)
             case ValueKind.BOOLEAN:
-                return 1
+                return (1,)
             case ValueKind.SYMBOL:
-                return width(len(attribute.symbols))
+                return (width(len(attribute.symbols)),)
             case _:
-                return sum(field.size_bits for field in attribute.fields)
+                return tuple(field.size_bits for field in attribute.fields)
+
+    def _carried(self, frame: int, sender: int) -> list[tuple[int, int]]:
+        """``(row, column)`` of every acknowledgement bit that ``sender`` sends in a frame, in order."""
+        n_nodes, carries = self._n_nodes, self._policy.acknowledgement.carries
+        pairs = product(range(n_nodes), repeat=2)
+        return [(i, j) for i, j in pairs if i != j and carries(n_nodes, frame, sender, i, j)]
+
+    def header_bits_of(self, sender: int, frame: int = 0) -> int:
+        """Size of the acknowledgement header that ``sender`` sends in a TDMA frame."""
+        return len(self._headers[frame % len(self._headers)][sender])
 
     @property
     def overhead_bits(self) -> int:
-        """Bits of a packet without fragments and signals."""
+        """Bits of a packet without fragments and signals, with the largest header of acknowledgements."""
         return HASH_BITS + self._node_bits + self.header_bits + FRAGMENT_COUNT_BITS + SIGNAL_COUNT_BITS
 
     @property
     def signal_bits(self) -> int:
+        """Bits of one influence signal."""
         return self._subject_bits + SIGNAL_VALUE_BITS
 
     def fragment_bits(self, fragment: Fragment, relayed: bool = True) -> int:
@@ -143,25 +165,55 @@ class Codec:
         per_fact = self._subject_bits + self._attribute_bits + 1
         return size + sum(per_fact + self._value_bits[fact.attribute] for fact in fragment.facts)
 
-    def listing(self) -> tuple[SizeLine, ...]:
-        """Size of every part, as ``remoras explain`` prints it."""
-        lines = [
-            SizeLine("definition hash", HASH_BITS),
-            SizeLine("sender", self._node_bits),
-            SizeLine(f"acknowledgements ({self._policy.name})", self.header_bits),
-            SizeLine("number of fragments", FRAGMENT_COUNT_BITS),
-            SizeLine("number of signals", SIGNAL_COUNT_BITS),
-            SizeLine("one influence signal", self.signal_bits),
-            SizeLine("part of a larger block, more", 2 * INDEX_BITS),
-            SizeLine("block head, own", self.fragment_bits(Fragment(0, 0, 0.0, ()), relayed=False)),
-            SizeLine("block head, relayed", self.fragment_bits(Fragment(0, 0, 0.0, ()))),
-        ]
-        per_fact = self._subject_bits + self._attribute_bits + 1
-        for attribute, bits in zip(self._attributes, self._value_bits, strict=True):
-            lines.append(SizeLine(f"fact {attribute.name}", per_fact + bits))
-        return tuple(lines)
+    def listing(self) -> tuple[FieldSize, ...]:
+        """Every field of a packet in the order of the wire, with its size in this fleet.
 
-    # Encoding -------------------------------------------------------------------------------------
+        Fields of ``packet`` come once. Those of ``fragment`` come for each fragment, those of ``fact`` for each fact in
+        it: subject and attribute, the value of that attribute, and whether another follows.
+        """
+        part = "if part of a larger block"
+        named = f"policy {self._policy.name}" + (", the largest" if len(self._headers) > 1 else "")
+        times = f"{self._time.minimum:g} to {self._time.maximum:g} s, steps of {self._time.resolution:g} s"
+        instances = f"one of {self._n_instances} instances"
+        values = [
+            FieldSize("fact", attribute.name, bits, self._values_of(attribute))
+            for attribute, bits in zip(self._attributes, self._value_bits, strict=True)
+        ]
+        return (
+            FieldSize("packet", "definition hash", HASH_BITS, "differs where TBox, fleet or policy differ"),
+            FieldSize("packet", "sender", self._node_bits, f"one of {self._n_nodes} nodes"),
+            FieldSize("packet", "acknowledgements", self.header_bits, named),
+            FieldSize("packet", "number of fragments", FRAGMENT_COUNT_BITS, f"up to {MAX_FRAGMENTS_PER_PACKET}"),
+            FieldSize("packet", "number of signals", SIGNAL_COUNT_BITS, f"up to {MAX_SIGNALS}"),
+            FieldSize("fragment", "relayed", 1),
+            FieldSize("fragment", "origin", self._node_bits, "if relayed"),
+            FieldSize(
+                "fragment", "sequence", self._sequence_bits, f"up to {1 << self._sequence_bits} blocks of a vehicle"
+            ),
+            FieldSize("fragment", "time", self._time.size_bits, times),
+            FieldSize("fragment", "part of a larger block", 1),
+            FieldSize("fragment", "index", INDEX_BITS, part),
+            FieldSize("fragment", "count", INDEX_BITS, part),
+            FieldSize("fact", "subject", self._subject_bits, instances),
+            FieldSize("fact", "attribute", self._attribute_bits, f"one of {len(self._attributes)} attributes"),
+            *values,
+            FieldSize("fact", "another follows", 1),
+            FieldSize("signal", "role", self._subject_bits, instances),
+            FieldSize("signal", "value", SIGNAL_VALUE_BITS, "-128 to 127"),
+        )
+
+    def _values_of(self, attribute: Attribute) -> str:
+        """What a value of the attribute may be, in words."""
+        if attribute.kind in self._n_values:
+            of = "instances" if attribute.kind is ValueKind.LINK else "classes"
+            return f"one of {self._n_values[attribute.kind]} {of}"
+        if attribute.symbols:
+            return " or ".join(attribute.symbols)
+        ranges = [
+            f"{f.minimum:g} to {f.maximum:g} {f.unit}".strip() + f", steps of {f.resolution:g}"
+            for f in attribute.fields
+        ]
+        return "; ".join(dict.fromkeys(ranges)) or "true or false"
 
     def encode_fragment(self, fragment: Fragment, sender: int) -> tuple[int, int]:
         """``(bits, size_bits)`` of a fragment as ``sender`` says it; fixed for the fragment's life."""
@@ -206,6 +258,7 @@ class Codec:
         rows: Sequence[int],
         fragments: Sequence[tuple[int, int]],
         signals: Sequence[InfluenceSignal] = (),
+        frame: int = 0,
     ) -> bytes:
         """Bytes of a packet.
 
@@ -214,6 +267,10 @@ class Codec:
             rows: one acknowledgement bit word per node, shape (n_nodes,).
             fragments: ``(bits, size_bits)`` pairs of ``encode_fragment``.
             signals: influence signals, at most 15.
+            frame: TDMA frame in which the packet is sent; the policy may choose its header by it.
+
+        Raises:
+            ConfigurationError: too many fragments or signals, or a signal that is no signed byte.
         """
         if len(fragments) > MAX_FRAGMENTS_PER_PACKET or len(signals) > MAX_SIGNALS:
             raise ConfigurationError(
@@ -221,9 +278,11 @@ class Codec:
                 f"{MAX_FRAGMENTS_PER_PACKET} and {MAX_SIGNALS}"
             )
         bits = self._hash << self._node_bits | sender
-        bits = bits << self.header_bits | self._encode_rows(sender, rows)
+        header = self._headers[frame % len(self._headers)][sender]
+        for i, j in header:
+            bits = bits << 1 | (rows[i] >> j & 1)
         bits = bits << FRAGMENT_COUNT_BITS | len(fragments)
-        size = HASH_BITS + self._node_bits + self.header_bits + FRAGMENT_COUNT_BITS
+        size = HASH_BITS + self._node_bits + len(header) + FRAGMENT_COUNT_BITS
         for fragment, fragment_size in fragments:
             bits = bits << fragment_size | fragment
             size += fragment_size
@@ -237,21 +296,7 @@ class Codec:
         padding = -size % 8
         return (bits << padding).to_bytes((size + padding) // 8, "big")
 
-    def _header_fields_of(self, sender: int) -> list[tuple[int, int]]:
-        """``(row, column)`` of every acknowledgement bit that ``sender`` sends, in order."""
-        if self._matrix:
-            return [(i, j) for i, j in product(range(self._n_nodes), repeat=2) if i != j]
-        return [(sender, j) for j in range(self._n_nodes) if j != sender]
-
-    def _encode_rows(self, sender: int, rows: Sequence[int]) -> int:
-        bits = 0
-        for i, j in self._header_fields[sender]:
-            bits = bits << 1 | (rows[i] >> j & 1)
-        return bits
-
-    # Decoding -------------------------------------------------------------------------------------
-
-    def _decode(self, data: bytes) -> Packet:
+    def _decode(self, data: bytes, frame: int = 0) -> Packet:
         """The packet of ``data``; raises PeerFault if it cannot be one of this fleet."""
         reader = _Reader(data)
         if reader.take(HASH_BITS) != self._hash:
@@ -260,7 +305,7 @@ class Codec:
         if sender >= self._n_nodes:
             raise PeerFault(f"sender {sender} is not one of {self._n_nodes} nodes")
         rows = [0] * self._n_nodes
-        for i, j in self._header_fields[sender]:
+        for i, j in self._headers[frame % len(self._headers)][sender]:
             rows[i] |= reader.take(1) << j
         fragments = tuple(self._decode_fragment(reader, sender) for _ in range(reader.take(FRAGMENT_COUNT_BITS)))
         signals = tuple(self._decode_signal(reader) for _ in range(reader.take(SIGNAL_COUNT_BITS)))

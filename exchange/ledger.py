@@ -22,7 +22,6 @@ class Entry:
     fragment: Fragment
     bits: int = 0
     size_bits: int = 0
-    interested: int = 0  # bit word over nodes: the peers with a need for it
     priority: int = 0
     weight: int = 0
 
@@ -35,6 +34,8 @@ class Ledger:
         self.entries: list[Entry] = []
         self.origins = [0] * n_nodes
         """Item set that originated at each node."""
+        self.unneeded = [0] * n_nodes
+        """Item set, of those that this node may send, that each peer has no need of."""
 
     def __contains__(self, uid: ItemUid) -> bool:
         return uid in self._column_of
@@ -43,9 +44,11 @@ class Ledger:
         return len(self.entries)
 
     def column(self, uid: ItemUid) -> int | None:
+        """Column of an item; None if this node has never held it."""
         return self._column_of.get(uid)
 
     def add(self, entry: Entry) -> int:
+        """Take in a new item; returns its column."""
         column = len(self.entries)
         self._column_of[entry.fragment.uid] = column
         self.entries.append(entry)

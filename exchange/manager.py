@@ -1,13 +1,14 @@
 """The Data Exchange Manager of one vehicle: what to say in a slot, what to make of what was heard.
 
-Sans-io: bits and ``now_s`` go in; bits, a deadline and frozen values come out. It reads no clock,
-draws no random numbers and calls nobody back.
+Sans-io: bits and ``now_s`` go in; bits and frozen values come out. It reads no clock, draws no random numbers and
+calls nobody back.
 
 The slot of the cooperation paper (section IV, "Selecting information to be shared"), step by step:
 needs are grouped by ``NeedsIndex`` (1, 2); new candidates enter through ``offer`` and acknowledgement
 timers are one frame, so every item sent in the last frame is a candidate again (3); items that all
 interested peers are believed to hold are dropped (4); ``selection.select`` raises weights, sorts and
-fills the packet (5, 6, 7). Who is believed to hold what is the business of ``ack``.
+fills the packet (5, 6, 7). Who is believed to hold what, and until when an item is sent, is the business of ``ack``;
+who sends it that of the policy.
 
 Two kinds of information are told apart by the TBox. An attribute of which only the latest value
 matters (a vehicle's position) is a *status*: its newest value waits in the same weighted queue, is said once
@@ -28,7 +29,7 @@ from exchange.codec import MAX_FRAGMENTS_PER_PACKET, MAX_SIGNALS, Codec
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.ledger import Entry, Ledger
 from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet
-from exchange.policies import AckPolicy
+from exchange.policies import AckPolicy, may_send
 from exchange.schedule import TdmaSchedule
 from exchange.selection import select
 from worldmodel import Block, Change, NeedsIndex, PropertyValue, WorldModel
@@ -38,8 +39,8 @@ SIGNAL_SHARE = 4
 
 
 @dataclass(slots=True)
-class Status:
-    """The latest value of a slot of which only the latest matters; ``fragment`` None once it has been said."""
+class LatestValue:
+    """The newest value of an attribute of which only the latest matters; ``fragment`` is None once it is said."""
 
     priority: int
     weight: int = 0
@@ -109,7 +110,8 @@ class ExchangeManager:
         self._latest_only = frozenset(a.uid for a in model.tbox.attributes if a.latest_only)
         self._codec = codec
         self._schedule = schedule
-        self._policy = policy
+        self._kind = policy.acknowledgement
+        self._repeat = policy.repeat
         self._needs = needs
         self._carrier_evidence = carrier_evidence
         self._room_bits = payload_bits - codec.overhead_bits
@@ -124,13 +126,11 @@ class ExchangeManager:
         self._ledger = Ledger(self._n_nodes)
         self._assembly = Assembly()
         self._open: list[int] = []  # columns that are not settled, by item UID
-        self._status: dict[tuple[int, int], Status] = {}  # by (subject, attribute)
+        self._status: dict[tuple[int, int], LatestValue] = {}  # by (subject, attribute)
         self._signals: tuple[InfluenceSignal, ...] = ()
         self._n_signals_said = 0
         self._next_slot = 0  # first slot that has not been opened
         self.n_faults = 0
-
-    # In -------------------------------------------------------------------------------------------
 
     def offer(self, changes: Iterable[Change]) -> tuple[ItemUid, ...]:
         """Take blocks this vehicle recorded itself as candidates; returns the items they became."""
@@ -153,7 +153,7 @@ class ExchangeManager:
             interested, priority = self._interest(fragment)
             if not interested:
                 return
-            self._status[key] = Status(priority)
+            self._status[key] = LatestValue(priority)
         status = self._status[key]
         status.fragment = fragment
         status.bits, status.size_bits = self._codec.encode_fragment(fragment, self._me)
@@ -176,7 +176,7 @@ class ExchangeManager:
         try:
             if sender == self._me:
                 raise PeerFault("a packet in this vehicle's own slot")
-            packet = self._codec.decode(data)
+            packet = self._codec.decode(data, self._frame(slot))
             if packet.sender != sender:
                 raise PeerFault(f"node {packet.sender} speaks in the slot of node {sender}")
         except PeerFault as fault:
@@ -202,10 +202,11 @@ class ExchangeManager:
         state = self._state
         before = [state.believes[peer] for peer in range(self._n_nodes)]
         ack.absorb(
-            self._policy.acknowledgement,
+            self._kind,
             self._carrier_evidence,
             state,
             self._n_nodes,
+            self._frame(slot),
             self._me,
             packet.sender,
             packet.rows,
@@ -222,14 +223,8 @@ class ExchangeManager:
         return Reception(slot, packet.sender, tuple(blocks), packet.signals, tuple(new_items), beliefs, settled)
 
     def _is_status(self, facts: Sequence[PropertyValue]) -> bool:
-        """Do only the latest values of all the facts matter?"""
+        """True if of every fact only the latest value matters."""
         return all(fact.attribute in self._latest_only for fact in facts)
-
-    # Out ------------------------------------------------------------------------------------------
-
-    def next_deadline_s(self, now_s: float) -> float:
-        """Start of the next own slot at ``now_s`` or later."""
-        return self._schedule.start_s(self._schedule.next_slot_of(self._me, now_s))
 
     def packet_to_send(self, now_s: float) -> Transmission:
         """The packet for the own slot that opens at ``now_s``."""
@@ -240,14 +235,16 @@ class ExchangeManager:
             )
         self._open_slots_through(slot)
         signals = self._signals
-        columns, wire = self._choose(self._room_bits - len(signals) * self._codec.signal_bits)
+        frame = self._frame(slot)
+        spared_bits = self._codec.header_bits - self._codec.header_bits_of(self._me, frame)
+        columns, wire = self._choose(self._room_bits + spared_bits - len(signals) * self._codec.signal_bits)
         entries = [self._ledger.entries[column] for column in columns]
         content = 0
         for column in columns:
             content |= 1 << column
         rows = [0] * self._n_nodes
-        ack.compose(self._policy.acknowledgement, self._state, self._n_nodes, self._me, (content,), rows)
-        data = self._codec.encode(self._me, rows, wire, signals)
+        ack.compose(self._kind, self._state, self._n_nodes, frame, self._me, (content,), rows)
+        data = self._codec.encode(self._me, rows, wire, signals, frame)
         self._signals = ()
         return Transmission(
             slot,
@@ -259,7 +256,7 @@ class ExchangeManager:
 
     def _choose(self, room_bits: int) -> tuple[list[int], list[tuple[int, int]]]:
         """Columns of the items for this packet, and the wire form of all it carries, by the weighted queue."""
-        queue: list[Entry | Status] = [self._ledger.entries[column] for column in self._open]
+        queue: list[Entry | LatestValue] = [self._ledger.entries[column] for column in self._open]
         queue += [status for status in self._status.values() if status.fragment is not None]
         weights = [candidate.weight for candidate in queue]
         chosen = [0] * len(queue)
@@ -280,20 +277,18 @@ class ExchangeManager:
         for position in chosen[: min(n_chosen, MAX_FRAGMENTS_PER_PACKET)]:
             candidate = queue[position]
             wire.append((candidate.bits, candidate.size_bits))
-            if isinstance(candidate, Status):
+            if isinstance(candidate, LatestValue):
                 candidate.fragment = None
             else:
                 columns.append(self._open[position])
         return columns, wire
 
-    # What is known of whom ------------------------------------------------------------------------
-
     def holds(self, uid: ItemUid) -> bool:
-        """Does this vehicle hold the item?"""
+        """True if this vehicle holds the item."""
         return uid in self._ledger
 
     def believes(self, peer: int, uid: ItemUid) -> bool:
-        """Does this vehicle believe that ``peer`` holds the item?"""
+        """True if this vehicle believes that ``peer`` holds the item."""
         column = self._ledger.column(uid)
         return column is not None and bool(self._state.believes[peer] >> column & 1)
 
@@ -305,10 +300,14 @@ class ExchangeManager:
     def _register(self, fragment: Fragment) -> int:
         entry = Entry(fragment)
         column = self._ledger.add(entry)
-        self._state.believes[self._me] |= 1 << column
-        if self._policy.repeat or fragment.origin == self._me:
-            entry.interested, entry.priority = self._interest(fragment)
-            if entry.interested:
+        item = 1 << column
+        self._state.believes[self._me] |= item
+        if may_send(self._repeat, item, self._ledger.origins[self._me]):
+            interested, entry.priority = self._interest(fragment)
+            for peer in range(self._n_nodes):
+                if peer != self._me and not interested >> peer & 1:
+                    self._ledger.unneeded[peer] |= item
+            if interested:
                 entry.bits, entry.size_bits = self._codec.encode_fragment(fragment, self._me)
                 insort(self._open, column, key=self._uid)
         return column
@@ -333,22 +332,17 @@ class ExchangeManager:
 
     def _settle(self) -> tuple[ItemUid, ...]:
         """Close the open items that every interested peer is believed to hold."""
-        believes = self._state.believes
-        settled = []
-        still_open = []
-        for column in self._open:
-            entry = self._ledger.entries[column]
-            lacking = any(
-                entry.interested >> peer & 1 and not believes[peer] >> column & 1 for peer in range(self._n_nodes)
-            )
-            if lacking:
-                still_open.append(column)
-            else:
-                settled.append(entry.fragment.uid)
-        self._open = still_open
-        return tuple(settled)
+        done = ack.settled(self._state, self._n_nodes, self._ledger.unneeded, 0)
+        settled = tuple(self._uid(column) for column in self._open if done >> column & 1)
+        if settled:
+            self._open = [column for column in self._open if not done >> column & 1]
+        return settled
+
+    def _frame(self, slot: int) -> int:
+        """Number of the TDMA frame of a slot."""
+        return slot // self._n_nodes
 
     def _open_slots_through(self, slot: int) -> None:
         for k in range(self._next_slot, slot + 1):
-            ack.open_slot(self._policy.acknowledgement, self._state, self._n_nodes, k % self._n_nodes)
+            ack.open_slot(self._kind, self._state, self._n_nodes, k % self._n_nodes)
         self._next_slot = max(self._next_slot, slot + 1)

@@ -1,55 +1,131 @@
-"""The exchange policies by name: which acknowledgement travels in the header, and who repeats items.
+"""The exchange policies: which acknowledgement travels in the header, and who repeats items.
 
-A policy is a value and holds no state; `exchange.ack` acts on it, in the vehicles and in the policy study
-alike. Whether hearing a node send an item counts as evidence that it holds the item is a separate option,
-`carrier_evidence`: any policy can be had with it or without.
+A policy is a value and holds no state. The manager of a vehicle and the policy study call the same functions of it, so
+that each rule is written once: an `Acknowledgement` of its own makes and reads the headers, `may_send` says who sends
+an item, `exchange.ack.settled` until when. A new kind of acknowledgement is a value more in this file, or in a file of
+one's own. Whether a node that sends an item is taken to hold it is a separate option, `carrier_evidence`, of vehicles
+and study: any policy can be had with it or without.
 """
 
-from difflib import get_close_matches
-from enum import IntEnum
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import lru_cache
+from types import FunctionType
 
+from exchange.ack import (
+    Acknowledgement,
+    AckState,
+    MutableWords,
+    Words,
+    add_pseudo_acknowledgements,
+    bits_carried,
+    learn_from_matrix,
+    learn_from_row,
+    remember_matrix,
+    unite_matrices,
+)
 from exchange.errors import ConfigurationError
+from worldmodel import suggestion
+
+PARTS = ("carries", "compose", "learn")
+"""Functions of an acknowledgement."""
 
 
-class Acknowledgement(IntEnum):
-    """What a packet's header says about packets heard (Maurelli et al., sections 5.2 to 5.4)."""
-
-    ACK = 0
-    """A vector: which peers' last packets the sender received."""
-    M_ACK = 1
-    """A matrix: also what the sender was told about who received whose packets."""
-    MPS_ACK = 2
-    """The same matrix, with pseudo-acknowledgements for peers known to hold a packet's whole content."""
+def own_row(n_nodes: int, frame: int, sender: int, row: int, column: int) -> bool:
+    """A header that is a vector: the sender's own row, N - 1 bits."""
+    return row == sender
 
 
-ACK, M_ACK, MPS_ACK = (int(kind) for kind in Acknowledgement)
-"""The same as plain integers, for the functions that are also compiled."""
+def every_row(n_nodes: int, frame: int, sender: int, row: int, column: int) -> bool:
+    """A header that is a whole matrix, N (N - 1) bits."""
+    return True
 
 
-class AckPolicy(NamedTuple):
-    """An exchange policy: its name, an `Acknowledgement`, and whether nodes repeat items of other origins."""
+def state_own_row(state: AckState, n_nodes: int, frame: int, me: int, rows_out: MutableWords) -> None:
+    """State whose last packets this node received."""
+    rows_out[me] = state.heard[0]
 
-    name: str
-    acknowledgement: int
+
+def state_matrix(state: AckState, n_nodes: int, frame: int, me: int, rows_out: MutableWords) -> None:
+    """State the own row, and what this node was told of the others."""
+    unite_matrices(state, n_nodes, me, rows_out)
+    rows_out[me] = state.heard[0]
+
+
+def state_matrix_and_beliefs(state: AckState, n_nodes: int, frame: int, me: int, rows_out: MutableWords) -> None:
+    """State the matrix, and set bits on behalf of peers believed to hold the whole content of the packet meant."""
+    state_matrix(state, n_nodes, frame, me, rows_out)
+    add_pseudo_acknowledgements(state, n_nodes, me, rows_out)
+
+
+def read_row(state: AckState, n_nodes: int, frame: int, sender: int, rows: Words) -> None:
+    """Believe the sender's own row."""
+    learn_from_row(state, n_nodes, sender, rows[sender])
+
+
+def read_matrix(state: AckState, n_nodes: int, frame: int, sender: int, rows: Words) -> None:
+    """Believe every row, and keep the matrix to pass it on."""
+    remember_matrix(state, n_nodes, sender, rows)
+    learn_from_matrix(state, n_nodes, sender, rows)
+
+
+ACK = Acknowledgement("ack", "packet acknowledgements", own_row, state_own_row, read_row)
+"""A vector: which peers' last packets the sender received (Maurelli et al., section 5.2)."""
+
+M_ACK = Acknowledgement(
+    "m-ack", "acknowledgement matrix", every_row, state_matrix, read_matrix, remembers_second_last=True
+)
+"""A matrix: also what the sender was told about who received whose packets (section 5.3)."""
+
+MPS_ACK = Acknowledgement(
+    "mps-ack",
+    "acknowledgement matrix with pseudo-acknowledgements",
+    every_row,
+    state_matrix_and_beliefs,
+    read_matrix,
+    remembers_second_last=True,
+)
+"""The same matrix, with pseudo-acknowledgements for peers known to hold a packet's whole content (section 5.4)."""
+
+ACKNOWLEDGEMENTS = (ACK, M_ACK, MPS_ACK)
+"""The shipped kinds, in the order of lists and figures."""
+
+
+@dataclass(frozen=True, slots=True)
+class AckPolicy:
+    """An exchange policy, shipped or one's own.
+
+    Attributes:
+        acknowledgement: what headers say about packets heard.
+        repeat: nodes repeat items of other origins; else only the origin sends an item.
+
+    >>> AckPolicy(M_ACK, repeat=True).name
+    'm-ack-repeat'
+    """
+
+    acknowledgement: Acknowledgement
     repeat: bool
+
+    @property
+    def name(self) -> str:
+        """Name in scenarios, tables and figures: the acknowledgement's, with `-repeat` if nodes repeat items."""
+        return self.acknowledgement.name + ("-repeat" if self.repeat else "")
+
+    @property
+    def title(self) -> str:
+        """One line for listings."""
+        return self.acknowledgement.title + (
+            ", others repeat items" if self.repeat else ", only the origin sends an item"
+        )
 
 
 POLICIES: dict[str, AckPolicy] = {
-    policy.name: policy
-    for policy in (
-        AckPolicy("ack", Acknowledgement.ACK, False),
-        AckPolicy("ack-repeat", Acknowledgement.ACK, True),
-        AckPolicy("m-ack", Acknowledgement.M_ACK, False),
-        AckPolicy("m-ack-repeat", Acknowledgement.M_ACK, True),
-        AckPolicy("mps-ack", Acknowledgement.MPS_ACK, False),
-        AckPolicy("mps-ack-repeat", Acknowledgement.MPS_ACK, True),
-    )
+    policy.name: policy for policy in (AckPolicy(kind, repeat) for kind in ACKNOWLEDGEMENTS for repeat in (False, True))
 }
+"""The shipped policies by name."""
 
 
 def policy_named(name: str) -> AckPolicy:
-    """The policy of that name.
+    """The shipped policy of that name.
 
     Raises:
         ConfigurationError: no policy has that name; the message lists the names and the nearest one.
@@ -59,25 +135,82 @@ def policy_named(name: str) -> AckPolicy:
     """
     if name in POLICIES:
         return POLICIES[name]
-    nearest = get_close_matches(name.lower(), POLICIES, n=1)
-    hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
-    raise ConfigurationError(f"unknown policy {name!r}: allowed are {', '.join(POLICIES)}{hint}")
+    hint = suggestion(name.lower(), POLICIES)
+    raise ConfigurationError(
+        f"unknown policy {name!r}: allowed are {', '.join(POLICIES)} and package.module:object{hint}"
+    )
 
 
-def acknowledgement_bits(acknowledgement: int, n_nodes: int) -> int:
-    """Size of the acknowledgement header in the packet about to be composed, in bits.
+def checked_policy(found: object, reference: str) -> AckPolicy:
+    """The object as a policy, if it is one in all its parts.
 
-    Asked anew in every own slot, before items are selected: a policy may choose its header slot by slot.
+    Args:
+        found: what somebody's module has under the reference.
+        reference: name of the object in the message.
+
+    Raises:
+        ConfigurationError: it is no `AckPolicy`, lacks a part or has one of another type.
     """
-    if acknowledgement == ACK:
-        return n_nodes - 1
-    return n_nodes * (n_nodes - 1)
+    fault = policy_fault(found)
+    if fault is None and isinstance(found, AckPolicy):
+        return found
+    raise ConfigurationError(f"policy {reference!r}: {fault}")
 
 
-def header_bits(policy: AckPolicy, n_nodes: int) -> int:
+def policy_fault(found: object) -> str | None:
+    """What is wrong with an object that should be a policy; None if nothing is."""
+    if not isinstance(found, AckPolicy):
+        return f"an exchange.AckPolicy is expected, as AckPolicy(KIND, repeat=False), not {_kind_of(found)}"
+    kind = found.acknowledgement
+    if not isinstance(kind, Acknowledgement):
+        return f"its acknowledgement must be an exchange.Acknowledgement, not {_kind_of(kind)}"
+    if not isinstance(found.repeat, bool):
+        return f"repeat must be true or false, not {found.repeat!r}"
+    if not (isinstance(kind.name, str) and kind.name and isinstance(kind.title, str) and kind.title):
+        return "its acknowledgement needs a name and a title"
+    if not isinstance(kind.remembers_second_last, bool):
+        return f"remembers_second_last must be true or false, not {kind.remembers_second_last!r}"
+    if not isinstance(kind.period_frames, int) or kind.period_frames < 1:
+        return f"period_frames must be a whole number of 1 or more, not {kind.period_frames!r}"
+    for part in PARTS:
+        function, expected = getattr(kind, part), getattr(ACK, part)
+        if not isinstance(function, FunctionType):
+            return f"its {part} must be a plain function of a module, not {_kind_of(function)}"
+        if function.__code__.co_argcount != expected.__code__.co_argcount:
+            takes = ", ".join(expected.__code__.co_varnames[: expected.__code__.co_argcount])
+            return f"its {part} must take ({takes})"
+    if found.name in POLICIES and found != POLICIES[found.name]:
+        return f"the name {found.name} is taken by a shipped policy: give its acknowledgement another"
+    return None
+
+
+def _kind_of(found: object) -> str:
+    return f"the class {found.__name__}" if isinstance(found, type) else f"a {type(found).__name__}"
+
+
+def may_send(repeat: bool, items: int, own: int) -> int:
+    """Those of the items, a word, that a node may send at all: every one if nodes repeat, else its own.
+
+    >>> may_send(True, 0b110, 0b010), may_send(False, 0b110, 0b010)
+    (6, 2)
+    """
+    return items if repeat else items & own
+
+
+@lru_cache(maxsize=256)
+def header_bits(policy: AckPolicy, n_nodes: int, frame: int | None = None, sender: int = 0) -> int:
     """Size of the acknowledgement header of a packet under the policy, in bits.
+
+    Args:
+        policy: shipped or one's own.
+        n_nodes: size of the fleet.
+        frame: TDMA frame in which the packet is sent; if None, the largest header of all senders and frames is meant.
+        sender: node that sends it.
 
     >>> header_bits(POLICIES["ack"], 5), header_bits(POLICIES["m-ack"], 5)
     (4, 20)
     """
-    return acknowledgement_bits(policy.acknowledgement, n_nodes)
+    kind = policy.acknowledgement
+    if frame is not None:
+        return bits_carried(kind, n_nodes, frame, sender)
+    return max(bits_carried(kind, n_nodes, f, s) for f in range(kind.period_frames) for s in range(n_nodes))

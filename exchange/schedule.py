@@ -37,16 +37,20 @@ class TdmaSchedule:
 
     @property
     def slot_s(self) -> float:
+        """Length of a slot."""
         return self.packet_s + self.guard_s
 
     @property
     def frame_s(self) -> float:
+        """Length of a frame, in which every node has one slot."""
         return self.n_nodes * self.slot_s
 
     def owner(self, slot: int) -> int:
+        """The node that sends in a slot."""
         return slot % self.n_nodes
 
     def start_s(self, slot: int) -> float:
+        """Time at which a slot opens."""
         return slot * self.slot_s
 
     def slot_at(self, now_s: float) -> int:
@@ -59,10 +63,3 @@ class TdmaSchedule:
     def slot_of_arrival(self, now_s: float) -> int:
         """The slot in which a packet was sent that is complete at ``now_s``: at a boundary, the one before it."""
         return self.slot_at(max(0.0, now_s - GRACE_S))
-
-    def next_slot_of(self, node: int, now_s: float) -> int:
-        """First slot of ``node`` that starts at ``now_s`` or later."""
-        slot = self.slot_at(now_s)
-        if self.start_s(slot) < now_s:
-            slot += 1
-        return slot + (node - slot) % self.n_nodes

@@ -16,6 +16,7 @@ class ConfigurationFault:
     line: int | None = None
 
     def text(self, file: str) -> str:
+        """The fault on one line, as a message shows it."""
         where = f"{file}:{self.line}" if self.line else file
         given = f" = {self.given}" if self.given else ""
         return f"{where}: {self.key}{given}: {self.allowed}"

@@ -1,8 +1,8 @@
 """What a mission adds to the figures of its runs: values, which name nothing of the package that draws them.
 
 A mission declares places, and figures of three kinds: a ``Figure`` has a page of its own, a ``Layer`` is drawn into the
-map of the tracks, a ``Mark`` shows milestones on the tracks. Whoever draws hands the functions in it the axes to draw on, the
-results of the run, and the ``Style`` of all figures; it lays out the page, and gathers the labelled artists into the
+map of the tracks, a ``Mark`` shows milestones on the tracks. Their functions are handed the axes to draw on, the results
+of the run and the ``Style`` of all figures. The caller lays out the page, and gathers the labelled artists into the
 legend. So a figure of a mission needs no page, no colours and no file of its own::
 
     def draw(axes, results, style):
@@ -44,10 +44,26 @@ from typing import TYPE_CHECKING, Any, Protocol
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from missions.runs.results import Results
-
 PointM = tuple[float, float]
 """x east and y north, in metres."""
+
+
+class RunResults(Protocol):
+    """What figures read of a run, be it written to a folder or still in memory."""
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """The figures of the run, as in ``summary.json``."""
+
+    @property
+    def manifest(self) -> dict[str, Any]:
+        """What is needed to repeat the run, as in ``manifest.json``; ``scenario`` is its resolved scenario as TOML."""
+
+    def has(self, name: str) -> bool:
+        """True if there is a table of that name."""
+
+    def table(self, name: str) -> Any:
+        """An Arrow table."""
 
 
 class VehicleLook(Protocol):
@@ -91,7 +107,7 @@ class Style(Protocol):
         """A time with its unit, for captions."""
 
 
-Draw = Callable[["Axes", "Results", Style], str]
+Draw = Callable[["Axes", RunResults, Style], str]
 """Draws on axes, and returns the sentences of the caption.
 
 Called under the settings of all figures, once for each figure written. It must not open, save or resize a figure.
@@ -152,7 +168,9 @@ class Place:
 
     def __post_init__(self) -> None:
         if not self.outline_m:
-            raise ValueError(f"place {self.name!r} has no point: outline_m needs one point, or the corners of a polygon")
+            raise ValueError(
+                f"place {self.name!r} has no point: outline_m needs one point, or the corners of a polygon"
+            )
 
 
 @dataclass(frozen=True)

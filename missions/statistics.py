@@ -4,10 +4,10 @@ Intervals of means are symmetric bootstrap-t intervals (Hall 1988; Efron and Tib
 resample is studentised with its own standard deviation. In 1500 simulated repetitions of 30 runs they covered the
 mean in 94.2 to 95.9 % of cases for normal, lognormal and exponential values and for heavy-tailed differences;
 percentile intervals fall to 91 %, equal-tailed bootstrap-t to 92.5 %. They need resamples that vary; where values
-hardly do (a coverage of 1 in all runs but one), the percentile interval with Hesterberg's correction for small
-samples (2015, section 5.3) takes its place. So it does where a few runs alone make the spread, such as one of thirty
-that was censored: resamples without them would make the interval many times as wide, and cover the mean no more often
-(in 400 simulated repetitions with 5 % censored both covered it in 79 %, with a median width of 4474 and of 570 s).
+hardly do (a success in all runs but one), the percentile interval with Hesterberg's correction for small samples (2015,
+section 5.3) takes its place. It also does where a few runs make the whole spread, such as one censored run of thirty:
+resamples without them would make the interval many times as wide, and cover the mean no more often (in 400 simulated
+repetitions with 5 % censored both covered it in 79 %, with a median width of 4474 and of 570 s).
 All draws are seeded: the same runs give the same interval.
 """
 
@@ -25,11 +25,11 @@ RESAMPLES = 2000
 CONFIDENCE = 0.95
 SEED = 20110901
 STEADY = 0.2
-"""A resample whose spread is less than this part of the sample's hardly varies."""
+"""A resample hardly varies if its spread is at most this part of the sample's."""
 FEW = 8
-"""Fewer values than this are too few to resample."""
+"""Fewest values that are resampled."""
 STEADY_SHARE = 0.01
-"""Share of resamples that hardly vary above which studentising them says nothing."""
+"""Studentised resamples say nothing if more than this share of them hardly varies."""
 
 Interval = tuple[float, float]
 Array = npt.NDArray[np.float64]
@@ -97,6 +97,11 @@ def restricted_mean_time(times_s: Sequence[float], completed: Sequence[bool], ho
 
     A run that ended without completing counts as long as it was watched, not as if it had completed. Royston and
     Parmar 2013; Kaplan and Meier 1958. The estimator is ten lines, so no survival library is needed.
+
+    Args:
+        times_s: end of each run.
+        completed: True for the runs that completed then.
+        horizon_s: end of the curve.
 
     >>> restricted_mean_time([1.0, 2.0, 4.0, 4.0], [True, True, False, False], 4.0)  # 1 + 0.75 + 0.5 * 2
     2.75

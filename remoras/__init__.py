@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
     from remoras.behaviours import Behaviour, Perception, Reference
     from remoras.errors import RemorasError
-    from remoras.face import Run, Sweep, compare, exchange_study, load, open, run, sweep  # noqa: A004 - as in gzip
+    from remoras.face import Run, Sweep, compare, exchange_study, load, open, run, sweep
     from remoras.mission import Finding, FleetView, Milestone, Mission, Truth, VehicleView
     from remoras.recorder import Column, Table
     from remoras.sensor import Observation, Pose, Sensor, SensorSettings

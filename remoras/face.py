@@ -32,7 +32,7 @@ def load(
     policy: str | None = None,
     channel: str | None = None,
     per: float | None = None,
-    set: Mapping[str, Any] | None = None,  # noqa: A002 - as the option --set
+    set: Mapping[str, Any] | None = None,
 ) -> Scenario:
     """A scenario, checked whole.
 
@@ -49,14 +49,19 @@ def load(
     0.6
     """
     named = {"strategy.name": strategy, "communication.policy": policy, "channel.name": channel, "channel.per": per}
-    sources = {"strategy.name": "strategy", "communication.policy": "policy", "channel.name": "channel", "channel.per": "per"}
+    sources = {
+        "strategy.name": "strategy",
+        "communication.policy": "policy",
+        "channel.name": "channel",
+        "channel.per": "per",
+    }
     overrides = [(sources[key], f"{key}={_toml(value)}") for key, value in named.items() if value is not None]
     overrides += [("set", f"{key}={_toml(value)}") for key, value in (set or {}).items()]
     return load_scenario(str(scenario), overrides)
 
 
 def _toml(value: Any) -> str:
-    from missions.sweeps.study_file import toml_value
+    from missions.document import toml_value
 
     return toml_value(value)
 
@@ -69,7 +74,7 @@ def run(
     channel: str | None = None,
     per: float | None = None,
     seed: int = 1,
-    set: Mapping[str, Any] | None = None,  # noqa: A002 - as the option --set
+    set: Mapping[str, Any] | None = None,
     keep_models: bool = False,
 ) -> Run:
     """Run a scenario to its end, in memory; nothing is written.
@@ -103,7 +108,7 @@ def run(
     return Run(MemoryResults(run_scenario(loaded, seed, strategy=own, keep_models=keep_models)))
 
 
-def open(folder: str | Path) -> Run | Sweep:  # noqa: A001 - as gzip.open
+def open(folder: str | Path) -> Run | Sweep:
     """What was written to a folder: the run, or the sweep.
 
     Raises:
@@ -134,7 +139,7 @@ def sweep(study: str | Path, out: str | Path, jobs: int = 1) -> Sweep:
 
     make(load_study(str(study)), Path(out), jobs)
     found = open(out)
-    assert isinstance(found, Sweep)  # noqa: S101 - it has just been written
+    assert isinstance(found, Sweep)
     return found
 
 
@@ -174,7 +179,8 @@ def exchange_study(
     from exchange.study.study import run as study
 
     asked = ExchangeStudy(nodes=nodes, per=tuple(per), policies=tuple(policies or POLICIES), trials=trials, seed=seed)
-    return pd.json_normalize([row.as_json() for row in study(asked, jobs)])
+    found: DataFrame = pd.json_normalize([row.as_json() for row in study(asked, jobs)])
+    return found
 
 
 class Run:
@@ -214,7 +220,7 @@ class Run:
         Raises:
             OutputError: there is no such table.
         """
-        frame = self._results.table(name).to_pandas()
+        frame: DataFrame = self._results.table(name).to_pandas()
         frame.attrs["units"] = self._results.units(name)
         return frame
 
@@ -225,9 +231,9 @@ class Run:
 
     @property
     def _mission(self) -> Mission:
-        from missions.scenarios.parts import mission_class
+        from missions.scenarios.parts import mission_of
 
-        return mission_class(self.scenario.scenario.mission).from_scenario(self.scenario)
+        return mission_of(self.scenario)
 
     def plot(self, kind: str = "trajectories") -> Figure:
         """A figure of the run: trajectories, roles, satisfaction, or one that its mission declares.
@@ -238,11 +244,11 @@ class Run:
         Raises:
             DrawingError: the kind is not known, or the run lacks its tables.
         """
-        from visualisation.kinds import picture
+        from visualisation.runs import picture
 
         mission = self._mission
         figure = picture(self._results, kind, mission.figures, mission.places).figure
-        figure._repr_png_ = lambda: _png(figure)
+        figure._repr_png_ = lambda: _png(figure)  # type: ignore[attr-defined]  # IPython asks for it by this name
         return figure
 
     def query(self, sparql: str) -> DataFrame:
@@ -306,7 +312,8 @@ class Sweep:
 
     def runs(self) -> DataFrame:
         """One row for each finished run: key, configuration, summary."""
-        return self._results.runs()
+        found: DataFrame = self._results.runs()
+        return found
 
     def compare(self, *metrics: str, baseline: str | None = None) -> DataFrame:
         """One row for each configuration and metric: mean, interval, paired difference to the baseline.

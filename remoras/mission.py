@@ -130,7 +130,10 @@ class FleetView(Protocol):
 class Truth(Protocol):
     """Watches one run from outside; it sees everything and tells the vehicles nothing."""
 
-    milestones: Sequence[Milestone]
+    @property
+    def milestones(self) -> Sequence[Milestone]:
+        """What has happened so far."""
+        ...
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         """Look at the fleet after a motion tick or a round of consultation; True if the mission is complete."""
@@ -144,9 +147,12 @@ class Truth(Protocol):
 class SocialPart(Protocol):
     """What the social layer of a vehicle needs of its mission."""
 
-    social_domain: Domain
-    """HTN: missions of groups into ``AllocateRoles(group)``, ``AssignObjective(group, role, name, argument)``,
-    ``GiveMission(group, mission)``."""
+    @property
+    @abstractmethod
+    def social_domain(self) -> Domain:
+        """HTN that turns missions of groups into ``AllocateRoles(group)``, ``GiveMission(group, mission)`` and
+        ``AssignObjective(group, role, objective, argument)``."""
+        ...
 
     @property
     @abstractmethod

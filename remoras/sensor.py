@@ -71,8 +71,10 @@ class Observation:
 class Sensor(Protocol):
     """One sensor of one vehicle in one run."""
 
-    table: Table | None
-    """Table that its rows go to: time, vehicle, then the columns of ``Observation.row``; None if it writes none."""
+    @property
+    def table(self) -> Table | None:
+        """Table that its rows go to: time, vehicle, then the columns of ``Observation.row``; None if it writes none."""
+        ...
 
     def sense(self, pose: Pose, world: Any, now_s: float) -> Sequence[Observation]:
         """What it perceives now; called once a motion tick while an activity has it switched on.

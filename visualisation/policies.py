@@ -14,11 +14,15 @@ from typing import Any, NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
-from exchange.study.study import Estimate, StudyRow
-from visualisation import style
+from exchange.study.study import StudyRow, TrialMean
+from visualisation import style, words
 from visualisation.errors import DrawingError, unknown
+from visualisation.files import check_format
+from visualisation.files import write as write_files
+from visualisation.page import Grid, Legend, Page
 
 LEFT_IN, GAP_IN, RIGHT_IN, TOP_IN, BODY_IN, AXIS_IN = 0.5, 0.62, 0.1, 0.24, 2.3, 0.4
 LOADED_BODY_IN, ROW_GAP_IN = 1.75, 0.3
@@ -44,10 +48,10 @@ UNLOADED = {
 """Kinds of figures of unloaded exchange."""
 
 LOADED = (
-    ("delivered_slots", "delivery latency / slots"),
-    ("source_acked_slots", "acknowledgement latency / slots"),
+    ("delivered_slots", words.axis("delivery latency", "slots")),
+    ("source_acked_slots", words.axis("acknowledgement latency", "slots")),
     ("items_in_flight", "items in flight"),
-    ("goodput_items_per_slot", "goodput / items per slot"),
+    ("goodput_items_per_slot", words.axis("goodput", "items per slot")),
 )
 """Panels of the loaded case."""
 
@@ -70,17 +74,16 @@ def write(rows: Sequence[StudyRow], kind: str, folder: Path, name: str, format: 
     """
     if kind not in (*UNLOADED, "loaded"):
         raise unknown("kind of figure", kind, (*UNLOADED, "loaded"))
-    if format not in style.FORMATS:
-        raise unknown("format", format, style.FORMATS)
+    check_format(format)
     if not rows:
         raise DrawingError("a figure needs rows of a study, and there are none")
-    folder.mkdir(parents=True, exist_ok=True)
-    picture, text, table = (folder / f"{name}.{suffix}" for suffix in (format, "txt", "csv"))
     drawn = loaded_figure(rows) if kind == "loaded" else unloaded_figure(rows, kind)
-    style.save(drawn, picture, format)
-    text.write_text(caption(rows, kind) + "\n", encoding="utf-8")
+    picture = f"{name}.{format}", style.rendered(drawn, format)
+    text = f"{name}.txt", f"{caption(rows, kind)}\n".encode()
+    table = folder / f"{name}.csv"
+    files = write_files(folder, [picture, text])
     write_csv(rows, table)
-    return [picture, text, table]
+    return [*files, table]
 
 
 def unloaded_figure(rows: Sequence[StudyRow], kind: str) -> Figure:
@@ -95,7 +98,7 @@ def unloaded_figure(rows: Sequence[StudyRow], kind: str) -> Figure:
             axes.xaxis.set_major_locator(MultipleLocator(0.2))
         left.set_ylim(bottom=0.0)
         left.set_ylabel("time relative to ACK", labelpad=3)
-        right.set_ylabel("time / slots", labelpad=3)
+        right.set_ylabel(words.axis("time", "slots"), labelpad=3)
         style.logarithmic(right)
     return drawn
 
@@ -120,7 +123,7 @@ def loaded_figure(rows: Sequence[StudyRow]) -> Figure:
             0.80 * top, 0.84 * top, "all that is offered", color=style.GREY, fontsize=style.TINY_PT, ha="right"
         )
         for axes in panels[1]:
-            axes.set_xlabel("offered load / items per slot", labelpad=2)
+            axes.set_xlabel(words.axis("offered load", "items per slot"), labelpad=2)
     return drawn
 
 
@@ -161,12 +164,12 @@ def _flat(row: StudyRow) -> dict[str, Any]:
         if name in ESTIMATES:
             for part in ("mean", "ci95_low", "ci95_high"):
                 flat[f"{name}_{part}"] = None if value is None else getattr(value, part)
-        elif name != "cpu_s":
+        elif name not in ("cpu_s", "acknowledgement", "repeats"):
             flat[name] = value
     return flat
 
 
-ESTIMATES = frozenset(name for name, field in StudyRow.__dataclass_fields__.items() if "Estimate" in str(field.type))
+ESTIMATES = frozenset(name for name, field in StudyRow.__dataclass_fields__.items() if "TrialMean" in str(field.type))
 
 
 def _offered(row: StudyRow) -> float:
@@ -178,7 +181,7 @@ def _offered(row: StudyRow) -> float:
 def _series(axes: Axes, rows: Sequence[StudyRow], x_of: Any, field: str) -> None:
     """A line with its band for every policy, over the rows that have the estimate."""
     for policy in dict.fromkeys(row.policy for row in rows):
-        points: list[tuple[float, Estimate]] = sorted(
+        points: list[tuple[float, TrialMean]] = sorted(
             (x_of(row), getattr(row, field)) for row in rows if row.policy == policy and getattr(row, field) is not None
         )
         xs = [x for x, _ in points]
@@ -200,22 +203,10 @@ def _look(policy: str) -> dict[str, Any]:
 
 def _panels(rows: Sequence[StudyRow], n_rows: int, body_in: float) -> tuple[Figure, list[list[Axes]]]:
     """A page with two panels in each row, letters above them, and the legend below."""
-    policies = list(dict.fromkeys(row.policy for row in rows))
-    legend_in = style.legend_height_in(len(policies), LEGEND_COLUMNS) + 0.08
-    height_in = n_rows * (TOP_IN + body_in) + (n_rows - 1) * ROW_GAP_IN + AXIS_IN + legend_in
-    width_in = (style.PAGE_IN - LEFT_IN - GAP_IN - RIGHT_IN) / 2
-    drawn = style.blank(style.PAGE_IN, height_in)
-    panels: list[list[Axes]] = []
-    for row in range(n_rows):
-        top_in = row * (TOP_IN + body_in + ROW_GAP_IN) + TOP_IN
-        panels.append([])
-        for column in range(2):
-            left_in = LEFT_IN + column * (width_in + GAP_IN)
-            box = left_in / style.PAGE_IN, 1 - (top_in + body_in) / height_in
-            axes = drawn.add_axes((*box, width_in / style.PAGE_IN, body_in / height_in))
-            axes.spines[["top", "right"]].set_visible(False)
-            axes.set_title(f"({'abcd'[2 * row + column]})", loc="left", pad=3)
-            panels[-1].append(axes)
-    handles = [panels[0][0].plot([], [], **_look(policy))[0] for policy in policies]
-    drawn.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 0.03 / height_in), ncols=LEGEND_COLUMNS)
-    return drawn, panels
+    entries = tuple(Line2D([], [], **_look(policy)) for policy in dict.fromkeys(row.policy for row in rows))
+    legend = Legend(entries, style.PAGE_IN, most=LEGEND_COLUMNS)
+    grid = Grid(2 * n_rows, 2, style.PAGE_IN, LEFT_IN, RIGHT_IN, TOP_IN, body_in, GAP_IN, ROW_GAP_IN)
+    page = Page(style.PAGE_IN, grid.height_in + AXIS_IN + legend.height_in + 0.08)
+    panels = page.open_panels(grid, [""] * grid.n)
+    page.legend(legend)
+    return page.figure, [panels[at : at + 2] for at in range(0, grid.n, 2)]

@@ -6,16 +6,15 @@ A series also has a line style and a marker of its own, so that a grey print can
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import matplotlib.style
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
@@ -84,7 +83,6 @@ _METADATA: dict[str, dict[str, None]] = {
     "svg": {"Date": None},
     "pdf": {"CreationDate": None},
 }
-FORMATS = tuple(_METADATA)
 
 
 class Look(NamedTuple):
@@ -160,20 +158,14 @@ def logarithmic(axes: Axes, along: str = "y", subs: Sequence[float] = (1.0, 2.0,
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
-def blank(width_in: float, height_in: float) -> Figure:
-    """An empty figure of that size in inches, off screen; draw on it under ``paper()``."""
-    figure = Figure(figsize=(width_in, height_in), dpi=DPI)
-    FigureCanvasAgg(figure)
-    return figure
-
-
-def save(figure: Figure, path: Path, format: str) -> None:
-    """Write a figure in its true size; the same figure gives the same bytes whenever it is written.
+def rendered(figure: Figure, format: str) -> bytes:
+    """A figure in its true size as a file has it; the same figure gives the same bytes whenever it is rendered.
 
     Args:
-        figure: what to write.
-        path: the file, with its suffix.
-        format: one of ``FORMATS``.
+        figure: what to render.
+        format: one of ``visualisation.files.FORMATS``.
     """
+    file = io.BytesIO()
     with paper():
-        figure.savefig(path, format=format, dpi=DPI, metadata=_METADATA[format])
+        figure.savefig(file, format=format, dpi=DPI, metadata=_METADATA[format])
+    return file.getvalue()

@@ -1,36 +1,39 @@
-"""What one vehicle knows of the world: a fixed TBox, a growing ABox, and their merging without conflict."""
+"""What one vehicle knows of the world: a fixed TBox, a growing set of facts, and merging without conflicts.
 
-from worldmodel.abox import Holdings, WorldModel
-from worldmodel.checks import CheckResult, check
-from worldmodel.errors import FactError, NeedError, OntologyError, UnknownNameError, WorldModelError, suggestion
-from worldmodel.facts import (
-    Block,
-    Change,
-    Fault,
-    FaultCode,
-    Guid,
-    Instance,
-    Observation,
-    PropertyValue,
+``read_tbox`` compiles an ontology, ``WorldModel`` records and answers, ``merge`` adds what other vehicles sent.
+``rows_of`` and ``models_from`` write world models as a table and read it back; ``worldmodel.view.query`` asks
+them in SPARQL.
+"""
+
+from worldmodel.abox import WorldModel
+from worldmodel.errors import (
+    FactError,
+    NeedError,
+    OntologyError,
+    QueryError,
+    SnapshotError,
+    UnknownNameError,
+    WorldModelError,
+    suggestion,
 )
-from worldmodel.fields import Field, Grid
-from worldmodel.merge import Merged, merge
+from worldmodel.facts import Block, Change, Fault, FaultCode, Guid, Instance, Merged, Observation, PropertyValue
+from worldmodel.fields import Field
+from worldmodel.merge import merge
 from worldmodel.needs import InformationNeed, NeedsIndex
-from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, TBox, Value, ValueKind, core_ontology_paths
+from worldmodel.owl import core_ontology_paths, read_tbox
+from worldmodel.snapshot import Row, models_from, rows_of
+from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, TBox, Value, ValueKind
 
 __all__ = [
     "TYPE_UID",
     "Attribute",
     "Block",
     "Change",
-    "CheckResult",
     "FactError",
     "Fault",
     "FaultCode",
     "Field",
-    "Grid",
     "Guid",
-    "Holdings",
     "InformationNeed",
     "Instance",
     "Merged",
@@ -40,14 +43,19 @@ __all__ = [
     "OntologyClass",
     "OntologyError",
     "PropertyValue",
+    "QueryError",
+    "Row",
+    "SnapshotError",
     "TBox",
     "UnknownNameError",
     "Value",
     "ValueKind",
     "WorldModel",
     "WorldModelError",
-    "check",
     "core_ontology_paths",
     "merge",
+    "models_from",
+    "read_tbox",
+    "rows_of",
     "suggestion",
 ]

@@ -1,15 +1,15 @@
-"""What can go wrong by the user's own doing. A peer's bad block is no exception but a ``facts.Fault``."""
+"""The errors that a user's mistake raises. A peer's bad block raises nothing; it is a ``facts.Fault``."""
 
 import difflib
 from collections.abc import Iterable, Sequence
 
 
 class WorldModelError(Exception):
-    """Base of every error this package raises."""
+    """Base of every error that this package raises."""
 
 
 class OntologyError(WorldModelError):
-    """The TBox cannot be compiled; ``faults`` holds all that is wrong with it, one line each."""
+    """The ontology cannot be compiled; ``faults`` holds everything that is wrong with it, one line each."""
 
     def __init__(self, faults: Sequence[str]) -> None:
         self.faults = tuple(faults)
@@ -20,15 +20,23 @@ class OntologyError(WorldModelError):
 
 
 class UnknownNameError(OntologyError, LookupError):
-    """No class, attribute or instance bears the name that was asked for."""
+    """No class, attribute or instance has the name that was asked for."""
 
 
 class FactError(WorldModelError, ValueError):
-    """The owner tried to record something his own checks refuse."""
+    """A fact, or an argument of a world model, that the checks refuse."""
 
 
 class NeedError(WorldModelError, ValueError):
-    """An information need that says nothing, or two things at once."""
+    """An information need that names no existing attribute, class or instance, or two of them at once."""
+
+
+class SnapshotError(WorldModelError, ValueError):
+    """Rows from which no world model can be made."""
+
+
+class QueryError(WorldModelError, ValueError):
+    """A SPARQL query that cannot be answered."""
 
 
 def suggestion(given: str, known: Iterable[str]) -> str:
@@ -52,14 +60,14 @@ def suggestion(given: str, known: Iterable[str]) -> str:
     return f"; did you mean {found[0]!r}?" if found else ""
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """Say which known name was probably meant.
+def unknown_name(what: str, given: str, known: Iterable[str]) -> UnknownNameError:
+    """Return the error for a name that nothing bears.
 
-    >>> nearest("positon", ["position", "location"])
-    'nearest known name: position'
-    >>> nearest("xyz", ["position", "location"])
-    'known names: location, position'
+    Args:
+        what: the kind of thing that was asked for, such as "class".
+        given: the name that was asked for.
+        known: the names that would have been found.
     """
     names = sorted(known)
-    close = difflib.get_close_matches(name, names, n=1)
-    return f"nearest known name: {close[0]}" if close else f"known names: {', '.join(names)}"
+    allowed = ", ".join(names) or "none"
+    return UnknownNameError([f"no {what} is named {given!r}; allowed: {allowed}{suggestion(given, names)}"])

@@ -1,4 +1,4 @@
-"""The values a world model is made of: what is recorded, exchanged, returned and refused."""
+"""The values that a world model is made of: facts, blocks, instances, changes and faults."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -7,14 +7,14 @@ from typing import NamedTuple, cast
 from worldmodel.tbox import Value
 
 Guid = tuple[int, int]
-"""(origin, sequence): names a block, once and for all, in the whole fleet."""
+"""(origin, sequence): the name of a block, unique in the whole fleet."""
 
 BlockKey = tuple[float, int, int]
-"""(time_s, origin, sequence): which block is the newer. A total order, and not that of arrival."""
+"""(time_s, origin, sequence): the order from old to new. It is total and does not depend on arrival."""
 
 
 class PropertyValue(NamedTuple):
-    """One value of one attribute of one instance; when and by whom it was observed is said by its block."""
+    """One value of one attribute of one instance; its block says when and by whom it was observed."""
 
     subject: int
     attribute: int
@@ -70,29 +70,29 @@ class Observation(NamedTuple):
 
     @property
     def value(self) -> Value:
-        """What was observed."""
+        """The value observed."""
         return self.block.facts[self.position].value
 
     @property
     def time_s(self) -> float:
-        """When."""
+        """Time of observation on the origin's clock (s)."""
         return self.block.time_s
 
     @property
     def origin(self) -> int:
-        """By whom."""
+        """The vehicle that observed it."""
         return self.block.origin
 
 
 class Change(NamedTuple):
-    """A block has gone in; ``new_latest`` are those of its facts that are now the latest of their slot."""
+    """A block that has gone in; ``new_latest`` are those of its facts that are now the latest of their slot."""
 
     block: Block
     new_latest: tuple[PropertyValue, ...]
 
 
 class FaultCode(StrEnum):
-    """What a check found wrong with a block."""
+    """The kinds of faults that a check finds in a block."""
 
     UNKNOWN_ORIGIN = "unknown origin"
     BAD_SEQUENCE = "bad sequence"
@@ -112,9 +112,16 @@ class FaultCode(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One thing wrong with the block (origin, sequence)."""
+    """One fault of the block (origin, sequence)."""
 
     code: FaultCode
     origin: int
     detail: str
     sequence: int
+
+
+class Merged(NamedTuple):
+    """What a merge did: ``changes`` in the order in which blocks went in, ``faults`` of the blocks refused."""
+
+    changes: tuple[Change, ...]
+    faults: tuple[Fault, ...]

@@ -1,8 +1,8 @@
 """Numbers on a grid: bounds, resolution, and the integer that stands for a value on the wire.
 
-Two vehicles hold the same value only if they hold the same double. So a value is stored as the double nearest
-to the decimal number ``minimum + index * resolution``: a function of an integer alone, worked out with exact
-integers and rounded once. The sizes follow the DCCL rule (Schneider and Schmidt 2010, table of field
+Two vehicles hold the same value only if they hold the same double. A value is therefore stored as the double
+nearest to the decimal number ``minimum + index * resolution``: a function of the integer ``index`` alone, worked
+out in exact integers and rounded once. The sizes follow the DCCL rule (Schneider and Schmidt 2010, table of field
 encodings): ceil(log2((maximum - minimum) / resolution + 1)) bits.
 """
 
@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-# Above 2**50 steps the rounding of a double reaches the step, and an index would not survive the way there
-# and back.
+# Above 2**50 steps the rounding error of a double reaches the step, and an index would not survive the way to a
+# value and back.
 _MOST_STEPS = 2**50
 
 
@@ -111,5 +111,5 @@ class Field:
         return self._grid.value_at(index)
 
     def quantise(self, value: float) -> float:
-        """Return the grid value nearest to ``value``, the one that is stored."""
+        """Return the grid value nearest to ``value``, which is the value stored; raises as ``encode``."""
         return self.decode(self.encode(value))

@@ -1,31 +1,26 @@
-"""What a vehicle needs to know: an attribute of a class, or of one instance, with a priority.
+"""The needs of a vehicle: values of an attribute of a class, or of one instance, with a priority.
 
 "Each need specifies a named attribute of either an ontological class or specific class instance, referenced
 by UID" (Maurelli et al., Multi-robot cooperation, section IV). ``NeedsIndex`` groups the same needs of
-different peers and answers for one fact in two dictionary look-ups: needs of a class are entered for every
-class below it.
+different peers and answers for one fact in two dictionary look-ups, since it enters a need of a class for
+every subclass.
 """
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from worldmodel.errors import NeedError
-from worldmodel.facts import PropertyValue
 from worldmodel.tbox import TBox
 
-if TYPE_CHECKING:
-    from worldmodel.abox import WorldModel
-
 Wanted = tuple[int, int]
-"""(bit mask of the peers that need it, highest priority among them)."""
+"""(bit mask of the peers that need a fact, highest priority among them)."""
 
 NOBODY: Wanted = (0, 0)
 
 
 @dataclass(frozen=True, slots=True)
 class InformationNeed:
-    """Values of ``attribute`` are needed: of all instances of ``class_uid``, or of ``instance``.
+    """The need for values of ``attribute``: of all instances of ``class_uid``, or of one ``instance``.
 
     >>> InformationNeed(attribute=3, priority=1, class_uid=2, instance=4)
     Traceback (most recent call last):
@@ -45,20 +40,12 @@ class InformationNeed:
         if self.priority < 1:
             raise NeedError(f"priority is {self.priority}; allowed: 1 or more")
 
-    def matches(self, tbox: TBox, model: "WorldModel", fact: PropertyValue) -> bool:
-        """Say whether ``fact`` is needed; ``model`` knows of what classes its subject is."""
-        if fact.attribute != self.attribute:
-            return False
-        if self.class_uid is None:
-            return fact.subject == self.instance
-        return bool(model.class_mask(fact.subject) >> self.class_uid & 1)
-
 
 class NeedsIndex:
-    """The needs of all peers, by the slot they are about."""
+    """The needs of all peers, indexed by class or instance and attribute."""
 
     def __init__(self, tbox: TBox, needs_by_peer: Mapping[int, Iterable[InformationNeed]]) -> None:
-        """Index the needs of each peer (0, 1, ...); raises NeedError when one names what the TBox has not."""
+        """Index the needs of each peer (0, 1, ...); raises NeedError when a need names an unknown uid."""
         self._of_class: dict[tuple[int, int], Wanted] = {}
         self._of_instance: dict[tuple[int, int], Wanted] = {}
         for peer, needs in needs_by_peer.items():
@@ -80,7 +67,13 @@ class NeedsIndex:
                 self._of_class[key] = _together(self._of_class.get(key, NOBODY), wanted)
 
     def priority_of(self, instance_uid: int, instance_class: int, attribute: int) -> Wanted:
-        """Return who needs ``attribute`` of this instance (a bit mask of peers), and the highest priority."""
+        """Return which peers need a fact, and the highest priority among them.
+
+        Args:
+            instance_uid: the subject of the fact.
+            instance_class: the uid of its class.
+            attribute: the uid of the attribute.
+        """
         by_class = self._of_class.get((instance_class, attribute), NOBODY)
         by_instance = self._of_instance.get((instance_uid, attribute))
         return by_class if by_instance is None else _together(by_class, by_instance)

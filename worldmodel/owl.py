@@ -1,278 +1,74 @@
-"""Reading OWL: from Turtle files to the tables of ``TBox``, or to the list of all that is wrong with them.
+"""The way from Turtle files to a ``TBox``, and to their triples. It loads rdflib when it is first used.
 
-Compiled are: named classes (owl:Class) with rdfs:subClassOf, owl:disjointWith and owl:AllDisjointClasses; and
-attributes, which are the owl:DatatypeProperty and owl:ObjectProperty outside the situation vocabulary, with
-rdfs:domain, rdfs:range and the rm: annotations. The range decides the kind:
-
-    xsd:double, xsd:decimal, xsd:integer   NUMBER    needs rm:minimum, rm:maximum, rm:resolution
-    rm:Point                               POINT     the same, for both axes
-    xsd:boolean                            BOOLEAN
-    owl:oneOf (a list of strings)          SYMBOL
-    a named class                          LINK
-
-Every other axiom stays in the graph for SPARQL and for reasoners, and has no effect at run time.
+``worldmodel.turtle`` says which part of OWL is compiled.
 """
 
-import re
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from decimal import Decimal
-from typing import Any
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-from rdflib import OWL, RDF, RDFS, XSD, BNode, Graph, Literal, Namespace, URIRef
-from rdflib.collection import Collection
-from rdflib.term import Node
+from worldmodel.errors import OntologyError
+from worldmodel.tbox import Source, TBox
 
-from worldmodel.errors import OntologyError, nearest
-from worldmodel.fields import Field
-from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind
-
-RM = Namespace("https://w3id.org/remoras/marine#")
-SIT = Namespace("https://w3id.org/remoras/situation#")
-
-_BOUNDS = (RM.minimum, RM.maximum, RM.resolution)
-_ANNOTATIONS = {*_BOUNDS, RM.unit, RM.latestOnly}
-_NUMBERS = {XSD.double, XSD.decimal, XSD.integer}
-_RANGES = "xsd:double, xsd:decimal, xsd:integer, xsd:boolean, rm:Point, owl:oneOf (strings) or a declared class"
-_NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
+if TYPE_CHECKING:
+    from rdflib import Graph
 
 
-@dataclass(frozen=True)
-class Parsed:
-    """The union of the files, and which file declares a subject."""
-
-    graph: Graph
-    file_of: dict[Node, str]
+def core_ontology_paths() -> tuple[Path, ...]:
+    """Return the Turtle files that come with the package, without the alignments to other vocabularies."""
+    folder = Path(__file__).parent / "ontology"
+    return (folder / "situation.ttl", folder / "marine.ttl")
 
 
-def parse(sources: Iterable[Source]) -> Parsed:
-    """Parse the files into one graph; raises OntologyError naming every file that is not Turtle."""
-    union = Graph()
-    file_of: dict[Node, str] = {}
-    faults: list[str] = []
-    for source in sources:
-        graph = Graph()
+def read_tbox(*paths: Path) -> TBox:
+    """Compile Turtle files, usually those of the core ontology and a mission's own vocabulary.
+
+    A vocabulary may add classes (subclasses of core classes, say), attributes and individuals. Each term is
+    defined in one file: a file that redefines a class or an attribute of another is refused.
+
+    Class uids follow the order of the IRIs, compared as strings, over all files together; attribute uids do
+    so too, after ``type``, which has uid 0. They depend neither on the order of the files nor on the order of
+    the triples. A file whose IRIs sort before those of another therefore shifts the uids of the other; all
+    vehicles of a fleet must read the same files.
+
+    Args:
+        paths: Turtle files in UTF-8, in any order; a file given twice counts once.
+
+    Returns:
+        The tables; files with the same text give the same object.
+
+    Raises:
+        OntologyError: all faults at once, each with file, term, what is wrong and what is allowed.
+
+    >>> tbox = read_tbox(*core_ontology_paths())
+    >>> tbox.attribute_named("type").uid, tbox.class_named("ASV").uid < tbox.class_named("AUV").uid
+    (0, True)
+    """
+    sources, faults = [], []
+    for path in paths:
         try:
-            graph.parse(data=source.text, format="turtle")
-        except Exception as error:  # rdflib's parsers raise whatever a broken text leads them to
-            reason = " ".join(str(error).split())
-            faults.append(f"{source.path}: is not Turtle: {reason}; allowed: what Turtle 1.1 allows")
-            continue
-        for subject in graph.subjects(unique=True):
-            file_of.setdefault(subject, source.path)
-        for triple in graph:
-            union.add(triple)
-        for prefix, namespace in graph.namespaces():
-            union.bind(prefix, namespace)
+            sources.append(Source(str(path), Path(path).read_text(encoding="utf-8")))
+        except (OSError, UnicodeDecodeError) as error:
+            faults.append(f"{path}: cannot be read: {error}; allowed: a Turtle file in UTF-8")
     if faults:
         raise OntologyError(faults)
-    return Parsed(union, file_of)
+    return _compiled(tuple(dict.fromkeys(sources)))
 
 
-def compile_tbox(sources: tuple[Source, ...]) -> TBox:
-    """Compile the files; raises OntologyError with every fault of every subject."""
-    reader = _Reader(parse(sources))
-    classes = reader.classes()
-    disjoint = reader.disjoint_pairs()
-    attributes = reader.attributes()
-    if not reader.faults:
-        tbox = TBox(classes, attributes, disjoint, sources)
-        reader.refuse_empty_classes(tbox)
-    if reader.faults:
-        raise OntologyError(sorted(reader.faults))
-    return tbox
+def graph_of(tbox: TBox) -> "Graph":
+    """Return the files of a TBox as one rdflib graph; read it, do not write to it."""
+    return _parsed(tbox.sources)
 
 
-def _local_name(iri: str) -> str:
-    return re.split(r"[#/:]", iri)[-1]
+@lru_cache(maxsize=8)
+def _compiled(sources: tuple[Source, ...]) -> TBox:
+    from worldmodel.turtle import compile_tbox
+
+    return compile_tbox(sources)
 
 
-def _python(term: Node) -> Any:
-    return term.toPython() if isinstance(term, Literal) else term
+@lru_cache(maxsize=8)
+def _parsed(sources: tuple[Source, ...]) -> "Graph":
+    from worldmodel.turtle import parse
 
-
-class _Reader:
-    """One pass over the graph; collects faults instead of stopping at the first."""
-
-    def __init__(self, parsed: Parsed) -> None:
-        self.graph = parsed.graph
-        self.file_of = parsed.file_of
-        self.faults: list[str] = []
-        self.class_iris = sorted({*self._declared(OWL.Class), OWL.Thing})
-        self.class_uid: dict[Node, int] = {iri: uid for uid, iri in enumerate(self.class_iris)}
-
-    def _declared(self, *owl_types: URIRef) -> list[URIRef]:
-        """Return what is declared to be of one of ``owl_types`` outside the situation vocabulary, by IRI."""
-        found = {s for owl_type in owl_types for s in self.graph.subjects(RDF.type, owl_type)}
-        return sorted(iri for iri in found if isinstance(iri, URIRef) and not iri.startswith(SIT))
-
-    def fault(self, subject: Node, wrong: str, allowed: str) -> None:
-        """Note one fault: where, about what, what is wrong, what is allowed."""
-        shown = subject.n3(self.graph.namespace_manager) if isinstance(subject, URIRef) else "[ ]"
-        self.faults.append(f"{self.file_of.get(subject, 'TBox')}: {shown}: {wrong}; allowed: {allowed}")
-
-    def shown(self, term: Node) -> str:
-        """Return a term the way the file would write it."""
-        return term.n3(self.graph.namespace_manager) if isinstance(term, (URIRef, Literal)) else "[ ]"
-
-    def nearest_class(self, term: Node) -> str:
-        """Say what class may have been meant."""
-        return nearest(_local_name(str(term)), map(_local_name, self.class_iris))
-
-    def check_names(self, iris: Sequence[URIRef], taken: dict[str, URIRef]) -> None:
-        """Names are the local parts of the IRIs: identifiers, and no two alike."""
-        for iri in iris:
-            name = _local_name(iri)
-            if not _NAME.fullmatch(name):
-                self.fault(iri, f"its name {name!r} is not an identifier", "a letter, then letters, digits, _")
-            elif taken.setdefault(name, iri) != iri:
-                self.fault(iri, f"its name {name!r} is that of <{taken[name]}> too", "one IRI for each name")
-
-    def classes(self) -> list[OntologyClass]:
-        """Compile the classes; a class without a named parent is below Thing."""
-        self.check_names(self.class_iris, {"Thing": OWL.Thing})
-        compiled = []
-        for iri, uid in self.class_uid.items():
-            parents = set()
-            for parent in self.graph.objects(iri, RDFS.subClassOf):
-                if parent in self.class_uid:
-                    parents.add(self.class_uid[parent])
-                elif not isinstance(parent, BNode):
-                    wrong = f"its superclass {self.shown(parent)} is not declared"
-                    self.fault(iri, wrong, f"a declared owl:Class ({self.nearest_class(parent)})")
-            if not parents and iri != OWL.Thing:
-                parents.add(self.class_uid[OWL.Thing])
-            compiled.append(OntologyClass(uid, _local_name(str(iri)), str(iri), tuple(sorted(parents))))
-        self._refuse_cycles(compiled)
-        return compiled
-
-    def _refuse_cycles(self, classes: list[OntologyClass]) -> None:
-        # Take away the classes whose parents are all taken away, again and again; below a cycle some stay.
-        remaining = {c.uid: set(c.parents) for c in classes}
-        while free := [uid for uid, parents in remaining.items() if not parents & remaining.keys()]:
-            for uid in free:
-                del remaining[uid]
-        for uid in remaining:
-            self.fault(self.class_iris[uid], "it is, or descends from, a superclass of itself", "a hierarchy")
-
-    def disjoint_pairs(self) -> list[tuple[int, int]]:
-        """Return the uids of each two classes declared disjoint."""
-        groups = [(a, [a, b]) for a, b in self.graph.subject_objects(OWL.disjointWith)]
-        for axiom in self.graph.subjects(RDF.type, OWL.AllDisjointClasses):
-            for members in self.graph.objects(axiom, OWL.members):
-                groups.append((axiom, list(Collection(self.graph, members))))
-        pairs = []
-        for subject, group in groups:
-            for unknown in (term for term in group if term not in self.class_uid):
-                wrong = f"the disjoint class {self.shown(unknown)} is not declared"
-                self.fault(subject, wrong, f"declared classes ({self.nearest_class(unknown)})")
-            uids = [self.class_uid[term] for term in group if term in self.class_uid]
-            pairs += [(a, b) for i, a in enumerate(uids) for b in uids[i + 1 :]]
-        return sorted(pairs)
-
-    def refuse_empty_classes(self, tbox: TBox) -> None:
-        """Refuse the classes nothing can belong to, being below two disjoint ones."""
-        for c in tbox.classes:
-            if tbox.are_disjoint(c.uid, c.uid):
-                self.fault(URIRef(c.iri), "it is disjoint with itself", "superclasses that are not disjoint")
-
-    def attributes(self) -> list[Attribute]:
-        """Compile the attributes, ``type`` first."""
-        iris = self._declared(OWL.DatatypeProperty, OWL.ObjectProperty)
-        self.check_names(iris, {"type": RDF.type})
-        for annotation in _ANNOTATIONS:
-            for subject in self.graph.subjects(annotation, None, unique=True):
-                if subject not in iris:
-                    wrong = f"{self.shown(annotation)} on what is not a declared property"
-                    self.fault(subject, wrong, "an owl:DatatypeProperty or owl:ObjectProperty")
-        thing = self.class_uid[OWL.Thing]
-        built_in = Attribute(TYPE_UID, "type", str(RDF.type), thing, ValueKind.TYPE)
-        compiled = (self._attribute(uid, iri) for uid, iri in enumerate(iris, start=TYPE_UID + 1))
-        return [built_in, *(attribute for attribute in compiled if attribute)]
-
-    def _attribute(self, uid: int, iri: URIRef) -> Attribute | None:
-        for predicate in self.graph.predicates(iri, unique=True):
-            if isinstance(predicate, URIRef) and predicate.startswith(RM) and predicate not in _ANNOTATIONS:
-                known = nearest(_local_name(predicate), (_local_name(a) for a in _ANNOTATIONS))
-                self.fault(iri, f"unknown annotation {self.shown(predicate)}", f"the rm: annotations ({known})")
-        latest_only = self._boolean(iri, RM.latestOnly)
-        domain = self._one(iri, RDFS.domain, "one declared class")
-        if domain is not None and domain not in self.class_uid:
-            wrong = f"its domain {self.shown(domain)} is not declared"
-            self.fault(iri, wrong, f"one declared class ({self.nearest_class(domain)})")
-        target = self._one(iri, RDFS.range, _RANGES)
-        if target is None:
-            return None
-        fields: tuple[Field, ...] = ()
-        symbols: tuple[str, ...] = ()
-        range_class = None
-        if target in _NUMBERS:
-            kind, fields = ValueKind.NUMBER, self._fields(iri, 1)
-        elif target == RM.Point:
-            kind, fields = ValueKind.POINT, self._fields(iri, 2)
-        elif target == XSD.boolean:
-            kind = ValueKind.BOOLEAN
-        elif target in self.class_uid:
-            kind, range_class = ValueKind.LINK, self.class_uid[target]
-        elif (listed := self.graph.value(target, OWL.oneOf)) is not None:
-            kind, symbols = ValueKind.SYMBOL, self._symbols(iri, listed)
-        else:
-            self.fault(iri, f"its range {self.shown(target)} cannot be stored", _RANGES)
-            return None
-        if kind not in {ValueKind.NUMBER, ValueKind.POINT}:
-            for annotation in (*_BOUNDS, RM.unit):
-                if (iri, annotation, None) in self.graph:
-                    self.fault(iri, f"{self.shown(annotation)} on a {kind.value}", "bounds of numbers and points")
-        owl_type = OWL.ObjectProperty if kind is ValueKind.LINK else OWL.DatatypeProperty
-        if (iri, RDF.type, owl_type) not in self.graph:
-            self.fault(iri, f"its range makes it a {kind.value}", f"{self.shown(owl_type)} for such a range")
-        if domain not in self.class_uid:
-            return None
-        name = _local_name(iri)
-        return Attribute(uid, name, str(iri), self.class_uid[domain], kind, fields, range_class, symbols, latest_only)
-
-    def _one(self, iri: URIRef, predicate: URIRef, allowed: str) -> Node | None:
-        found = list(self.graph.objects(iri, predicate))
-        if len(found) != 1:
-            self.fault(iri, f"{len(found)} {self.shown(predicate)}", allowed)
-            return None
-        return found[0]
-
-    def _boolean(self, iri: URIRef, predicate: URIRef) -> bool:
-        found = [_python(term) for term in self.graph.objects(iri, predicate)]
-        if len(found) > 1 or any(not isinstance(each, bool) for each in found):
-            got = " and ".join(map(repr, found))
-            self.fault(iri, f"{self.shown(predicate)} is {got}", "true or false, once")
-        return True in found
-
-    def _fields(self, iri: URIRef, n_axes: int) -> tuple[Field, ...]:
-        numbers: list[float] = []
-        for predicate in _BOUNDS:
-            found = [_python(term) for term in self.graph.objects(iri, predicate)]
-            if len(found) == 1 and type(found[0]) in (int, float, Decimal):
-                numbers.append(float(found[0]))
-            else:
-                got = " and ".join(map(repr, found)) or "missing"
-                self.fault(iri, f"{self.shown(predicate)} is {got}", "one number")
-        units = sorted(str(unit) for unit in self.graph.objects(iri, RM.unit))
-        if len(units) > 1:
-            self.fault(iri, f"rm:unit is {' and '.join(units)}", "one unit, or none")
-        if len(numbers) < len(_BOUNDS) or len(units) > 1:
-            return ()
-        try:
-            minimum, maximum, resolution = numbers
-            return (Field(minimum, maximum, resolution, units[0] if units else ""),) * n_axes
-        except ValueError as error:
-            self.fault(iri, str(error), "minimum < maximum, a whole number of resolutions apart")
-            return ()
-
-    def _symbols(self, iri: URIRef, listed: Node) -> tuple[str, ...]:
-        terms = list(Collection(self.graph, listed))
-        symbols = tuple(str(term) for term in terms)
-        if len(set(symbols)) < max(len(terms), 1) or not all(isinstance(term, Literal) for term in terms):
-            self.fault(
-                iri,
-                f"its symbols are ({' '.join(map(self.shown, terms))})",
-                "different strings, at least one",
-            )
-        return symbols
+    return parse(sources).graph

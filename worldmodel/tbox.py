@@ -1,39 +1,21 @@
-"""The TBox as one vehicle uses it: classes and attributes with short UIDs, compiled to tables.
+"""The TBox as one vehicle uses it: classes and attributes with short uids, compiled to tables.
 
 The TBox is fixed for a mission and the same on all vehicles ("a unique but short UID will be created for
-every class in the TBox", Maurelli et al., TDMA exchange policies, section 4), so it is compiled once: the
-closure of the class hierarchy and disjointness become bit masks, ranges become fields, and ``TBox.hash`` is
-what two vehicles compare before they exchange anything. UIDs follow the order of the IRIs, so they depend on
-neither the order of triples nor the order of files. Built in are the class ``Thing`` (owl:Thing), above every
-class, and the attribute ``type`` (rdf:type), which always has uid 0.
+every class in the TBox", Maurelli et al., TDMA exchange policies, section 4). It is therefore compiled once:
+the closure of the class hierarchy and disjointness become bit masks, ranges become fields, and ``TBox.hash``
+is what two vehicles compare before they exchange anything. Built in are the class ``Thing`` (owl:Thing),
+above every class, and the attribute ``type`` (rdf:type), which always has uid 0.
+
+``worldmodel.owl.read_tbox`` makes a TBox of Turtle files and says how uids are assigned.
 """
 
 import hashlib
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from enum import Enum
-from functools import lru_cache
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-from worldmodel.errors import OntologyError, UnknownNameError, nearest
+from worldmodel.errors import unknown_name
 from worldmodel.fields import Field
-
-if TYPE_CHECKING:
-    from rdflib import Graph
-
-__all__ = [
-    "TYPE_UID",
-    "Attribute",
-    "Field",
-    "OntologyClass",
-    "OntologyError",
-    "Source",
-    "TBox",
-    "Value",
-    "ValueKind",
-    "core_ontology_paths",
-]
 
 Value = float | int | bool | tuple[float, float]
 """TYPE: class uid. NUMBER: float. POINT: (east, north). BOOLEAN: bool. SYMBOL: index. LINK: instance uid."""
@@ -43,7 +25,7 @@ TYPE_UID = 0
 
 
 class ValueKind(Enum):
-    """What the values of an attribute are."""
+    """The kinds of values that an attribute can have."""
 
     TYPE = "type"
     NUMBER = "number"
@@ -68,7 +50,7 @@ class Attribute:
     """A property of instances whose values change with time.
 
     ``domain`` is the class that has it, ``range_class`` the class a LINK points to. ``latest_only``: an older
-    value is obsolete once a newer one is known (a position), so nobody need exchange it any more.
+    value (of a position, say) is obsolete once a newer one is known, and is not exchanged any more.
     """
 
     uid: int
@@ -84,8 +66,8 @@ class Attribute:
     def encode(self, value: Value) -> tuple[int, ...]:
         """Return the integers that stand for ``value``: one for each field, else one.
 
-        Raises TypeError when the value is of another kind, ValueError when it is out of range. Whether a
-        class or an instance of that uid exists is not asked here.
+        Raises TypeError when the value is of another kind, ValueError when it is out of range. It does not
+        ask whether a class or an instance of that uid exists.
         """
         kind = self.kind
         if kind is ValueKind.NUMBER:
@@ -122,148 +104,109 @@ class Attribute:
         """Return the value as it is stored and sent; raises as ``encode``."""
         return self.decode(self.encode(value))
 
-    def symbol_index(self, symbol: str) -> int:
-        """Return the index that stands for ``symbol``."""
-        if symbol not in self.symbols:
-            raise UnknownNameError([f"{self.name} has no symbol {symbol!r}; {nearest(symbol, self.symbols)}"])
-        return self.symbols.index(symbol)
-
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """One OWL file as it was read."""
+    """One Turtle file as it was read."""
 
     path: str
     text: str
 
 
+@dataclass(frozen=True, repr=False)
 class TBox:
-    """Compiled classes and attributes.
+    """Compiled classes and attributes, a value: two TBoxes are equal if their tables are.
 
-    ``classes[uid]`` and ``attributes[uid]`` are the way from a uid, ``class_named`` and ``attribute_named``
-    the way to it. ``hash`` is a 32-bit digest of the tables.
+    ``classes[uid]`` and ``attributes[uid]`` lead from a uid to what it stands for, ``class_named`` and
+    ``attribute_named`` lead from a name. The hierarchy must have no cycle, and uids count from 0, in order.
+
+    Attributes:
+        classes: all classes.
+        attributes: all attributes, ``type`` first.
+        disjoint: pairs of class uids that have no instance in common; their subclasses have none either.
+        sources: the files that the tables were made of, if any; they do not count in a comparison.
+        hash: a 32-bit digest of the tables.
     """
 
-    def __init__(
-        self,
-        classes: Iterable[OntologyClass],
-        attributes: Iterable[Attribute],
-        disjoint: Iterable[tuple[int, int]] = (),
-        sources: tuple[Source, ...] = (),
-    ) -> None:
-        """Compile tables whose uids count from 0, in order; the hierarchy must have no cycle."""
-        self.classes = tuple(classes)
-        self.attributes = tuple(attributes)
-        self._sources = sources
-        self._graph: Graph | None = None
-        self._class_named = {c.name: c for c in self.classes}
-        self._attribute_named = {a.name: a for a in self.attributes}
-        self._ancestors = [0] * len(self.classes)
-        for c in self.classes:
-            self._close(c.uid)
-        self._descendants = tuple(tuple(c.uid for c in self.classes if self.is_a(c.uid, d.uid)) for d in self.classes)
-        self._disjoint = [0] * len(self.classes)
-        for a, b in disjoint:
-            for below_a in self._descendants[a]:
-                for below_b in self._descendants[b]:
-                    self._disjoint[below_a] |= 1 << below_b
-                    self._disjoint[below_b] |= 1 << below_a
-        self.hash = self._digest()
-        self.sound_values: set[tuple[int, type, Value]] = set()
-        """(attribute uid, type, value) of what checks found to be on its grid; links and types are not in it."""
+    classes: tuple[OntologyClass, ...]
+    attributes: tuple[Attribute, ...]
+    disjoint: tuple[tuple[int, int], ...] = field(default=(), compare=False)
+    sources: tuple[Source, ...] = field(default=(), compare=False)
+    hash: int = field(init=False)
+    _ancestors: tuple[int, ...] = field(init=False, compare=False)
+    _descendants: tuple[tuple[int, ...], ...] = field(init=False, compare=False)
+    _excluded: tuple[int, ...] = field(init=False)
+    _class_named: dict[str, OntologyClass] = field(init=False, compare=False)
+    _attribute_named: dict[str, Attribute] = field(init=False, compare=False)
 
-    def _close(self, uid: int) -> int:
-        if not self._ancestors[uid]:
-            mask = 1 << uid
-            for parent in self.classes[uid].parents:
-                mask |= self._close(parent)
-            self._ancestors[uid] = mask
-        return self._ancestors[uid]
-
-    def _digest(self) -> int:
-        table = repr((self.classes, self.attributes, self._disjoint))
-        return int.from_bytes(hashlib.sha256(table.encode()).digest()[:4], "big")
-
-    @staticmethod
-    def read(*paths: Path) -> "TBox":
-        """Compile the OWL files (Turtle) at ``paths``, usually ``core_ontology_paths()`` and the user's own.
-
-        Raises OntologyError with all faults at once.
-        """
-        sources, faults = [], []
-        for path in paths:
-            try:
-                sources.append(Source(str(path), Path(path).read_text(encoding="utf-8")))
-            except (OSError, UnicodeDecodeError) as error:
-                faults.append(f"{path}: cannot be read: {error}; allowed: a Turtle file in UTF-8")
-        if faults:
-            raise OntologyError(faults)
-        return _compiled(tuple(sources))
+    def __post_init__(self) -> None:
+        ancestors = _closure(self.classes)
+        descendants = tuple(tuple(c.uid for c in self.classes if ancestors[c.uid] >> d.uid & 1) for d in self.classes)
+        excluded = [0] * len(self.classes)
+        for a, b in self.disjoint:
+            for below_a in descendants[a]:
+                for below_b in descendants[b]:
+                    excluded[below_a] |= 1 << below_b
+                    excluded[below_b] |= 1 << below_a
+        table = repr((self.classes, self.attributes, excluded))
+        derived = {
+            "hash": int.from_bytes(hashlib.sha256(table.encode()).digest()[:4], "big"),
+            "_ancestors": ancestors,
+            "_descendants": descendants,
+            "_excluded": tuple(excluded),
+            "_class_named": {c.name: c for c in self.classes},
+            "_attribute_named": {a.name: a for a in self.attributes},
+        }
+        for name, value in derived.items():
+            object.__setattr__(self, name, value)
 
     def class_named(self, name: str) -> OntologyClass:
-        """Return the class; raises UnknownNameError with the nearest known name."""
+        """Return the class; raises UnknownNameError, which proposes a similar name."""
         try:
             return self._class_named[name]
         except KeyError:
-            raise UnknownNameError([f"no class is named {name!r}; {nearest(name, self._class_named)}"]) from None
+            raise unknown_name("class", name, self._class_named) from None
 
     def attribute_named(self, name: str) -> Attribute:
-        """Return the attribute; raises UnknownNameError with the nearest known name."""
+        """Return the attribute; raises UnknownNameError, which proposes a similar name."""
         try:
             return self._attribute_named[name]
         except KeyError:
-            known = nearest(name, self._attribute_named)
-            raise UnknownNameError([f"no attribute is named {name!r}; {known}"]) from None
+            raise unknown_name("attribute", name, self._attribute_named) from None
 
     def is_a(self, c: int, d: int) -> bool:
-        """Say whether class ``c`` is class ``d`` or below it."""
+        """True if class ``c`` is class ``d`` or one of its subclasses."""
         return bool(self._ancestors[c] >> d & 1)
 
     def ancestor_mask(self, c: int) -> int:
-        """Return the classes an instance of ``c`` belongs to, bit d for class d."""
+        """Return the classes that an instance of ``c`` belongs to, bit d for class d."""
         return self._ancestors[c]
 
     def subclasses(self, c: int) -> tuple[int, ...]:
-        """Return the uids of ``c`` and of all classes below it."""
+        """Return the uids of ``c`` and of all its subclasses, direct or not."""
         return self._descendants[c]
 
     def are_disjoint(self, c: int, d: int) -> bool:
-        """Say whether nothing can be both; subclasses inherit it."""
-        return bool(self._disjoint[c] >> d & 1)
-
-    @property
-    def graph(self) -> "Graph":
-        """The files as one rdflib graph, parsed when first asked for; read it, do not write to it."""
-        if self._graph is None:
-            from worldmodel.owl import parse
-
-            self._graph = parse(self._sources).graph
-        return self._graph
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, TBox):
-            return NotImplemented
-        mine, theirs = (self.classes, self.attributes), (other.classes, other.attributes)
-        return mine == theirs and self._disjoint == other._disjoint
+        """True if nothing can be an instance of both classes."""
+        return bool(self._excluded[c] >> d & 1)
 
     def __hash__(self) -> int:
         return self.hash
-
-    def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_graph": None}
 
     def __repr__(self) -> str:
         return f"<TBox {self.hash:08x}: {len(self.classes)} classes, {len(self.attributes)} attributes>"
 
 
-@lru_cache(maxsize=8)
-def _compiled(sources: tuple[Source, ...]) -> TBox:
-    from worldmodel.owl import compile_tbox
+def _closure(classes: Sequence[OntologyClass]) -> tuple[int, ...]:
+    """Return for each class the bit mask of itself and all its superclasses."""
+    masks = [0] * len(classes)
 
-    return compile_tbox(sources)
+    def close(uid: int) -> int:
+        if not masks[uid]:
+            mask = 1 << uid
+            for parent in classes[uid].parents:
+                mask |= close(parent)
+            masks[uid] = mask
+        return masks[uid]
 
-
-def core_ontology_paths() -> tuple[Path, ...]:
-    """Return the OWL files that come with the package, alignments excepted."""
-    folder = Path(__file__).parent / "ontology"
-    return (folder / "situation.ttl", folder / "marine.ttl")
+    return tuple(close(c.uid) for c in classes)

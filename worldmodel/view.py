@@ -1,4 +1,4 @@
-"""The world model as RDF, for SPARQL and export: a read-only rdflib store that copies nothing.
+"""The world model as RDF, for SPARQL: a read-only rdflib store that copies nothing.
 
 Each fact is a sit:PropertyValue, after the situation-awareness TBox:
 
@@ -7,29 +7,30 @@ Each fact is a sit:PropertyValue, after the situation-awareness TBox:
         sit:timestamp 12.3e0 ; sit:origin <origin/2> .
 
 2-15-0 is origin, sequence and position in the block. Beside this history stands the current state, one triple
-for each slot: <instance/7> rm:location "POINT (3.5 4.0)"^^rm:Point. The types of an instance are given
-without regard to time: rdf:type with the class it was created with and all it was given since. Banned origins
+for each slot: <instance/7> rm:location "POINT (3.5 4.0)"^^rm:Point. The types of an instance
+stand without their times: rdf:type with the class it was created with and all it was given since. Banned origins
 are left out.
 """
 
-from collections.abc import Iterator
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 from rdflib import RDF, RDFS, XSD, Graph, Literal, Namespace, URIRef
-from rdflib.store import Store
+from rdflib import store as rdflib_store
 from rdflib.term import Node
 
+from worldmodel.errors import QueryError
 from worldmodel.facts import Observation
-from worldmodel.owl import RM, SIT
+from worldmodel.owl import graph_of
+from worldmodel.store import Store
 from worldmodel.tbox import TYPE_UID, Attribute, TBox, Value, ValueKind
-
-if TYPE_CHECKING:
-    from worldmodel.abox import WorldModel
+from worldmodel.turtle import RM, SIT
 
 RUN = Namespace("https://w3id.org/remoras/run/")
 
 Triple = tuple[Node, Node, Node]
+Cell = str | float | bool | None
+"""A value of a query's answer."""
 Pattern = tuple[Node | None, Node | None, Node | None]
 
 _INSTANCE = str(RUN) + "instance/"
@@ -48,7 +49,7 @@ def origin_iri(origin: int) -> URIRef:
 
 
 def term_of(tbox: TBox, attribute: Attribute, value: Value) -> Node:
-    """Return a stored value as an RDF term."""
+    """Return a stored value as an RDF term: a number or point as a literal, a uid as an IRI."""
     stored: Any = attribute.quantise(value)
     match attribute.kind:
         case ValueKind.TYPE:
@@ -65,17 +66,15 @@ def term_of(tbox: TBox, attribute: Attribute, value: Value) -> Node:
             return Literal(stored, datatype=XSD.double)
 
 
-class WorldModelStore(Store):
-    """rdflib's way into one world model; what is recorded later is seen at once.
+class RdfView(rdflib_store.Store):
+    """rdflib's way into one world model and its TBox; what is recorded later is seen at once."""
 
-    With ``with_tbox`` the triples of the TBox are there too.
-    """
-
-    def __init__(self, model: "WorldModel", with_tbox: bool = True) -> None:
+    def __init__(self, model: Store) -> None:
         super().__init__()
         self._model = model
-        self._tbox_graph = model.tbox.graph if with_tbox else Graph()
+        self._tbox_graph = graph_of(model.tbox)
         self._attributes: dict[Node, Attribute] = {URIRef(a.iri): a for a in model.tbox.attributes}
+        self._class_uids: dict[Node, int] = {URIRef(c.iri): c.uid for c in model.tbox.classes}
         for prefix, namespace in (("rm", RM), ("sit", SIT), ("run", RUN)):
             self._tbox_graph.bind(prefix, namespace)
 
@@ -114,9 +113,8 @@ class WorldModelStore(Store):
         """Refuse: nothing that is known is ever removed."""
         raise TypeError("the RDF view is read-only; nothing that is known is removed")
 
-    # A superset of the matching ABox triples, as small as the bound terms make it without an index of its own
-
     def _abox_triples(self, pattern: Pattern) -> Iterator[Triple]:
+        """Yield a superset of the matching ABox triples, as small as the bound terms make it without an index."""
         subject, predicate, target = pattern
         if subject is None:
             yield from self._triples_of_any_subject(predicate, target)
@@ -137,6 +135,10 @@ class WorldModelStore(Store):
         if predicate is None or predicate == RDF.type:
             for iri in self._attributes:
                 yield (iri, RDF.type, SIT.Attribute)
+        if predicate == RDF.type and target in self._class_uids:
+            for instance in model.instances_of(self._class_uids[target]):
+                yield from self._instance_triples(instance.uid, RDF.type)
+            return
         if predicate is None or predicate in _OF_FACTS:
             for block in model.blocks():
                 if block.origin not in model.banned:
@@ -179,7 +181,7 @@ class WorldModelStore(Store):
         yield (iri, SIT.origin, origin_iri(observation.origin))
 
     def _observation(self, iri: Node) -> Observation | None:
-        """Return what the IRI of a fact stands for."""
+        """Return the observation that the IRI of a fact stands for, unless its origin is banned."""
         numbers = iri[len(_FACT) :].split("-") if isinstance(iri, URIRef) and iri.startswith(_FACT) else []
         if len(numbers) != 3 or not all(number.isdecimal() for number in numbers):
             return None
@@ -190,30 +192,72 @@ class WorldModelStore(Store):
         return Observation(block, position)
 
 
-def as_graph(model: "WorldModel") -> Graph:
-    """Return the TBox and what ``model`` knows as one read-only graph, for SPARQL; it follows the model."""
-    return Graph(store=WorldModelStore(model))
+def as_graph(model: Store) -> Graph:
+    """Return the TBox and what ``model`` knows as one read-only graph, which follows the model."""
+    return Graph(store=RdfView(model))
 
 
-def canonical_ntriples(model: "WorldModel") -> str:
-    """Return what ``model`` knows, without the TBox, as sorted N-Triples.
+def query(models: Store | Mapping[str, Store], sparql: str) -> tuple[tuple[str, ...], list[tuple[Cell, ...]]]:
+    """Ask one world model, or each of several, in SPARQL.
 
-    Models with equal ``state_hash`` and bans give equal text.
+    The prefixes of the ontology files are bound, and ``sit:``, ``rm:`` and ``run:`` in any case. Several world
+    models are asked one after the other: an aggregate is over the knowledge of one vehicle.
+
+    Args:
+        models: a world model, or world models by the names of their vehicles.
+        sparql: a SELECT or ASK query.
+
+    Returns:
+        The names of the columns, and the rows. For several models the first column is ``vehicle``. ASK gives the
+        column ``answer``. Instances are given by their names, other IRIs as ``rm:Area``, points as
+        ``POINT (3.5 4.0)``, and None stands for what is not bound.
+
+    Raises:
+        QueryError: the text is no such query, or it names a variable ``?vehicle`` for several models.
     """
-    triples = WorldModelStore(model, with_tbox=False).triples((None, None, None))
-    return "".join(sorted(f"{s.n3()} {p.n3()} {o.n3()} .\n" for (s, p, o), _ in triples))
+    if isinstance(models, Store):
+        return _answer(models, sparql)
+    columns: tuple[str, ...] = ()
+    rows: list[tuple[Cell, ...]] = []
+    for vehicle, model in models.items():
+        columns, found = _answer(model, sparql)
+        if "vehicle" in columns:
+            raise QueryError(
+                "the variable ?vehicle is taken: the column 'vehicle' says whose world model a row is from; "
+                "give the variable another name"
+            )
+        rows += [(vehicle, *row) for row in found]
+    return ("vehicle", *columns), rows
 
 
-def export(model: "WorldModel", path: Path, format: str = "turtle") -> None:
-    """Write what ``model`` knows, without the TBox, to ``path``.
+def _answer(model: Store, sparql: str) -> tuple[tuple[str, ...], list[tuple[Cell, ...]]]:
+    graph = as_graph(model)
+    try:
+        result = graph.query(sparql)
+        if result.type not in {"SELECT", "ASK"}:
+            raise QueryError(f"the query is a {result.type}; allowed: SELECT or ASK")
+        if result.type == "ASK":
+            return ("answer",), [(bool(result.askAnswer),)]
+        columns = tuple(str(variable) for variable in result.vars or ())
+        bindings = [{str(name): term for name, term in found.items()} for found in result.bindings]
+        return columns, [tuple(_cell(model, graph, binding.get(name)) for name in columns) for binding in bindings]
+    except QueryError:
+        raise
+    except Exception as error:  # rdflib's parser and evaluator raise whatever a query leads them to
+        reason = " ".join(str(error).split())
+        raise QueryError(
+            f"the query cannot be answered: {reason}; allowed: a SPARQL 1.1 SELECT or ASK; the prefixes rm:, sit:, "
+            "run:, rdf:, rdfs:, owl:, xsd: and those of the ontology files are known"
+        ) from error
 
-    ``format`` is any that rdflib can write; "nt" gives ``canonical_ntriples``.
-    """
-    if format == "nt":
-        path.write_text(canonical_ntriples(model), encoding="utf-8")
-        return
-    graph = Graph(store=WorldModelStore(model, with_tbox=False))
-    graph.serialize(destination=str(path), format=format, encoding="utf-8")
+
+def _cell(model: Store, graph: Graph, term: Node | None) -> Cell:
+    if isinstance(term, URIRef):
+        uid = _number_after(_INSTANCE, term)
+        instance = None if uid is None else model.instance(uid)
+        return instance.name if instance is not None else str(term.n3(graph.namespace_manager))
+    value = term.toPython() if isinstance(term, Literal) else term
+    return value if value is None or isinstance(value, (bool, int, float)) else str(value)
 
 
 def _fact_iri(observation: Observation) -> URIRef:

@@ -10,10 +10,24 @@ from exchange.acoustics import loss
 
 
 class LinkModel(Protocol):
-    """Loss probability of one packet on one link."""
+    """The links of one run: how likely a packet is lost on each.
+
+    ``exchange.acoustics.channel.BroadcastChannel`` asks once for each packet and receiver within range, and compares
+    the answer with a uniform number of its own. The answer depends on the arguments alone, not on earlier questions.
+    """
 
     def p_loss(self, slot: int, sender: int, receiver: int, range_m: float) -> float:
-        """Probability in [0, 1] that ``receiver`` loses the packet that ``sender`` sends in ``slot``."""
+        """Probability that ``receiver`` loses the packet that ``sender`` sends.
+
+        Args:
+            slot: TDMA slot, counted from 0.
+            sender: node that owns the slot.
+            receiver: another node.
+            range_m: distance between them, in metres.
+
+        Returns:
+            A number from 0 to 1.
+        """
         ...
 
 
@@ -114,12 +128,3 @@ class GilbertElliott:
 
     def p_loss(self, slot: int, sender: int, receiver: int, range_m: float) -> float:
         return self.per_bad if self.is_bad(slot, sender, receiver) else self.per_good
-
-
-LINKS = {
-    "perfect": "every packet arrives",
-    "bernoulli": "every receiver loses every packet with probability per, independently",
-    "matrix": "as bernoulli, but each (sender, receiver) listed under link has a per of its own",
-    "gilbert-elliott": "losses in bursts: links turn bad with p_good_to_bad and good with p_bad_to_good per slot",
-}
-"""Loss models that a scenario can name, and what they do."""

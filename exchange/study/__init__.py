@@ -1,0 +1,7 @@
+"""The policy study: exchange policies under packet loss, without a mission.
+
+It imports nothing but `exchange` and its draws of losses. Names are promised to stay in `exchange.study.study`:
+`ExchangeStudy`, `Workload`, `run`, `StudyRow`; importing that module needs NumPy, running a study Numba.
+"""
+
+__all__: list[str] = []

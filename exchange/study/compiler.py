@@ -1,63 +1,38 @@
 """The one place that knows Numba: turns the slot loop of the policy study into machine code.
 
-A vehicle never comes here. The code is kept on disk for the next study, in a folder whose name is a digest of all
-sources it was made from: Numba by itself looks at one of them only. Where nothing can be written, the code is made anew
-in each process.
+A vehicle never comes here. Code is made for each kind of acknowledgement by itself, with the kind's own functions built
+in; a study makes only what it needs. Which functions there are to compile follows from the sources: all that the loop
+reaches, be they ours or those of somebody's own kind. The code is kept on disk for the next study, in a folder whose
+name is a digest of all that it was made from: Numba by itself looks at one file only. Where nothing can be written, the
+code is made anew in each process.
 """
 
 import hashlib
+import inspect
 import os
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from types import FunctionType, ModuleType
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from exchange import ack, policies, selection
-from exchange.acoustics import loss
+from exchange import policies, selection
+from exchange.ack import Acknowledgement, AckRules
+from exchange.errors import ConfigurationError
 from exchange.study import montecarlo, trial
+from exchange.study.trial import Floats, Ints, Load, Rules
 
 MachineCode = Callable[..., None]
-"""Takes what `montecarlo.run_trials` takes."""
+"""Takes what `montecarlo.run_trials` takes, but for the kind, which is built in."""
 
 Say = Callable[[str], None]
 """Takes a line of text for the user."""
-
-SOURCES = (ack, policies, selection, loss, trial, montecarlo)
-
-INLINED: tuple[Callable[..., Any], ...] = (
-    ack.packet_meant,
-    ack.open_slot,
-    ack.compose,
-    ack.unite_matrices,
-    ack.add_pseudo_acknowledgements,
-    ack.absorb,
-    ack.learn_from_row,
-    ack.learn_from_matrix,
-    ack.all_if,
-    ack.carried_items,
-    ack.settled,
-    policies.acknowledgement_bits,
-    loss.mixed,
-    loss.trial_key,
-    loss.slot_key,
-    loss.link_uniform,
-    trial.clear,
-    trial.node_state,
-    trial.note_progress,
-    montecarlo.receivers,
-    montecarlo.drawn_receivers,
-    montecarlo.fill_packet,
-    montecarlo.play_slot,
-    montecarlo.count_false_beliefs,
-    montecarlo.run_trial,
-)
-"""What every slot of every trial runs through, and what hands over its constants."""
 
 CALLED: tuple[Callable[..., Any], ...] = (
     selection.select,
@@ -69,24 +44,97 @@ CALLED: tuple[Callable[..., Any], ...] = (
     trial.close_window,
     montecarlo.poisson_number,
     montecarlo.generate,
+    montecarlo.header_sizes,
 )
-"""What is run now and then."""
+"""What is run now and then; the rest is built into the loop, since every slot runs through it."""
 
-ALLOCATING: tuple[Callable[..., Any], ...] = (trial.new_fleet, montecarlo.run_block)
+ALLOCATING: tuple[Callable[..., Any], ...] = (trial.new_nodes, montecarlo.run_trials)
 """What takes memory: the others get arrays and only look into them, so Numba need not count references there."""
 
 SETTINGS = {"CPU_NAME": "generic", "CPU_FEATURES": "", "LOOP_VECTORIZE": 0}
 """Loops run over a handful of nodes. Vector instructions would wait for the single words that were just stored: with
 them a slot of five nodes takes a fifth longer. Without, code that is kept on disk serves every machine of its kind."""
 
-_ready: dict[bool, MachineCode] = {}
+
+class CompiledKind(NamedTuple):
+    """An acknowledgement as compiled code sees it: `exchange.ack.AckRules`, its functions Numba's."""
+
+    carries: Any
+    compose: Any
+    learn: Any
+    remembers_second_last: bool
+    period_frames: int
 
 
-def cache_folder(numba_version: str) -> Path | None:
-    """Where the machine code is kept, or None if nothing can be written there."""
-    digest = hashlib.sha256(f"{sys.implementation.cache_tag} {numba_version}".encode())
-    for module in SOURCES:
-        digest.update(Path(str(module.__file__)).read_bytes())
+KIND: AckRules = policies.ACK
+"""Stands for the kind that an entry is compiled for: `_compile` puts that one into a copy of the entry."""
+
+
+def run_wide(
+    rules: Rules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints, outcomes: Ints
+) -> None:
+    """Entry of compiled code: `montecarlo.run_trials` with the kind built in."""
+    montecarlo.run_trials(KIND, rules, load, p_loss, seed, first_trial, received, outcomes)
+
+
+def run_narrow(
+    rules: Rules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints, outcomes: Ints
+) -> None:
+    """Entry where all items fit into one word: with that constant the compiler drops every loop over words."""
+    narrow = Rules(rules.repeat, rules.carrier_evidence, rules.n_nodes, 1)
+    montecarlo.run_trials(KIND, narrow, load, p_loss, seed, first_trial, received, outcomes)
+
+
+def reached(*functions: FunctionType) -> dict[FunctionType, None]:
+    """These functions and all plain ones that they name, themselves or through others, callees first."""
+    found: dict[FunctionType, None] = {}
+    visited: set[FunctionType] = set()
+
+    def visit(function: FunctionType) -> None:
+        if function in visited:
+            return
+        visited.add(function)
+        for value in _globals_named(function):
+            if isinstance(value, FunctionType):
+                visit(value)
+        found[function] = None
+
+    for function in functions:
+        visit(function)
+    return found
+
+
+def _globals_named(function: FunctionType) -> list[Any]:
+    """The global values that a function names, also behind the name of a module."""
+    names = function.__code__.co_names
+    values = [function.__globals__[name] for name in names if name in function.__globals__]
+    values += [cell.cell_contents for cell in function.__closure__ or ()]
+    of_modules = [getattr(v, name) for v in values if isinstance(v, ModuleType) for name in names if hasattr(v, name)]
+    return [value for value in (*values, *of_modules) if not isinstance(value, ModuleType)]
+
+
+def functions_of(kind: Acknowledgement) -> dict[FunctionType, None]:
+    """All functions that the slot loop of a kind runs through, callees first."""
+    plain = [part for part in (kind.carries, kind.compose, kind.learn) if isinstance(part, FunctionType)]
+    assert isinstance(montecarlo.run_trials, FunctionType)
+    return reached(*plain, montecarlo.run_trials)
+
+
+def cache_folder(kind: Acknowledgement, numba_version: str) -> Path | None:
+    """Where the machine code is kept, or None if nothing can be written there.
+
+    The digest covers the sources of all functions reached, and the numbers that they have from elsewhere.
+    """
+    parts = [f"{part.__module__}.{part.__qualname__}" for part in (kind.carries, kind.compose, kind.learn)]
+    known = sys.implementation.cache_tag, numba_version, parts, kind.remembers_second_last, kind.period_frames
+    digest = hashlib.sha256(repr(known).encode())
+    functions = functions_of(kind)
+    sources = {__file__, *(inspect.getsourcefile(function) or "" for function in functions)}
+    for source in sorted(sources - {""}):
+        digest.update(Path(source).read_bytes())
+    for function in functions:
+        numbers = [value for value in _globals_named(function) if isinstance(value, bool | int | float | tuple)]
+        digest.update(f"{function.__module__}.{function.__qualname__} {numbers}".encode())
     base = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
     try:
         folder = (Path(base) if base else Path.home() / ".cache") / "remoras" / digest.hexdigest()[:16]
@@ -97,48 +145,77 @@ def cache_folder(numba_version: str) -> Path | None:
         return None
 
 
-@cache
-def make_compilable() -> None:
-    """Tell Numba that compiled code may call these functions; as Python they stay what they are."""
+WITHOUT_MEMORY: dict[str, Any] = {"_nrt": False}
+"""Option of functions that take no memory: Numba then counts no references in them."""
+
+_compilable: set[FunctionType] = set()
+_ready: dict[tuple[Acknowledgement, bool], MachineCode] = {}
+
+
+def make_compilable(kind: Acknowledgement) -> None:
+    """Tell Numba that compiled code may call the functions of the slot loop; as Python they stay what they are."""
     from numba.extending import register_jitable
 
-    for function in INLINED:
-        register_jitable(forceinline=True, _nrt=False)(function)
-    for function in CALLED:
-        register_jitable(_nrt=False)(function)
-    for function in ALLOCATING:
-        register_jitable(forceinline=True)(function)
+    for function in functions_of(kind):
+        if function in _compilable:
+            continue
+        _compilable.add(function)
+        if function in ALLOCATING:
+            register_jitable(forceinline=True)(function)
+        elif function in CALLED:
+            register_jitable(**WITHOUT_MEMORY)(function)
+        else:
+            register_jitable(forceinline=True, **WITHOUT_MEMORY)(function)
 
 
-def compiled(narrow: bool, say: Say) -> MachineCode:
-    """The slot loop as machine code, ready to run, from the disk if it was made before.
+def compiled(kind: Acknowledgement, narrow: bool, say: Say) -> MachineCode:
+    """The slot loop of a kind as machine code, ready to run, from the disk if it was made before.
 
     Args:
-        narrow: all items fit into one word: `montecarlo.run_narrow_trials`, else `montecarlo.run_trials`.
+        kind: acknowledgement of the policy.
+        narrow: all items fit into one word.
         say: is told before work that takes some seconds.
+
+    Raises:
+        ConfigurationError: the functions of somebody's own kind cannot be compiled.
     """
-    if narrow not in _ready:
-        function = montecarlo.run_narrow_trials if narrow else montecarlo.run_trials
-        folder = cache_folder(version("numba"))
+    key = kind, narrow
+    if key not in _ready:
+        entry = run_narrow if narrow else run_wide
+        folder = cache_folder(kind, version("numba"))
+        what = f"compiling the policy study for {kind.name}"
         if folder is None:
-            say("compiling the policy study, about 10 s (each time: there is no folder to keep the machine code in)")
-        elif not any(folder.rglob(f"*{function.__name__}*.nbi")):
-            say(f"compiling the policy study for this machine, about 10 s (once: it is kept in {folder})")
-        _ready[narrow] = _compile(function, folder)
-    return _ready[narrow]
+            say(f"{what}, about 5 s (each time: there is no folder to keep the machine code in)")
+        elif not any(folder.rglob(f"*{entry.__name__}*.nbi")):
+            say(f"{what} on this machine, about 5 s (once: it is kept in {folder})")
+        _ready[key] = _compile(kind, entry, folder)
+    return _ready[key]
 
 
-def _compile(function: MachineCode, folder: Path | None) -> MachineCode:
+def _compile(kind: Acknowledgement, entry: MachineCode, folder: Path | None) -> MachineCode:
     import numba
+    from numba.core.errors import NumbaError
 
-    make_compilable()
+    make_compilable(kind)
     with _settings(numba.config, CACHE_DIR=str(folder or ""), **SETTINGS):
-        machine_code: MachineCode = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)(function)
+        inlined: Any = partial(numba.njit, forceinline=True, error_model="numpy", **WITHOUT_MEMORY)
+        carries, compose, learn = (inlined()(part) for part in (kind.carries, kind.compose, kind.learn))
+        built_in = CompiledKind(carries, compose, learn, kind.remembers_second_last, kind.period_frames)
+        assert isinstance(entry, FunctionType)
+        of_kind = FunctionType(entry.__code__, {**entry.__globals__, "KIND": built_in}, entry.__name__)
+        of_kind.__module__, of_kind.__qualname__ = entry.__module__, entry.__qualname__
+        machine_code: MachineCode = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)(of_kind)
         # No trials: only the types of the arguments matter here.
-        rules = trial.Rules(0, False, False, 2, 1)
-        load = trial.Load(1, 1, 0.0, 1, 1, 0, 0, 0)
+        rules = Rules(False, False, 2, 1)
+        load = Load(1, 1, 0.0, 1, 1, 0, 0, 0)
         received, outcomes = np.zeros((0, 1), np.int64), np.zeros((0, trial.N_QUANTITIES, 3), np.int64)
-        machine_code(rules, load, np.ones((2, 2)), 0, 0, received, outcomes)
+        try:
+            machine_code(rules, load, np.ones((2, 2)), 0, 0, received, outcomes)
+        except NumbaError as error:
+            raise ConfigurationError(
+                f"acknowledgement {kind.name!r} cannot be compiled for the policy study; its functions may use loops, "
+                f"integers, their arguments, and functions of that kind only. Numba says: {str(error).strip()}"
+            ) from error
     return machine_code
 
 

@@ -21,7 +21,7 @@ Moments = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Estimate:
+class TrialMean:
     """A mean and its 95 % confidence interval; the interval is None for a single trial."""
 
     mean: float
@@ -45,7 +45,7 @@ def moments(outcomes: NDArray[np.int64], baseline: NDArray[np.int64]) -> Moments
     return products
 
 
-def mean(products: Moments) -> Estimate | None:
+def mean(products: Moments) -> TrialMean | None:
     """The mean of one quantity, shape (5, 5); None if no trial counts.
 
     >>> trials = np.array([[[1, 1]], [[2, 1]], [[6, 1]]])
@@ -59,7 +59,7 @@ def mean(products: Moments) -> Estimate | None:
     return _estimate(value, np.array([0.0, 1.0, -value, 0.0, 0.0]) / count, products)
 
 
-def relative_mean(products: Moments) -> Estimate | None:
+def relative_mean(products: Moments) -> TrialMean | None:
     """The mean over that of the baseline; None if either has no trial that counts."""
     _, total, count, base_total, base_count = products[0]
     if count == 0 or base_count == 0 or total == 0 or base_total == 0:
@@ -69,12 +69,12 @@ def relative_mean(products: Moments) -> Estimate | None:
     return _estimate(value, weights, products)
 
 
-def _estimate(value: float, weights: NDArray[np.float64], products: Moments) -> Estimate:
+def _estimate(value: float, weights: NDArray[np.float64], products: Moments) -> TrialMean:
     """The estimate whose residual in a trial is the weighted sum of that trial's numbers."""
     n_trials = products[0, 0]
     if n_trials < 2:
-        return Estimate(float(value), None, None)
+        return TrialMean(float(value), None, None)
     variance = float(weights @ products @ weights) * n_trials / (n_trials - 1)
     rounding = float(abs(weights) @ products @ abs(weights)) * ROUNDING
     half = Z_95 * math.sqrt(variance) if variance > rounding else 0.0
-    return Estimate(float(value), float(value - half), float(value + half))
+    return TrialMean(float(value), float(value - half), float(value + half))

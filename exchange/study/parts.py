@@ -2,7 +2,7 @@
 
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from exchange.ack import Acknowledgement
 from exchange.policies import AckPolicy
 from exchange.study import trial
 from exchange.study.estimates import Moments, moments
@@ -24,7 +25,7 @@ REMEMBERED_SLOTS = 250
 
 
 @dataclass(frozen=True)
-class Plan:
+class TrialPlan:
     """All trials of all policies, the baseline first, at all settings: one matrix of loss probabilities each."""
 
     n_nodes: int
@@ -80,13 +81,24 @@ class Tally:
         self.cpu_s += other.cpu_s
 
 
+MachineCodes = Mapping[Acknowledgement, Callable[..., None]]
+"""The slot loop of each acknowledgement: `montecarlo.run_trials` with the kind built in."""
+
+
 def play_all(
-    plan: Plan, machine_code: Callable[..., None], jobs: int, progress: Callable[[int, int], None]
+    plan: TrialPlan, machine_codes: MachineCodes, jobs: int, progress: Callable[[int, int], None]
 ) -> list[list[Tally]]:
-    """Play the whole plan; returns the tallies of each setting, in the order of the policies."""
+    """Play the whole plan; returns the tallies of each setting, in the order of the policies.
+
+    Args:
+        plan: all trials.
+        machine_codes: the slot loop of every acknowledgement in the plan.
+        jobs: threads.
+        progress: is told how many parts of how many are done.
+    """
     tallies: list[list[Tally]] = [[] for _ in plan.matrices]
     with ThreadPoolExecutor(jobs) as pool:
-        for done, (setting, of_part) in enumerate(_in_order(plan, machine_code, pool, 2 * jobs), start=1):
+        for done, (setting, of_part) in enumerate(_in_order(plan, machine_codes, pool, 2 * jobs), start=1):
             if not tallies[setting]:
                 tallies[setting] = of_part
             else:
@@ -97,10 +109,10 @@ def play_all(
 
 
 def _in_order(
-    plan: Plan, machine_code: Callable[..., None], pool: ThreadPoolExecutor, ahead: int
+    plan: TrialPlan, machine_codes: MachineCodes, pool: ThreadPoolExecutor, ahead: int
 ) -> Iterator[tuple[int, list[Tally]]]:
     """Setting and tallies of each part in order, so that sums do not depend on the pool; at most so many ahead."""
-    play = partial(_play, plan, machine_code)
+    play = partial(_play, plan, machine_codes)
     pending: deque[tuple[int, Future[list[Tally]]]] = deque()
     for part in plan.parts:
         pending.append((part.setting, pool.submit(play, part)))
@@ -111,16 +123,17 @@ def _in_order(
         yield setting, future.result()
 
 
-def _play(plan: Plan, machine_code: Callable[..., None], part: Part) -> list[Tally]:
+def _play(plan: TrialPlan, machine_codes: MachineCodes, part: Part) -> list[Tally]:
     """Play one part; every policy meets the same losses."""
     received = np.full((part.n_trials, min(REMEMBERED_SLOTS, plan.load.max_slots)), NOT_DRAWN, np.int64)
     baseline = np.zeros((part.n_trials, trial.N_QUANTITIES, 3), np.int64)
     tallies = []
     for policy in plan.policies:
-        rules = Rules(int(policy.acknowledgement), policy.repeat, plan.carrier_evidence, plan.n_nodes, plan.n_words)
+        rules = Rules(policy.repeat, plan.carrier_evidence, plan.n_nodes, plan.n_words)
+        run_trials = machine_codes[policy.acknowledgement]
         outcomes = np.zeros_like(baseline)
         began_s = time.thread_time()
-        machine_code(rules, plan.load, plan.matrices[part.setting], plan.seed, part.first_trial, received, outcomes)
+        run_trials(rules, plan.load, plan.matrices[part.setting], plan.seed, part.first_trial, received, outcomes)
         cpu_s = time.thread_time() - began_s
         if policy == plan.policies[0]:
             baseline = outcomes

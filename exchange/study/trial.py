@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exchange.ack import AckState
+from exchange.policies import may_send
 
 Ints: TypeAlias = NDArray[np.int64]
 Floats: TypeAlias = NDArray[np.float64]
@@ -40,9 +41,11 @@ NEVER = 1 << 62
 
 
 class Rules(NamedTuple):
-    """The policy and the size of the fleet; `n_words` is the number of words in a set of items."""
+    """What a policy says beside its acknowledgement, and the size of the fleet.
 
-    acknowledgement: int
+    `n_words` is the number of words in a set of items.
+    """
+
     repeat: bool
     carrier_evidence: bool
     n_nodes: int
@@ -66,7 +69,7 @@ class Load(NamedTuple):
     max_slots: int
 
 
-class Fleet(NamedTuple):
+class Nodes(NamedTuple):
     """State of all nodes, a row each, and of all columns."""
 
     heard: Ints
@@ -82,21 +85,25 @@ class Fleet(NamedTuple):
     free_slot: Ints  # [column] from this slot on the column may be given to a new item
     packet: Ints  # [word] items being sent
     rows: Ints  # [node] acknowledgement bits being sent
+    header_bits: Ints  # [slot] size of the header of each slot, until the layouts repeat
     eligible: Ints  # [column]
     chosen: Ints  # [column]
     priorities: Ints  # [column]
     sizes_bits: Ints  # [column]
 
 
-def new_fleet(rules: Rules, load: Load) -> Fleet:
-    """Memory for all trials of one load; `clear` it before each."""
+def new_nodes(rules: Rules, load: Load, period_frames: int) -> Nodes:
+    """Memory for all trials of one load; `clear` it before each.
+
+    `header_bits` is the acknowledgement's to fill in.
+    """
     n_nodes, n_words = rules.n_nodes, rules.n_words
     n_columns = load.n_sources * load.columns_per_source
     origins = np.zeros(n_nodes * n_words, np.int64)
     for column in range(n_columns):
         origin = column // load.columns_per_source
         origins[origin * n_words + column // WORD_BITS] |= 1 << column % WORD_BITS
-    return Fleet(
+    return Nodes(
         heard=np.empty((n_nodes, 1), np.int64),
         content=np.empty((n_nodes, 2 * n_nodes * n_words), np.int64),
         believes=np.empty((n_nodes, n_nodes * n_words), np.int64),
@@ -110,6 +117,7 @@ def new_fleet(rules: Rules, load: Load) -> Fleet:
         free_slot=np.empty(n_columns, np.int64),
         packet=np.empty(n_words, np.int64),
         rows=np.empty(n_nodes, np.int64),
+        header_bits=np.empty(n_nodes * period_frames, np.int64),
         eligible=np.empty(n_columns, np.int64),
         chosen=np.empty(n_columns, np.int64),
         priorities=np.ones(n_columns, np.int64),
@@ -117,78 +125,78 @@ def new_fleet(rules: Rules, load: Load) -> Fleet:
     )
 
 
-def clear(fleet: Fleet) -> None:
+def clear(nodes: Nodes) -> None:
     """Nobody has heard anything, and there are no items."""
-    fleet.heard[:] = 0
-    fleet.content[:] = 0
-    fleet.believes[:] = 0
-    fleet.holds[:] = 0
-    fleet.settled[:] = 0
-    fleet.weights[:] = 0
-    fleet.reached[:] = 0
-    fleet.free_slot[:] = 0
+    nodes.heard[:] = 0
+    nodes.content[:] = 0
+    nodes.believes[:] = 0
+    nodes.holds[:] = 0
+    nodes.settled[:] = 0
+    nodes.weights[:] = 0
+    nodes.reached[:] = 0
+    nodes.free_slot[:] = 0
 
 
-def node_state(rules: Rules, fleet: Fleet, node: int) -> AckState:
+def node_state(rules: Rules, nodes: Nodes, node: int) -> AckState:
     """The acknowledgement state of one node."""
-    return AckState(rules.n_words, fleet.heard[node], fleet.content[node], fleet.believes[node], fleet.held[node])
+    return AckState(rules.n_words, nodes.heard[node], nodes.content[node], nodes.believes[node], nodes.held[node])
 
 
-def add_item(rules: Rules, fleet: Fleet, origin: int, column: int, slot: int) -> None:
+def add_item(rules: Rules, nodes: Nodes, origin: int, column: int, slot: int) -> None:
     """Give the column to a new item of `origin`; nothing remains of an older one."""
     w = column // WORD_BITS
     bit = 1 << column % WORD_BITS
     for node in range(rules.n_nodes):
         for i in range(rules.n_nodes):
-            fleet.believes[node, i * rules.n_words + w] &= ~bit
-        fleet.holds[node * rules.n_words + w] &= ~bit
-        fleet.settled[node * rules.n_words + w] &= ~bit
-        fleet.weights[node, column] = 0
+            nodes.believes[node, i * rules.n_words + w] &= ~bit
+        nodes.holds[node * rules.n_words + w] &= ~bit
+        nodes.settled[node * rules.n_words + w] &= ~bit
+        nodes.weights[node, column] = 0
     for stage in range(N_STAGES):
-        fleet.reached[stage, w] &= ~bit
-    fleet.believes[origin, origin * rules.n_words + w] |= bit
-    fleet.holds[origin * rules.n_words + w] |= bit
-    fleet.born_slot[column] = slot
-    fleet.free_slot[column] = NEVER
+        nodes.reached[stage, w] &= ~bit
+    nodes.believes[origin, origin * rules.n_words + w] |= bit
+    nodes.holds[origin * rules.n_words + w] |= bit
+    nodes.born_slot[column] = slot
+    nodes.free_slot[column] = NEVER
 
 
-def free_column(load: Load, fleet: Fleet, origin: int, slot: int) -> int:
+def free_column(load: Load, nodes: Nodes, origin: int, slot: int) -> int:
     """A column of `origin` without an item, or -1."""
     for column in range(origin * load.columns_per_source, (origin + 1) * load.columns_per_source):
-        if fleet.free_slot[column] <= slot:
+        if nodes.free_slot[column] <= slot:
             return column
     return -1
 
 
-def note_progress(rules: Rules, load: Load, fleet: Fleet, slot: int, outcome: Ints) -> None:
+def note_progress(rules: Rules, load: Load, nodes: Nodes, slot: int, outcome: Ints) -> None:
     """Note the items that reach a stage in this slot."""
     for w in range(rules.n_words):
         held_by_all = -1
         source_acked = 0
-        settled_by_all = -1
+        senders_acked = -1
         for node in range(rules.n_nodes):
             cell = node * rules.n_words + w
-            held_by_all &= fleet.holds[cell]
-            source_acked |= fleet.settled[cell] & fleet.origins[cell]
-            settled_by_all &= fleet.settled[cell]
-        senders_acked = settled_by_all if rules.repeat else source_acked
+            held_by_all &= nodes.holds[cell]
+            source_acked |= nodes.settled[cell] & nodes.origins[cell]
+            senders_acked &= nodes.settled[cell] | ~may_send(rules.repeat, -1, nodes.origins[cell])
+        senders_acked &= source_acked
         for stage in range(N_STAGES):
             now = held_by_all if stage == DELIVERED else source_acked if stage == SOURCE_ACKED else senders_acked
-            new = now & ~fleet.reached[stage, w]
+            new = now & ~nodes.reached[stage, w]
             if new != 0:
-                fleet.reached[stage, w] = now
+                nodes.reached[stage, w] = now
                 for b in range(WORD_BITS):
                     if (new >> b) & 1:
-                        note_item(rules, load, fleet, stage, w * WORD_BITS + b, slot, outcome)
+                        note_item(rules, load, nodes, stage, w * WORD_BITS + b, slot, outcome)
 
 
-def note_item(rules: Rules, load: Load, fleet: Fleet, stage: int, column: int, slot: int, outcome: Ints) -> None:
+def note_item(rules: Rules, load: Load, nodes: Nodes, stage: int, column: int, slot: int, outcome: Ints) -> None:
     """Note that an item reaches a stage in this slot."""
     if load.rate == 0.0:
         outcome[stage, SUM] = slot + 1
         outcome[stage, COUNT] += 1
         return
-    born = fleet.born_slot[column]
+    born = nodes.born_slot[column]
     if load.window_start <= born < load.window_end:
         outcome[stage, SUM] += slot + 1 - born
         outcome[stage, COUNT] += 1
@@ -198,7 +206,7 @@ def note_item(rules: Rules, load: Load, fleet: Fleet, stage: int, column: int, s
         outcome[IN_FLIGHT, SUM] += slots_in_window(load, born, slot + 1)
     if stage == SENDERS_ACKED:
         # Two frames later no node remembers a packet that carried the item.
-        fleet.free_slot[column] = slot + 1 + 2 * rules.n_nodes
+        nodes.free_slot[column] = slot + 1 + 2 * rules.n_nodes
 
 
 def slots_in_window(load: Load, start: int, stop: int) -> int:
@@ -217,14 +225,14 @@ def close_batch(n_followed: int, outcome: Ints) -> None:
     outcome[TRANSMISSIONS, SUM] *= outcome[SENDERS_ACKED, COUNT]
 
 
-def close_window(load: Load, fleet: Fleet, n_followed: int, outcome: Ints) -> None:
+def close_window(load: Load, nodes: Nodes, n_followed: int, outcome: Ints) -> None:
     """Complete the sums and counts of a trial of Poisson load: each item followed counts, or is censored."""
     for stage in range(N_STAGES):
         outcome[stage, CENSORED] = n_followed - outcome[stage, COUNT]
-    for column in range(len(fleet.free_slot)):
-        acknowledged = (fleet.reached[SOURCE_ACKED, column // WORD_BITS] >> column % WORD_BITS) & 1
-        if fleet.free_slot[column] == NEVER and not acknowledged:
-            outcome[IN_FLIGHT, SUM] += slots_in_window(load, fleet.born_slot[column], load.window_end)
+    for column in range(len(nodes.free_slot)):
+        acknowledged = (nodes.reached[SOURCE_ACKED, column // WORD_BITS] >> column % WORD_BITS) & 1
+        if nodes.free_slot[column] == NEVER and not acknowledged:
+            outcome[IN_FLIGHT, SUM] += slots_in_window(load, nodes.born_slot[column], load.window_end)
     outcome[TRANSMISSIONS, COUNT] = outcome[GOODPUT, SUM]
     outcome[REFUSED, COUNT] = outcome[OFFERED, SUM]
     for quantity in (IN_FLIGHT, GOODPUT, OFFERED):

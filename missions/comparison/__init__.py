@@ -1,0 +1,23 @@
+"""Comparison: what the runs of a sweep say of strategies and policies.
+
+``compare`` puts every treatment beside a baseline, ``ranks`` orders those that met the same conditions. Both take the
+``SweepResults`` of ``missions.sweeps`` and are loaded when they are first used.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from missions.comparison.baseline import compare
+    from missions.comparison.ranking import ranks
+    from missions.comparison.rows import Comparison, Rank
+
+__all__ = ["Comparison", "Rank", "compare", "ranks"]
+
+_HOMES = {"compare": "baseline", "ranks": "ranking", "Comparison": "rows", "Rank": "rows"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

@@ -5,19 +5,18 @@ from __future__ import annotations
 import tomllib
 from typing import TYPE_CHECKING
 
-from missions.figure import Declared, Figure, Layer, Mark, Place, Style
+from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, Style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from missions.runs.results import Results
-    from missions.scenarios.scenario import Scenario
+    from missions.mapping.scenario import MappingScenario
 
 SHADE = 0.16
 """Strength of the tint of mapped cells."""
 
 
-def first_mapped(results: Results) -> dict[tuple[int, int], tuple[float, str]]:
+def first_mapped(results: RunResults) -> dict[tuple[int, int], tuple[float, str]]:
     """For every mapped cell (column, row): when (s), and by whom, it was first mapped."""
     found: dict[tuple[int, int], tuple[float, str]] = {}
     for row in results.table("coverage").to_pylist():
@@ -25,7 +24,7 @@ def first_mapped(results: Results) -> dict[tuple[int, int], tuple[float, str]]:
     return found
 
 
-def draw_coverage(axes: Axes, results: Results, style: Style) -> str:
+def draw_coverage(axes: Axes, results: RunResults, style: Style) -> str:
     """Steps of the mapped share in per cent, for the fleet and for each vehicle."""
     end_s = max(float(results.summary["mission_time_s"]), 1.0)
     cells = sorted(first_mapped(results).values())
@@ -47,7 +46,7 @@ def draw_coverage(axes: Axes, results: Results, style: Style) -> str:
     return "A cell counts for the vehicle that mapped it first."
 
 
-def draw_mapped_cells(axes: Axes, results: Results, style: Style) -> str:
+def draw_mapped_cells(axes: Axes, results: RunResults, style: Style) -> str:
     """Mapped cells as squares in the tint of the vehicle that mapped them first."""
     from matplotlib.collections import PolyCollection
 
@@ -72,7 +71,7 @@ FIGURES: tuple[Declared, ...] = (
 """Figures of the mission."""
 
 
-def places(scenario: Scenario) -> tuple[Place, ...]:
+def places(scenario: MappingScenario) -> tuple[Place, ...]:
     """Areas to be mapped and points to meet at."""
     areas = [
         Place(area.name, "area to map", tuple((float(x), float(y)) for x, y in area.corners_m))

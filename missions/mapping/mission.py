@@ -134,7 +134,7 @@ class MappingMission(Mission):
         self._cell_m = cell_m
         self._places = places
         self._jobs = {name: SurveyJob(name, corners) for name, corners in corners_m.items()}
-        self.social_domain = Domain.of(
+        self._social_domain = Domain.of(
             [Operator("GiveMission"), Operator("AllocateRoles"), Operator("AssignObjective")],
             dict(zip(self.group_missions, (supervision_methods(groups), mapping_methods(groups)), strict=True)),
         )
@@ -163,6 +163,11 @@ class MappingMission(Mission):
     def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
         """What is wrong with areas, with the roles that explore them, and with importances."""
         return mapping_faults(raw, cls.group_missions)
+
+    @property
+    def social_domain(self) -> Domain:
+        """Supervision and AreaMapping into objectives of roles."""
+        return self._social_domain
 
     @property
     def jobs(self) -> Mapping[str, SurveyJob]:
@@ -306,7 +311,11 @@ class MappingMission(Mission):
             return ()
         for name in set(organisation.members(group.name)).difference(organisation.heads(group.name)):
             observed_s, position = beliefs.observed_s(("position", name)), picture.peers.positions_m.get(name)
-            if observed_s is None or position is None or picture.body.now_s - observed_s > NEWS_FRAMES * picture.frame_s:
+            if (
+                observed_s is None
+                or position is None
+                or picture.body.now_s - observed_s > NEWS_FRAMES * picture.frame_s
+            ):
                 return ()
             if math.hypot(position[0] - x_m, position[1] - y_m) > radius_m + HEARD_TOLERANCE_M:
                 return ()

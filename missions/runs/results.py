@@ -21,10 +21,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import tomli_w
 
+from missions.document import Document
 from missions.errors import OutputError
 from missions.runs.run import Run
 from missions.runs.summary import summary
-from missions.scenarios.loading import load_text
+from missions.scenarios.loading import resolved
 from missions.scenarios.scenario import Scenario
 from remoras.recorder import TABLES, Row, Table
 from worldmodel import suggestion
@@ -213,7 +214,7 @@ class Results:
         Raises:
             ConfigurationError: this version cannot read the scenario in the manifest.
         """
-        return load_text(self.manifest["scenario"], str(self.folder / "manifest.json"))
+        return resolved(Document.of_text(self.manifest["scenario"], str(self.folder / "manifest.json")))
 
     @property
     def tables(self) -> tuple[str, ...]:

@@ -10,10 +10,11 @@ from exchange.acoustics.channel import BroadcastChannel, Channel
 from exchange.acoustics.modems import Modem, modems
 from exchange.codec import Codec
 from exchange.manager import ExchangeManager
-from exchange.policies import POLICIES, AckPolicy
+from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of, transmit_j_per_bit
+from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
+from missions.scenarios.policy import policy_of
 from missions.scenarios.scenario import Scenario, StrategyTable
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase, VehicleData
@@ -32,7 +33,7 @@ from remoras.social.negotiation import negotiated_attributes
 from remoras.strategy import Strategy
 from remoras.vehicle import Layers, Vehicle
 from remoras.work import Point
-from worldmodel import InformationNeed, Instance, NeedsIndex, TBox, WorldModel, core_ontology_paths
+from worldmodel import InformationNeed, Instance, NeedsIndex, TBox, WorldModel, core_ontology_paths, read_tbox
 
 STATUS_PER_FRAME = 2
 """Status blocks (position, battery) that a vehicle records in a TDMA frame."""
@@ -92,8 +93,8 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         strategy = strategy_of(scenario)
     else:
         scenario = scenario.model_copy(update={"strategy": StrategyTable(name=strategy.name)})
-    policy = POLICIES[scenario.communication.policy]
-    tbox = TBox.read(*core_ontology_paths(), *mission.vocabulary)
+    policy = policy_of(scenario.communication.policy)
+    tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary)
     database, groups = database_of(scenario, mission_type), groups_of(scenario)
     instances = _instances(scenario, mission, tbox)
     modem, world = modems()[scenario.communication.modem], scenario.world
@@ -228,9 +229,7 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
     )
 
 
-def _vehicle(
-    fleet: Fleet, setup: Setup, real: VehicleData, sensors: dict[str, Sensor], recorder: Recorder
-) -> Vehicle:
+def _vehicle(fleet: Fleet, setup: Setup, real: VehicleData, sensors: dict[str, Sensor], recorder: Recorder) -> Vehicle:
     """A vehicle that believes what the fleet knows of it, and moves as it really is."""
     data = setup.database[real.name]
     communication, mission = setup.scenario.communication, setup.mission
@@ -260,7 +259,14 @@ def _vehicle(
         data,
         Layers(
             SocialLayer(
-                data.name, setup.database, beliefs, mission, setup.strategy, setup.agreement, setup.rally_points_m, picture
+                data.name,
+                setup.database,
+                beliefs,
+                mission,
+                setup.strategy,
+                setup.agreement,
+                setup.rally_points_m,
+                picture,
             ),
             ExecutiveLayer(setup.decision),
             FunctionalLayer(real, mission, sensors, setup.bounds_m, picture),

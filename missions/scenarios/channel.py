@@ -1,34 +1,36 @@
-"""The table ``[channel]``: which loss model, with which settings, and when the channel is cut off."""
+"""The table ``[channel]``: which loss model, with which settings, and when the channel is cut off.
+
+Which settings there are is said by the models themselves: see ``exchange.acoustics.models``.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+import json
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+from pydantic import BaseModel, ConfigDict, Field, SerializationInfo, ValidationError, model_serializer
 
 from exchange.acoustics.channel import Blackout
-from exchange.acoustics.link import LINKS, Bernoulli, GilbertElliott, LinkModel, Matrix, Perfect
-from missions.errors import ConfigurationFault
-from missions.scenarios.tables import NotNegative, Probability, Raw, Table, entries, names_of, one_of, table_of
+from exchange.acoustics.link import LinkModel
+from exchange.acoustics.models import (
+    CHANNELS,
+    ChannelModel,
+    GilbertElliottChannel,
+    MatrixChannel,
+    OfVehicle,
+)
+from missions.errors import ConfigurationError, ConfigurationFault
+from missions.scenarios.tables import NotNegative, Raw, Table, entries, names_of, one_of, table_of
+from remoras.errors import PluginError
+from remoras.plugins import faults_of, named_object
+from worldmodel import suggestion
 
-PERFECT = "perfect"
-USED_BY: dict[str, tuple[str, ...]] = {
-    PERFECT: (),
-    "bernoulli": ("per",),
-    "matrix": ("per", "link"),
-    "gilbert-elliott": ("p_good_to_bad", "p_bad_to_good", "per_good", "per_bad"),
-}
-"""Keys that each loss model uses; the others of the table go with every model."""
-OF_MODELS = {key for keys in USED_BY.values() for key in keys}
-
-
-class LinkTable(Table):
-    """One directed link of the matrix channel."""
-
-    sender: str = Field(description="vehicle that sends")
-    receiver: str = Field(description="vehicle that listens; the other direction is a link of its own")
-    per: Probability = Field(description="packet error rate of this link")
+COMPULSORY = ("link_model", "mean_per")
+"""Methods that a channel model must have."""
+OF_EVERY_CHANNEL = {"name", "blackout"}
+"""Keys that no model may have for its own."""
 
 
 class BlackoutTable(Table):
@@ -39,43 +41,47 @@ class BlackoutTable(Table):
     vehicle: str | None = Field(None, description="vehicle neither heard nor hearing; the whole channel if absent")
 
 
-class ChannelTable(Table):
+class NamedTable(Table):
+    """The name of a channel."""
+
     name: str = Field(
-        description="loss model, see `remoras list channels`. A key that the model does not use is refused, with two "
-        "exceptions: perfect leaves the settings of all models aside, and a model named by --channel, --set or a study "
-        "those that the scenario has for its own"
+        description="loss model, see `remoras list channels`, or package.module:Class. A key that the model does not "
+        "use is refused, with two exceptions: perfect leaves the settings of all models aside, and a model named by "
+        "--channel, --set or a study those that the scenario has for its own"
     )
-    per: float = Field(
-        0.0, ge=0.0, lt=1.0, description="packet error rate of bernoulli, and of the links that matrix does not list"
-    )
-    link: tuple[LinkTable, ...] = ()
-    p_good_to_bad: Probability = Field(
-        0.1, description="gilbert-elliott: probability per TDMA slot that a good link turns bad"
-    )
-    p_bad_to_good: Probability = Field(
-        0.3, description="gilbert-elliott: probability per TDMA slot that a bad link turns good"
-    )
-    per_good: Probability = Field(0.05, description="gilbert-elliott: packet error rate of a link in its good state")
-    per_bad: Probability = Field(0.8, description="gilbert-elliott: packet error rate of a link in its bad state")
+
+
+class ChannelTable(GilbertElliottChannel, MatrixChannel, NamedTable):
+    """The channel of a scenario: it has the settings of all shipped models, and acts as the one that is named.
+
+    Settings of a model from outside are kept as they are; its own class checks them.
+    """
+
+    model_config = ConfigDict(extra="allow")
+
     blackout: tuple[BlackoutTable, ...] = ()
 
-    @model_serializer(mode="wrap")
-    def _what_is_used(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    @model_serializer(mode="plain")
+    def _what_is_used(self, info: SerializationInfo) -> dict[str, Any]:
         """Without the settings of other models: what is written can be read again, and what is alike looks alike."""
-        unused = OF_MODELS.difference(USED_BY.get(self.name, ()))
-        return {key: value for key, value in handler(self).items() if key not in unused}
+        blackouts = [table.model_dump(mode=info.mode, exclude_none=bool(info.exclude_none)) for table in self.blackout]
+        settings = self.settings().model_dump(mode=info.mode, exclude_none=bool(info.exclude_none))
+        return {"name": self.name, **settings, "blackout": blackouts if info.mode == "json" else tuple(blackouts)}
+
+    def settings(self) -> ChannelModel:
+        """The model that is named, with those settings that it uses.
+
+        Raises:
+            PluginError: there is no such model.
+        """
+        model = model_named(self.name)
+        given = {key: getattr(self, key) for key in self.model_fields_set if key in model.model_fields}
+        return model.model_validate_json(json.dumps(given, default=_plain), strict=True)
 
     def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
         """The loss model that is named, for vehicles of these node numbers."""
-        match self.name:
-            case "bernoulli":
-                return Bernoulli(self.per)
-            case "matrix":
-                return Matrix(self.per, {(nodes[link.sender], nodes[link.receiver]): link.per for link in self.link})
-            case "gilbert-elliott":
-                return GilbertElliott(self.p_good_to_bad, self.p_bad_to_good, self.per_good, self.per_bad, seed)
-            case _:
-                return Perfect()
+        link = self.settings().link_model(nodes, seed)
+        return link if self.name in CHANNELS else CheckedLink(self.name, link)
 
     def blackouts(self, nodes: Mapping[str, int]) -> tuple[Blackout, ...]:
         """Times without communication, for vehicles of these node numbers."""
@@ -84,13 +90,75 @@ class ChannelTable(Table):
             for table in self.blackout
         )
 
-    def mean_per(self, n_vehicles: int) -> float:
+    def mean_per(self, n_nodes: int) -> float:
         """Packet error rate in the mean over time and all directed pairs of vehicles, within range and no blackout."""
-        if self.name == "matrix":
-            n_links = n_vehicles * (n_vehicles - 1)
-            return self.per + sum(link.per - self.per for link in self.link) / n_links
-        model = self.link_model({}, seed=0)
-        return model.mean_per if isinstance(model, GilbertElliott) else model.p_loss(0, 0, 1, 0.0)
+        return self.settings().mean_per(n_nodes)
+
+
+def _plain(value: Any) -> Any:
+    return value.model_dump(mode="json") if isinstance(value, BaseModel) else str(value)
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedLink:
+    """Links of a model from outside; an answer that is no probability ends the run with a clear message."""
+
+    name: str
+    link: LinkModel
+
+    def p_loss(self, slot: int, sender: int, receiver: int, range_m: float) -> float:
+        """The answer of the model, checked.
+
+        Raises:
+            ConfigurationError: the model raised, or answered with something else than a number from 0 to 1.
+        """
+        asked = f"p_loss({slot}, {sender}, {receiver}, {range_m:g})"
+        try:
+            p_loss = self.link.p_loss(slot, sender, receiver, range_m)
+        except Exception as error:  # it is somebody else's class: anything may be wrong with it
+            raise self._fault(f"{asked} raised {type(error).__name__}: {error}") from error
+        if isinstance(p_loss, bool) or not isinstance(p_loss, int | float) or not 0.0 <= p_loss <= 1.0:
+            raise self._fault(f"{asked} must be a number from 0 to 1, not {p_loss!r}")
+        return p_loss
+
+    def _fault(self, what: str) -> ConfigurationError:
+        return ConfigurationError("channel", [ConfigurationFault("channel.name", f'"{self.name}"', what)])
+
+
+def model_named(name: str) -> type[ChannelModel]:
+    """A shipped model by name, or one from outside by ``package.module:Class``.
+
+    Raises:
+        PluginError: there is none of that name, it cannot be loaded, or it lacks a part of the seam.
+    """
+    if ":" not in name:
+        if name not in CHANNELS:
+            raise PluginError(f"allowed: {', '.join(CHANNELS)}{suggestion(name, CHANNELS)}")
+        return CHANNELS[name]
+    found = named_object(name)
+    if not (isinstance(found, type) and issubclass(found, ChannelModel)):
+        what = f"class {found.__name__}" if isinstance(found, type) else f"object of {type(found).__name__}"
+        raise PluginError(f"a subclass of exchange.acoustics.models.ChannelModel is needed, not the {what}")
+    lacking = [part for part in COMPULSORY if getattr(found, part) is getattr(ChannelModel, part)]
+    if lacking or not found.title:
+        raise PluginError(f"a channel model: lacks {', '.join([*lacking, *([] if found.title else ['title'])])}")
+    if faults := list(faults_of(found, ChannelModel, COMPULSORY)):
+        raise PluginError(f"a channel model: {'; '.join(faults)}")
+    if taken := OF_EVERY_CHANNEL & found.model_fields.keys():
+        raise PluginError(
+            f"a channel model: its setting {', '.join(sorted(taken))} is a key of every channel; rename it"
+        )
+    if unset := [key for key, info in found.model_fields.items() if info.is_required()]:
+        raise PluginError(f"a channel model: {', '.join(unset)} without a default; a model can be named alone")
+    return found
+
+
+def _known_model(name: Any) -> type[ChannelModel] | None:
+    """The model of that name; None if it is none, which is reported elsewhere."""
+    try:
+        return model_named(name) if isinstance(name, str) else None
+    except PluginError:
+        return None
 
 
 def leave_aside(own: Raw, raw: Raw, overridden: Collection[str]) -> list[ConfigurationFault]:
@@ -102,15 +170,19 @@ def leave_aside(own: Raw, raw: Raw, overridden: Collection[str]) -> list[Configu
         overridden: dotted keys of the overrides.
     """
     channel, name, own_name = raw.get("channel"), table_of(raw, "channel").get("name"), own.get("name")
-    if not isinstance(channel, dict) or not isinstance(name, str) or name not in USED_BY:
+    model = _known_model(name)
+    if not isinstance(channel, dict) or model is None:
         return []
-    replaced = USED_BY.get(own_name, ()) if isinstance(own_name, str) and "channel" not in overridden else ()
+    own_model = _known_model(own_name) if "channel" not in overridden else None
+    replaced: Collection[str] = own_model.model_fields if own_model is not None else ()
+    of_shipped = {key for shipped in CHANNELS.values() for key in shipped.model_fields}
     faults = []
-    for key in [key for key in channel if key in OF_MODELS and key not in USED_BY[name]]:
+    for key in [key for key in channel if key not in model.model_fields and (key in of_shipped or key in replaced)]:
         value = channel.pop(key)
-        if name != PERFECT and (key not in replaced or f"channel.{key}" in overridden):
-            users = " and ".join(user for user, keys in USED_BY.items() if key in keys)
-            allowed = f"not used by the {name} channel, only by {users}; {name} uses {', '.join(USED_BY[name])}"
+        if model.model_fields and (key not in replaced or f"channel.{key}" in overridden):
+            users = [user for user, shipped in CHANNELS.items() if key in shipped.model_fields] or [str(own_name)]
+            uses = f"{name} uses {', '.join(model.model_fields)}"
+            allowed = f"not used by the {name} channel, only by {' and '.join(users)}; {uses}"
             faults.append(ConfigurationFault(f"channel.{key}", "" if isinstance(value, list) else str(value), allowed))
     return faults
 
@@ -118,30 +190,93 @@ def leave_aside(own: Raw, raw: Raw, overridden: Collection[str]) -> list[Configu
 def channel_faults(raw: Raw) -> Iterator[ConfigurationFault]:
     """What has to hold within the channel, and between it and the vehicles."""
     channel, vehicles = table_of(raw, "channel"), names_of(raw, "vehicle")
-    yield from one_of("channel.name", channel.get("name"), list(LINKS))
-    pairs: set[tuple[str, str]] = set()
-    for number, link in enumerate(entries(channel, "link"), 1):
-        sender, receiver = link.get("sender"), link.get("receiver")
-        for key, name in (("sender", sender), ("receiver", receiver)):
-            yield from one_of(f"channel.link.{number}.{key}", name, vehicles)
-        if isinstance(sender, str) and isinstance(receiver, str):
-            if sender == receiver:
-                yield ConfigurationFault(f"channel.link.{number}.receiver", f'"{receiver}"', "must not be the sender")
-            elif (sender, receiver) in pairs:
-                allowed = f"the link from {sender} to {receiver} is listed twice"
-                yield ConfigurationFault(f"channel.link.{number}.receiver", f'"{receiver}"', allowed)
-            pairs.add((sender, receiver))
-    if channel.get("name") == "gilbert-elliott":
-        keys = ("p_good_to_bad", "p_bad_to_good")
-        rates = {key: channel.get(key, ChannelTable.model_fields[key].default) for key in keys}
-        if all(isinstance(rate, int | float) and 0.0 <= rate <= 1.0 for rate in rates.values()):
-            greater = max(rates, key=lambda key: rates[key])
-            if not 0.0 < sum(rates.values()) <= 1.0:
-                allowed = f"{' + '.join(rates)} must be above 0 and at most 1, not {sum(rates.values()):g}"
-                yield ConfigurationFault(f"channel.{greater}", str(rates[greater]), allowed)
+    name = channel.get("name")
+    if isinstance(name, str):
+        try:
+            model = model_named(name)
+        except PluginError as error:
+            yield ConfigurationFault("channel.name", f'"{name}"', str(error))
+        else:
+            yield from _setting_faults(name, model, channel, vehicles)
     for number, blackout in enumerate(entries(channel, "blackout"), 1):
         yield from one_of(f"channel.blackout.{number}.vehicle", blackout.get("vehicle"), vehicles)
         from_s, until_s = blackout.get("from_s"), blackout.get("until_s")
         if isinstance(from_s, int | float) and isinstance(until_s, int | float) and from_s >= until_s:
             allowed = f"must be above from_s = {from_s}"
             yield ConfigurationFault(f"channel.blackout.{number}.until_s", str(until_s), allowed)
+
+
+def _setting_faults(
+    name: str, model: type[ChannelModel], channel: Raw, vehicles: Sequence[str]
+) -> Iterator[ConfigurationFault]:
+    """What is wrong with the settings of the model: unknown keys, names of no vehicle, and what it says itself."""
+    known = list(ChannelTable.model_fields) if name in CHANNELS else ["name", *model.model_fields, "blackout"]
+    for key in channel:
+        if key not in known:
+            allowed = f"unknown key, allowed here: {', '.join(known)}{suggestion(key, known)}"
+            yield ConfigurationFault(f"channel.{key}", _shown(channel[key]), allowed)
+    yield from _vehicle_faults("channel", model, channel, vehicles)
+    given = {key: value for key, value in channel.items() if key in model.model_fields}
+    faults = [] if name in CHANNELS else list(_value_faults(model, given))
+    yield from faults
+    try:
+        for key, value, allowed in model.faults(given):
+            yield ConfigurationFault(f"channel.{key}", value, allowed)
+        if name not in CHANNELS and not faults:
+            yield from _trial_faults(name, model, given, vehicles)
+    except Exception as error:  # it is somebody else's class: anything may be wrong with it
+        allowed = f"its checks of settings raised {type(error).__name__}: {error}"
+        yield ConfigurationFault("channel.name", f'"{name}"', allowed)
+
+
+def _value_faults(model: type[ChannelModel], given: Raw) -> Iterator[ConfigurationFault]:
+    """What a model from outside refuses of its settings, one by one."""
+    try:
+        model.model_validate_json(json.dumps(given, default=str), strict=True)
+    except ValidationError as error:
+        for detail in error.errors():
+            key = ".".join(str(part + 1 if isinstance(part, int) else part) for part in detail["loc"])
+            message = str(detail["msg"])
+            yield ConfigurationFault(f"channel.{key}", _shown(detail["input"]), message[0].lower() + message[1:])
+
+
+def _trial_faults(
+    name: str, model: type[ChannelModel], given: Raw, vehicles: Sequence[str]
+) -> Iterator[ConfigurationFault]:
+    """What goes wrong when a model from outside is asked for the first time."""
+    settings = model.model_validate_json(json.dumps(given, default=str), strict=True)
+    nodes = {vehicle: node for node, vehicle in enumerate(vehicles)}
+    try:
+        per = settings.mean_per(max(2, len(nodes)))
+        if isinstance(per, bool) or not isinstance(per, int | float) or not 0.0 <= per <= 1.0:
+            yield ConfigurationFault("channel.name", f'"{name}"', f"mean_per must be a number from 0 to 1, not {per!r}")
+        link = settings.link_model(nodes, 0)
+        if not callable(getattr(link, "p_loss", None)):
+            allowed = f"link_model must return an object with p_loss(slot, sender, receiver, range_m), not {link!r}"
+            yield ConfigurationFault("channel.name", f'"{name}"', allowed)
+        else:
+            CheckedLink(name, link).p_loss(0, 0, 1, 1.0)
+    except ConfigurationError as error:
+        yield from error.faults
+    except Exception as error:  # it is somebody else's class: anything may be wrong with it
+        allowed = f"link_model and mean_per must take every scenario, but raised {type(error).__name__}: {error}"
+        yield ConfigurationFault("channel.name", f'"{name}"', allowed)
+
+
+def _vehicle_faults(
+    above: str, model: type[BaseModel], given: Raw, vehicles: Sequence[str]
+) -> Iterator[ConfigurationFault]:
+    """Settings that should name a vehicle of the scenario and do not, in the table and in tables below it."""
+    for key, info in model.model_fields.items():
+        if any(isinstance(mark, OfVehicle) for mark in info.metadata):
+            yield from one_of(f"{above}.{key}", given.get(key), vehicles)
+        inner = [info.annotation, *getattr(info.annotation, "__args__", ())]
+        below = next((kind for kind in inner if isinstance(kind, type) and issubclass(kind, BaseModel)), None)
+        if below is not None:
+            for number, entry in enumerate(entries(given, key), 1):
+                yield from _vehicle_faults(f"{above}.{key}.{number}", below, entry, vehicles)
+
+
+def _shown(value: Any) -> str:
+    text = json.dumps(value, default=str)
+    return text if len(text) <= 60 else text[:57] + "..."

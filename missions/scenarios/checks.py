@@ -9,23 +9,20 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any
 
 from exchange.acoustics.modems import modems
-from exchange.policies import POLICIES, header_bits
 from missions.errors import ConfigurationFault
 from missions.scenarios.channel import channel_faults
-from missions.scenarios.tables import Raw, bounds_of, entries, names_of, one_of, point_of, table_of
 from missions.scenarios.parts import database_of, groups_of, strategy_named
+from missions.scenarios.policy import policy_faults
 from missions.scenarios.scenario import Scenario
+from missions.scenarios.tables import Raw, bounds_of, entries, names_of, one_of, point_of, table_of
 from remoras.errors import PluginError, StrategyError
 from remoras.mission import Mission
 from remoras.strategies import configured
 from remoras.work import Job
-from worldmodel import OntologyError, TBox, core_ontology_paths
+from worldmodel import OntologyError, core_ontology_paths, read_tbox
 
-ROOM_BITS = 128
-"""What a packet needs beside its acknowledgements: its head, a signal, a block of one fact."""
 MAX_COORDINATE_M = 9000.0
 """The ``position`` attribute reaches somewhat farther than the world may, for vehicles that drift out of it."""
 
@@ -68,7 +65,9 @@ def _role_jobs(scenario: Scenario, mission: type[Mission], jobs: Mapping[str, Jo
             if role.job in jobs and able and not any(jobs[role.job].is_able(data) for data in able):
                 names = ", ".join(data.name for data in able)
                 yield ConfigurationFault(
-                    f"{key}.job", f'"{role.job}"', f"none of those able to play the role, {names}, is able to do the job"
+                    f"{key}.job",
+                    f'"{role.job}"',
+                    f"none of those able to play the role, {names}, is able to do the job",
                 )
 
 
@@ -164,8 +163,7 @@ def outside_faults(raw: Raw, places_m: Iterable[tuple[str, tuple[float, float]]]
 def _choices(raw: Raw) -> Iterator[ConfigurationFault]:
     communication = table_of(raw, "communication")
     yield from one_of("communication.modem", communication.get("modem"), list(modems()))
-    yield from one_of("communication.policy", communication.get("policy"), list(POLICIES))
-    yield from _header(raw)
+    yield from policy_faults(raw)
     name = table_of(raw, "strategy").get("name")
     if not isinstance(name, str):
         return
@@ -182,25 +180,10 @@ def _choices(raw: Raw) -> Iterator[ConfigurationFault]:
             yield ConfigurationFault(f"strategy.parameters.{key}", json.dumps(value), error.allowed)
 
 
-def _header(raw: Raw) -> Iterator[ConfigurationFault]:
-    """The acknowledgements of all nodes must leave room in a packet."""
-    communication = table_of(raw, "communication")
-    modem, policy = modems().get(communication.get("modem", "")), POLICIES.get(communication.get("policy", ""))
-    n_vehicles = len(entries(raw, "vehicle"))
-    if modem is not None and policy is not None and n_vehicles >= 2:
-        header = header_bits(policy, n_vehicles)
-        if header + ROOM_BITS > modem.payload_bits:
-            allowed = (
-                f"its acknowledgements take {header} bits for {n_vehicles} vehicles, a packet of modem {modem.name} "
-                f"has {modem.payload_bits} and needs {ROOM_BITS} for the rest: take ack or another modem"
-            )
-            yield ConfigurationFault("communication.policy", f'"{policy.name}"', allowed)
-
-
 def _needs(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     needs = table_of(table_of(raw, "communication"), "needs")
     try:
-        tbox = TBox.read(*core_ontology_paths(), *mission.vocabulary)
+        tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary)
     except (OntologyError, OSError) as error:
         reference = table_of(raw, "scenario").get("mission")
         yield ConfigurationFault("scenario.mission", f'"{reference}"', f"its vocabulary cannot be read: {error}")

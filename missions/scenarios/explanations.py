@@ -9,7 +9,6 @@ from pydantic import BaseModel
 from missions.scenarios.loading import load, shipped
 from missions.scenarios.parts import mission_class
 from missions.scenarios.scenario import Scenario
-from missions.scenarios.tables import Table
 
 
 def _limit(constraint: Any) -> str:
@@ -33,7 +32,7 @@ def explanations_of(root: type[BaseModel], prefix: str = "") -> dict[str, tuple[
     for name, info in root.model_fields.items():
         annotation: Any = info.annotation
         inner = [annotation, *getattr(annotation, "__args__", ())]
-        nested = next((c for c in inner if isinstance(c, type) and issubclass(c, Table)), None)
+        nested = next((c for c in inner if isinstance(c, type) and issubclass(c, BaseModel)), None)
         if nested is not None:
             found |= explanations_of(nested, f"{prefix}{name}.")
             continue

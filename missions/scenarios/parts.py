@@ -48,6 +48,11 @@ def mission_class(reference: str) -> type[Mission]:
     return found
 
 
+def mission_of(scenario: Scenario) -> Mission:
+    """The mission of a scenario."""
+    return mission_class(scenario.scenario.mission).from_scenario(scenario)
+
+
 def strategy_of(scenario: Scenario) -> Strategy:
     """The strategy that the scenario names, with the parameters that it sets."""
     return configured(strategy_named(scenario.strategy.name), scenario.strategy.parameters)

@@ -15,6 +15,7 @@ from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Table
 from remoras.executive.satisfaction import DecisionConstants
 
+
 class About(Table):
     """The table ``[scenario]``."""
 

@@ -14,15 +14,21 @@ from missions.sweeps.plan import version
 
 ADDRESS = re.compile(r"(tcp|tls|ucx|wss?)://(\[[0-9a-fA-F:]+\]|[^/:\s]+):\d{1,5}")
 REACH_S = 10.0
-"""Time in which a scheduler has to answer and a worker has to be there."""
+"""Time within which a scheduler has to answer and a worker has to be there."""
 
 JOINING = 32
-"""Threads that work is given out for at least, so that workers that join later find some."""
+"""Fewest threads that work is given out for, so that workers that join later find some."""
 
 
 @contextmanager
 def cluster_executor(address: str) -> Iterator[tuple[Executor, int]]:
-    """(executor, number of threads to give work to) of the cluster whose scheduler is at ``address``.
+    """A connection to a Dask cluster, closed at the end.
+
+    Args:
+        address: of its scheduler, as tcp://HOST:PORT.
+
+    Returns:
+        The executor, and the number of threads to give work to.
 
     Raises:
         ClusterError: the scheduler cannot be reached, has no workers, or a worker has another version.

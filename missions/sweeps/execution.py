@@ -1,7 +1,7 @@
 """What a worker does: run a chunk of tasks and say of each how it ended.
 
-This is the only module of the missions that looks at the clock of the wall: a run's line says when it finished and
-where. Nothing of that enters the model.
+This is the only module of the missions that reads the wall clock: a run's line says when it finished and where. Nothing
+of that enters the model.
 """
 
 from __future__ import annotations
@@ -11,40 +11,23 @@ import platform
 import time
 import traceback
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from missions.errors import ClusterError
-from missions.runs.summary import identity, summary
 from missions.runs.run import run
 from missions.runs.step_tables import encoded
-from missions.sweeps.plan import Task, version
+from missions.runs.summary import identity, summary
+from missions.sweeps.ledger import DONE, FAILED, FinishedRun
+from missions.sweeps.plan import RunTask, version
 from remoras.fleet import rare_collections
 
-MACHINE_COLUMNS = ("wall_s", "cpu_s", "host", "worker", "finished_at")
-"""What depends on the machine, and nothing else does."""
-DONE, FAILED = "done", "failed"
 
-
-@dataclass(frozen=True)
-class Finished:
-    """A run that has ended.
+def run_chunk(needed_version: str, tasks: Sequence[RunTask]) -> list[FinishedRun]:
+    """Run tasks one after another; a run that raises is a failed run, not an error of the chunk.
 
     Args:
-        line: what the ledger keeps of it.
-        tables: its tables as Parquet files by name, if they are kept.
-    """
-
-    line: Mapping[str, Any]
-    tables: Mapping[str, bytes]
-
-    @property
-    def key(self) -> str:
-        return str(self.line["key"])
-
-
-def run_chunk(needed_version: str, tasks: Sequence[Task]) -> list[Finished]:
-    """Run the tasks one after another; a run that raises is a failed run, not an error of the chunk.
+        needed_version: of the process that gives the tasks out.
+        tasks: runs to make.
 
     Raises:
         ClusterError: this worker has another version.
@@ -56,7 +39,7 @@ def run_chunk(needed_version: str, tasks: Sequence[Task]) -> list[Finished]:
 
 
 @rare_collections()
-def run_task(task: Task) -> Finished:
+def run_task(task: RunTask) -> FinishedRun:
     """Run one task."""
     wall_s, cpu_s = time.perf_counter(), time.process_time()
     found, error, tables = identity(task.scenario, task.seed), "", {}
@@ -75,17 +58,17 @@ def run_task(task: Task) -> Finished:
         "worker": os.getpid(),
         "finished_at": _now(),
     }
-    return Finished(_line(task, found, error, machine), tables)
+    return FinishedRun(_line(task, found, error, machine), tables)
 
 
-def killed(task: Task) -> Finished:
+def killed(task: RunTask) -> FinishedRun:
     """A run whose process died every time that it was tried."""
     error = "the process died every time that this run was tried, alone at the last"
     machine = {"wall_s": None, "cpu_s": None, "host": platform.node(), "worker": os.getpid(), "finished_at": _now()}
-    return Finished(_line(task, identity(task.scenario, task.seed), error, machine), {})
+    return FinishedRun(_line(task, identity(task.scenario, task.seed), error, machine), {})
 
 
-def _line(task: Task, found: Mapping[str, Any], error: str, machine: Mapping[str, Any]) -> dict[str, Any]:
+def _line(task: RunTask, found: Mapping[str, Any], error: str, machine: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "key": task.key,
         "status": FAILED if error else DONE,

@@ -14,11 +14,14 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import metadata
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from missions.scenarios import Scenario
-from missions.sweeps.study import Configuration, Study
-from missions.sweeps.study_file import StoppingRule, StudyFile, toml_value
+from missions.document import toml_value
+from missions.sweeps.study_file import StoppingRule, StudyFile
+
+if TYPE_CHECKING:
+    from missions.scenarios import Scenario
+    from missions.sweeps.study import Configuration, Study
 
 Summaries = Mapping[str, Mapping[str, Any]]
 """Summary of every finished run by key."""
@@ -35,8 +38,18 @@ def seed_of(master: int, repeat: int) -> int:
 
 
 @dataclass(frozen=True)
-class Task:
-    """One run to make, with everything that a worker needs for it."""
+class RunTask:
+    """One run to make, with everything that a worker needs for it.
+
+    Args:
+        key: hash of version, resolved configuration and seed.
+        scenario: resolved; a worker reads no file.
+        seed: of the run.
+        repeat: number from 0; runs of one repeat share their seed.
+        settings: keys that the study sets, with their values.
+        replay: command that repeats the run alone.
+        keep_tables: True if its tables go into the sample.
+    """
 
     key: str
     scenario: Scenario
@@ -48,10 +61,12 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Schedule:
+class RunSchedule:
     """Keys of the runs that a study asks for; enough to say how far a sweep is, without its scenarios.
 
     Args:
+        version: of the program.
+        file: the study.
         digests: a hash of every resolved configuration.
     """
 
@@ -83,24 +98,25 @@ class Schedule:
 
 
 @dataclass(frozen=True)
-class Plan:
+class SweepPlan:
     """The runs of a study."""
 
     study: Study
 
     @cached_property
-    def schedule(self) -> Schedule:
+    def schedule(self) -> RunSchedule:
+        """Keys of the runs."""
         digests = (
             hashlib.sha256(configuration.scenario.model_dump_json().encode()).hexdigest()
             for configuration in self.study.configurations
         )
-        return Schedule(version(), self.study.file, tuple(digests))
+        return RunSchedule(version(), self.study.file, tuple(digests))
 
-    def task(self, number: int, repeat: int) -> Task:
+    def task(self, number: int, repeat: int) -> RunTask:
         """A repeat of the configuration with that number, ready to run."""
         configuration = self.study.configurations[number]
         seed = seed_of(self.study.design.seed, repeat)
-        return Task(
+        return RunTask(
             self.schedule.key(number, repeat),
             configuration.scenario,
             seed,
@@ -110,8 +126,13 @@ class Plan:
             repeat < self.study.design.keep_tables,
         )
 
-    def missing(self, summaries: Summaries, busy: Collection[str] = ()) -> Iterator[Task]:
-        """Runs that are needed and neither finished nor busy: the first repeat of everything, then the second."""
+    def missing(self, summaries: Summaries, busy: Collection[str] = ()) -> Iterator[RunTask]:
+        """Runs that are needed, neither finished nor busy: the first repeat of every configuration, then the second.
+
+        Args:
+            summaries: of the finished runs, by key.
+            busy: keys of the runs that workers have.
+        """
         schedule = self.schedule
         needed = [schedule.repeats(number, summaries) for number in range(len(schedule.digests))]
         for repeat in range(max(needed, default=0)):
@@ -125,8 +146,12 @@ class Plan:
 def repeats_needed(rule: StoppingRule, values: Sequence[float | None]) -> int:
     """Repeats that a stopping rule asks for, given the values of the first repeats in their order.
 
-    It looks at the minimum and then after every further half of it; values that are missing (a failed run, a
-    latency of nothing) count as repeats.
+    It looks after the minimum and then after every further half of it. A missing value (a failed run, a latency without
+    a packet) counts as a repeat.
+
+    Args:
+        rule: metric, half-width of its interval, fewest and most repeats.
+        values: of the metric; None where a run has none.
     """
     from missions.statistics import t_half_width  # workers need no statistics, and loading them takes half a second
 

@@ -18,7 +18,7 @@ from queue import SimpleQueue
 from threading import Thread
 from typing import Any, ParamSpec, TypeVar
 
-Parameters = ParamSpec("Parameters")
+Arguments = ParamSpec("Arguments")
 T = TypeVar("T")
 Call = tuple["Future[Any]", Callable[..., Any], tuple[Any, ...], dict[str, Any]]
 
@@ -32,9 +32,10 @@ class WorkersCannotStart(BrokenExecutor):
 
 
 class SupervisedPool(Executor):
-    """An executor of ``n_workers`` processes, each replaced when it dies.
+    """An executor whose processes are replaced when they die.
 
     Args:
+        n_workers: number of processes.
         preload: module that new processes find loaded already.
     """
 
@@ -49,8 +50,12 @@ class SupervisedPool(Executor):
         for thread in self._threads:
             thread.start()
 
-    def submit(self, fn: Callable[Parameters, T], /, *args: Parameters.args, **kwargs: Parameters.kwargs) -> Future[T]:
-        """The future result of a call in one of the processes."""
+    def submit(self, fn: Callable[Arguments, T], /, *args: Arguments.args, **kwargs: Arguments.kwargs) -> Future[T]:
+        """Let one of the processes make a call.
+
+        Returns:
+            The result to come: what the call returns or raises, or ``WorkerDied``, or ``WorkersCannotStart``.
+        """
         if not self._open:
             raise RuntimeError("the pool is shut down")
         future: Future[T] = Future()
@@ -58,7 +63,12 @@ class SupervisedPool(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes: after the calls that wait, or at once with ``cancel_futures``."""
+        """End the processes: after the calls that wait, or at once.
+
+        Args:
+            wait: return only when all processes have ended.
+            cancel_futures: cancel the calls that wait, and kill the processes.
+        """
         self._open = False
         if cancel_futures:
             while not self._calls.empty():
@@ -110,6 +120,7 @@ class SupervisedPool(Executor):
             self._processes.discard(process)
 
     def _started(self) -> tuple[BaseProcess, Connection]:
+        """A new process, and our end of the connection to it."""
         ours, theirs = self._context.Pipe()
         process: BaseProcess = self._context.Process(target=_serve, args=(theirs,), daemon=True)  # type: ignore[attr-defined]
         process.start()

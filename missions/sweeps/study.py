@@ -1,16 +1,13 @@
 """Study: what a sweep varies, frozen, read from a TOML file and checked whole.
 
-The design is scenarios x vehicles x strategies x policies x channels x points. A point sets keys of the scenario,
-named as ``--set`` names them; points come from a full grid, a list or a Latin hypercube. Every configuration of the
-design is resolved when the study is loaded, so that a study that starts can also finish: all faults are reported at
-once.
+Every configuration of the design is resolved when the study is loaded, so that a study that starts can also finish: all
+faults are reported at once.
 """
 
 from __future__ import annotations
 
-import itertools
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
@@ -18,49 +15,50 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from missions.document import Document, file_or_name, is_file, toml_value
 from missions.errors import ConfigurationError, ConfigurationFault
+from missions.metric import Metric
+from missions.runs.metrics import metrics_of
 from missions.scenarios import Scenario, load, shipped
 from missions.scenarios.explanations import explanations_of
-from missions.sweeps.study_file import (
-    Design,
-    StudyFile,
-    fault_of,
-    flattened,
-    is_axis,
-    located,
-    or_one_of,
-    own_faults,
-    toml_value,
-)
-
-Settings = tuple[tuple[str, Any], ...]
-"""Keys of a scenario and their values."""
+from missions.sweeps.design import Settings, combinations
+from missions.sweeps.study_checks import faults_between
+from missions.sweeps.study_file import Design, StudyFile
+from worldmodel import suggestion
 
 
 @dataclass(frozen=True)
 class Configuration:
-    """One cell of the design: the scenario resolved, and how to get it.
+    """One combination of settings: the scenario resolved, and how to get it.
 
     Args:
         source: scenario as `remoras run` takes it.
-        settings: every key that the study sets.
+        settings: every key that the study sets, with its value.
     """
 
     source: str
-    settings: Settings
+    settings: tuple[tuple[str, Any], ...]
     scenario: Scenario
 
 
 @dataclass(frozen=True)
 class Study:
-    """A study whose every configuration has been resolved."""
+    """A study whose every configuration has been resolved.
+
+    Args:
+        text: of its file.
+        file: its tables; the metrics are listed, whether or not the text names some.
+        metrics: what can be compared, by name.
+    """
 
     text: str
     file: StudyFile
     configurations: tuple[Configuration, ...]
+    metrics: Mapping[str, Metric]
 
     @property
     def design(self) -> Design:
+        """The table ``[study]``."""
         return self.file.study
 
     @property
@@ -81,11 +79,11 @@ def shipped_studies() -> dict[str, Path]:
 
 
 def is_study(name_or_path: str) -> bool:
-    """Is this the name of a shipped study, or a TOML file with a table ``[study]``?"""
+    """True for the name of a shipped study, and for a TOML file with a table ``[study]``."""
     if name_or_path in shipped_studies():
         return True
     try:
-        return "study" in tomllib.loads(Path(name_or_path).read_text(encoding="utf-8"))
+        return "study" in tomllib.loads(Path(name_or_path).read_text(encoding="utf-8-sig"))
     except (OSError, ValueError):  # no such file, not text, not TOML
         return False
 
@@ -101,118 +99,117 @@ def study_explanations() -> dict[str, tuple[str, str]]:
 
 
 def load_study(name_or_path: str) -> Study:
-    """The study of a shipped name or a TOML file.
+    """Read a study and resolve all of its configurations.
+
+    Args:
+        name_or_path: a shipped study, see ``shipped_studies``, or a TOML file.
+
+    Returns:
+        The study, ready for ``sweep``.
 
     Raises:
         ConfigurationError: with every fault of the file, or of the scenario that it names.
     """
-    known = shipped_studies()
-    path = known.get(name_or_path, Path(name_or_path))
-    if not path.is_file():
-        hint = f"a TOML file{or_one_of(name_or_path, list(known))}"
-        raise ConfigurationError(name_or_path, [ConfigurationFault("study", name_or_path, hint)])
+    document = Document.read(name_or_path, shipped_studies(), "study")
+    tables = dict(document.raw)
+    if isinstance(tables.get("channel"), dict):
+        tables["channel"] = [tables["channel"]]
     try:
-        text = path.read_text(encoding="utf-8")
-        raw = tomllib.loads(text)
-        if isinstance(raw.get("channel"), dict):
-            raw["channel"] = [raw["channel"]]
-        file = StudyFile.model_validate(raw)
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ConfigurationError(str(path), [ConfigurationFault("TOML", "", str(error))]) from None
+        file = StudyFile.model_validate(tables)
     except ValidationError as error:
-        raise ConfigurationError(str(path), located(text, map(fault_of, error.errors()))) from None
-    if faults := [*own_faults(file)]:
-        raise ConfigurationError(str(path), located(text, faults))
-    configurations, found = _resolved(file, path.parent)
-    if found:
-        raise ConfigurationError(str(path), located(text, found))
-    return Study(text, file, configurations)
+        raise document.error(document.faults_of(error, StudyFile)) from None
+    if faults := [*faults_between(file)]:
+        raise document.error(faults)
+    configurations, faults = _resolved(file, Path(document.path).parent)
+    metrics, more = _metrics(configurations)
+    if configurations:
+        more += _metric_faults(file, metrics)
+    if faults or more:
+        raise document.error([*faults, *more])
+    return Study(document.text, _with_metrics(file, metrics), tuple(configurations), metrics)
 
 
-# The design ---------------------------------------------------------------------------------------
-
-
-def points(file: StudyFile) -> list[Settings]:
-    """Settings of every point, in the order of the file; the last key of a grid varies fastest.
-
-    A Latin hypercube (McKay, Beckman, Conover 1979) is scaled to the bounds; its values have six digits, and are whole
-    where both bounds are.
-    """
-    if file.study.sampling == "list":
-        return [tuple(flattened(point)) for point in file.point]
-    if file.study.sampling == "latin":
-        from scipy.stats import qmc
-
-        keys, bounds = zip(*flattened(file.latin), strict=True)
-        unit = qmc.LatinHypercube(len(keys), seed=file.study.seed).random(file.study.samples)
-        return [
-            tuple((key, _between(low, high, share)) for key, (low, high), share in zip(keys, bounds, row, strict=True))
-            for row in unit.tolist()
-        ]
-    return _product(dict(flattened(file.grid)))
-
-
-def _between(low: float, high: float, share: float) -> float:
-    """The value at a share 0..1 of the way; among whole numbers each has the same part of the way.
-
-    >>> _between(4, 6, 0.34), _between(4.0, 6.0, 0.34)
-    (5, 4.68)
-    """
-    if isinstance(low, int) and isinstance(high, int):
-        return low + min(int(share * (high - low + 1)), high - low)
-    return float(f"{low + share * (high - low):.6g}")
-
-
-def _product(grid: Mapping[str, Any]) -> list[Settings]:
-    """Settings of a full grid; a value that is no list, or a list of tables, stays the same everywhere."""
-    choices = [[(key, value) for value in (values if is_axis(values) else [values])] for key, values in grid.items()]
-    return [tuple(chosen) for chosen in itertools.product(*choices)]
-
-
-def _channels(file: StudyFile) -> list[Settings]:
-    channels = [{f"channel.{key}": value for key, value in table.items()} for table in file.channel]
-    return [settings for channel in channels for settings in _product(channel)] or [()]
-
-
-def _resolved(file: StudyFile, folder: Path) -> tuple[tuple[Configuration, ...], list[ConfigurationFault]]:
+def _resolved(file: StudyFile, folder: Path) -> tuple[list[Configuration], list[ConfigurationFault]]:
     """Every configuration once, and the faults of those that the scenario does not allow."""
-    design = file.study
     found: dict[str, Configuration] = {}
     faults: dict[tuple[str, str], ConfigurationFault] = {}
-    table = {"grid": "grid", "list": "point", "latin": "latin"}[design.sampling]
-    choices: list[list[tuple[str, Settings]]] = [
-        [("set", tuple(flattened(file.set)))],
-        [("study:strategies", (("strategy.name", name),)) for name in design.strategies or ()] or [("", ())],
-        [("study:policies", (("communication.policy", name),)) for name in design.policies or ()] or [("", ())],
-        [("study:vehicles", (("fleet.size", size),)) for size in design.vehicles or ()] or [("", ())],
-        [("channel", settings) for settings in _channels(file)],
-        [(table, point) for point in points(file)],
-    ]
-    for name in design.scenario:
-        nearby = folder / name
-        source = name if name in shipped() or not nearby.is_file() else str(nearby.resolve())
-        if source not in shipped() and not Path(source).is_file():
-            hint = f"a TOML file{or_one_of(name, list(shipped()))}"
-            faults.setdefault(("study:scenario", hint), ConfigurationFault("study:scenario", f'"{name}"', hint))
+    known = shipped()
+    for name in file.study.scenario:
+        source = _source(name, folder, known)
+        if source is None:
+            fault = ConfigurationFault("study.scenario", f'"{name}"', file_or_name(name, known))
+            faults.setdefault((fault.key, fault.allowed), fault)
             continue
-        load(source)
-        for chosen in itertools.product(*choices):
-            settings = {key: value for _, pairs in chosen for key, value in pairs}
-            written = {key: _written(where, key) for where, pairs in chosen for key, _ in pairs}
-            overrides = [(written[key], f"{key}={toml_value(value)}") for key, value in settings.items()]
+        load(source)  # its own faults are raised as such
+        for settings in combinations(file):
             try:
-                scenario = load(source, overrides)
+                configuration = _configuration(source, settings)
             except ConfigurationError as error:
-                for fault in error.faults:
-                    own = [place for key, place in written.items() if key.startswith(f"{fault.key}.")]
-                    place = own[0] if own else fault.key
-                    given = "" if own else fault.given
-                    faults.setdefault((place, fault.allowed), replace(fault, key=place, given=given))
-                continue
-            found.setdefault(scenario.model_dump_json(), Configuration(source, tuple(settings.items()), scenario))
-    return tuple(found.values()), list(faults.values())
+                for fault in _in_study(error.faults, settings):
+                    faults.setdefault((fault.key, fault.allowed), fault)
+            else:
+                found.setdefault(configuration.scenario.model_dump_json(), configuration)
+    return list(found.values()), list(faults.values())
 
 
-def _written(where: str, key: str) -> str:
-    """Table and key of the study file that set a key of the scenario, as ``table:key``."""
-    return where if ":" in where else f"{where}:{key.removeprefix('channel.') if where == 'channel' else key}"
+def _source(name: str, folder: Path, known: Mapping[str, Path]) -> str | None:
+    """The scenario as `remoras run` takes it: a shipped one, or a file beside the study or elsewhere."""
+    nearby = folder / name
+    if name in known:
+        return name
+    if is_file(nearby):
+        return str(nearby.resolve())
+    return name if is_file(Path(name)) else None
+
+
+def _configuration(source: str, settings: Settings) -> Configuration:
+    """A scenario with a combination of settings; of two of one key the last counts.
+
+    Raises:
+        ConfigurationError: the scenario does not allow them.
+    """
+    last = {setting.key: setting for setting in settings}
+    overrides = [(setting.place, f"{setting.key}={toml_value(setting.value)}") for setting in last.values()]
+    pairs = tuple((setting.key, setting.value) for setting in last.values())
+    return Configuration(source, pairs, load(source, overrides))
+
+
+def _in_study(faults: Iterable[ConfigurationFault], settings: Settings) -> Iterator[ConfigurationFault]:
+    """Faults of a scenario under the keys of the study that caused them, where there are such."""
+    places = sorted({setting.place for setting in settings}, key=len, reverse=True)
+    for fault in faults:
+        place = next((place for place in places if f"{fault.key} ".startswith(f"{place} ")), None)
+        yield replace(fault, key=place or fault.key, line=None)
+
+
+def _metrics(configurations: Sequence[Configuration]) -> tuple[dict[str, Metric], list[ConfigurationFault]]:
+    """Metrics of all missions of the study by name, and faults where two missions mean different things by one name."""
+    found: dict[str, Metric] = {}
+    faults = []
+    for source in dict.fromkeys(configuration.source for configuration in configurations):
+        scenario = next(one.scenario for one in configurations if one.source == source)
+        for name, metric in metrics_of(scenario).items():
+            other = found.setdefault(name, metric)
+            if (other.unit, other.better) != (metric.unit, metric.better):
+                allowed = f"the missions of these scenarios differ in what {name} means; study them apart"
+                faults.append(ConfigurationFault("study.scenario", "", allowed))
+    return found, faults
+
+
+def _metric_faults(file: StudyFile, metrics: Mapping[str, Metric]) -> list[ConfigurationFault]:
+    """Metrics that the study names and that its missions do not have."""
+    named = [("study.metrics", name) for name in file.study.metrics or ()]
+    named += [("stopping.metric", file.stopping.metric)] if file.stopping else []
+    return [
+        ConfigurationFault(key, f'"{name}"', f"allowed: {', '.join(metrics)}{suggestion(name, metrics)}")
+        for key, name in named
+        if name not in metrics
+    ]
+
+
+def _with_metrics(file: StudyFile, metrics: Mapping[str, Metric]) -> StudyFile:
+    """The tables with the metrics listed that are compared: the headline ones if the file names none."""
+    if file.study.metrics is not None:
+        return file
+    headline = tuple(name for name, metric in metrics.items() if metric.headline)
+    return file.model_copy(update={"study": file.study.model_copy(update={"metrics": headline})})

@@ -1,6 +1,9 @@
-"""The command line: the roof, the one place that may import everything, and that nobody imports."""
+"""The command line: the roof, the one place that may import everything, and that nobody imports.
 
-from remoras.cli import policies, runs, sweeps  # noqa: F401 - their commands register with the application
+Commands register with the application; what they need is imported when they are called, so ``--help`` answers at once.
+"""
+
+from remoras.cli import files, policies, runs, sweeps
 from remoras.cli.app import app, main
 
-__all__ = ["app", "main"]
+__all__ = ["app", "files", "main", "policies", "runs", "sweeps"]

@@ -6,7 +6,6 @@ import functools
 import json
 import sys
 from collections.abc import Callable, Sequence
-from difflib import get_close_matches
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, NoReturn, ParamSpec
@@ -30,15 +29,12 @@ def fail(message: str) -> NoReturn:
     raise typer.Exit(USAGE)
 
 
-def nearest(name: str, known: Sequence[str]) -> str:
-    found = get_close_matches(name, known, n=1)
-    return f"; did you mean {found[0]!r}?" if found else ""
-
-
 def one_of(what: str, name: str, known: Sequence[str]) -> None:
     """Fail unless ``name`` is one of ``known``."""
     if name not in known:
-        fail(f"{what} {name!r}: allowed are {', '.join(known)}{nearest(name, known)}")
+        from worldmodel import suggestion
+
+        fail(f"{what} {name!r}: allowed are {', '.join(known)}{suggestion(name, known)}")
 
 
 def command(name: str) -> Callable[[Callable[Parameters, None]], Callable[Parameters, None]]:

@@ -11,9 +11,9 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
-from exchange.acoustics.link import LINKS
+from exchange.acoustics.models import CHANNELS
 from exchange.acoustics.modems import modems
-from exchange.policies import POLICIES, Acknowledgement
+from exchange.policies import POLICIES
 from missions.scenarios import load, shipped
 from missions.sweeps.study import shipped_studies
 from remoras.strategies import parameters, strategies
@@ -38,16 +38,7 @@ def _of_strategy(name: str) -> dict[str, Any]:
 
 
 def _policies() -> dict[str, str]:
-    meanings = {
-        Acknowledgement.ACK: "packet acknowledgements",
-        Acknowledgement.M_ACK: "acknowledgement matrix",
-        Acknowledgement.MPS_ACK: "acknowledgement matrix with pseudo-acknowledgements",
-    }
-    return {
-        policy.name: meanings[Acknowledgement(policy.acknowledgement)]
-        + (", others repeat items" if policy.repeat else ", only the origin sends an item")
-        for policy in POLICIES.values()
-    }
+    return {policy.name: policy.title for policy in POLICIES.values()}
 
 
 def _modems() -> dict[str, str]:
@@ -75,7 +66,7 @@ LISTINGS: dict[str, Callable[[], dict[str, str]]] = {
     "scenarios": _scenarios,
     "strategies": _strategies,
     "policies": _policies,
-    "channels": lambda: dict(LINKS),
+    "channels": lambda: {name: model.title for name, model in CHANNELS.items()},
     "modems": _modems,
     "studies": _studies,
 }

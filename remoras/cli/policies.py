@@ -14,6 +14,7 @@ from remoras.cli.app import Format, Json, command, fail, show_json
 from remoras.cli.progress import Progress
 
 if TYPE_CHECKING:
+    from exchange.policies import AckPolicy
     from exchange.study.study import ExchangeStudy, StudyRow
 
 
@@ -34,11 +35,18 @@ def loss_rates(text: str) -> tuple[float, ...]:
     return tuple(round(first + number * step, 10) for number in range(int((last - first) / step + 1e-9) + 1))
 
 
+def named(policies: Sequence[str]) -> list[str | AckPolicy]:
+    """Policies from outside as values; shipped ones keep their names."""
+    from missions.scenarios.policy import policy_of
+
+    return [policy_of(name) if ":" in name else name for name in policies]
+
+
 @command("exchange-study")
 def exchange_study(
     nodes: Annotated[int | None, typer.Option(help="Vehicles in the fleet, 2 to 64.  [default: 5]")] = None,
     per: Annotated[str, typer.Option(help="Loss rates: 0.1,0.5 or first:last:step.")] = "0.05:0.8:0.05",
-    policies: Annotated[str, typer.Option(help="all, or names with commas between.")] = "all",
+    policies: Annotated[str, typer.Option(help="all, or names or package.module:object, commas between.")] = "all",
     trials: Annotated[int, typer.Option(help="Trials of each policy at each loss rate.")] = 2000,
     load: Annotated[str, typer.Option(help="single, batch or poisson:RATE (items per node and slot).")] = "single",
     items: Annotated[int, typer.Option(help="Items at every node, for load batch.")] = 1,
@@ -65,7 +73,7 @@ def exchange_study(
     study = ExchangeStudy(
         nodes=5 if nodes is None else nodes,
         per=loss_rates(per),
-        policies=tuple(POLICIES) if policies == "all" else tuple(policies.split(",")),
+        policies=tuple(POLICIES) if policies == "all" else tuple(named(policies.split(","))),
         trials=trials,
         load=workload_named(load, items),
         item_bits=item_bits,

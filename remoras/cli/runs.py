@@ -1,66 +1,20 @@
-"""The command line: the roof, the one place that may import everything.
-
-Imports are made where they are needed, so that ``--help`` answers at once.
-"""
+"""Commands about single runs: run, plot, query."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from remoras.cli.app import FAILED, Format, Json, app, command, fail, nearest, one_of, show_json
+from remoras.cli.app import FAILED, Format, Json, command, fail, show_json
 from remoras.cli.progress import Progress
 
-# Listing ------------------------------------------------------------------------------------------
-
-
-KINDS = ("scenarios", "strategies", "policies", "channels", "modems", "studies")
-
-
-@command("list")
-def list_(
-    kind: Annotated[str, typer.Argument(help=f"One of {', '.join(KINDS)}; all but the studies if left out.")] = "",
-    as_json: Json = False,
-) -> None:
-    """List what can be named: scenarios, strategies, policies, channels, modems; or studies.
-
-    Of strategies alone it also lists source, messages and parameters.
-    """
-    if kind:
-        one_of("kind", kind, KINDS)
-    from remoras.cli.listings import DETAILS, LISTINGS
-
-    found = {name: LISTINGS[name]() for name in ([kind] if kind else KINDS[:-1])}
-    if as_json:
-        rows = {
-            name: [
-                {"name": key, "description": text, **(DETAILS[name](key) if name in DETAILS else {})}
-                for key, text in entries.items()
-            ]
-            for name, entries in found.items()
-        }
-        show_json(rows[kind] if kind else rows)
-        return
-    for name, entries in found.items():
-        print(f"{name}:")
-        width = max((len(key) for key in entries), default=0)
-        for key, text in entries.items():
-            print(f"  {key:<{width}}  {text}")
-            for line in _detail_lines(DETAILS[name](key)) if kind in DETAILS else ():
-                print(f"      {line}")
-
-
-def _detail_lines(details: Mapping[str, Any]) -> Iterator[str]:
-    yield f"source: {details['source']}"
-    yield from (f"message {name}: {meaning}" for name, meaning in details["messages"].items())
-    yield from (f"parameter {p['name']} = {p['default']}: {p['description']}" for p in details["parameters"])
-
-
-# Running ------------------------------------------------------------------------------------------
+if TYPE_CHECKING:
+    from missions.runs.results import Results
+    from visualisation.files import Drawn
 
 
 def _overrides(
@@ -90,21 +44,28 @@ def run(
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for summary, manifest and tables.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace results that are already in --out.")] = False,
+    keep_models: Annotated[
+        bool, typer.Option("--keep-models", help="Keep what each vehicle knew at the end, for `query`.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Run a mission scenario; print its summary, and write all of its results with --out."""
-    from missions.runs import results
+    from missions.runs.results import check_output, write
     from missions.runs.run import run as run_scenario
+    from missions.runs.summary import summary
     from missions.scenarios import load
+
+    if keep_models and out is None:
+        fail("--keep-models: keeps them in the results; name a folder with --out")
 
     loaded = load(scenario, _overrides(strategy, policy, channel, per, settings or []))
     if out is not None:
-        results.check_output(out, force)
+        check_output(out, force)
     with Progress(f"run {loaded.scenario.name}", loaded.scenario.duration_s, "s of mission time") as progress:
-        finished = run_scenario(loaded, seed, progress=progress.at)
+        finished = run_scenario(loaded, seed, progress=progress.at, keep_models=keep_models)
     if out is not None:
-        results.write(finished, out, force)
-    report = results.summary(finished)
+        write(finished, out, force)
+    report = summary(finished)
     if as_json:
         show_json(report)
     else:
@@ -149,163 +110,59 @@ def plot(
         fail(f"{folder}: no results of a run (summary.json is missing), nor of a sweep (study.json is missing)")
     if metric is not None:
         fail(f"--metric {metric}: is about the ranking of a sweep, and {folder} holds a single run")
-    import visualisation
     from missions.runs.results import Results
 
-    for path in visualisation.draw(Results.read(folder), kinds or (), out or folder, file_format.value):
-        print(path)
+    _show_drawn(draw_run(Results.read(folder), kinds or (), out or folder, file_format))
 
 
-def _plot_sweep(folder: Path, kinds: Sequence[str], out: Path, file_format: Format, metric: str | None) -> None:
-    from missions.sweeps.runlog import SweepResults
-    from visualisation.sweeps import comparison
+def draw_run(results: Results, kinds: Sequence[str], out: Path, file_format: Format) -> Drawn:
+    """Draw a run with what its mission declares."""
+    from missions.scenarios.parts import mission_of
+    from visualisation.runs import draw
 
-    if metric is not None and kinds and "ranking" not in kinds:
-        fail(f"--metric {metric}: is what a ranking is by; name the figure ranking too")
-    with Progress(f"plot {folder}", 1, "steps") as progress:
-        drawn = comparison.draw(
-            SweepResults.read(folder), kinds, out, file_format.value, metric or comparison.RANKED, progress.of
-        )
+    mission = mission_of(results.scenario)
+    return draw(results, kinds, out, file_format.value, mission.figures, mission.places)
+
+
+def _show_drawn(drawn: Drawn) -> None:
     for note in drawn.notes:
         print(f"remoras: {note}", file=sys.stderr)
     for path in drawn.files:
         print(path)
 
 
-# Scenarios ----------------------------------------------------------------------------------------
+def _plot_sweep(folder: Path, kinds: Sequence[str], out: Path, file_format: Format, metric: str | None) -> None:
+    from missions.sweeps.folder import SweepResults
+    from visualisation.sweeps import draw
+    from visualisation.sweeps.measures import RANKED
+
+    if metric is not None and kinds and "ranking" not in kinds:
+        fail(f"--metric {metric}: is what a ranking is by; name the figure ranking too")
+    with Progress(f"plot {folder}", 1, "steps") as progress:
+        drawn = draw(SweepResults.read(folder), kinds, out, file_format.value, metric or RANKED, progress.of)
+    _show_drawn(drawn)
 
 
-@command("validate")
-def validate(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="Scenario or study: a file, or a shipped name.")],
+@command("query")
+def query(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run that kept its models.")],
+    sparql: Annotated[str, typer.Argument(metavar="SPARQL", help="A SELECT or ASK query, or a file FILE.rq.")],
     as_json: Json = False,
 ) -> None:
-    """Check a scenario or study file whole; every fault is reported with its line."""
-    from missions.runs.run import schedule_of
-    from missions.runs.setup import assemble
-    from missions.scenarios import load
-    from missions.sweeps.study import is_study
+    """Ask what the vehicles knew at the end of a run, each in turn; it was run with --keep-models.
 
-    if is_study(file):
-        _validate_study(file, as_json)
-        return
-    scenario = load(file)
-    fleet = assemble(scenario, seed=0)
-    founded = next(iter(fleet.vehicles)).social.organisation
-    fleet.close()
-    schedule = schedule_of(scenario)
+    For example: SELECT ?group WHERE { ?group rm:gatheredAt ?point }
+    """
+    from missions.runs.knowledge import query as ask
+    from missions.runs.results import Results
+
+    text = Path(sparql).read_text(encoding="utf-8") if sparql.endswith(".rq") else sparql
+    columns, rows = ask(Results.read(folder), text)
     if as_json:
-        founding = [{"vehicle": a.vehicle, "group": a.group, "role": a.role} for a in sorted(founded.assignments)]
-        show_json(
-            {
-                "file": file,
-                "kind": "scenario",
-                "ok": True,
-                "slot_s": schedule.slot_s,
-                "frame_s": schedule.frame_s,
-                "founding": founding,
-            }
-        )
+        show_json([dict(zip(columns, row, strict=True)) for row in rows])
         return
-    print(
-        f"{file}: scenario ok; {len(scenario.vehicle)} vehicles, {len(scenario.group)} groups, "
-        f"{len(scenario.area)} areas, slot {schedule.slot_s:.3f} s, frame {schedule.frame_s:.2f} s"
-    )
-    for assignment in sorted(founded.assignments):
-        print(f"  founding: {assignment.vehicle} plays {assignment.role} of {assignment.group}")
-
-
-def _validate_study(file: str, as_json: bool) -> None:
-    from missions.sweeps.study import load_study
-
-    study = load_study(file)
-    n_configurations, at_most = len(study.configurations), "at most " if study.file.stopping else ""
-    if as_json:
-        show_json(
-            {"file": file, "kind": "study", "ok": True, "configurations": n_configurations, "planned": study.n_runs}
-        )
-        return
-    runs = f"{at_most}{study.maximum} repeats = {at_most}{study.n_runs} runs"
-    print(f"{file}: study ok; {n_configurations} configurations x {runs}")
-
-
-@command("example")
-def example(
-    what: Annotated[str, typer.Argument(help="scenario, study or organisation.")] = "scenario",
-) -> None:
-    """Print a commented example to start from."""
-    from missions.scenarios import shipped
-    from missions.sweeps.study import example_study
-
-    one_of("example", what, ["scenario", "study", "organisation"])
-    if what == "study":
-        print(example_study().rstrip())
-        return
-    text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
-    if what == "organisation":
-        text = "[[group]]" + text.split("[[group]]", 1)[1].split("[[vehicle]]", 1)[0]
-    print(text.rstrip())
-
-
-def _explained(key: str, known: dict[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:
-    """What is known of a key, of all keys of a table, or of the table of free keys that it stands in."""
-    return {
-        name: (kind, meaning)
-        for name, (kind, meaning) in known.items()
-        if not key
-        or f"{name}.".startswith(f"{key}.")
-        or (kind.startswith("dict") and key.startswith(f"{name}.") and name != "mission")
-    }
-
-
-@command("explain")
-def explain(
-    key: Annotated[str, typer.Argument(help="A key such as communication.policy; a table for all its keys.")] = "",
-) -> None:
-    """Say what a key of a scenario or of a study means: type, range, default."""
-    from missions.scenarios.explanations import explanations
-    from missions.sweeps.study import study_explanations
-
-    known = explanations() | study_explanations()
-    found = _explained(key, known)
-    if not found and key.count(".") > 1:  # an entry of a list by its name, as --set has it
-        table, _, rest = key.split(".", 2)
-        found = _explained(f"{table}.{rest}", known)
-    if not found:
-        fail(f"key {key!r} is in no scenario and no study{nearest(key, list(known))}; `remoras explain` lists all keys")
-    for name, (kind, meaning) in found.items():
-        print(f"{name}  ({kind})\n    {meaning}")
-
-
-@command("doctor")
-def doctor() -> None:
-    """Check this installation: versions, ontology, a short run, a figure."""
-    import platform
-    import tempfile
-    from importlib import metadata
-
-    import visualisation
-    from missions.runs import results
-    from missions.runs.run import run as run_scenario
-    from missions.scenarios import load
-
-    print(f"Python {platform.python_version()} on {platform.platform()}")
-    for name in ("remoras", *results.LIBRARIES):
-        print(f"  {name} {metadata.version(name)}")
-    short = run_scenario(load("mapping-rendezvous", [("--set", "scenario.duration_s=60")]))
-    print(f"a run of 60 s of mission time took {short.wall_s:.2f} s")
-    with tempfile.TemporaryDirectory() as folder:
-        results.write(short, Path(folder) / "run")
-        drawn = visualisation.draw(results.Results.read(Path(folder) / "run"), (), Path(folder), "png")
-        print(f"drew {len(drawn)} files")
-    print("ok")
-
-
-def _not_available(name: str) -> None:
-    @app.command(name, hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
-    def unavailable() -> None:
-        fail(f"{name} is not available in this version")
-
-
-for _name in ("replay", "live", "export"):
-    _not_available(_name)
+    shown = [list(columns), *(["" if value is None else str(value) for value in row] for row in rows)]
+    widths = [max(len(row[number]) for row in shown) for number in range(len(columns))]
+    for row in shown:
+        print("  ".join(f"{value:<{width}}" for value, width in zip(row, widths, strict=True)).rstrip())
+    print(f"{len(rows)} rows", file=sys.stderr)

@@ -33,18 +33,18 @@ def sweep(
     as_json: Json = False,
 ) -> None:
     """Make all runs of a study, once each, however often it is interrupted."""
-    from missions.sweeps import sweep as engine
+    from missions.sweeps import driver
     from missions.sweeps.study import load_study
 
     loaded = load_study(study)
     if dry_run:
-        guess = engine.estimate(loaded, jobs)
+        guess = driver.estimate(loaded, jobs)
         _show(asdict(guess), as_json, [f"{guess.planned} runs, about {guess.estimate_s:.0f} s on {jobs} processes"])
         return
     with Progress(f"sweep {loaded.design.name}", 1, "runs") as progress:
         try:
-            status = engine.sweep(loaded, out, jobs, cluster, force_new=force_new, progress=progress.of)
-        except engine.PartlyDoneError as error:
+            status = driver.sweep(loaded, out, jobs, cluster, force_new=force_new, progress=progress.of)
+        except driver.PartlyDoneError as error:
             print(f"remoras: {error}; finished runs are kept in {out}, the same command goes on", file=sys.stderr)
             raise typer.Exit(PARTLY_DONE) from None
     _show(asdict(status), as_json, [_status_line(asdict(status)), f"compare them with: remoras compare {out}"])
@@ -56,7 +56,7 @@ def sweep(
 @command("status")
 def status(folder: Folder, as_json: Json = False) -> None:
     """Say how far a sweep is, while it goes on or after."""
-    from missions.sweeps.runlog import SweepResults
+    from missions.sweeps.folder import SweepResults
 
     results = SweepResults.read(folder)
     found = asdict(results.status())
@@ -76,10 +76,10 @@ def compare(
     as_json: Json = False,
 ) -> None:
     """Compare the configurations of a sweep: means, intervals, paired differences to a baseline."""
-    from missions.comparison.compare import compare as compared
-    from missions.comparison.compare import write_csv
+    from missions.comparison.baseline import compare as compared
+    from missions.comparison.rows import write_csv
     from missions.errors import OutputError
-    from missions.sweeps.runlog import SweepResults
+    from missions.sweeps.folder import SweepResults
 
     results = SweepResults.read(folder)
     found = compared(results, tuple(dict.fromkeys(metrics or ())), baseline)
@@ -127,7 +127,7 @@ def _comparison_lines(rows: Sequence[dict[str, Any]]) -> Sequence[str]:
 
 def _too_few(rows: Sequence[dict[str, Any]]) -> list[str]:
     """A warning if no difference of a metric could come out as significant."""
-    from missions.comparison.compare import SIGNIFICANT, least_p_holm
+    from missions.comparison.pairs import SIGNIFICANT, least_p_holm
 
     tested = [row["n"] for row in rows if row["p_holm"] is not None]
     if not tested or (least := least_p_holm(max(tested), len(tested))) < SIGNIFICANT:

@@ -29,9 +29,9 @@ from remoras.strategy import (
     Statement,
     Strategy,
 )
-from worldmodel import Attribute, TBox, ValueKind, core_ontology_paths
+from worldmodel import Attribute, ValueKind, core_ontology_paths, read_tbox
 
-TBOX = TBox.read(*core_ontology_paths())
+TBOX = read_tbox(*core_ontology_paths())
 
 # Random fleets ------------------------------------------------------------------------------------
 

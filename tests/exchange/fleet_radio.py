@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import cache
+from pathlib import Path
 
 from exchange.codec import Codec
 from exchange.manager import ExchangeManager, Reception, Transmission
@@ -14,14 +15,15 @@ from worldmodel import (
     Instance,
     NeedsIndex,
     PropertyValue,
-    TBox,
     Value,
     WorldModel,
     core_ontology_paths,
     merge,
+    read_tbox,
 )
 
-TBOX = TBox.read(*core_ontology_paths())
+VOCABULARY = Path(__file__).parents[2] / "missions" / "mapping" / "vocabulary.ttl"
+TBOX = read_tbox(*core_ontology_paths(), VOCABULARY)
 DURATION_S = 14_400.0
 N_BLOCKS = 1 << 14
 SLOT_S = 2.0

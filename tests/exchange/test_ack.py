@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exchange import ack
+from exchange import ack, policies
 from exchange.ack import AckState, absorb, compose, new_state, open_slot, settled
-from exchange.policies import ACK, MPS_ACK, POLICIES, AckPolicy
+from exchange.policies import ACK, MPS_ACK, POLICIES, AckPolicy, may_send
 
 Items = frozenset[int]
 Bits = frozenset[tuple[int, int]]
@@ -44,8 +44,8 @@ class Fleet:
         return item
 
     def wanted(self, node: int) -> int:
-        unsettled = self.states[node].believes[node] & ~settled(self.states[node], self.n_nodes, 0)
-        return unsettled if self.policy.repeat else unsettled & self.origins[node]
+        unsettled = self.states[node].believes[node] & ~settled(self.states[node], self.n_nodes, None, 0)
+        return may_send(self.policy.repeat, unsettled, self.origins[node])
 
     def play(self, slot: int, receivers: Iterable[int]) -> None:
         owner = slot % self.n_nodes
@@ -54,11 +54,11 @@ class Fleet:
             open_slot(kind, state, self.n_nodes, owner)
         self.rows = [0] * self.n_nodes
         self.content = self.wanted(owner)
-        compose(kind, self.states[owner], self.n_nodes, owner, (self.content,), self.rows)
+        compose(kind, self.states[owner], self.n_nodes, slot // self.n_nodes, owner, (self.content,), self.rows)
         for node in receivers:
             if node != owner:
                 absorb(
-                    kind, self.carrier_evidence, self.states[node], self.n_nodes, node, owner,
+                    kind, self.carrier_evidence, self.states[node], self.n_nodes, slot // self.n_nodes, node, owner,
                     tuple(self.rows), (self.content,), self.origins,
                 )  # fmt: skip
 
@@ -259,19 +259,19 @@ def unite_without_row_clearing(state: AckState, n_nodes: int, me: int, rows_out:
 def test_without_row_clearing_this_program_would_too(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     exchanges = [random_exchange(seed) for seed in range(20)]
     assert sum(count_false(Fleet(POLICIES[name], 5), one) for one in exchanges) == 0
-    monkeypatch.setattr(ack, "unite_matrices", unite_without_row_clearing)
+    monkeypatch.setattr(policies, "unite_matrices", unite_without_row_clearing)
     assert sum(count_false(Fleet(POLICIES[name], 5), one) for one in exchanges) > 0
 
 
 @pytest.mark.parametrize("name", ["m-ack", "m-ack-repeat"])
 def test_without_pseudo_acknowledgements_no_row_is_ever_stale(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A true bit A[k][j] goes with column j, which opens before k speaks again: only a pseudo one outlives it."""
-    monkeypatch.setattr(ack, "unite_matrices", unite_without_row_clearing)
+    monkeypatch.setattr(policies, "unite_matrices", unite_without_row_clearing)
     assert sum(count_false(Fleet(POLICIES[name], 5), random_exchange(seed)) for seed in range(20)) == 0
 
 
 def test_with_a_single_item_the_missing_clearing_does_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ack, "unite_matrices", unite_without_row_clearing)
+    monkeypatch.setattr(policies, "unite_matrices", unite_without_row_clearing)
     for seed in range(30):
         slots = [(receivers, [0] if slot == 0 else []) for slot, (receivers, _) in enumerate(random_exchange(seed))]
         assert count_false(Fleet(POLICIES["mps-ack-repeat"], 5), slots) == 0
@@ -408,6 +408,6 @@ def test_items_may_be_many() -> None:
 
 def test_the_module_loads_neither_numba_nor_numpy() -> None:
     """A vehicle never waits for a compiler."""
-    code = "import sys, exchange.ack, exchange.selection; print({'numba', 'numpy'} & set(sys.modules))"
+    code = "import sys, exchange, exchange.manager; print({'numba', 'numpy'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"

@@ -23,10 +23,11 @@ from hypothesis import strategies as st
 from exchange.codec import Codec, width
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment, InfluenceSignal, Packet
-from exchange.policies import POLICIES, Acknowledgement, AckPolicy, header_bits
+from exchange.policies import ACK, POLICIES, AckPolicy, header_bits
 from missions.runs import run
 from missions.scenarios import load
-from worldmodel import Attribute, Grid, PropertyValue, TBox, Value, ValueKind
+from worldmodel import Attribute, PropertyValue, TBox, Value, ValueKind
+from worldmodel.fields import Grid
 
 NODES = st.integers(2, 64)
 POLICY_NAMES = st.sampled_from(sorted(POLICIES))
@@ -108,7 +109,7 @@ def quantised(fragment: Fragment) -> Fragment:
 
 def bits_sent(packet: Packet, policy: AckPolicy, n_nodes: int) -> tuple[int, ...]:
     """The acknowledgement bits that travel: the sender's row under ACK, else all; nobody acknowledges itself."""
-    own_only = policy.acknowledgement == Acknowledgement.ACK
+    own_only = policy.acknowledgement == ACK
     return tuple(0 if own_only and i != packet.sender else row & ~(1 << i) for i, row in enumerate(packet.rows))
 
 
@@ -210,7 +211,7 @@ def test_more_fragments_than_can_be_counted_are_refused():
 
 def with_another_attribute() -> TBox:
     extra = Attribute(len(TBOX.attributes), "depth", "urn:depth", 0, ValueKind.BOOLEAN)
-    return TBox(TBOX.classes, [*TBOX.attributes, extra])
+    return TBox(TBOX.classes, (*TBOX.attributes, extra))
 
 
 @pytest.mark.parametrize(
@@ -381,19 +382,50 @@ def test_sizes_asked_for_beforehand_are_those_sent(made: tuple[Codec, AckPolicy,
 @settings(max_examples=100, deadline=None)
 @given(packets())
 def test_the_size_listing_adds_up_to_what_is_sent(made: tuple[Codec, AckPolicy, int, Packet]):
-    codec, policy, _, packet = made
-    listing = {line.part: line.size_bits for line in codec.listing()}
-    always = (
-        "definition hash",
-        "sender",
-        f"acknowledgements ({policy.name})",
-        "number of fragments",
-        "number of signals",
+    """Every field that a packet has is in the listing, in as many bits."""
+    codec, _, _, packet = made
+    size = {(line.group, line.field): line.size_bits for line in codec.listing()}
+    size_bits = sum(bits for (group, _), bits in size.items() if group == "packet")
+    size_bits += len(packet.signals) * (size["signal", "role"] + size["signal", "value"])
+    for fragment in packet.fragments:
+        size_bits += sum(size["fragment", field] for field in ("relayed", "sequence", "time", "part of a larger block"))
+        size_bits += size["fragment", "origin"] if fragment.origin != packet.sender else 0
+        size_bits += size["fragment", "index"] + size["fragment", "count"] if fragment.count > 1 else 0
+        for fact in fragment.facts:
+            size_bits += size["fact", "subject"] + size["fact", "attribute"] + size["fact", "another follows"]
+            size_bits += size["fact", TBOX.attributes[fact.attribute].name]
+    assert len(encoded(codec, packet)) == -(-size_bits // 8)
+
+
+def test_the_listing_says_what_each_field_is_for():
+    """The mission of four vehicles: times to 14 400 s in tenths, 21 instances, cells 0 to 4095."""
+    lines = {(line.group, line.field): line for line in mission_codec().listing()}
+    assert [group for group, _ in lines] == sorted(
+        (g for g, _ in lines), key=["packet", "fragment", "fact", "signal"].index
     )
-    size_bits = sum(listing[part] for part in always) + len(packet.signals) * listing["one influence signal"]
-    whole = [fragment for fragment in packet.fragments if fragment.count == 1]
-    for fragment in whole:
-        size_bits += listing["block head, own" if fragment.origin == packet.sender else "block head, relayed"]
-        size_bits += sum(listing[f"fact {TBOX.attributes[f.attribute].name}"] for f in fragment.facts)
-    sent = encoded(codec, Packet(packet.sender, packet.rows, tuple(whole), packet.signals))
-    assert len(sent) == -(-size_bits // 8)
+    assert {name for group, name in lines if group == "fact"} >= {a.name for a in TBOX.attributes}
+    assert lines["packet", "acknowledgements"].size_bits == 3
+    assert lines["packet", "acknowledgements"].note == "policy ack"
+    assert lines["fragment", "time"].note == "0 to 14400.1 s, steps of 0.1 s"
+    assert lines["fact", "subject"].note == "one of 21 instances"
+    assert lines["fact", "mappedCell"].size_bits == 12
+    assert lines["fact", "mappedCell"].note.startswith("0 to 4095")
+
+
+# A header that changes from frame to frame --------------------------------------------------------
+
+
+def only_in_even_frames(n_nodes: int, frame: int, sender: int, row: int, column: int) -> bool:
+    return frame == 0 and row == sender
+
+
+def test_a_header_may_differ_from_frame_to_frame():
+    """Four nodes: a vector of 3 bits in even frames, none in odd ones; both sides ask the same function."""
+    kind = ACK._replace(name="sparse", carries=only_in_even_frames, period_frames=2)
+    codec = Codec(TBOX, 8, 4, AckPolicy(kind, False), N_BLOCKS, DURATION_S)
+    assert [codec.header_bits_of(1, frame) for frame in range(4)] == [3, 0, 3, 0]
+    assert codec.header_bits == 3
+    rows = [0, 0b1101, 0, 0]
+    for frame, heard in ((0, 0b1101), (1, 0), (6, 0b1101)):
+        received = codec.decode(codec.encode(1, rows, [], [InfluenceSignal(0, 5)], frame), frame)
+        assert received == Packet(1, (0, heard, 0, 0), (), (InfluenceSignal(0, 5),))

@@ -81,9 +81,10 @@ def test_each_bit_of_input_turns_half_of_the_output() -> None:
 
 def test_compiled_and_interpreted_draws_are_the_same() -> None:
     numba = pytest.importorskip("numba")
+    from exchange.policies import ACK
     from exchange.study.compiler import make_compilable
 
-    make_compilable()
+    make_compilable(ACK)
 
     @numba.njit  # type: ignore[untyped-decorator]
     def compiled(seed: int, trial: int, slot: int, sender: int, receiver: int) -> float:

@@ -389,10 +389,10 @@ def test_parts_that_disagree_never_stop_a_receiver():
 
 def test_a_symbol_that_is_none_never_stops_a_receiver():
     """Three symbols take two bits; the fourth index means nothing. The bits are those of index 2, the lowest set."""
-    kinds = [
+    kinds = (
         *TBOX.attributes,
         Attribute(len(TBOX.attributes), "tide", "urn:tide", 0, ValueKind.SYMBOL, symbols=("ebb", "slack", "flood")),
-    ]
+    )
     tbox = TBox(TBOX.classes, kinds)
     named = tuple(Instance(uid, 0, f"thing {uid}") for uid in range(4))
     codec = Codec(tbox, 4, 2, POLICIES["ack"], N_BLOCKS, DURATION_S)
@@ -416,12 +416,6 @@ def test_speaking_in_a_foreign_slot_is_a_mistake_of_the_caller():
     fleet = Fleet(3)
     with pytest.raises(ConfigurationError, match=r"slot 1 at 2\.0 s belongs to node 1, not to node 0"):
         fleet.managers[0].packet_to_send(2.0)
-
-
-def test_the_deadline_is_the_start_of_the_next_own_slot():
-    """Slots of 2 s, three nodes: node 1 speaks at 2 s, 8 s, 14 s."""
-    manager = Fleet(3).managers[1]
-    assert [manager.next_deadline_s(now_s) for now_s in (0.0, 2.0, 2.1, 8.0, 8.5)] == [2.0, 2.0, 8.0, 8.0, 14.0]
 
 
 def test_a_policy_whose_header_fills_the_packet_is_refused_with_the_numbers():

@@ -1,19 +1,28 @@
 """The compiled slot loop against the same loop uncompiled, against plain vehicles, and against formulas."""
 
 import math
+import os
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from exchange import ack
+from exchange.ack import Acknowledgement
 from exchange.acoustics.loss import uniform
-from exchange.policies import POLICIES, AckPolicy
+from exchange.errors import ConfigurationError
+from exchange.policies import ACK, M_ACK, MPS_ACK, POLICIES, AckPolicy
 from exchange.study import compiler, montecarlo, trial
 from exchange.study.trial import CENSORED, COUNT, N_QUANTITIES, NEVER, SUM, Floats, Ints, Load, Rules
 
 SEED = 5
+
+Run = Callable[[Acknowledgement], Callable[..., None]]
+"""Makes the slot loop of a kind."""
 
 SINGLE = Load(1, 1, 0.0, 60, NEVER, 0, 0, 100_000)
 BATCH = Load(5, 3, 0.0, 60, 300, 0, 0, 100_000)
@@ -29,47 +38,49 @@ def p_loss(n_nodes: int, per: float) -> Floats:
 
 
 def play(
-    run: Callable[..., None], policy: AckPolicy, load: Load, per: float, n_nodes: int = 5, n_trials: int = 3,
+    run: Run, policy: AckPolicy, load: Load, per: float, n_nodes: int = 5, n_trials: int = 3,
     carrier_evidence: bool = False, remembered_slots: int = 40,
 ) -> Ints:  # fmt: skip
     n_words = -(-load.n_sources * load.columns_per_source // trial.WORD_BITS)
-    rules = Rules(int(policy.acknowledgement), policy.repeat, carrier_evidence, n_nodes, n_words)
+    rules = Rules(policy.repeat, carrier_evidence, n_nodes, n_words)
     outcomes = np.zeros((n_trials, N_QUANTITIES, 3), np.int64)
     received = np.full((n_trials, remembered_slots), montecarlo.NOT_DRAWN, np.int64)
-    run(rules, load, p_loss(n_nodes, per), SEED, 0, received, outcomes)
+    run(policy.acknowledgement)(rules, load, p_loss(n_nodes, per), SEED, 0, received, outcomes)
     return outcomes
 
 
 @pytest.fixture(scope="module")
-def narrow() -> Callable[..., None]:
-    return compiler.compiled(True, print)
+def narrow() -> Run:
+    return lambda kind: compiler.compiled(kind, True, print)
 
 
 @pytest.fixture(scope="module")
-def wide() -> Callable[..., None]:
-    return compiler.compiled(False, print)
+def wide() -> Run:
+    return lambda kind: compiler.compiled(kind, False, print)
+
+
+def uncompiled(kind: Acknowledgement) -> Callable[..., None]:
+    return partial(montecarlo.run_trials, kind)
 
 
 @pytest.mark.parametrize("carrier_evidence", [False, True])
 @pytest.mark.parametrize("name", POLICIES)
-def test_compiled_is_interpreted(
-    name: str, carrier_evidence: bool, narrow: Callable[..., None], wide: Callable[..., None]
-) -> None:
+def test_compiled_is_interpreted(name: str, carrier_evidence: bool, narrow: Run, wide: Run) -> None:
     policy = POLICIES[name]
     for load in (SINGLE, BATCH, POISSON):
-        expected = play(montecarlo.run_trials, policy, load, 0.5, carrier_evidence=carrier_evidence, n_trials=1)
+        expected = play(uncompiled, policy, load, 0.5, carrier_evidence=carrier_evidence, n_trials=1)
         assert np.array_equal(play(narrow, policy, load, 0.5, carrier_evidence=carrier_evidence, n_trials=1), expected)
         assert np.array_equal(play(wide, policy, load, 0.5, carrier_evidence=carrier_evidence, n_trials=1), expected)
 
 
 @pytest.mark.parametrize("load", [LARGE_BATCH, WIDE_POISSON], ids=["batch", "poisson"])
-def test_compiled_is_interpreted_with_items_in_several_words(load: Load, wide: Callable[..., None]) -> None:
+def test_compiled_is_interpreted_with_items_in_several_words(load: Load, wide: Run) -> None:
     for policy in (POLICIES["ack"], POLICIES["mps-ack-repeat"]):
-        expected = play(montecarlo.run_trials, policy, load, 0.3, n_trials=1)
+        expected = play(uncompiled, policy, load, 0.3, n_trials=1)
         assert np.array_equal(play(wide, policy, load, 0.3, n_trials=1), expected)
 
 
-def test_remembered_losses_are_the_ones_drawn(narrow: Callable[..., None]) -> None:
+def test_remembered_losses_are_the_ones_drawn(narrow: Run) -> None:
     """However much of a trial is remembered, and whoever drew it, the losses are the same."""
     for policy in POLICIES.values():
         few, many = (play(narrow, policy, SINGLE, 0.6, remembered_slots=slots) for slots in (1, 400))
@@ -88,21 +99,21 @@ class Vehicles:
         self.n_sent = 0
 
     def settled(self, node: int) -> bool:
-        return bool(ack.settled(self.states[node], self.n_nodes, 0))
+        return bool(ack.settled(self.states[node], self.n_nodes, None, 0))
 
     def play(self, slot: int) -> None:
-        kind, owner = int(self.policy.acknowledgement), slot % self.n_nodes
+        kind, frame, owner = self.policy.acknowledgement, slot // self.n_nodes, slot % self.n_nodes
         for state in self.states:
             ack.open_slot(kind, state, self.n_nodes, owner)
         may_send = owner == 0 or self.policy.repeat
         content = self.states[owner].believes[owner] if may_send and not self.settled(owner) else 0
         self.n_sent += content
         rows = [0] * self.n_nodes
-        ack.compose(kind, self.states[owner], self.n_nodes, owner, (content,), rows)
+        ack.compose(kind, self.states[owner], self.n_nodes, frame, owner, (content,), rows)
         for node in range(self.n_nodes):
             if node != owner and uniform(SEED, self.trial_number, slot, owner, node) >= self.p_loss:
                 state = self.states[node]
-                ack.absorb(kind, False, state, self.n_nodes, node, owner, rows, (content,), self.origins)
+                ack.absorb(kind, False, state, self.n_nodes, frame, node, owner, rows, (content,), self.origins)
 
     def outcome(self) -> dict[int, int]:
         """Slots until each stage, and items sent."""
@@ -126,7 +137,7 @@ class Vehicles:
 
 @pytest.mark.parametrize("n_nodes", [2, 3, 5, 11])
 @pytest.mark.parametrize("name", POLICIES)
-def test_the_study_is_a_fleet_of_vehicles(name: str, n_nodes: int, narrow: Callable[..., None]) -> None:
+def test_the_study_is_a_fleet_of_vehicles(name: str, n_nodes: int, narrow: Run) -> None:
     """The interpreted form on lists, item sets as plain integers, gives the slots that the compiled study gives."""
     outcomes = play(narrow, POLICIES[name], SINGLE, 0.4, n_nodes=n_nodes, n_trials=4)
     for number, outcome in enumerate(outcomes):
@@ -135,7 +146,7 @@ def test_the_study_is_a_fleet_of_vehicles(name: str, n_nodes: int, narrow: Calla
 
 
 @pytest.mark.parametrize("name", ["ack", "mps-ack"])
-def test_sixty_four_nodes_fill_the_word(name: str, narrow: Callable[..., None]) -> None:
+def test_sixty_four_nodes_fill_the_word(name: str, narrow: Run) -> None:
     outcome = play(narrow, POLICIES[name], SINGLE, 0.1, n_nodes=64, n_trials=1)[0]
     for quantity, value in Vehicles(POLICIES[name], 64, 0.1, 0).outcome().items():
         assert outcome[quantity, SUM] == value
@@ -144,14 +155,14 @@ def test_sixty_four_nodes_fill_the_word(name: str, narrow: Callable[..., None]) 
 
 @pytest.mark.parametrize("load", [BATCH, LARGE_BATCH, POISSON, WIDE_POISSON])
 @pytest.mark.parametrize("name", POLICIES)
-def test_nobody_believes_what_is_false(name: str, load: Load, wide: Callable[..., None]) -> None:
+def test_nobody_believes_what_is_false(name: str, load: Load, wide: Run) -> None:
     for carrier_evidence in (False, True):
         outcomes = play(wide, POLICIES[name], load, 0.5, n_trials=30, carrier_evidence=carrier_evidence)
         assert outcomes[:, trial.FALSE_BELIEFS, SUM].sum() == 0
         assert outcomes[:, : trial.N_STAGES, CENSORED].sum() == 0
 
 
-def test_stages_follow_one_another(narrow: Callable[..., None]) -> None:
+def test_stages_follow_one_another(narrow: Run) -> None:
     for policy in POLICIES.values():
         outcomes = play(narrow, policy, SINGLE, 0.6, n_trials=50)
         delivered, source, senders = (outcomes[:, stage, SUM] for stage in range(3))
@@ -169,7 +180,7 @@ def test_what_is_lost_at_one_rate_is_lost_at_every_higher_one() -> None:
     assert not any((word >> slot % 6) & 1 for slot, word in enumerate(low))
 
 
-def test_a_trial_that_does_not_end_is_censored_and_not_counted(narrow: Callable[..., None]) -> None:
+def test_a_trial_that_does_not_end_is_censored_and_not_counted(narrow: Run) -> None:
     outcomes = play(narrow, POLICIES["ack"], SINGLE._replace(max_slots=20), 0.7, n_trials=40)
     for stage in range(trial.N_STAGES):
         ended = outcomes[:, stage, CENSORED] == 0
@@ -184,12 +195,13 @@ def test_packets_keep_to_their_capacity() -> None:
     """Header 4 bits, items of 60: a packet of 184 bits carries three of them, one of 183 bits two."""
     for capacity_bits, most in ((184, 3), (183, 2), (64, 1)):
         load = BATCH._replace(capacity_bits=capacity_bits)
-        rules = Rules(0, True, False, 5, 1)
-        fleet = trial.new_fleet(rules, load)
-        trial.clear(fleet)
+        rules = Rules(True, False, 5, 1)
+        nodes = trial.new_nodes(rules, load, 1)
+        montecarlo.header_sizes(ACK, 5, nodes.header_bits)
+        trial.clear(nodes)
         for column in range(15):
-            trial.add_item(rules, fleet, column // 3, column, 0)
-        sent = [montecarlo.play_slot(rules, load, fleet, slot, 0b11111 & ~(1 << slot % 5)) for slot in range(5)]
+            trial.add_item(rules, nodes, column // 3, column, 0)
+        sent = [montecarlo.play_slot(ACK, rules, load, nodes, slot, 0b11111 & ~(1 << slot % 5)) for slot in range(5)]
         assert sent == [most] * 5
 
 
@@ -201,7 +213,7 @@ def test_poisson_numbers_have_the_poisson_distribution() -> None:
         assert (numbers == k).mean() == pytest.approx(math.exp(-0.7) * 0.7**k / math.factorial(k), abs=1e-5)
 
 
-def test_poisson_load_is_conserved(wide: Callable[..., None]) -> None:
+def test_poisson_load_is_conserved(wide: Run) -> None:
     """Little's law over the window: items in flight = rate x time to acknowledgement; what goes in comes out."""
     load = POISSON._replace(columns_per_source=40, window_start=500, window_end=4500)
     outcomes = play(wide, POLICIES["mps-ack"], load, 0.3, n_trials=20)
@@ -214,14 +226,14 @@ def test_poisson_load_is_conserved(wide: Callable[..., None]) -> None:
     assert sums[trial.IN_FLIGHT] / counts[trial.IN_FLIGHT] == pytest.approx(offered * latency, rel=0.01)
 
 
-def test_a_full_queue_refuses_items(wide: Callable[..., None]) -> None:
+def test_a_full_queue_refuses_items(wide: Run) -> None:
     load = WIDE_POISSON._replace(rate=2.0)
     sums = play(wide, POLICIES["ack"], load, 0.3, n_trials=5)[:, :, SUM].sum(axis=0)
     assert 0 < sums[trial.REFUSED] < sums[trial.OFFERED]
 
 
 @pytest.mark.parametrize("name", ["ack", "m-ack", "mps-ack-repeat"])
-def test_columns_are_reused_without_mixing_items(name: str, wide: Callable[..., None]) -> None:
+def test_columns_are_reused_without_mixing_items(name: str, wide: Run) -> None:
     """With room to spare in the queue, its length does not matter: a reused column is as good as a new one."""
     loads = [POISSON._replace(columns_per_source=columns, rate=0.03, window_end=425) for columns in (30, 200)]
     short, long = (play(wide, POLICIES[name], load, 0.3, n_trials=10) for load in loads)
@@ -230,17 +242,44 @@ def test_columns_are_reused_without_mixing_items(name: str, wide: Callable[..., 
 
 def test_the_machine_code_is_kept_by_sources_and_versions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    first = compiler.cache_folder("1")
+    first = compiler.cache_folder(ACK, "1")
     assert first is not None
     assert first.is_dir()
-    assert compiler.cache_folder("1") == first
-    assert compiler.cache_folder("2") != first
+    assert compiler.cache_folder(ACK, "1") == first
+    assert compiler.cache_folder(ACK, "2") != first
+    others = [ACK._replace(carries=M_ACK.carries), ACK._replace(period_frames=2), M_ACK, MPS_ACK]
+    assert len({first, *(compiler.cache_folder(kind, "1") for kind in others)}) == 5
     (tmp_path / "file").touch()
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
-    assert compiler.cache_folder("1") is None
+    assert compiler.cache_folder(ACK, "1") is None
 
 
-def test_every_function_that_the_slot_loop_calls_is_listed_for_the_compiler() -> None:
-    listed = {*compiler.INLINED, *compiler.CALLED, *compiler.ALLOCATING}
-    assert len(listed) == len(compiler.INLINED) + len(compiler.CALLED) + len(compiler.ALLOCATING)
-    assert {function.__module__ for function in listed} <= {module.__name__ for module in compiler.SOURCES}
+def test_every_function_that_the_slot_loop_calls_is_found_for_the_compiler() -> None:
+    """Of the kind, of what it calls, and of the loop; callees come first."""
+    found = list(compiler.functions_of(MPS_ACK))
+    for one, other in [(ack.packet_meant, ack.add_pseudo_acknowledgements), (ack.unite_matrices, MPS_ACK.compose)]:
+        assert found.index(one) < found.index(other)  # type: ignore[arg-type]
+    assert {*compiler.CALLED, *compiler.ALLOCATING, MPS_ACK.learn, ack.settled} <= set(found)
+    assert found[-1] is montecarlo.run_trials
+    assert M_ACK.carries not in compiler.functions_of(ACK)
+
+
+def test_machine_code_is_found_again_by_the_next_process(tmp_path: Path) -> None:
+    code = (
+        "from exchange.policies import ACK; from exchange.study.compiler import compiled; "
+        "said = []; loop = compiled(ACK, True, said.append); print(len(said), sum(loop.stats.cache_hits.values()))"
+    )
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    outputs = [
+        subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True).stdout
+        for _ in range(2)
+    ]
+    assert outputs == ["1 0\n", "0 1\n"]
+
+
+def test_functions_that_cannot_be_compiled_are_refused_by_the_name_of_their_kind() -> None:
+    def learn(state: ack.AckState, n_nodes: int, frame: int, sender: int, rows: ack.Words) -> None:
+        raise KeyError({"a": [object()]})
+
+    with pytest.raises(ConfigurationError, match="acknowledgement 'odd' cannot be compiled for the policy study"):
+        compiler.compiled(ACK._replace(name="odd", learn=learn), True, print)

@@ -5,6 +5,8 @@ slot each node's beliefs about every peer and item must agree. A second test hol
 uncompiled one, so the three agree.
 """
 
+from functools import partial
+
 import numpy as np
 import pytest
 from fleet_radio import Fleet
@@ -32,20 +34,22 @@ class Study:
     def __init__(self, policy: str, n_nodes: int, items: int, evidence: bool, item_bits: int, room_bits: int) -> None:
         chosen = POLICIES[policy]
         n_words = -(-n_nodes * items // trial.WORD_BITS)
-        self.rules = trial.Rules(int(chosen.acknowledgement), chosen.repeat, evidence, n_nodes, n_words)
+        self.kind = chosen.acknowledgement
+        self.rules = trial.Rules(chosen.repeat, evidence, n_nodes, n_words)
         capacity_bits = room_bits + header_bits(chosen, n_nodes)
         self.load = trial.Load(n_nodes, items, 0.0, item_bits, capacity_bits, 0, 0, MAX_SLOTS)
-        self.fleet = trial.new_fleet(self.rules, self.load)
-        trial.clear(self.fleet)
+        self.nodes = trial.new_nodes(self.rules, self.load, self.kind.period_frames)
+        montecarlo.header_sizes(self.kind, n_nodes, self.nodes.header_bits)
+        trial.clear(self.nodes)
         for column in range(n_nodes * items):
-            trial.add_item(self.rules, self.fleet, column // items, column, 0)
+            trial.add_item(self.rules, self.nodes, column // items, column, 0)
 
     def pass_slot(self, slot: int, heard_by: int) -> int:
-        montecarlo.play_slot(self.rules, self.load, self.fleet, slot, heard_by)
-        return sum(int(word).bit_count() for word in self.fleet.packet)
+        montecarlo.play_slot(self.kind, self.rules, self.load, self.nodes, slot, heard_by)
+        return sum(int(word).bit_count() for word in self.nodes.packet)
 
     def believes(self, node: int, peer: int, column: int) -> bool:
-        word = self.fleet.believes[node, peer * self.rules.n_words + column // trial.WORD_BITS]
+        word = self.nodes.believes[node, peer * self.rules.n_words + column // trial.WORD_BITS]
         return bool(word >> column % trial.WORD_BITS & 1)
 
 
@@ -105,12 +109,12 @@ def test_compiled_and_uncompiled_slot_loops_agree(policy: str) -> None:
     from exchange.study.compiler import compiled
 
     chosen = POLICIES[policy]
-    rules = trial.Rules(int(chosen.acknowledgement), chosen.repeat, False, 4, 1)
+    rules = trial.Rules(chosen.repeat, False, 4, 1)
     load = trial.Load(4, 3, 0.0, 57, 57 * 2 + 12, 0, 0, 3000)
     p_loss = np.full((4, 4), 0.5)
     np.fill_diagonal(p_loss, 1.0)
     outcomes = []
-    for loop in (montecarlo.run_narrow_trials, compiled(True, print)):
+    for loop in (partial(montecarlo.run_trials, chosen.acknowledgement), compiled(chosen.acknowledgement, True, print)):
         received = np.full((10, 100), montecarlo.NOT_DRAWN, np.int64)
         outcome = np.zeros((10, trial.N_QUANTITIES, 3), np.int64)
         loop(rules, load, p_loss, 7, 0, received, outcome)

@@ -1,13 +1,13 @@
 import pytest
 
 from exchange.errors import ConfigurationError
-from exchange.policies import POLICIES, Acknowledgement, header_bits, policy_named
+from exchange.policies import ACKNOWLEDGEMENTS, POLICIES, header_bits, policy_named
 
 
 def test_six_policies_are_three_acknowledgements_with_and_without_repeating() -> None:
     assert len(POLICIES) == 6
     assert {(policy.acknowledgement, policy.repeat) for policy in POLICIES.values()} == {
-        (kind, repeat) for kind in Acknowledgement for repeat in (False, True)
+        (kind, repeat) for kind in ACKNOWLEDGEMENTS for repeat in (False, True)
     }
 
 
@@ -29,5 +29,5 @@ def test_header_is_a_vector_or_a_matrix_without_its_diagonal(n_nodes: int) -> No
 def test_an_unknown_name_gets_the_allowed_and_the_nearest() -> None:
     with pytest.raises(ConfigurationError, match=r"'mps-ak'.*m-ack-repeat.*did you mean 'mps-ack'\?"):
         policy_named("mps-ak")
-    with pytest.raises(ConfigurationError, match="allowed are ack, ack-repeat"):
+    with pytest.raises(ConfigurationError, match=r"allowed are ack, ack-repeat.* and package\.module:object"):
         policy_named("zzz")

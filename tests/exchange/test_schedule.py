@@ -39,21 +39,9 @@ def test_boundaries_that_binary_fractions_miss(slot_s: float):
     assert [schedule.slot_at(schedule.start_s(slot)) for slot in range(5000)] == list(range(5000))
 
 
-@given(schedules, st.data())
-def test_the_next_slot_is_the_nodes_own_the_first_and_not_past(schedule: TdmaSchedule, data: st.DataObject):
-    node = data.draw(st.integers(0, schedule.n_nodes - 1))
-    boundary = st.integers(0, 10**5).map(schedule.start_s)
-    now_s = data.draw(st.one_of(st.floats(0.0, 1e6), boundary))
-    slot = schedule.next_slot_of(node, now_s)
-    assert schedule.owner(slot) == node
-    assert schedule.start_s(slot) >= now_s
-    assert slot < schedule.n_nodes or schedule.start_s(slot - schedule.n_nodes) < now_s
-
-
 def test_every_node_has_one_slot_in_a_frame():
     schedule = TdmaSchedule(5, 1.0, 0.5)
     assert [schedule.owner(slot) for slot in range(12)] == [0, 1, 2, 3, 4, 0, 1, 2, 3, 4, 0, 1]
-    assert [schedule.next_slot_of(node, 3.0) for node in range(5)] == [5, 6, 2, 3, 4]
 
 
 @pytest.mark.parametrize(("n_nodes", "packet_s", "guard_s"), [(1, 1.0, 0.0), (2, 0.0, 1.0), (2, 1.0, -0.1)])

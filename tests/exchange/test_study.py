@@ -12,7 +12,8 @@ import pytest
 
 from exchange.errors import ConfigurationError
 from exchange.policies import POLICIES
-from exchange.study.study import Estimate, ExchangeStudy, LoadKind, StudyRow, Workload, estimates, run, workload_named
+from exchange.study import estimates
+from exchange.study.study import ExchangeStudy, LoadKind, StudyRow, TrialMean, Workload, run, workload_named
 
 PER = 0.5
 
@@ -21,12 +22,12 @@ def rows_by_policy(study: ExchangeStudy) -> dict[str, StudyRow]:
     return {row.policy: row for row in run(study)}
 
 
-def standard_error(estimate: Estimate) -> float:
+def standard_error(estimate: TrialMean) -> float:
     assert estimate.ci95_high is not None
     return (estimate.ci95_high - estimate.mean) / estimates.Z_95
 
 
-def agrees(estimate: Estimate | None, expected: float) -> bool:
+def agrees(estimate: TrialMean | None, expected: float) -> bool:
     assert estimate is not None
     return abs(estimate.mean - expected) < 4 * standard_error(estimate)
 
@@ -90,8 +91,8 @@ def test_the_figure_stated_for_the_command_line() -> None:
 
 def test_without_loss_everything_takes_one_frame() -> None:
     for row in run(ExchangeStudy(per=(0.0,), trials=10)):
-        assert row.delivered_slots == Estimate(1.0, 1.0, 1.0)
-        assert row.source_acked_slots == Estimate(5.0, 5.0, 5.0)
+        assert row.delivered_slots == TrialMean(1.0, 1.0, 1.0)
+        assert row.source_acked_slots == TrialMean(5.0, 5.0, 5.0)
         assert row.false_beliefs == 0
 
 
@@ -178,7 +179,7 @@ def test_poisson_load_reports_throughput() -> None:
     assert row.items is None
     assert agrees(row.offered_items_per_slot, 0.1)
     assert agrees(row.goodput_items_per_slot, 0.1)
-    assert row.refused_fraction == Estimate(0.0, 0.0, 0.0)
+    assert row.refused_fraction == TrialMean(0.0, 0.0, 0.0)
     assert row.items_in_flight is not None
     assert row.delivered_slots is not None
     assert row.source_acked_slots is not None
@@ -234,7 +235,7 @@ def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
 
 def test_a_policy_is_exactly_as_good_as_itself() -> None:
     row = rows_by_policy(ExchangeStudy(trials=50))["ack"]
-    assert row.relative_source == Estimate(1.0, 1.0, 1.0)
+    assert row.relative_source == TrialMean(1.0, 1.0, 1.0)
 
 
 def test_one_trial_has_no_interval() -> None:

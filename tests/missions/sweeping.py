@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 
-from missions.sweeps.execution import MACHINE_COLUMNS
-from missions.sweeps.runlog import LEDGER, RUNS, TABLES
+from missions.sweeps.folder import RUNS, TABLES
+from missions.sweeps.ledger import LEDGER, MACHINE_COLUMNS
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]

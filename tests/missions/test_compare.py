@@ -10,12 +10,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sweeping import study_text, written
 
-from missions.comparison.compare import Cell, Comparison, Rank, _column_ranks, compare, mean_ranks, ranks, write_csv
+from missions.comparison.baseline import compare
+from missions.comparison.ranking import column_ranks, mean_ranks, ranks
+from missions.comparison.rows import Comparison, Rank, write_csv
+from missions.comparison.treatments import Treatment
 from missions.errors import OutputError
+from missions.metric import Better
 from missions.runs.summary import identity
-from missions.sweeps.execution import Finished
-from missions.sweeps.plan import Plan, Task
-from missions.sweeps.runlog import RunLog, SweepResults
+from missions.sweeps.folder import SweepFolder, SweepResults
+from missions.sweeps.ledger import FinishedRun
+from missions.sweeps.plan import RunTask, SweepPlan
 from missions.sweeps.study import load_study
 
 COLUMNS = (
@@ -24,7 +28,7 @@ COLUMNS = (
 )
 
 
-def made_up(task: Task, completed: bool = True) -> Finished:
+def made_up(task: RunTask, completed: bool = True) -> FinishedRun:
     """A run whose time is 100 s, 10 s more per repeat and 5 s (6 s in every other) less with mps-ack."""
     gain_s = (5.0 + task.repeat % 2) * (task.scenario.communication.policy == "mps-ack")
     summary: dict[str, Any] = {
@@ -39,21 +43,21 @@ def made_up(task: Task, completed: bool = True) -> Finished:
         "key": task.key, "status": "done", "repeat": task.repeat, "settings": dict(task.settings), "summary": summary,
         "error": "", "replay": "", "tables": False, "machine": machine,
     }  # fmt: skip
-    return Finished(line, {})
+    return FinishedRun(line, {})
 
 
 def results(tmp_path: Path, n_censored: int = 0, repeats: int = 8) -> SweepResults:
-    plan = Plan(load_study(str(written(tmp_path, study_text(repeats=repeats, per="[0.1]")))))
-    log = RunLog(tmp_path / "out", plan)
+    plan = SweepPlan(load_study(str(written(tmp_path, study_text(repeats=repeats, per="[0.1]")))))
+    log = SweepFolder(tmp_path / "out", plan)
     log.append([made_up(task, task.repeat >= n_censored) for task in plan.missing({})])
     log.close()
     return SweepResults.read(tmp_path / "out")
 
 
-def ranked(values: dict[str, list[float]], per: float = 0.1, metric: str = "mission_time_s") -> dict[str, Rank]:
+def ranked(values: dict[str, list[float]], per: float = 0.1, better: Better = Better.LOWER) -> dict[str, Rank]:
     """Ranks of one column: values by strategy, in the order of repeats."""
-    column = {Cell("s", name, "ack", "bernoulli", per, ()): dict(enumerate(own)) for name, own in values.items()}
-    return {rank.strategy: rank for rank in _column_ranks(column, metric)}
+    column = {Treatment("s", name, "ack", "bernoulli", per, ()): dict(enumerate(own)) for name, own in values.items()}
+    return {rank.strategy: rank for rank in column_ranks(column, "m", better)}
 
 
 def row_of(rows: list[Comparison], policy: str, metric: str = "mission_time_s") -> Comparison:
@@ -137,7 +141,7 @@ def test_equal_means_share_their_ranks() -> None:
 
 
 def test_the_highest_rate_is_the_best() -> None:
-    found = ranked({"a": [0.0, 1.0], "b": [1.0, 1.0]}, metric="completed")
+    found = ranked({"a": [0.0, 1.0], "b": [1.0, 1.0]}, better=Better.HIGHER)
     assert [(found[name].rank, found[name].mean) for name in "ab"] == [(2, 0.5), (1, 1.0)]
 
 
@@ -171,7 +175,7 @@ def test_unknown_names_are_refused_with_the_nearest(tmp_path: Path, metrics: lis
 
 
 def test_nothing_finished_is_said(tmp_path: Path) -> None:
-    RunLog(tmp_path / "out", Plan(load_study(str(written(tmp_path, study_text()))))).close()
+    SweepFolder(tmp_path / "out", SweepPlan(load_study(str(written(tmp_path, study_text()))))).close()
     with pytest.raises(OutputError, match="no run has finished"):
         compare(SweepResults.read(tmp_path / "out"))
     with pytest.raises(OutputError, match="no results of a sweep"):

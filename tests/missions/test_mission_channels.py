@@ -6,13 +6,14 @@ from typing import Any
 import pytest
 from small_mission import SMALL, line_of, named, run_varied, shipped_tables
 
-from exchange.acoustics.link import LINKS, GilbertElliott
+from exchange.acoustics.link import GilbertElliott
+from exchange.acoustics.models import CHANNELS
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.run import Run
 from missions.runs.setup import channel_of
 from missions.runs.summary import identity, summary
 from missions.scenarios import Scenario, load
-from missions.scenarios.channel import OF_MODELS, USED_BY, ChannelTable
+from missions.scenarios.channel import ChannelTable
 from missions.scenarios.explanations import explanations
 from missions.sweeps.study import load_study
 
@@ -61,14 +62,15 @@ def faults_of(folder: Path, channel: str, *settings: str) -> tuple[Configuration
 
 
 def test_every_model_that_can_be_named_says_which_keys_it_uses():
-    assert set(USED_BY) == set(LINKS)
-    assert set(ChannelTable.model_fields) == OF_MODELS | {"name", "blackout"}
+    of_models = {key for model in CHANNELS.values() for key in model.model_fields}
+    assert set(ChannelTable.model_fields) == of_models | {"name", "blackout"}
+    assert list(CHANNELS["matrix"].model_fields) == ["per", "link"]
 
 
 # What is read -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", list(LINKS))
+@pytest.mark.parametrize("name", list(CHANNELS))
 def test_every_model_runs_as_soon_as_it_is_named(name: str):
     scenario = load("mapping-rendezvous", [("--channel", f"channel.name={name}")])
     assert 0.0 <= channel_of(scenario, 1).link.p_loss(5, 0, 1, 800.0) <= 1.0
@@ -110,7 +112,7 @@ def test_what_is_written_is_read_again(tmp_path: Path, channel: str, settings: t
     again = Scenario.model_validate_json(scenario.model_dump_json(exclude_none=True))
     assert again == scenario
     table = scenario.channel.model_dump()
-    assert set(table) == {"name", "blackout", *USED_BY[scenario.channel.name]}
+    assert set(table) == {"name", "blackout", *CHANNELS[scenario.channel.name].model_fields}
 
 
 def test_every_key_is_explained():

@@ -6,15 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sweeping import study_text, written
 
-from missions.sweeps.plan import Plan, repeats_needed, seed_of
+from missions.sweeps.plan import SweepPlan, repeats_needed, seed_of
 from missions.sweeps.study import load_study
 from missions.sweeps.study_file import StoppingRule
 
 RULE = StoppingRule(metric="n_bytes", half_width=1.0, minimum=4, maximum=10)
 
 
-def plan_of(tmp_path: Path, text: str) -> Plan:
-    return Plan(load_study(str(written(tmp_path, text))))
+def plan_of(tmp_path: Path, text: str) -> SweepPlan:
+    return SweepPlan(load_study(str(written(tmp_path, text))))
 
 
 def test_all_configurations_of_a_repeat_share_their_seed(tmp_path: Path) -> None:

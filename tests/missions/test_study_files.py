@@ -87,7 +87,7 @@ def test_a_list_is_taken_as_it_is(tmp_path: Path) -> None:
         (("seed = 7", 'seed = 7\nsampling = "latin"'), "needs [latin], which is missing"),
         (("[set]", "[latin]\nchannel.per = [0.1, 0.2]\n[set]"), "not used"),
         (("seed = 7", 'baseline = "ack-repeat"'), "study.baseline"),
-        (("[set]", '[stopping]\nmetric = "n"\nhalf_width = 1\nmaximum = 3\n[set]'), "stopping.metric"),
+        (("[set]", '[stopping]\nmetric = "n"\nhalf_width = 1\nminimum = 2\nmaximum = 3\n[set]'), "stopping.metric"),
         (("[set]", '[stopping]\nmetric = "n_bytes"\nhalf_width = 1\nmaximum = 3\n[set]'), "stopping.minimum = 10"),
         (('name = "bernoulli"', ""), "channel.name: missing"),
         (("[study]", "[study"), "TOML"),
@@ -113,6 +113,29 @@ def test_all_faults_come_at_once(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError) as caught:
         loaded(tmp_path, text)
     assert {fault.key for fault in caught.value.faults} == {"study.strategies", "study.policies", "channel.per"}
+
+
+def test_of_several_tables_the_one_at_fault_is_named(tmp_path: Path) -> None:
+    second = '[[channel]]\nname = "bernoulli"\nper = [1.5]\n\n[set]'
+    with pytest.raises(ConfigurationError, match=r"study.toml:17: channel.2.per = 1.5"):
+        loaded(tmp_path, study_text().replace("[set]", second))
+    points = 'sampling = "list"\n[[point]]\nscenario.tick_s = 0.5\n[[point]]\nscenario.tick_s = 5.0\n'
+    with pytest.raises(ConfigurationError, match=r"study.toml:10: point.2.scenario.tick_s = 5"):
+        loaded(tmp_path, BASE + points)
+
+
+def test_keys_may_be_written_in_tables_of_their_own_or_in_quotes(tmp_path: Path) -> None:
+    nested, quoted = "[set.scenario]\nduration_s = -1", '[set]\n"scenario.duration_s" = -1'
+    for text in (nested, quoted):
+        with pytest.raises(ConfigurationError, match=r"study.toml:8: set.scenario.duration_s = -1"):
+            loaded(tmp_path, BASE + "\n" + text)
+
+
+def test_a_single_channel_needs_no_list(tmp_path: Path) -> None:
+    text = study_text().replace("[[channel]]", "[channel]")
+    assert loaded(tmp_path, text).configurations == loaded(tmp_path, study_text()).configurations
+    with pytest.raises(ConfigurationError, match=r"study.toml:13: channel.per = 1.4"):
+        loaded(tmp_path, text.replace("[0.1, 0.4]", "[0.1, 1.4]"))
 
 
 def test_a_missing_study_is_named(tmp_path: Path) -> None:

@@ -16,12 +16,13 @@ from sweeping import HERE, ROOT, environment, outcome, started, study_text, writ
 from typer.testing import CliRunner
 
 from missions.errors import ClusterError, OutputError
+from missions.sweeps.driver import PartlyDoneError, estimate, sweep
 from missions.sweeps.execution import run_chunk
-from missions.sweeps.plan import Plan
+from missions.sweeps.folder import RUNS, SweepFolder, SweepResults
+from missions.sweeps.ledger import LEDGER
+from missions.sweeps.plan import SweepPlan
 from missions.sweeps.pool import SupervisedPool, WorkerDied
-from missions.sweeps.runlog import LEDGER, RUNS, RunLog, SweepResults
 from missions.sweeps.study import Study, load_study
-from missions.sweeps.sweep import PartlyDoneError, estimate, sweep
 from remoras.cli import app
 
 
@@ -114,14 +115,14 @@ def test_a_broken_engine_leaves_a_sweep_that_can_go_on(tmp_path: Path) -> None:
 
 
 def test_a_full_disk_leaves_a_sweep_that_can_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    study, append = study_of(tmp_path), RunLog.append
+    study, append = study_of(tmp_path), SweepFolder.append
 
-    def full_after_five(log: RunLog, finished: Any) -> None:
+    def full_after_five(log: SweepFolder, finished: Any) -> None:
         if len(log.lines) >= 5:
             raise OutputError("ledger.jsonl: cannot be written: No space left on device")
         append(log, finished)
 
-    monkeypatch.setattr(RunLog, "append", full_after_five)
+    monkeypatch.setattr(SweepFolder, "append", full_after_five)
     with pytest.raises(PartlyDoneError, match="No space left"):
         sweep(study, tmp_path / "out", executor=Serial())
     monkeypatch.undo()
@@ -133,7 +134,7 @@ def test_a_disk_that_is_still_full_is_told_as_such(tmp_path: Path, monkeypatch: 
     def full(path: Path, text: str) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr("missions.sweeps.runlog._write_synced", full)
+    monkeypatch.setattr("missions.sweeps.folder._write_synced", full)
     with pytest.raises(PartlyDoneError, match="No space left"):
         sweep(study_of(tmp_path), tmp_path / "out", executor=Serial())
 
@@ -155,7 +156,7 @@ def test_a_script_without_a_main_guard_is_told_so_and_makes_no_failed_runs(tmp_p
     script = tmp_path / "unguarded.py"
     script.write_text(
         "from pathlib import Path\nfrom missions.sweeps.study import load_study\n"
-        "from missions.sweeps.sweep import sweep\n"
+        "from missions.sweeps.driver import sweep\n"
         f"sweep(load_study({str(study)!r}), Path({str(tmp_path / 'out')!r}), jobs=2)\n"
     )
     command = [sys.executable, str(script)]
@@ -261,7 +262,7 @@ def test_plan_is_not_needed_to_read_a_sweep(tmp_path: Path) -> None:
     """Somebody who gets the folder has neither the study file nor its scenarios."""
     study = study_of(tmp_path, repeats=1)
     sweep(study, tmp_path / "out", executor=Serial())
-    assert SweepResults.read(tmp_path / "out").schedule == Plan(study).schedule
+    assert SweepResults.read(tmp_path / "out").schedule == SweepPlan(study).schedule
 
 
 def test_no_process_is_left_behind(tmp_path: Path) -> None:

@@ -14,8 +14,9 @@ import pytest
 from sweeping import environment, ledger_length, outcome, started, study_text, written
 
 from missions.sweeps.execution import run_chunk
-from missions.sweeps.plan import Plan, version
-from missions.sweeps.runlog import LEDGER, RunLog, SweepResults
+from missions.sweeps.folder import SweepFolder, SweepResults
+from missions.sweeps.ledger import LEDGER
+from missions.sweeps.plan import SweepPlan, version
 from missions.sweeps.study import Study, load_study
 
 N_KILLS = 20
@@ -24,7 +25,7 @@ PORT = 18791
 
 def uninterrupted(study: Study, folder: Path) -> Path:
     """The folder of the runs made one after another in this process."""
-    log, plan = RunLog(folder, Plan(study)), Plan(study)
+    log, plan = SweepFolder(folder, SweepPlan(study)), SweepPlan(study)
     log.append(run_chunk(version(), list(plan.missing({}))))
     log.compact()
     log.close()

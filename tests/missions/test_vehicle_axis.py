@@ -8,11 +8,12 @@ from sweeping import study_text, written
 
 import benchmarks.fleet
 import benchmarks.sweep
-from missions.comparison.compare import compare
+from missions.comparison.baseline import compare
 from missions.errors import ConfigurationError
-from missions.sweeps.runlog import LEDGER, SweepResults
+from missions.sweeps.driver import sweep
+from missions.sweeps.folder import SweepResults
+from missions.sweeps.ledger import LEDGER
 from missions.sweeps.study import load_study
-from missions.sweeps.sweep import sweep
 
 
 def axis_text(vehicles: str, repeats: int = 2) -> str:
@@ -46,7 +47,7 @@ def test_repeats_of_all_sizes_have_the_same_seeds(tmp_path: Path) -> None:
         ("[4, 65]", "study.toml:9: study.vehicles = 65"),
         ("[8, 8]", "study.vehicles = [8, 8]: a value is listed twice"),
         ("[]", "study.vehicles = []"),
-        ('["many"]', 'study.vehicles = "many"'),
+        ('["many"]', 'study.vehicles.1 = "many"'),
         ("8", "study.vehicles = 8"),
     ],
 )

@@ -4,9 +4,9 @@ import pytest
 
 from remoras.beliefs import Beliefs
 from remoras.sensor import SELF, Observation
-from worldmodel import FactError, Instance, TBox, UnknownNameError, WorldModel, core_ontology_paths, merge
+from worldmodel import FactError, Instance, UnknownNameError, WorldModel, core_ontology_paths, merge, read_tbox
 
-TBOX = TBox.read(*core_ontology_paths())
+TBOX = read_tbox(*core_ontology_paths())
 NAMED = [("AUV", "AUV00"), ("AUV", "AUV01"), ("Group", "Operational"), ("Job", "middle"), ("Mission", "AreaMapping")]
 INSTANCES = tuple(Instance(uid, TBOX.class_named(kind).uid, name) for uid, (kind, name) in enumerate(NAMED))
 

@@ -5,22 +5,22 @@ from itertools import pairwise
 
 import pytest
 
-from exchange.study.study import Estimate, ExchangeStudy, StudyRow, run
+from exchange.study.study import ExchangeStudy, StudyRow, TrialMean, run
 
 PER = tuple(step / 20 for step in range(1, 17))
 LOW = tuple(p for p in PER if p <= 0.15)
 HIGH = tuple(p for p in PER if p >= 0.5)
 OTHERS = ("ack-repeat", "m-ack", "m-ack-repeat", "mps-ack", "mps-ack-repeat")
 
-Figure = Callable[[str, float], Estimate]
+Figure = Callable[[str, float], TrialMean]
 
 
 def figure(rows: list[StudyRow], quantity: str) -> Figure:
     by_key = {(row.policy, row.per): row for row in rows}
 
-    def value(policy: str, per: float) -> Estimate:
+    def value(policy: str, per: float) -> TrialMean:
         estimate = getattr(by_key[policy, per], quantity)
-        assert isinstance(estimate, Estimate)
+        assert isinstance(estimate, TrialMean)
         return estimate
 
     return value
@@ -46,7 +46,7 @@ def figure_5(rows: dict[int, list[StudyRow]]) -> Figure:
     return figure(rows[10], "relative_senders")
 
 
-def below(one: Estimate, other: Estimate) -> bool:
+def below(one: TrialMean, other: TrialMean) -> bool:
     """The means are in this order, and the intervals do not meet."""
     assert one.ci95_high is not None
     assert other.ci95_low is not None

@@ -10,7 +10,7 @@ from exchange.packets import Packet
 from missions.runs.run import Run, codec_of, instances_of, run
 from missions.runs.setup import channel_of
 from missions.scenarios import Scenario, load
-from worldmodel import TBox, core_ontology_paths
+from worldmodel import core_ontology_paths, read_tbox
 
 PAPER_S = {
     ("consultation_done", ""): 7.1,
@@ -74,7 +74,7 @@ class Scripted:
 
 
 def scripted(loaded: Scenario, alter: Callable[[Packet], Packet]) -> Scripted:
-    tbox = TBox.read(*core_ontology_paths())
+    tbox = read_tbox(*core_ontology_paths())
     codec = codec_of(loaded, tbox, instances_of(loaded, tbox, ("Supervision", "AreaMapping")))
 
     def encode(packet: Packet) -> bytes:

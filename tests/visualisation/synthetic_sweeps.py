@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from missions.sweeps.execution import DONE, FAILED
+from missions.sweeps.folder import STUDY, SweepResults
+from missions.sweeps.ledger import DONE, FAILED, LEDGER
 from missions.sweeps.plan import seed_of
-from missions.sweeps.runlog import LEDGER, STUDY, SweepResults
 from missions.sweeps.study_file import StudyFile
 
 SEVEN = ("remoras", "fixed-partition", "central", "contract-net", "status-broadcast", "cbba", "rendezvous-sync")

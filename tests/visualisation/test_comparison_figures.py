@@ -11,13 +11,16 @@ import pytest
 from legibility import check_texts
 from matplotlib.figure import Figure
 from synthetic_sweeps import SEVEN, TEN, Sweep, flat
+from visualisation.runs.arrangement import arranged
 
-from missions.comparison.compare import Comparison, compare, ranks
+from missions.comparison.baseline import compare
+from missions.comparison.ranking import ranks
+from missions.comparison.rows import Comparison
 from missions.errors import OutputError
-from missions.sweeps.runlog import SweepResults
+from missions.metric import Better
+from missions.sweeps.folder import SweepResults
 from visualisation import style
 from visualisation.errors import DrawingError
-from visualisation.runs.arrangement import arranged
 from visualisation.sweeps import charts, comparison, ranking
 from visualisation.sweeps.measures import COMPARISON_KINDS, MEASURES, OVERVIEW
 
@@ -61,7 +64,7 @@ def figures(results: SweepResults) -> dict[str, Figure]:
     for kind in COMPARISON_KINDS:
         ranked = ranks(results, "mission_time_s")
         if not comparison._nothing(kind, arrangement, rows, ranked):
-            for sheet in comparison._sheets(kind, arrangement, rows, ranked, "mission_time_s"):
+            for sheet in comparison._sheets(kind, arrangement, rows, ranked, "mission_time_s", Better.LOWER):
                 found[f"{kind} {sheet.title}"] = sheet.figure()
     return found
 

@@ -8,18 +8,20 @@ from hypothesis import strategies as st
 from worldmodel import (
     TYPE_UID,
     Block,
-    Grid,
     Instance,
     PropertyValue,
-    TBox,
     Value,
     ValueKind,
     WorldModel,
     core_ontology_paths,
+    read_tbox,
 )
+from worldmodel.checks import CheckResult, check_fit, check_form
+from worldmodel.fields import Grid
 
-WRECKS = Path(__file__).parent / "wrecks.ttl"
-TBOX = TBox.read(*core_ontology_paths(), WRECKS)
+AREAS = Path(__file__).parent / "areas.ttl"
+WRECKS = AREAS.with_name("wrecks.ttl")
+TBOX = read_tbox(*core_ontology_paths(), AREAS, WRECKS)
 N_ORIGINS = 3
 PER_ORIGIN = 2
 CLOCK = Grid(0.0, 0.1)
@@ -151,7 +153,8 @@ def picture(model: WorldModel) -> tuple[object, ...]:
     slots = [(uid, a.uid) for uid in range(model.n_uids) for a in TBOX.attributes]
     return (
         model.state_hash(),
-        model.digest(),
+        sorted(model.blocks()),
+        model.banned,
         [model.latest(*slot) for slot in slots],
         [model.history(*slot) for slot in slots],
         [model.instance(uid) for uid in range(model.n_uids)],
@@ -163,3 +166,9 @@ def picture(model: WorldModel) -> tuple[object, ...]:
 
 def codes(faults: Iterable[object]) -> list[str]:
     return [fault.code.name for fault in faults]  # type: ignore[attr-defined]
+
+
+def check(model: WorldModel, checked: Block) -> CheckResult:
+    """Both checks of a block, as merge makes them."""
+    faults = check_form(model, checked)
+    return CheckResult(faults) if faults else check_fit(model, checked)

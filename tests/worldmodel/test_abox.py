@@ -36,7 +36,6 @@ from worldmodel import (
     TYPE_UID,
     Block,
     FactError,
-    Holdings,
     Instance,
     UnknownNameError,
     Value,
@@ -55,7 +54,6 @@ def test_what_is_recorded_is_what_is_stored() -> None:
     assert (observation.value, observation.time_s, observation.origin) == ((12.5, -4.0), 2.0, 1)
     assert model.value(AUV_1, BATTERY) == 0.78
     assert model.value(AUV_0, BATTERY, default=1.0) == 1.0
-    assert model.has((1, 0))
     assert model.block((1, 0)) is model.arrived((1, 0)) is change.block
     assert model.block((1, 1)) is None
 
@@ -106,7 +104,7 @@ def test_incremental_latest_is_the_latest_worked_out_from_scratch(blocks: list[B
 
 
 @given(sound_blocks(), st.sets(st.integers(0, 2)))
-def test_a_ban_is_the_view_without_an_origin_and_unban_takes_it_back(blocks: list[Block], banned: set[int]) -> None:
+def test_a_ban_is_the_view_without_an_origin(blocks: list[Block], banned: set[int]) -> None:
     model = fleet_model()
     merge(model, blocks)
     before, version = picture(model), model.version
@@ -114,16 +112,13 @@ def test_a_ban_is_the_view_without_an_origin_and_unban_takes_it_back(blocks: lis
         model.ban(origin)
     assert model.banned == banned
     assert model.state_hash() == before[0]
-    assert model.digest() == before[1]
+    assert sorted(model.blocks()) == before[1]
     for uid in range(model.n_uids):
         for attribute in TBOX.attributes:
-            kept = [o for o in before[3][uid * len(TBOX.attributes) + attribute.uid] if o.origin not in banned]  # type: ignore[index]
+            kept = [o for o in before[4][uid * len(TBOX.attributes) + attribute.uid] if o.origin not in banned]  # type: ignore[index]
             assert list(model.history(uid, attribute.uid)) == kept
             assert model.latest(uid, attribute.uid) == (kept[-1] if kept else None)
-    for origin in banned:
-        model.unban(origin)
-    assert picture(model) == before
-    assert model.version == version + 2 * len(banned)
+    assert model.version == version + len(banned)
 
 
 def test_news_from_a_banned_origin_is_no_news() -> None:
@@ -132,8 +127,6 @@ def test_news_from_a_banned_origin_is_no_news() -> None:
     (change,) = merge(model, [block(2, 0, 3, (first_uid_of(2), TYPE_UID, WRECK), (ASV_0, BATTERY, 0.5))]).changes
     assert change.new_latest == ()
     assert model.instances_of(WRECK) == ()
-    model.unban(2)
-    assert [i.uid for i in model.instances_of(WRECK)] == [first_uid_of(2)]
     with pytest.raises(FactError, match=r"origin 3 is unknown; allowed: 0\.\.2"):
         model.ban(3)
 
@@ -154,7 +147,7 @@ def test_instances() -> None:
     assert [i.uid for i in model.instances_of(OBJECT)] == [ECHO, uid]
     assert model.instance(-1) is model.instance(model.n_uids) is None
     assert [model.owner_of(u) for u in (0, uid, model.n_uids - 1, model.n_uids)] == [None, 1, 2, None]
-    with pytest.raises(UnknownNameError, match="nearest known name: auv-0"):
+    with pytest.raises(UnknownNameError, match="did you mean 'auv-0'"):
         model.instance_named("auv0")
 
 
@@ -217,17 +210,6 @@ def test_bad_arguments_are_refused() -> None:
         WorldModel(TBOX, 0, INSTANCES, 0.0, n_origins=1)
     with pytest.raises(FactError, match="run_time_instances_per_origin is -1"):
         WorldModel(TBOX, 0, INSTANCES, n_origins=1, run_time_instances_per_origin=-1)
-
-
-def test_digest_tells_what_is_missing() -> None:
-    model = fleet_model()
-    merge(
-        model,
-        [block(1, s, s, (AUV_1, BATTERY, 0.5)) for s in (0, 1, 4, 6)] + [block(2, 1, 0, (ASV_0, BATTERY, 0.5))],
-    )
-    assert model.digest() == {1: Holdings(1, 6, (2, 3, 5)), 2: Holdings(-1, 1, (0,))}
-    merge(model, [block(1, s, s, (AUV_1, BATTERY, 0.5)) for s in (2, 3, 5)])
-    assert model.digest()[1] == Holdings(6, 6, ())
 
 
 def test_state_hash_is_of_the_set_of_blocks() -> None:

@@ -18,12 +18,13 @@ from small_fleet import (
     POSITION,
     WRECK,
     block,
+    check,
     codes,
     first_uid_of,
     fleet_model,
 )
 
-from worldmodel import TYPE_UID, Block, PropertyValue, Value, check, merge
+from worldmodel import TYPE_UID, Block, PropertyValue, Value, merge
 
 NEW = first_uid_of(1)  # in the range of origin 1, which sends all blocks here
 
@@ -95,11 +96,10 @@ def test_a_value_of_another_kind_is_refused_although_its_equal_was_found_sound(
 def test_what_is_forgotten_is_checked_again(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("worldmodel.checks.MOST_REMEMBERED", 2)
     model = fleet_model()
-    model.tbox.sound_values.clear()
     for east in (0.0, 0.5, 0.3, 1.0, 1.5, 0.3, 0.0):
         found = codes(check(model, block(1, 0, 0, (AUV_0, POSITION, (east, 0.0)))).faults)
         assert found == (["VALUE_GRID"] if east == 0.3 else [])
-        assert len(model.tbox.sound_values) <= 2
+        assert len(model.sound_values) <= 2
 
 
 def test_all_faults_of_a_block_are_told() -> None:

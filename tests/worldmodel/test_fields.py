@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worldmodel import Field, Grid
+from worldmodel.fields import Field, Grid
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from small_fleet import (
     WRECK,
     any_blocks,
     block,
+    check,
     codes,
     first_uid_of,
     fleet_model,
@@ -24,7 +25,8 @@ from small_fleet import (
     sound_blocks,
 )
 
-from worldmodel import TYPE_UID, Block, CheckResult, WorldModel, check, merge
+from worldmodel import TYPE_UID, Block, WorldModel, merge
+from worldmodel.checks import CheckResult
 
 NEW = first_uid_of(1)
 
@@ -81,7 +83,7 @@ def test_sound_blocks_all_go_in_and_stay_in(blocks: list[Block], rng: random.Ran
         outcome = merge(model, [each])
         assert not outcome.faults
         told += [change.block for change in outcome.changes]
-        assert all(model.has(b.guid) for b in told)
+        assert all(model.block(b.guid) == b for b in told)
     assert sorted(b.guid for b in told) == sorted(b.guid for b in blocks)
     assert not model.arrivals.waiting
 
@@ -98,7 +100,7 @@ def test_a_block_waits_for_instances_whatever_they_wait_for_themselves() -> None
         assert merge(model, [waiting]).changes == ()
     assert model.latest(ECHO, LOCATION) is None
     assert model.instance(NEW) is None
-    assert not model.has((2, 0))
+    assert model.block((2, 0)) is None
     assert model.arrived((2, 0)) == chain[0]
     changes = merge(model, chain[-1:]).changes
     assert [change.block for change in changes] == [chain[i] for i in (3, 2, 1, 0)]

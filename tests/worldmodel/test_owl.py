@@ -6,7 +6,8 @@ import pytest
 from rdflib import OWL, RDF, RDFS, Graph, URIRef
 from rdflib.namespace import SKOS
 
-from worldmodel import OntologyError, TBox, core_ontology_paths
+from worldmodel import OntologyError, core_ontology_paths, read_tbox
+from worldmodel.owl import graph_of
 
 PREFIXES = """
 @prefix ex: <https://example.org/bad#> .
@@ -21,7 +22,7 @@ BOUNDS = "rm:minimum 0 ; rm:maximum 1 ; rm:resolution 0.1"
 CASES = [
     (
         "ex:A a owl:Class ; rdfs:subClassOf rm:Vehicel .",
-        "ex:A: its superclass rm:Vehicel is not declared; allowed: a declared owl:Class (nearest known name: Vehicle)",
+        "ex:A: its superclass rm:Vehicel is not declared; allowed: a declared owl:Class; did you mean 'Vehicle'?",
     ),
     (
         "ex:A a owl:Class ; rdfs:subClassOf ex:B . ex:B a owl:Class ; rdfs:subClassOf ex:A .",
@@ -31,7 +32,7 @@ CASES = [
     ("ex:A a owl:Class ; owl:disjointWith ex:B .", "the disjoint class ex:B is not declared"),
     (
         "ex:Vehicle a owl:Class .",
-        "rm:Vehicle: its name 'Vehicle' is that of <https://example.org/bad#Vehicle> too",
+        "rm:Vehicle: its name 'Vehicle' is that of <https://example.org/bad#Vehicle> in ",
     ),
     ("ex:Thing a owl:Class .", "ex:Thing: its name 'Thing' is that of"),
     ("<https://example.org/bad#9-lives> a owl:Class .", "its name '9-lives' is not an identifier"),
@@ -70,10 +71,11 @@ CASES = [
     ),
     (
         f"ex:p {ATTRIBUTE} rdfs:range xsd:boolean ; rm:latestonly true .",
-        "ex:p: unknown annotation rm:latestonly; allowed: the rm: annotations (nearest known name: latestOnly)",
+        "ex:p: unknown annotation rm:latestonly; allowed: rm:latestOnly, rm:maximum, "
+        "rm:minimum, rm:resolution, rm:unit; did you mean 'latestOnly'?",
     ),
     (
-        f"ex:p {ATTRIBUTE} rdfs:range rm:Area .",
+        f"ex:p {ATTRIBUTE} rdfs:range rm:Role .",
         "ex:p: its range makes it a link; allowed: owl:ObjectProperty",
     ),
     (f'ex:p {ATTRIBUTE} rdfs:range [ owl:oneOf ( "a" "a" ) ] .', "ex:p: its symbols are"),
@@ -85,7 +87,7 @@ def faults_of(tmp_path: Path, text: str) -> tuple[str, ...]:
     path = tmp_path / "bad.ttl"
     path.write_text(PREFIXES + text)
     with pytest.raises(OntologyError) as caught:
-        TBox.read(*core_ontology_paths(), path)
+        read_tbox(*core_ontology_paths(), path)
     return caught.value.faults
 
 
@@ -114,6 +116,60 @@ def test_files_that_are_not_turtle(tmp_path: Path) -> None:
     assert "bad.ttl: is not Turtle" in faults[0]
 
 
+REDEFINITIONS = {
+    "rm:Role": "rm:Role a owl:Class .",
+    "rm:AUV": "rm:AUV rdfs:subClassOf rm:Role .",
+    "rm:Sensor": "rm:Sensor owl:disjointWith ex:Buoy . ex:Buoy a owl:Class .",
+    "rm:position": "rm:position rm:resolution 0.1 .",
+    "rm:bid": f"rm:bid a owl:DatatypeProperty ; rdfs:domain rm:Vehicle ; rdfs:range xsd:double ; {BOUNDS} .",
+    "rm:Point": "rm:Point a owl:Class .",
+}
+
+
+@pytest.mark.parametrize(("term", "text"), REDEFINITIONS.items())
+@pytest.mark.parametrize("core_first", [True, False])
+def test_a_file_that_redefines_a_term_of_another_is_refused(
+    tmp_path: Path, term: str, text: str, core_first: bool
+) -> None:
+    path = tmp_path / "buoys.ttl"
+    path.write_text(PREFIXES + text)
+    marine = core_ontology_paths()[1]
+    paths = [*core_ontology_paths(), path]
+    with pytest.raises(OntologyError) as caught:
+        read_tbox(*(paths if core_first else reversed(paths)))
+    (fault,) = caught.value.faults
+    first, second = (marine, path) if core_first else (path, marine)
+    assert fault.startswith(f"{second}: {term}: it redefines a term of {first}; allowed: one file that defines a term")
+    assert "add a class below it (rdfs:subClassOf)" in fault
+
+
+def test_a_file_that_makes_classes_of_another_disjoint_is_refused(tmp_path: Path) -> None:
+    (fault,) = faults_of(tmp_path, "[] a owl:AllDisjointClasses ; owl:members ( rm:AUV rm:Sensor ) .")
+    assert f"bad.ttl: rm:AUV, rm:Sensor: it makes classes of {core_ontology_paths()[1]} disjoint" in fault
+
+
+def test_a_vocabulary_adds_classes_attributes_and_individuals(tmp_path: Path) -> None:
+    path = tmp_path / "buoys.ttl"
+    path.write_text(
+        PREFIXES
+        + f"""
+        ex:Buoy a owl:Class ; rdfs:subClassOf rm:Vehicle ; owl:disjointWith rm:AUV .
+        [] a owl:AllDisjointClasses ; owl:members ( ex:Buoy rm:ASV rm:AUV ) .
+        ex:charge {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} .
+        ex:north a ex:Buoy ; rm:playsRole ex:Marker .
+        rm:Role rdfs:label "papel"@es .
+        """
+    )
+    tbox = read_tbox(*core_ontology_paths(), path)
+    core = read_tbox(*core_ontology_paths())
+    assert {c.name for c in tbox.classes} - {c.name for c in core.classes} == {"Buoy"}
+    assert {a.name for a in tbox.attributes} - {a.name for a in core.attributes} == {"charge"}
+    assert tbox.are_disjoint(tbox.class_named("Buoy").uid, tbox.class_named("ASV").uid)
+    assert read_tbox(path, *core_ontology_paths(), path) == tbox  # whatever the order; twice is once
+    assert [c.iri for c in tbox.classes] == sorted(c.iri for c in tbox.classes)
+    assert [a.iri for a in tbox.attributes[1:]] == sorted(a.iri for a in tbox.attributes[1:])
+
+
 def test_other_axioms_stay_in_the_graph(tmp_path: Path) -> None:
     path = tmp_path / "rich.ttl"
     path.write_text(
@@ -121,9 +177,9 @@ def test_other_axioms_stay_in_the_graph(tmp_path: Path) -> None:
         + "ex:Glider a owl:Class ; rdfs:subClassOf rm:AUV , "
         + "[ a owl:Restriction ; owl:onProperty rm:playsRole ; owl:someValuesFrom rm:Role ] ."
     )
-    tbox = TBox.read(*core_ontology_paths(), path)
+    tbox = read_tbox(*core_ontology_paths(), path)
     assert tbox.class_named("Glider").parents == (tbox.class_named("AUV").uid,)
-    assert (None, RDF.type, OWL.Restriction) in tbox.graph
+    assert (None, RDF.type, OWL.Restriction) in graph_of(tbox)
 
 
 def test_every_core_class_is_aligned() -> None:

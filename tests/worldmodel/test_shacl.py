@@ -25,12 +25,14 @@ from small_fleet import (
     TBOX,
     WRECK,
     block,
+    check,
     first_uid_of,
     fleet_model,
 )
 
-from worldmodel import TYPE_UID, Value, ValueKind, check
-from worldmodel.view import WorldModelStore, instance_iri
+from worldmodel import TYPE_UID, Value, ValueKind
+from worldmodel.owl import graph_of
+from worldmodel.view import as_graph, instance_iri
 
 pyshacl = pytest.importorskip("pyshacl")
 NEW = first_uid_of(0)
@@ -68,14 +70,15 @@ def shapes() -> Graph:
 
 
 SHAPES = shapes()
-CLASSES = [t for t in TBOX.graph if t[1] == RDFS.subClassOf]
+CLASSES = [t for t in graph_of(TBOX) if t[1] == RDFS.subClassOf]
 
 
 def conforms(facts: list[tuple[int, int, Value]]) -> bool:
     """SHACL's verdict on what is known at first and ``facts``, put in unchecked."""
     graph = Graph()
-    for triple, _ in WorldModelStore(fleet_model(), with_tbox=False).triples((None, None, None)):
-        graph.add(triple)
+    for triple in as_graph(fleet_model()):
+        if triple not in graph_of(TBOX):
+            graph.add(triple)
     for triple in CLASSES:
         graph.add(triple)
     for subject, attribute, value in facts:

@@ -1,11 +1,10 @@
 from itertools import product
-from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rdflib import RDF, RDFS, XSD, Graph, Literal, URIRef
-from rdflib.compare import isomorphic
+from rdflib.term import Node
 from small_fleet import (
     AREA_DONE,
     ASV_0,
@@ -15,28 +14,31 @@ from small_fleet import (
     CLASSIFICATION,
     ECHO,
     LOCATION,
-    SURVEY,
     TBOX,
     WRECK,
     block,
-    class_uid,
     first_uid_of,
     fleet_model,
     sound_blocks,
 )
 
-from worldmodel import TYPE_UID, Block, merge
-from worldmodel.owl import RM, SIT
+from worldmodel import TYPE_UID, Block, QueryError, WorldModel, merge
+from worldmodel.owl import graph_of
+from worldmodel.turtle import RM, SIT
 from worldmodel.view import (
     RUN,
-    WorldModelStore,
     as_graph,
-    canonical_ntriples,
-    export,
     instance_iri,
     origin_iri,
+    query,
     term_of,
 )
+
+
+def facts_of(model: WorldModel) -> set[tuple[Node, Node, Node]]:
+    """The triples of a view that are not from the ontology files."""
+    return set(as_graph(model)) - set(graph_of(model.tbox))
+
 
 LATEST = """
 SELECT ?value WHERE {
@@ -104,10 +106,9 @@ def test_index_view_and_sparql_answer_alike(blocks: list[Block], banned: set[int
     view = as_graph(model)
     copy = Graph()
     copy += view
-    facts = Graph(store=WorldModelStore(model, with_tbox=False))
     patterns = {
         tuple(term if bound else None for term, bound in zip(triple, which, strict=True))
-        for triple in facts
+        for triple in facts_of(model)
         for which in product((True, False), repeat=3)
     }
     for pattern in patterns:
@@ -129,13 +130,13 @@ def test_index_view_and_sparql_answer_alike(blocks: list[Block], banned: set[int
 
 @settings(max_examples=25, deadline=None)
 @given(sound_blocks(), st.randoms(use_true_random=False))
-def test_equal_hashes_give_equal_bytes(blocks: list[Block], rng: object) -> None:
+def test_equal_hashes_give_equal_triples(blocks: list[Block], rng: object) -> None:
     one, two = fleet_model(0), fleet_model(1)
     merge(one, blocks)
     rng.shuffle(blocks)  # type: ignore[attr-defined]
     merge(two, blocks)
     assert one.state_hash() == two.state_hash()
-    assert canonical_ntriples(one) == canonical_ntriples(two)
+    assert facts_of(one) == facts_of(two)
 
 
 def test_a_whole_number_and_its_double_are_one_value() -> None:
@@ -143,18 +144,50 @@ def test_a_whole_number_and_its_double_are_one_value() -> None:
     merge(one, [block(0, 0, 0, (AUV_0, BATTERY, 1))])
     merge(two, [block(0, 0, 0, (AUV_0, BATTERY, 1.0))])
     assert one.state_hash() == two.state_hash()
-    assert canonical_ntriples(one) == canonical_ntriples(two)
+    assert facts_of(one) == facts_of(two)
 
 
-@pytest.mark.parametrize("format", ["turtle", "xml", "nt"])
-def test_exports_read_back(tmp_path: Path, format: str) -> None:
-    model = fleet_model()
-    model.record([(ECHO, LOCATION, (1.0, 2.0)), (SURVEY, TBOX.attribute_named("missionCompleted").uid, True)], 1.0)
-    export(model, tmp_path / "model", format)
-    read = Graph().parse(tmp_path / "model", format=format)
-    expected = Graph().parse(data=canonical_ntriples(model), format="nt")
-    assert {(s, p) for s, p, _ in read} == {(s, p) for s, p, _ in expected}
-    assert {o.toPython() for o in read.objects()} == {o.toPython() for o in expected.objects()}
-    if format == "nt":
-        assert isomorphic(read, expected)
-    assert (instance_iri(AUV_0), RDF.type, URIRef(TBOX.classes[class_uid("AUV")].iri)) in read
+def test_a_query_gives_columns_and_plain_rows() -> None:
+    model = fleet_model(owner=2)
+    model.record([(BAY, AREA_DONE, ASV_0), (ECHO, LOCATION, (3.5, 4.0)), (AUV_0, BATTERY, 0.5)], 12.3)
+    asked = """
+        SELECT ?subject ?attribute ?value ?time ?missing WHERE {
+            ?subject sit:hasPropertyValue ?fact . ?fact sit:ofAttribute ?attribute ; sit:value ?value ;
+                sit:timestamp ?time . OPTIONAL { ?fact rm:note ?missing } } ORDER BY ?attribute"""
+    assert query(model, asked) == (
+        ("subject", "attribute", "value", "time", "missing"),
+        [
+            ("bay", "rm:areaDone", "asv-0", 12.3, None),
+            ("auv-0", "rm:batteryFraction", 0.5, 12.3, None),
+            ("echo", "rm:location", "POINT (3.5 4.0)", 12.3, None),
+        ],
+    )
+    assert query(model, "ASK { ?x rm:areaDone ?y }") == (("answer",), [(True,)])
+    assert query(fleet_model(), "ASK { ?x rm:areaDone ?y }") == (("answer",), [(False,)])
+
+
+def test_a_query_of_several_models_says_whose_each_row_is() -> None:
+    models = {"auv-0": fleet_model(0), "auv-1": fleet_model(1)}
+    for level, model in zip((0.5, 0.7), models.values(), strict=True):
+        model.record([(AUV_0, BATTERY, level)], 1.0)
+    asked = "SELECT ?level WHERE { ?v rm:batteryFraction ?level }"
+    assert query(models, asked) == (("vehicle", "level"), [("auv-0", 0.5), ("auv-1", 0.7)])
+    models["auv-1"].ban(1)
+    assert query(models, asked) == (("vehicle", "level"), [("auv-0", 0.5)])
+    with pytest.raises(QueryError, match=r"the variable \?vehicle is taken.*give the variable another name"):
+        query(models, "SELECT ?vehicle WHERE { ?vehicle rm:batteryFraction ?level }")
+
+
+@pytest.mark.parametrize(
+    ("sparql", "reason"),
+    [
+        ("SELECT ?x WHERE { ?x a nemo:Area }", "Unknown namespace prefix"),
+        ("SELECT ?x WHERE ?x", "cannot be answered: Expected SelectQuery"),
+        ("CONSTRUCT WHERE { ?x a rm:Area }", "the query is a CONSTRUCT; allowed: SELECT or ASK"),
+        ("INSERT DATA { rm:x a rm:Area }", "cannot be answered"),
+        ("", "cannot be answered"),
+    ],
+)
+def test_what_is_no_query_is_refused(sparql: str, reason: str) -> None:
+    with pytest.raises(QueryError, match=reason):
+        query(fleet_model(), sparql)

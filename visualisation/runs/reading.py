@@ -1,4 +1,4 @@
-"""What the figures read out of the results of a run: vehicles, places, tracks, spans of roles, milestones."""
+"""What the figures read out of the results of a run: vehicles, tracks, spans of roles, milestones."""
 
 from __future__ import annotations
 
@@ -10,19 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from missions.runs.results import Results
+from missions.figure import PointM, RunResults
 
 Floats = NDArray[np.float64]
-PointM = tuple[float, float]
 RoleKey = tuple[str, str]
 """Group and role."""
-
-
-class Place(NamedTuple):
-    """A named place: one point of a rally point, all corners of an area."""
-
-    name: str
-    corners_m: tuple[PointM, ...]
 
 
 class Track(NamedTuple):
@@ -73,32 +65,17 @@ class Milestone(NamedTuple):
         return ": ".join(part for part in (self.name.replace("_", " "), self.vehicle or self.group) if part)
 
 
-def scenario(results: Results) -> dict[str, Any]:
+def scenario(results: RunResults) -> dict[str, Any]:
     """The resolved scenario of the run."""
     return tomllib.loads(results.manifest["scenario"])
 
 
-def vehicles(results: Results) -> list[str]:
+def vehicles(results: RunResults) -> list[str]:
     """Names of the vehicles in the order of the scenario."""
     return [vehicle["name"] for vehicle in scenario(results).get("vehicle", ())]
 
 
-def areas(results: Results) -> list[Place]:
-    """Areas to be mapped."""
-    return [
-        Place(area["name"], tuple((x, y) for x, y in area["corners_m"])) for area in scenario(results).get("area", ())
-    ]
-
-
-def rally_points(results: Results) -> list[Place]:
-    """Points to meet at."""
-    return [
-        Place(point["name"], ((point["position_m"][0], point["position_m"][1]),))
-        for point in scenario(results).get("rally_point", ())
-    ]
-
-
-def tracks(results: Results) -> dict[str, Track]:
+def tracks(results: RunResults) -> dict[str, Track]:
     """Tracks of the vehicles that were recorded, in the order of the scenario."""
     table = results.table("trajectories")
     names = np.asarray(table["vehicle"].to_pylist(), dtype=str)
@@ -107,18 +84,18 @@ def tracks(results: Results) -> dict[str, Track]:
     return {name: Track(*(column[rows] for column in columns)) for name, rows in own.items() if rows.any()}
 
 
-def milestones(results: Results) -> list[Milestone]:
+def milestones(results: RunResults) -> list[Milestone]:
     """Milestones in time order."""
     found = results.summary["milestones"]
     return [Milestone(m["name"], m["vehicle"], m["group"], float(m["time_s"])) for m in found]
 
 
-def end_s(results: Results) -> float:
+def end_s(results: RunResults) -> float:
     """When the run ended; a second at least, so that it can be an axis."""
     return max(float(results.summary["mission_time_s"]), 1.0)
 
 
-def tenures(results: Results) -> dict[str, list[Tenure]]:
+def tenures(results: RunResults) -> dict[str, list[Tenure]]:
     """Roles of every vehicle by group, in the order in which the groups, and in them the roles, were met."""
     events: dict[str, dict[RoleKey, list[tuple[float, str]]]] = {name: {} for name in vehicles(results)}
     groups: dict[str, int] = {}
@@ -156,7 +133,7 @@ def _spans(
     return tuple(spans)
 
 
-def satisfaction(results: Results) -> dict[str, dict[RoleKey, tuple[Floats, Floats]]]:
+def satisfaction(results: RunResults) -> dict[str, dict[RoleKey, tuple[Floats, Floats]]]:
     """Times and values of the personal satisfaction of every role of every vehicle."""
     series: dict[str, dict[RoleKey, list[tuple[float, float]]]] = {
         name: defaultdict(list) for name in vehicles(results)
@@ -170,17 +147,9 @@ def satisfaction(results: Results) -> dict[str, dict[RoleKey, tuple[Floats, Floa
     }  # fmt: skip
 
 
-def first_mapped(results: Results) -> dict[tuple[int, int], tuple[float, str]]:
-    """For every mapped cell (column, row): when, and by whom, it was first mapped."""
-    found: dict[tuple[int, int], tuple[float, str]] = {}
-    for row in results.table("coverage").to_pylist():
-        found.setdefault((row["cell_x"], row["cell_y"]), (row["time_s"], row["vehicle"]))
-    return found
-
-
-def eventful_times_s(results: Results) -> list[float]:
-    """Times at which a milestone was reached or a role began or ceased to drive a vehicle."""
-    roles = results.table("roles")["time_s"].to_pylist()
+def eventful_times_s(results: RunResults) -> list[float]:
+    """Times at which a milestone was reached or a role began or ceased to drive a vehicle, where roles are recorded."""
+    roles = results.table("roles")["time_s"].to_pylist() if results.has("roles") else ()
     return sorted({*roles, *(milestone.time_s for milestone in milestones(results))})
 
 

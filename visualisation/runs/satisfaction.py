@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from missions.runs.results import Results
+from missions.figure import RunResults
 from visualisation import style
-from visualisation.runs import reading
+from visualisation.runs import captions, reading
+from visualisation.runs.picture import Picture
 from visualisation.runs.reading import Floats, RoleKey, Tenure
 from visualisation.runs.sheet import sheet
 
@@ -21,7 +21,7 @@ PAD_IN = 0.07
 THIN, THICK = 0.7, 1.9
 
 
-def figure(results: Results) -> Figure:
+def picture(results: RunResults) -> Picture:
     """A band per vehicle, a line per role, thick while the role drives the vehicle."""
     series = reading.satisfaction(results)
     tenures = {
@@ -59,7 +59,7 @@ def figure(results: Results) -> Figure:
                     downs_in = np.array([_down_in(value, top_in, band_in) for value in values])
                     axes.plot(times_s, downs_in, color=look.colour, linestyle=look.line, linewidth=THIN)
                     _emphasis(axes, times_s, downs_in, look, tenures.get((vehicle, *key)))
-    return page.figure
+    return Picture(page.figure, captions.satisfaction(results))
 
 
 def _labels(keys: list[RoleKey]) -> list[str]:

@@ -16,8 +16,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from missions.runs.results import Results
-from visualisation import style
+from missions.figure import RunResults
+from visualisation import style, words
+from visualisation.page import Box, Legend, Page
 from visualisation.runs import reading, windows
 from visualisation.runs.reading import Milestone, Span
 
@@ -40,22 +41,23 @@ class Mark(NamedTuple):
 
 @dataclass(frozen=True)
 class Sheet:
-    """A figure over mission time; ``panels`` are its windows, ``left_in`` the room for labels beside them."""
+    """A page over mission time; ``panels`` are its windows, ``top_in`` is where their body begins."""
 
-    figure: Figure
+    page: Page
     panels: tuple[Axes, ...]
-    left_in: float
     top_in: float
+
+    @property
+    def figure(self) -> Figure:
+        """What is drawn."""
+        return self.page.figure
 
     def note(self, x_in: float, y_in: float, text: str, size_pt: float, **look: str) -> None:
         """Text beside the windows: x from the left edge of the figure, y down from the top of the body."""
-        width_in, height_in = self.figure.get_size_inches()
-        look.setdefault("verticalalignment", "center_baseline")
-        y = 1 - (self.top_in + y_in) / height_in
-        self.figure.text(x_in / width_in, y, text, {"fontsize": size_pt, **look})
+        self.page.text(x_in, self.top_in + y_in, text, fontsize=size_pt, **look)
 
 
-def sheet(results: Results, left_in: float, body_in: float, legend: Sequence[Artist]) -> Sheet:
+def sheet(results: RunResults, left_in: float, body_in: float, legend: Sequence[Artist]) -> Sheet:
     """A page with empty windows of height ``body_in``, flags above, time axis, legend and key below."""
     end_s = reading.end_s(results)
     times_s = reading.eventful_times_s(results)
@@ -69,29 +71,26 @@ def sheet(results: Results, left_in: float, body_in: float, legend: Sequence[Art
 
     key = [style.fitted(f"{m.number}  {m.label}", style.PAGE_IN - 0.3, style.SMALL_PT) for m in marks]
     n_key = key_columns(key)
-    n_legend = style.legend_columns([str(handle.get_label()) for handle in legend], style.PAGE_IN - 0.2)
+    entries = Legend(tuple(legend), style.PAGE_IN - 0.2)
     key_in = LINE_IN * -(-len(key) // n_key) + 0.05
-    legend_in = style.legend_height_in(len(legend), n_legend) + 0.08 if legend else 0.0
+    legend_in = entries.height_in + 0.08 if legend else 0.0
     top_in = 0.08 + (FLAG_IN * n_rows + 0.06 if marks else 0.0)
-    height_in = top_in + body_in + AXIS_IN + legend_in + key_in
 
-    figure = style.blank(style.PAGE_IN, height_in)
+    page = Page(style.PAGE_IN, top_in + body_in + AXIS_IN + legend_in + key_in)
     panels = []
     at_in = left_in
     for number, (part, width_in) in enumerate(zip(parts, widths_in, strict=True)):
-        box = at_in / style.PAGE_IN, 1 - (top_in + body_in) / height_in
-        axes = figure.add_axes((*box, width_in / style.PAGE_IN, body_in / height_in))
+        axes = page.panel(Box(at_in, top_in, width_in, body_in))
         _time_axis(axes, part, width_in, body_in)
         _flags(axes, marks_of[number], width_in, n_rows)
         _break_marks(axes, width_in, body_in, number > 0, number < len(parts) - 1)
         panels.append(axes)
         at_in += width_in + GAP_IN
-    middle = (left_in + (style.PAGE_IN - RIGHT_IN - left_in) / 2) / style.PAGE_IN
-    axis_y = (key_in + legend_in) / height_in
-    figure.text(middle, axis_y + 0.03 / height_in, "time / s", ha="center", va="bottom")
-    figure.legend(handles=list(legend), loc="upper center", bbox_to_anchor=(0.5, axis_y), ncols=n_legend)
-    _key(figure, key, n_key, key_in)
-    return Sheet(figure, tuple(panels), left_in, top_in)
+    middle_in = left_in + (style.PAGE_IN - RIGHT_IN - left_in) / 2
+    page.text(middle_in, top_in + body_in + AXIS_IN - 0.03, words.axis("time", "s"), ha="center", va="bottom")
+    page.legend(entries, key_in + 0.12)
+    _key(page, key, n_key, key_in)
+    return Sheet(page, tuple(panels), top_in)
 
 
 def grouped(milestones: Sequence[Milestone]) -> list[Mark]:
@@ -190,13 +189,11 @@ def _flags(axes: Axes, marks: Sequence[Mark], width_in: float, n_rows: int) -> N
             )  # fmt: skip
 
 
-def _key(figure: Figure, entries: Sequence[str], n_columns: int, key_in: float) -> None:
-    height_in = figure.get_figheight()
+def _key(page: Page, entries: Sequence[str], n_columns: int, key_in: float) -> None:
     per_column = -(-len(entries) // n_columns)
     widest_in = max((style.width_in(entry, style.SMALL_PT) for entry in entries), default=0.0)
     left_in = (style.PAGE_IN - n_columns * widest_in - (n_columns - 1) * 0.2) / 2
     for number, entry in enumerate(entries):
         column, row = divmod(number, per_column)
         x_in = left_in + column * (widest_in + 0.2)
-        y_in = key_in - LINE_IN * (row + 0.5)
-        figure.text(x_in / style.PAGE_IN, y_in / height_in, entry, fontsize=style.SMALL_PT, va="center_baseline")
+        page.text(x_in, page.height_in - key_in + LINE_IN * (row + 0.5), entry, fontsize=style.SMALL_PT)

@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from missions.runs.results import Results
+from missions.figure import RunResults
 from visualisation import style
-from visualisation.runs import reading
+from visualisation.runs import captions, reading
+from visualisation.runs.picture import Picture
 from visualisation.runs.reading import Tenure
 from visualisation.runs.sheet import sheet
 
@@ -35,7 +35,7 @@ class GroupLook(NamedTuple):
     hatch: str
 
 
-def figure(results: Results) -> Figure:
+def picture(results: RunResults) -> Picture:
     """A band of rows per vehicle, a row per role; a thin bar while held, a solid one while it drives."""
     tenures = reading.tenures(results)
     n_rows = sum(max(1, len(own)) for own in tenures.values())
@@ -62,7 +62,7 @@ def figure(results: Results) -> Figure:
                 for axes in page.panels:
                     _bars(axes, tenure, middle_in, row_in, looks[tenure.group])
             top_in += band_in
-    return page.figure
+    return Picture(page.figure, captions.roles(results))
 
 
 def _looks(bands: Iterable[list[Tenure]]) -> dict[str, GroupLook]:

@@ -1,24 +1,25 @@
-"""Where the vehicles went: areas, mapped cells, tracks, rally points (figure 6 of the REMORAS paper)."""
+"""Where the vehicles went: tracks, places, and what the mission draws below (figure 6 of the REMORAS paper)."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import cycle
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
 from matplotlib.ticker import MaxNLocator
 
-from missions.runs.results import Results
-from visualisation import labels, style
+from missions.figure import Layer, Mark, Place, PointM, RunResults
+from visualisation import labels, style, words
 from visualisation.labels import Label
-from visualisation.runs import reading, windows
-from visualisation.runs.reading import Place, PointM, Span, Track
+from visualisation.page import Box, Legend, Page
+from visualisation.runs import captions, declared, reading, windows
+from visualisation.runs.picture import Picture
+from visualisation.runs.reading import Span, Track
 
 TOP_IN, BOTTOM_IN = 0.2, 0.4
 BESIDE_IN = 0.26
@@ -30,7 +31,8 @@ NAME_ROOM_IN = 1.4
 LEAST_EXTENT_M = 20.0
 CLOSE = 0.4
 """Ends this near together, relative to the panel before, get a panel of their own."""
-SHADE = 0.16
+BELOW = 0.1
+"""Layers keep their order, but stay below places and tracks."""
 
 
 class Frame(NamedTuple):
@@ -85,21 +87,45 @@ class Symbol(NamedTuple):
 
 START = Symbol("o", "start", 5.5, "white")
 END = Symbol("s", "end", 4.5, style.GREY)
-GIVEN_UP = Symbol("X", "mapping given up", 6.5, style.YELLOW)
-RALLY = Symbol("*", "rally point", 8.0, style.YELLOW)
+MARKS = (("X", 6.5), ("d", 6.0), ("p", 6.5), ("8", 6.0))
+"""Markers of milestones on tracks, in the order of their declaration."""
+POINTS = (("*", 8.0, "Stars"), ("P", 6.5, "Crosses"), ("^", 6.5, "Triangles"), ("H", 6.5, "Hexagons"))
+"""Markers of places that are one point, in the order of their kinds, and what captions call them."""
+OUTLINES = (("-", "Outlines"), (style.LINES[1], "Dashed outlines"), (style.LINES[2], "Dotted outlines"))
+"""Lines of places that are polygons, likewise."""
+
+
+class Event(NamedTuple):
+    """A milestone that is marked on the track of its vehicle."""
+
+    vehicle: str
+    time_s: float
+    symbol: Symbol
 
 
 class Scene(NamedTuple):
-    """All that there is to draw."""
+    """All that there is to draw; points and outlines are places by their kinds."""
 
     tracks: dict[str, Track]
-    looks: dict[str, style.Look]
-    areas: list[Place]
-    rally_points: list[Place]
-    cells: dict[tuple[int, int], tuple[float, str]]
-    cell_m: float
-    given_up: dict[str, float]
+    looks: Mapping[str, style.Look]
+    points: dict[str, list[Place]]
+    outlines: dict[str, list[Place]]
+    layers: list[Layer]
+    events: list[Event]
     end_s: float
+
+    @property
+    def symbols(self) -> dict[str, Symbol]:
+        """How the kinds of points are drawn."""
+        return {
+            kind: Symbol(marker, kind, size_pt, style.YELLOW)
+            for kind, (marker, size_pt, _) in zip(self.points, cycle(POINTS), strict=False)
+        }
+
+    @property
+    def lines(self) -> dict[str, Any]:
+        """How the kinds of outlines are drawn."""
+        return {kind: line for kind, (line, _) in zip(self.outlines, cycle(OUTLINES), strict=False)}
 
 
 class Panel(NamedTuple):
@@ -110,59 +136,78 @@ class Panel(NamedTuple):
     span: Span
 
 
-def figure(results: Results) -> Figure:
-    """The whole mission; beside it its eventful stretch, and where the vehicles end, if these say more."""
-    scene = _scene(results)
+class Layout(NamedTuple):
+    """Where the panels are; the first is that of the whole mission."""
+
+    width_in: float
+    bottom_in: float
+    boxes: list[Box]
+
+
+def picture(results: RunResults, places: Sequence[Place], layers: Sequence[Layer], marks: Sequence[Mark]) -> Picture:
+    """The whole mission; beside it its eventful stretch, and where the vehicles end, if these say more.
+
+    Args:
+        results: of one run.
+        places: what the map shows beside the vehicles.
+        layers: what the mission draws below the tracks; those whose tables are missing are left out, with a note.
+        marks: milestones that are marked on the tracks.
+    """
+    shown = [layer for layer in layers if all(map(results.has, layer.needs))]
+    notes = [
+        f"{layer.name} are left out of trajectories: these results have no table {', '.join(layer.needs)}"
+        for layer in layers
+        if layer not in shown
+    ]
+    scene = _scene(results, places, shown, marks)
     panels = _panels(scene, windows.eventful(reading.eventful_times_s(results), scene.end_s))
+    layout = _layout(panels)
     with style.paper():
-        whole = panels[0].frame
-        digits_in = max(style.width_in(f"{bound:.0f}", style.SMALL_PT) for bound in (*whole, 1000.0))
-        left_in, right_in = BESIDE_IN + digits_in, digits_in / 2 + 0.02
-        if len(panels) == 1:
-            width_in, large_in = style.COLUMN_IN, style.COLUMN_IN - left_in - right_in
-        else:
-            width_in, large_in = style.PAGE_IN, LARGE_IN
-        body_in = large_in * min(TALLEST, max(LOWEST, whole.shape))
-        legend = _legend(scene)
-        n_columns = style.legend_columns([str(entry.get_label()) for entry in legend], width_in - 0.1)
-        legend_in = style.legend_height_in(len(legend), n_columns) + 0.05
-        height_in = TOP_IN + body_in + BOTTOM_IN + legend_in
-        drawn = style.blank(width_in, height_in)
-        floor_in = legend_in + BOTTOM_IN
-        boxes = [(left_in, floor_in, large_in, body_in)]
-        n_small = len(panels) - 1
-        small_in = width_in - 2 * left_in - large_in - right_in
-        each_in = (body_in - BOTTOM_IN * (n_small - 1)) / max(1, n_small)
-        for number in range(n_small):
-            up_in = floor_in + (n_small - 1 - number) * (each_in + BOTTOM_IN)
-            boxes.append((2 * left_in + large_in, up_in, small_in, each_in))
-        for number, (panel, box) in enumerate(zip(panels, boxes, strict=True)):
-            x_in, y_in, wide_in, high_in = box
-            axes = drawn.add_axes((x_in / width_in, y_in / height_in, wide_in / width_in, high_in / height_in))
-            title = f"({'abc'[number]}) {panel.title}" if n_small else panel.title
-            axes.set_title(title, loc="left", pad=3)
-            _draw(axes, scene, panel, (wide_in, high_in), lowest=number in (0, n_small))
-        drawn.legend(handles=legend, loc="lower center", bbox_to_anchor=(0.5, 0.02 / height_in), ncols=n_columns)
-    return drawn
+        page = Page(layout.width_in, layout.bottom_in)
+        said, entries = "", []
+        for number, (panel, box) in enumerate(zip(panels, layout.boxes, strict=True)):
+            axes = page.panel(box, f"({'abc'[number]}) {panel.title}" if len(panels) > 1 else panel.title)
+            texts = _layers(axes, results, scene.layers)
+            if number == 0:
+                said, entries = texts, axes.get_legend_handles_labels()[0]
+            _draw(axes, scene, panel, box, lowest=number in (0, len(panels) - 1))
+        legend = Legend((*_legend(scene), *entries), layout.width_in - 0.1)
+        page.extend(legend.height_in + 0.05)
+        page.legend(legend, 0.02)
+        for panel, axes in zip(panels, page.figure.axes, strict=True):
+            _name_places(axes, scene, panel)
+    return Picture(page.figure, _caption(results, scene, said), tuple(notes))
 
 
-def _scene(results: Results) -> Scene:
-    names = reading.vehicles(results)
+def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer], marks: Sequence[Mark]) -> Scene:
+    points: dict[str, list[Place]] = {}
+    outlines: dict[str, list[Place]] = {}
+    for place in places:
+        (points if len(place.outline_m) == 1 else outlines).setdefault(place.kind, []).append(place)
+    symbols = {
+        mark.milestone: Symbol(marker, mark.label, size_pt, style.YELLOW)
+        for mark, (marker, size_pt) in zip(marks, cycle(MARKS), strict=False)
+    }
+    tracks = reading.tracks(results)
     return Scene(
-        tracks=reading.tracks(results),
-        looks={name: style.look(number) for number, name in enumerate(names)},
-        areas=reading.areas(results),
-        rally_points=reading.rally_points(results),
-        cells=reading.first_mapped(results),
-        cell_m=float(reading.scenario(results)["world"]["cell_m"]),
-        given_up={m.vehicle: m.time_s for m in reading.milestones(results) if m.name == "mapping_stopped"},
+        tracks=tracks,
+        looks=declared.Kit(results).looks,
+        points=points,
+        outlines=outlines,
+        layers=list(layers),
+        events=[
+            Event(one.vehicle, one.time_s, symbols[one.name])
+            for one in reading.milestones(results)
+            if one.name in symbols and one.vehicle in tracks
+        ],
         end_s=reading.end_s(results),
     )
 
 
 def _panels(scene: Scene, eventful: Span | None) -> list[Panel]:
-    corners = [corner for place in (*scene.areas, *scene.rally_points) for corner in place.corners_m]
-    everything = _frame([*_points(scene.tracks.values()), *corners])
+    points = [place.outline_m[0] for of_kind in scene.points.values() for place in of_kind]
+    corners = [corner for of_kind in scene.outlines.values() for place in of_kind for corner in place.outline_m]
+    everything = _frame([*_points(scene.tracks.values()), *points, *corners])
     mission = Span(0.0, scene.end_s)
     panels = [Panel(f"whole mission, 0 to {scene.end_s:.0f} s", everything, mission)]
     if not scene.tracks or everything.size_m < LEAST_EXTENT_M:
@@ -172,11 +217,12 @@ def _panels(scene: Scene, eventful: Span | None) -> list[Panel]:
         title = f"{eventful.start_s:.0f} to {eventful.end_s:.0f} s"
         panels.append(Panel(title, _frame(_points(moves)), eventful))
     at_end = [track.at(scene.end_s) for track in scene.tracks.values()]
-    ends = _frame([*at_end, *(point.corners_m[0] for point in scene.rally_points)])
+    ends = _frame([*at_end, *points])
     if ends.size_m >= CLOSE * panels[-1].frame.size_m:
         ends = _frame(at_end)
     if ends.size_m < CLOSE * panels[-1].frame.size_m and len(at_end) > 1:
-        panels.append(Panel("where the vehicles end", ends, eventful or mission))
+        ending = eventful if eventful is not None and eventful.end_s == scene.end_s else mission
+        panels.append(Panel("where the vehicles end", ends, ending))
     return panels
 
 
@@ -195,16 +241,44 @@ def _frame(points: Sequence[PointM]) -> Frame:
     return Frame(min(xs), min(ys), max(xs), max(ys))
 
 
-def _draw(axes: Axes, scene: Scene, panel: Panel, size_in: tuple[float, float], lowest: bool) -> None:
-    frame = panel.frame.filling(size_in[1] / size_in[0])
+def _layout(panels: Sequence[Panel]) -> Layout:
+    """One panel in a column of text; or a large one, and on its right the others one above the other."""
+    whole = panels[0].frame
+    digits_in = max(style.width_in(f"{bound:.0f}", style.SMALL_PT) for bound in (*whole, 1000.0))
+    left_in, right_in = BESIDE_IN + digits_in, digits_in / 2 + 0.02
+    n_small = len(panels) - 1
+    width_in = style.PAGE_IN if n_small else style.COLUMN_IN
+    large_in = LARGE_IN if n_small else width_in - left_in - right_in
+    body_in = large_in * min(TALLEST, max(LOWEST, whole.shape))
+    boxes = [Box(left_in, TOP_IN, large_in, body_in)]
+    small_in = width_in - 2 * left_in - large_in - right_in
+    each_in = (body_in - BOTTOM_IN * (n_small - 1)) / max(1, n_small)
+    for number in range(n_small):
+        boxes.append(Box(2 * left_in + large_in, TOP_IN + number * (each_in + BOTTOM_IN), small_in, each_in))
+    return Layout(width_in, TOP_IN + body_in + BOTTOM_IN, boxes)
+
+
+def _layers(axes: Axes, results: RunResults, layers: Sequence[Layer]) -> str:
+    """Draw the layers of the mission below everything else; returns what they say for the caption."""
+    said = [declared.drawn(layer, axes, results) for layer in layers]
+    for artist in (*axes.collections, *axes.lines, *axes.patches, *axes.texts, *axes.images):
+        artist.set_zorder(BELOW * artist.get_zorder())
+    return words.joined(*said)
+
+
+def _draw(axes: Axes, scene: Scene, panel: Panel, box: Box, lowest: bool) -> None:
+    frame = panel.frame.filling(box.height_in / box.width_in)
     axes.set_xlim(frame.west_m, frame.east_m)
     axes.set_ylim(frame.south_m, frame.north_m)
-    axes.xaxis.set_major_locator(MaxNLocator(max(2, int(size_in[0] / 0.55)), steps=[1, 2, 5, 10]))
-    axes.yaxis.set_major_locator(MaxNLocator(max(2, int(size_in[1] / 0.3)), steps=[1, 2, 5, 10]))
-    axes.set_ylabel("y north / m", labelpad=2)
+    axes.xaxis.set_major_locator(MaxNLocator(max(2, int(box.width_in / 0.55)), steps=[1, 2, 5, 10]))
+    axes.yaxis.set_major_locator(MaxNLocator(max(2, int(box.height_in / 0.3)), steps=[1, 2, 5, 10]))
+    axes.set_ylabel(words.axis("y north", "m"), labelpad=2)
     if lowest:
-        axes.set_xlabel("x east / m", labelpad=2)
-    _ground(axes, scene)
+        axes.set_xlabel(words.axis("x east", "m"), labelpad=2)
+    lines = scene.lines
+    for kind, of_kind in scene.outlines.items():
+        for place in of_kind:
+            axes.add_patch(_outline(place.outline_m, lines[kind]))
     step_s = reading.marker_step_s(panel.span.end_s - panel.span.start_s)
     for name, track in scene.tracks.items():
         look = scene.looks[name]
@@ -213,30 +287,12 @@ def _draw(axes: Axes, scene: Scene, panel: Panel, size_in: tuple[float, float], 
         part = track.between(*panel.span)
         axes.plot(part.x_m, part.y_m, color=look.colour, linestyle=look.line, linewidth=0.9, zorder=3)
         _time_marks(axes, track, look, panel.span, step_s)
-    keep_clear = _marks(axes, scene, panel.span)
-    names = [Label(place.name, *place.corners_m[0]) for place in scene.rally_points]
-    names += [_area_label(area) for area in scene.areas]
-    labels.place(axes, [name for name in names if frame.holds((name.x, name.y))], keep_clear)
+    for (x_m, y_m), symbol in _marks(scene, panel.span):
+        axes.add_line(symbol.at(x_m, y_m))
 
 
-def _area_label(area: Place) -> Label:
-    frame = _frame(area.corners_m)
-    x_m, y_m = (frame.west_m + frame.east_m) / 2, (frame.south_m + frame.north_m) / 2
-    return Label(area.name, x_m, y_m, frame.east_m - frame.west_m)
-
-
-def _ground(axes: Axes, scene: Scene) -> None:
-    size_m = scene.cell_m
-    squares = [
-        [(c * size_m, r * size_m), ((c + 1) * size_m, r * size_m),
-         ((c + 1) * size_m, (r + 1) * size_m), (c * size_m, (r + 1) * size_m)]
-        for c, r in scene.cells
-    ]  # fmt: skip
-    colours = [style.tint(scene.looks[vehicle].colour, SHADE) for _, vehicle in scene.cells.values()]
-    cells = PolyCollection(squares, facecolors=colours, edgecolors="face", linewidths=0.3, zorder=0)
-    axes.add_collection(cells, autolim=False)
-    for area in scene.areas:
-        axes.add_patch(Polygon(area.corners_m, fill=False, edgecolor=style.GREY, linewidth=0.8, zorder=1))
+def _outline(corners_m: Sequence[PointM], line: Any, **look: Any) -> Polygon:
+    return Polygon(corners_m, fill=False, edgecolor=style.GREY, linestyle=line, linewidth=0.8, zorder=1, **look)
 
 
 def _time_marks(axes: Axes, track: Track, look: style.Look, span: Span, step_s: float) -> None:
@@ -249,18 +305,31 @@ def _time_marks(axes: Axes, track: Track, look: style.Look, span: Span, step_s: 
     )  # fmt: skip
 
 
-def _marks(axes: Axes, scene: Scene, span: Span) -> list[PointM]:
-    marks = [(place.corners_m[0], RALLY) for place in scene.rally_points]
+def _marks(scene: Scene, span: Span) -> list[tuple[PointM, Symbol]]:
+    """Symbols at their points: places, then starts, ends and milestones that fall into the stretch of time."""
+    marks = [(place.outline_m[0], scene.symbols[kind]) for kind, of_kind in scene.points.items() for place in of_kind]
     for name, track in scene.tracks.items():
         if span.start_s == 0:
             marks.append((track.at(0.0), START))
         if span.end_s == scene.end_s:
             marks.append((track.at(scene.end_s), END._replace(face=scene.looks[name].colour)))
-        if name in scene.given_up and span.start_s <= scene.given_up[name] <= span.end_s:
-            marks.append((track.at(scene.given_up[name]), GIVEN_UP))
-    for (x_m, y_m), symbol in marks:
-        axes.add_line(symbol.at(x_m, y_m))
-    return [point_m for point_m, _ in marks]
+    for event in scene.events:
+        if span.start_s <= event.time_s <= span.end_s:
+            marks.append((scene.tracks[event.vehicle].at(event.time_s), event.symbol))
+    return marks
+
+
+def _name_places(axes: Axes, scene: Scene, panel: Panel) -> None:
+    """Names of the places, points first, where they cover no symbol."""
+    names = [Label(place.name, *place.outline_m[0]) for of_kind in scene.points.values() for place in of_kind]
+    for place in (place for of_kind in scene.outlines.values() for place in of_kind):
+        frame = _frame(place.outline_m)
+        x_m, y_m = (frame.west_m + frame.east_m) / 2, (frame.south_m + frame.north_m) / 2
+        names.append(Label(place.name, x_m, y_m, frame.east_m - frame.west_m))
+    (west_m, east_m), (south_m, north_m) = axes.get_xlim(), axes.get_ylim()
+    shown = Frame(west_m, south_m, east_m, north_m)
+    keep_clear = [point_m for point_m, _ in _marks(scene, panel.span)]
+    labels.place(axes, [name for name in names if shown.holds((name.x, name.y))], keep_clear)
 
 
 def _legend(scene: Scene) -> list[Artist]:
@@ -272,10 +341,26 @@ def _legend(scene: Scene) -> list[Artist]:
         for name, look in scene.looks.items()
     ]  # fmt: skip
     entries += [START.at(), END.at()] if scene.tracks else []
-    entries += [GIVEN_UP.at()] if scene.given_up else []
-    entries += [RALLY.at()] if scene.rally_points else []
-    if scene.areas:
-        entries.append(Patch(facecolor="none", edgecolor=style.GREY, linewidth=0.8, label="area to map"))
-    if scene.cells:
-        entries.append(Patch(facecolor=style.tint(style.BLACK, SHADE), edgecolor="none", label="mapped cells"))
+    entries += [symbol.at() for symbol in dict.fromkeys(event.symbol for event in scene.events)]
+    entries += [symbol.at() for symbol in scene.symbols.values()]
+    for kind, line in scene.lines.items():
+        entries.append(Patch(facecolor="none", edgecolor=style.GREY, linestyle=line, linewidth=0.8, label=kind))
     return entries
+
+
+def _caption(results: RunResults, scene: Scene, said: str) -> str:
+    step_s = reading.marker_step_s(scene.end_s)
+    sentences = [
+        "Trajectories of the vehicles, x east and y north.",
+        f"Markers on a track are {step_s:g} s apart (closer where a panel shows less time).",
+    ]
+    shapes = [
+        *zip(scene.outlines.items(), (what for _, what in cycle(OUTLINES)), strict=False),
+        *zip(scene.points.items(), (what for _, _, what in cycle(POINTS)), strict=False),
+    ]
+    for (kind, of_kind), what in shapes:
+        sentences.append(f"{what} ({kind}): {words.listed([place.name for place in of_kind])}.")
+    sentences.append(said)
+    for event in scene.events:
+        sentences.append(f"{event.vehicle}: {event.symbol.meaning} at {words.time(event.time_s)}.")
+    return words.joined(*sentences, captions.conditions(results))

@@ -1,0 +1,5 @@
+"""Figures of a sweep; importing this does not load matplotlib."""
+
+from visualisation.sweeps.comparison import draw
+
+__all__ = ["draw"]

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from missions.comparison.compare import HIGHER_IS_BETTER, INTERVALS_OF_MEANS, SIGNIFICANT, Comparison, Rank, are_too_few
-from missions.sweeps.runlog import SweepResults
-from visualisation.runs.arrangement import Arrangement, Combination
-from visualisation.sweeps.measures import MEASURES, TRADE_OFF, Measure
+from missions.comparison.baseline import INTERVALS_OF_MEANS
+from missions.comparison.pairs import SIGNIFICANT
+from missions.comparison.ranking import are_too_few
+from missions.comparison.rows import Comparison, Rank
+from missions.metric import Better
+from missions.sweeps.folder import SweepResults
+from missions.sweeps.record import MetricRecord
+from visualisation import words
+from visualisation.sweeps.arrangement import Arrangement, Combination
+from visualisation.sweeps.measures import RANKED, Measure
 
 CUT = "Intervals are cut at the frame."
 OF_RATES = "Wilson's 95 % intervals of the rate"
@@ -18,38 +24,41 @@ def metric(
     arrangement: Arrangement, combinations: Sequence[Combination], rows: Sequence[Comparison], measure: Measure
 ) -> str:
     """Caption of one metric along the axis."""
-    rate = measure.metric == "completed"
-    return _joined(
-        f"{_capital(measure.name)} over {arrangement.axis_label}.",
+    rate = measure.whiskers
+    return words.joined(
+        f"{words.capital(measure.name)} over {arrangement.axis_label}.",
         f"Lines: rates; bars: {OF_RATES}." if rate else f"Lines: means; bands: {INTERVALS_OF_MEANS}.",
         _of_certainty(rows) if rate else CUT,
-        measure.note,
+        measure.metric.note,
         _without_values(arrangement, rows),
         _aside(arrangement),
         _spacing(arrangement, rows),
-        CENSORED if measure.metric == "mission_time_s" else "",
+        CENSORED if measure.metric.name == RANKED else "",
         _panels(arrangement, combinations),
     )
 
 
-def overview(arrangement: Arrangement, rows: Sequence[Comparison]) -> str:
-    """Caption of the six metrics."""
-    return _joined(
+def overview(arrangement: Arrangement, rows: Sequence[Comparison], measures: Sequence[Measure]) -> str:
+    """Caption of the metrics of the study."""
+    rates = any(measure.whiskers for measure in measures)
+    notes = [f"{words.capital(measure.name)}: {words.within(measure.metric.note)}" for measure in measures
+             if measure.metric.note]  # fmt: skip
+    return words.joined(
         f"Overview over {arrangement.axis_label}.",
-        f"Lines: means; bands: {INTERVALS_OF_MEANS}, for the success rate {OF_RATES}.",
-        _of_certainty(rows),
+        f"Lines: means; bands: {INTERVALS_OF_MEANS}{f', for the success rate {OF_RATES}' if rates else ''}.",
+        _of_certainty(rows) if rates else "",
         CUT,
+        *notes,
         _aside(arrangement),
-        CENSORED,
+        CENSORED if any(measure.metric.name == RANKED for measure in measures) else "",
     )
 
 
-def trade_off(arrangement: Arrangement, combinations: Sequence[Combination]) -> str:
+def trade_off(arrangement: Arrangement, combinations: Sequence[Combination], across: Measure, up: Measure) -> str:
     """Caption of one metric over another."""
-    across, up = TRADE_OFF
-    return _joined(
-        f"{_capital(up.name)} over {across.name}: means, joined in the order of {arrangement.axis_label}, which the "
-        f"size of the markers tells; lines that end elsewhere than others have a number at their end. "
+    return words.joined(
+        f"{words.capital(up.name)} over {across.name}: means, joined in the order of {arrangement.axis_label}, which "
+        "the size of the markers tells; lines that end elsewhere than others have a number at their end. "
         f"Crosses: {INTERVALS_OF_MEANS}.",
         CUT,
         CENSORED,
@@ -57,16 +66,18 @@ def trade_off(arrangement: Arrangement, combinations: Sequence[Combination]) -> 
     )
 
 
-def ranking(arrangement: Arrangement, metric: str, rows: Sequence[Rank]) -> str:
+def ranking(arrangement: Arrangement, by: MetricRecord, rows: Sequence[Rank]) -> str:
     """Caption of the table of ranks."""
-    best = "highest" if metric in HIGHER_IS_BETTER else "lowest"
-    return _joined(
-        f"Ranks by the mean of {named(metric)} for each {arrangement.axis_label}, 1 is the {best}; equal means share "
-        "their ranks. Bold and shaded: the best of the column and those that do not differ significantly from it "
+    best = "highest" if by.better is Better.HIGHER else "lowest"
+    return words.joined(
+        f"Ranks by the mean of {words.within(by.label)} for each {arrangement.axis_label}, 1 is the {best}; "
+        "equal means share their ranks. "
+        "Bold and shaded: the best of the column and those that do not differ significantly from it "
         f"(sign-flip test of the paired differences, Holm-corrected in each column, p >= {SIGNIFICANT:g}). "
         "Last column: mean rank.",
         "There are too few runs for any difference to be significant." if are_too_few(rows) else "",
-        CENSORED if metric == "mission_time_s" else "",
+        by.note,
+        CENSORED if by.name == RANKED else "",
     )
 
 
@@ -81,18 +92,13 @@ def conditions(results: SweepResults, arrangement: Arrangement, rows: Iterable[C
     unfinished = f", {status.remaining} not made yet" if status.remaining else ""
     return (
         f"n = {n} runs per point, master seed {study.seed} (the same losses in the same repeat of all points). "
-        f"{_named_all('Scenario', [row.scenario for row in rows])}, "
-        f"{_named_all('strategy', [one.strategy for one in series], 'strategies')}, "
-        f"{_named_all('policy', [one.policy for one in series], 'policies')}, "
-        f"{_named_all('channel', [row.channel for row in rows])}. "
+        f"{words.named_all('Scenario', [row.scenario for row in rows])}, "
+        f"{words.named_all('strategy', [one.strategy for one in series], 'strategies')}, "
+        f"{words.named_all('policy', [one.policy for one in series], 'policies')}, "
+        f"{words.named_all('channel', [row.channel for row in rows])}. "
         f"Study {study.name}: {status.done} of {status.planned} runs done, {status.censored} of them not completed "
         f"(censored), {status.failed} failed (left out){unfinished}; remoras {results.schedule.version}."
     )
-
-
-def named(metric: str) -> str:
-    """What captions call a metric: its own field if it has no kind of figure."""
-    return next((measure.name for measure in MEASURES.values() if measure.metric == metric), metric)
 
 
 def _aside(arrangement: Arrangement) -> str:
@@ -102,7 +108,7 @@ def _aside(arrangement: Arrangement) -> str:
 
 
 def _of_certainty(rows: Sequence[Comparison]) -> str:
-    """What the intervals of rates of 1 are, which are not drawn."""
+    """Said of the intervals of rates of 1, which are not drawn."""
     lows = {f"{row.success_ci95_low:.2f}" for row in rows if row.success_rate == 1.0}
     return f"Those of a rate of 1, from {' or '.join(sorted(lows))} to 1, are not drawn." if lows else ""
 
@@ -120,17 +126,3 @@ def _spacing(arrangement: Arrangement, rows: Sequence[Comparison]) -> str:
 def _panels(arrangement: Arrangement, combinations: Sequence[Combination]) -> str:
     listed = [f"({letter}) {arrangement.titles[one]}" for letter, one in zip("abcd", combinations, strict=False)]
     return f"Panels: {'; '.join(listed)}." if len(combinations) > 1 else ""
-
-
-def _named_all(what: str, names: Iterable[str], several: str = "") -> str:
-    """A word and the names it is about, each once."""
-    found = list(dict.fromkeys(names))
-    return f"{what if len(found) == 1 else several or what + 's'} {', '.join(found)}"
-
-
-def _capital(text: str) -> str:
-    return text[0].upper() + text[1:]
-
-
-def _joined(*sentences: str) -> str:
-    return " ".join(sentence for sentence in sentences if sentence)

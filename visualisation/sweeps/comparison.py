@@ -11,36 +11,68 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
-from missions.comparison import compare
-from missions.comparison.compare import Comparison, Rank
-from missions.sweeps.runlog import SweepResults
+from missions.comparison.baseline import compare
+from missions.comparison.ranking import ranks as ranked_by_metric
+from missions.comparison.rows import Comparison, Rank, write_csv
+from missions.metric import Better
+from missions.sweeps.folder import SweepResults
+from missions.sweeps.record import MetricRecord
 from visualisation.errors import DrawingError, unknown
-from visualisation.kinds import FORMATS, KINDS
-from visualisation.runs.arrangement import Arrangement, Combination, arranged
+from visualisation.files import Drawn, check_format, write
+from visualisation.kinds import KINDS, SWEEP_KINDS
 from visualisation.sweeps import captions
-from visualisation.sweeps.measures import COMPARISON_KINDS, MEASURES, OVERVIEW, TRADE_OFF
+from visualisation.sweeps.arrangement import Arrangement, Combination, arranged
+from visualisation.sweeps.measures import MOST_IN_OVERVIEW, RANKED, TRADE_OFF, Measure, by_kind, measure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_PANELS = 4
-RANKED = MEASURES["mission-time"].metric
-"""Metric that a ranking is by if none is named."""
-Rows = Mapping[str, Sequence[Comparison]]
-"""Rows of the comparison by metric."""
-
-
-class Drawn(NamedTuple):
-    """Files written (figure, numbers, caption, the next figure, ...), and what to tell the user."""
-
-    files: list[Path]
-    notes: list[str]
 
 
 @dataclass(frozen=True)
-class Sheet:
+class Numbers:
+    """What the figures of a sweep are drawn from.
+
+    Args:
+        kinds: metrics by the kinds of figures that draw one.
+        overview: names of the metrics of the overview.
+        ranked_by: the metric of the ranking.
+        measures: metrics on their axes, by name.
+        rows: of the comparison, by the name of the metric.
+        ranks: of all combinations; empty if no ranking is asked for.
+        arrangement: axis, series and combinations.
+    """
+
+    kinds: Mapping[str, MetricRecord]
+    overview: tuple[str, ...]
+    ranked_by: MetricRecord
+    measures: Mapping[str, Measure]
+    rows: Mapping[str, Sequence[Comparison]]
+    ranks: Sequence[Rank]
+    arrangement: Arrangement
+
+    def drawn_by(self, kind: str) -> tuple[str, ...]:
+        """Names of the metrics that a kind draws; none for the ranking."""
+        return _drawn_by(kind, self.kinds, self.overview)
+
+    def lacking(self, kind: str) -> str:
+        """Why there is nothing to draw for a kind; empty if there is."""
+        if kind == "ranking":
+            if self.ranked_by.better is Better.NEITHER:
+                return f"of {self.ranked_by.name} neither the highest nor the lowest is best; name another metric"
+            enough = len(self.arrangement.series) > 1
+            return "" if enough and self.ranks else "no values" if enough else "needs two strategies or policies"
+        missing = [name for name in self.drawn_by(kind) if not self.rows.get(name)]
+        if missing and (kind != "overview" or len(missing) == len(self.overview)):
+            return f"no run has a value of {', '.join(missing)}"
+        return ""
+
+
+@dataclass(frozen=True)
+class Chart:
     """One figure to write: the end of its file's name, its numbers, its caption, and how it is drawn."""
 
     title: str
@@ -54,128 +86,155 @@ def draw(
     kinds: Sequence[str],
     folder: Path,
     format: str = "png",
-    metric: str = RANKED,
+    ranked: str = RANKED,
     progress: Callable[[float, float], None] = lambda done, total: None,
 ) -> Drawn:
     """Write figures of a sweep, finished or not; no kinds means all that there are numbers for.
 
     Args:
-        kinds: names in ``COMPARISON_KINDS``.
+        results: of the sweep.
+        kinds: names in ``SWEEP_KINDS``, or metrics by the name of their chart or of their field.
         folder: made if it is not there.
         format: png, svg or pdf.
-        metric: field of the summary that the ranking is by.
+        ranked: name of the metric that the ranking is by.
         progress: told what is done of how much.
+
+    Returns:
+        The files written (a figure, its numbers, its caption, the next figure, ...), and notes for the user.
 
     Raises:
         DrawingError: a kind or the format is not known, or a kind that was named has nothing to draw.
-        OutputError: no run has finished, or the metric is not known.
+        OutputError: no run has finished, or the metric of the ranking is not known.
     """
-    _check(kinds, format)
+    charts = by_kind(list(results.metrics.values()))
+    asked = _asked(kinds, charts)
+    check_format(format)
     if len(results.schedule.file.sampled_keys) > 1:
         raise DrawingError(
             "a Latin hypercube of several keys has no axis along which the rest is the same; see runs.parquet"
         )
-    asked = list(dict.fromkeys(kinds)) or list(COMPARISON_KINDS)
-    ranked = compare.ranks(results, metric) if "ranking" in asked else []
-    metrics = list(dict.fromkeys([RANKED, *(one for kind in asked for one in _metrics(kind))]))
-    steps = len(metrics) + len(asked)
-    rows: dict[str, Sequence[Comparison]] = {}
-    for name in metrics:
-        rows[name] = compare.compare(results, [name])
-        progress(len(rows), steps)
-    arrangement = arranged([row for found in rows.values() for row in found])
-    missing = {kind: reason for kind in asked if (reason := _nothing(kind, arrangement, rows, ranked))}
+    numbers = _numbers(results, asked, charts, ranked, progress)
+    missing = {kind: reason for kind in asked if (reason := numbers.lacking(kind))}
     if kinds and missing:
         raise DrawingError("; ".join(f"{kind}: {reason}" for kind, reason in missing.items()))
-    from visualisation import style
-
-    folder.mkdir(parents=True, exist_ok=True)
     notes = [f"{kind} is left out: {reason}" for kind, reason in missing.items()]
     if remaining := results.status().remaining:
         notes.append(f"the sweep is not finished, {remaining} runs are missing in the figures")
     files: list[Path] = []
     for number, kind in enumerate(kind for kind in asked if kind not in missing):
-        stem = f"ranking-{metric}" if kind == "ranking" and metric != RANKED else kind
-        taken: set[str] = set()
-        for sheet in _sheets(kind, arrangement, rows, ranked, metric):
-            name = _file_name(stem, sheet.title, taken)
-            picture, table, text = (folder / f"{name}.{suffix}" for suffix in (format, "csv", "txt"))
-            conditions = captions.conditions(results, arrangement, sheet.rows)
-            style.save(sheet.figure(), picture, format)
-            compare.write_csv(sheet.rows, table)
-            text.write_text(f"{sheet.title}{': ' * bool(sheet.title)}{sheet.caption} {conditions}\n", encoding="utf-8")
-            files += [picture, table, text]
-        progress(len(metrics) + number + 1, steps)
+        files += _written(results, kind, numbers, folder, format)
+        progress(len(numbers.rows) + number + 1, len(numbers.rows) + len(asked))
     return Drawn(files, notes)
 
 
-def _check(kinds: Sequence[str], format: str) -> None:
-    for kind in kinds:
-        if kind in KINDS and kind not in COMPARISON_KINDS:
-            known = ", ".join(COMPARISON_KINDS)
-            raise DrawingError(f"{kind!r} is a figure of a single run, and this folder holds a sweep; known: {known}")
-        if kind not in COMPARISON_KINDS:
-            raise unknown("kind of figure of a sweep", kind, COMPARISON_KINDS)
-    if format not in FORMATS:
-        raise unknown("format", format, FORMATS)
+def _asked(kinds: Sequence[str], charts: Mapping[str, MetricRecord]) -> list[str]:
+    """The kinds to draw, each once; a metric's field stands for its chart."""
+    known = (*charts, *SWEEP_KINDS)
+    fields = {metric.name: kind for kind, metric in charts.items()}
+    found = [fields.get(kind, kind) for kind in kinds]
+    for kind in found:
+        if kind in KINDS:
+            names = ", ".join(known)
+            raise DrawingError(f"{kind!r} is a figure of a single run, and this folder holds a sweep; known: {names}")
+        if kind not in known:
+            raise unknown("kind of figure of a sweep", kind, known)
+    return list(dict.fromkeys(found)) or list(known)
 
 
-def _metrics(kind: str) -> list[str]:
-    """Metrics that a kind draws, without that of the ranking."""
-    if kind in MEASURES:
-        return [MEASURES[kind].metric]
-    names = {"overview": [MEASURES[one].metric for one in OVERVIEW], "trade-off": [one.metric for one in TRADE_OFF]}
-    return names.get(kind, [])
+def _drawn_by(kind: str, charts: Mapping[str, MetricRecord], overview: tuple[str, ...]) -> tuple[str, ...]:
+    of_kind = {"overview": overview, "trade-off": TRADE_OFF, "ranking": ()}
+    return of_kind[kind] if kind in of_kind else (charts[kind].name,)
 
 
-def _nothing(kind: str, arrangement: Arrangement, rows: Rows, ranked: Sequence[Rank]) -> str:
-    """Why there is nothing to draw for a kind; empty if there is."""
-    if kind == "ranking":
-        enough = len(arrangement.series) > 1
-        return "" if enough and ranked else "no values" if enough else "needs two strategies or policies"
-    missing = [name for name in _metrics(kind) if not rows[name]]
-    if missing and (kind != "overview" or len(missing) == len(OVERVIEW)):
-        return f"no run has a value of {', '.join(missing)}"
-    return ""
+def _numbers(
+    results: SweepResults,
+    asked: Sequence[str],
+    charts: Mapping[str, MetricRecord],
+    ranked: str,
+    progress: Callable[[float, float], None],
+) -> Numbers:
+    """Compare the runs by every metric that the figures draw."""
+    declared = {metric.name: metric for metric in charts.values()}
+    overview = tuple(name for name in results.compared if name in declared)[:MOST_IN_OVERVIEW]
+    ranked_by = declared.get(ranked)
+    ranks: Sequence[Rank] = ()
+    if "ranking" in asked and (ranked_by is None or ranked_by.better is not Better.NEITHER):
+        ranks = ranked_by_metric(results, ranked)  # says which metrics there are if this one is none
+    if ranked_by is None:
+        raise unknown("metric", ranked, declared)
+    drawn = (name for kind in asked for name in _drawn_by(kind, charts, overview))
+    wanted = [name for name in dict.fromkeys([RANKED, *drawn]) if name in declared]
+    rows: dict[str, Sequence[Comparison]] = {}
+    for name in wanted:
+        rows[name] = compare(results, [name])
+        progress(len(rows), len(wanted) + len(asked))
+    return Numbers(
+        kinds=charts,
+        overview=overview,
+        ranked_by=ranked_by,
+        measures={name: measure(declared[name], found) for name, found in rows.items()},
+        rows=rows,
+        ranks=ranks,
+        arrangement=arranged([row for found in rows.values() for row in found]),
+    )
 
 
-# Sheets -------------------------------------------------------------------------------------------
+def _written(results: SweepResults, kind: str, numbers: Numbers, folder: Path, format: str) -> list[Path]:
+    """Draw a kind, then write its files."""
+    from visualisation import style
+
+    ranked = numbers.ranked_by.name
+    stem = f"ranking-{ranked}" if kind == "ranking" and ranked != RANKED else kind
+    taken: set[str] = set()
+    charts = {_file_name(stem, chart.title, taken): chart for chart in _charts(kind, numbers)}
+    pictures = {name: style.rendered(chart.figure(), format) for name, chart in charts.items()}
+    files: list[Path] = []
+    for name, chart in charts.items():
+        conditions = captions.conditions(results, numbers.arrangement, chart.rows)
+        text = f"{chart.title}{': ' * bool(chart.title)}{chart.caption} {conditions}\n"
+        picture, caption = write(folder, [(f"{name}.{format}", pictures[name]), (f"{name}.txt", text.encode())])
+        write_csv(chart.rows, folder / f"{name}.csv")
+        files += [picture, folder / f"{name}.csv", caption]
+    return files
 
 
-def _sheets(kind: str, arrangement: Arrangement, rows: Rows, ranked: Sequence[Rank], metric: str) -> Iterator[Sheet]:
+def _charts(kind: str, numbers: Numbers) -> Iterator[Chart]:
     """The figures of a kind: one for all combinations, or one for each."""
-    from visualisation.sweeps import charts, ranking
-
+    arrangement = numbers.arrangement
     combinations = list(arrangement.titles)
     together = len(combinations) <= MOST_PANELS and kind not in ("ranking", "overview")
     for group in [combinations] if together else [[one] for one in combinations]:
         title = "" if len(group) == len(combinations) else arrangement.titles[group[0]]
-        numbers = _numbers(arrangement, group, [rows[name] for name in _metrics(kind)])
-        if kind == "ranking":
-            own = arrangement.of(group[0], ranked)
-            figure = partial(ranking.figure, arrangement, own, captions.named(metric))
-            if own:
-                yield Sheet(title, own, captions.ranking(arrangement, metric, own), figure)
-        elif not numbers:
-            continue
-        elif kind == "overview":
-            text = captions.overview(arrangement, numbers)
-            yield Sheet(title, numbers, text, partial(charts.overview, arrangement, group[0], rows))
-        elif kind == "trade-off":
-            text = captions.trade_off(arrangement, group)
-            yield Sheet(title, numbers, text, partial(charts.trade_off, arrangement, group, rows))
-        else:
-            measure = MEASURES[kind]
-            text = captions.metric(arrangement, group, numbers, measure)
-            yield Sheet(title, numbers, text, partial(charts.metric, arrangement, group, numbers, measure))
+        chart = _ranking(title, group[0], numbers) if kind == "ranking" else _chart(kind, title, group, numbers)
+        if chart.rows:
+            yield chart
 
 
-def _numbers(
-    arrangement: Arrangement, group: Sequence[Combination], tables: Sequence[Sequence[Comparison]]
-) -> list[Comparison]:
-    """Rows that a figure draws, once each."""
-    found = (row for table in tables for one in group for row in arrangement.of(one, table))
-    return list({id(row): row for row in found}.values())
+def _ranking(title: str, combination: Combination, numbers: Numbers) -> Chart:
+    from visualisation.sweeps import ranking
+
+    arrangement, by = numbers.arrangement, numbers.ranked_by
+    own = arrangement.of(combination, numbers.ranks)
+    text = captions.ranking(arrangement, by, own)
+    return Chart(title, own, text, partial(ranking.figure, arrangement, own, by.label))
+
+
+def _chart(kind: str, title: str, group: Sequence[Combination], numbers: Numbers) -> Chart:
+    from visualisation.sweeps import charts
+
+    arrangement, rows, measures = numbers.arrangement, numbers.rows, numbers.measures
+    drawn = [measures[name] for name in numbers.drawn_by(kind)]
+    found = (row for one in drawn for c in group for row in arrangement.of(c, rows[one.metric.name]))
+    own = list({id(row): row for row in found}.values())
+    if kind == "overview":
+        text = captions.overview(arrangement, own, drawn)
+        return Chart(title, own, text, partial(charts.overview, arrangement, group[0], drawn, rows))
+    if kind == "trade-off":
+        across, up = drawn
+        text = captions.trade_off(arrangement, group, across, up)
+        return Chart(title, own, text, partial(charts.trade_off, arrangement, group, across, up, rows))
+    text = captions.metric(arrangement, group, own, drawn[0])
+    return Chart(title, own, text, partial(charts.metric, arrangement, group, own, drawn[0]))
 
 
 def _file_name(stem: str, title: str, taken: set[str]) -> str:

@@ -1,52 +1,107 @@
-"""Figures of a sweep that draw one metric, by the name that a user types."""
+"""Metrics as figures of a sweep draw them: the name of the chart, the scale of the axis, the words.
+
+Everything about a metric comes from its declaration, so a metric that a mission brings has charts, a place in the
+overview and a ranking without a line in this package.
+"""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from missions.comparison.rows import Comparison
+from missions.sweeps.record import MetricRecord
+from visualisation import words
+from visualisation.errors import DrawingError
+from visualisation.kinds import SWEEP_KINDS
+
+RANKED = "mission_time_s"
+"""MetricRecord that a ranking is by if none is named."""
+RATE = "completed"
+"""MetricRecord that is a rate, with Wilson's intervals."""
+TRADE_OFF = ("n_bytes", RANKED)
+"""Metrics of the trade-off: across, and up."""
+MOST_IN_OVERVIEW = 9
+PREFIXED = frozenset({"B", "bit", "J", "m", "W", "Wh"})
+"""Units that take a prefix where values are large; seconds stay seconds."""
+PREFIXES = ((1e6, "M"), (1e3, "k"))
 
 
-class Measure(NamedTuple):
-    """A metric and how it is drawn.
+@dataclass(frozen=True)
+class Measure:
+    """A metric on an axis.
 
     Args:
-        metric: field of the summary.
-        name: what captions call it.
-        label: what axes call it, with its unit.
-        scale: factor from the field's unit to that of the axis.
-        share: whether it lies between 0 and 1.
-        whiskers: intervals as lines; for what is equal in so many series that bands would pile up. Those of a rate of 1
-            are left out: nearly all of them would be of one length, and hide the lines.
-        note: what captions say of it.
+        metric: its declaration.
+        unit: of the axis.
+        scale: factor from the metric's unit to that of the axis.
+        share: whether all means lie between 0 and 1.
     """
 
-    metric: str
-    name: str
-    label: str
-    scale: float = 1.0
-    share: bool = False
-    whiskers: bool = False
-    note: str = ""
+    metric: MetricRecord
+    unit: str
+    scale: float
+    share: bool
+
+    @property
+    def name(self) -> str:
+        """What captions call it."""
+        return words.within(self.metric.label)
+
+    @property
+    def label(self) -> str:
+        """Text of the axis."""
+        return words.axis(self.metric.label, self.unit)
+
+    @property
+    def whiskers(self) -> bool:
+        """True if intervals are lines instead of bands.
+
+        A success rate is equal in so many series that bands would pile up. Intervals of a rate of 1 are left out:
+        nearly all of them would be of one length, and hide the lines.
+        """
+        return self.metric.name == RATE
+
+    def bounds(self, row: Comparison) -> tuple[float, float]:
+        """Ends of the interval on the scale of the axis; the mean where there is none."""
+        low, high = (row.mean if bound is None else bound for bound in (row.ci95_low, row.ci95_high))
+        return low * self.scale, high * self.scale
 
 
-MEASURES = {
-    "mission-time": Measure("mission_time_s", "mission time", "mission time / s"),
-    "success-rate": Measure("completed", "success rate", "success rate", share=True, whiskers=True),
-    "coverage": Measure("coverage_fraction", "coverage", "coverage", share=True),
-    "duplicated-work": Measure("duplicate_fraction", "duplicated work", "duplicated work", share=True),
-    "bytes": Measure("n_bytes", "bytes sent", "bytes sent / kB", 1e-3),
-    "energy": Measure("energy_j", "energy of the fleet", "energy / kJ", 1e-3),
-    "latency": Measure(
-        "mean_latency_s", "mean latency of knowledge", "latency / s", note="What was never received is left out."
-    ),
-    "consistency-time": Measure(
-        "consistency_time_s",
-        "mean time to consistency",
-        "time to consistency / s",
-        note="What never reached everybody is left out.",
-    ),
-}
-TRADE_OFF = (MEASURES["bytes"], MEASURES["mission-time"])
-"""Across, and up."""
-OVERVIEW = ("mission-time", "success-rate", "coverage", "duplicated-work", "bytes", "latency")
-COMPARISON_KINDS = (*MEASURES, "trade-off", "ranking", "overview")
-"""Kinds of figures of a sweep."""
+def measure(metric: MetricRecord, rows: Sequence[Comparison]) -> Measure:
+    """The metric on an axis that shows these rows."""
+    means = [row.mean for row in rows]
+    largest = max(map(abs, means), default=0.0)
+    prefix = next(((1.0 / size, sign) for size, sign in PREFIXES if largest >= size), (1.0, ""))
+    scale, sign = prefix if metric.unit in PREFIXED else (1.0, "")
+    share = metric.unit in ("", "1") and all(0.0 <= mean <= 1.0 for mean in means)
+    return Measure(metric, sign + metric.unit, scale, share)
+
+
+def kind_of(metric: MetricRecord) -> str:
+    """The kind of figure that draws one metric: its label with hyphens.
+
+    >>> from missions.metric import Better
+    >>> kind_of(MetricRecord("n_dives", "", Better.LOWER, "Dives per vehicle"))
+    'dives-per-vehicle'
+    """
+    return re.sub(r"[^a-z0-9]+", "-", metric.label.lower()).strip("-")
+
+
+def by_kind(metrics: Sequence[MetricRecord]) -> Mapping[str, MetricRecord]:
+    """Metrics by the kinds of figures that draw them.
+
+    Raises:
+        DrawingError: two share a kind, or one has that of another figure.
+    """
+    found: dict[str, MetricRecord] = {}
+    for metric in metrics:
+        kind = kind_of(metric)
+        if kind in SWEEP_KINDS or kind in found:
+            other = f"metric {found[kind].name}" if kind in found else f"figure {kind}"
+            raise DrawingError(
+                f"metric {metric.name}: its label {metric.label!r} is also that of the {other}; give it another label"
+            )
+        found[kind] = metric
+    return found

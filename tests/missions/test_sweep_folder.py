@@ -1,4 +1,4 @@
-"""The log: nothing lost, nothing doubled, whatever the end of the file looks like."""
+"""The folder of a sweep: nothing lost, nothing doubled, whatever the end of the file looks like."""
 
 import json
 import os
@@ -9,18 +9,20 @@ from sweeping import outcome, study_text, written
 
 from missions.errors import OutputError, StudyChangedError
 from missions.sweeps.execution import run_chunk
-from missions.sweeps.plan import Plan, version
-from missions.sweeps.runlog import LEDGER, RunLog, SweepResults
+from missions.sweeps.folder import SweepFolder, SweepResults
+from missions.sweeps.ledger import LEDGER
+from missions.sweeps.plan import SweepPlan, version
+from missions.sweeps.record import code_digests
 from missions.sweeps.study import load_study
 
 
-def plan_of(tmp_path: Path, text: str = study_text(repeats=2)) -> Plan:
-    return Plan(load_study(str(written(tmp_path, text))))
+def plan_of(tmp_path: Path, text: str = study_text(repeats=2)) -> SweepPlan:
+    return SweepPlan(load_study(str(written(tmp_path, text))))
 
 
-def finished_log(tmp_path: Path, n_runs: int = 3) -> tuple[Path, Plan]:
+def finished_log(tmp_path: Path, n_runs: int = 3) -> tuple[Path, SweepPlan]:
     plan, folder = plan_of(tmp_path), tmp_path / "out"
-    log = RunLog(folder, plan)
+    log = SweepFolder(folder, plan)
     log.append(run_chunk(version(), list(plan.missing({}))[:n_runs]))
     log.compact()
     log.close()
@@ -32,7 +34,7 @@ def test_a_torn_tail_is_cut_and_its_run_made_again(tmp_path: Path, cut: int) -> 
     folder, plan = finished_log(tmp_path)
     content = (folder / LEDGER).read_bytes()
     (folder / LEDGER).write_bytes(content[:-cut])
-    log = RunLog(folder, plan)
+    log = SweepFolder(folder, plan)
     assert len(log.lines) == 2
     assert (folder / LEDGER).read_bytes() == content[: content[:-1].rindex(b"\n") + 1]
     log.append(run_chunk(version(), list(plan.missing(log.summaries))))
@@ -52,7 +54,7 @@ def test_status_leaves_a_torn_tail_alone(tmp_path: Path) -> None:
 
 def test_a_run_is_logged_once(tmp_path: Path) -> None:
     folder, plan = finished_log(tmp_path)
-    log = RunLog(folder, plan)
+    log = SweepFolder(folder, plan)
     log.append(run_chunk(version(), list(plan.missing({}))[:3]))
     log.close()
     assert len((folder / LEDGER).read_text().splitlines()) == 3
@@ -63,7 +65,7 @@ def test_a_broken_line_in_the_middle_is_named(tmp_path: Path) -> None:
     lines = (folder / LEDGER).read_text().splitlines(keepends=True)
     (folder / LEDGER).write_text(lines[0] + "oops\n" + lines[2])
     with pytest.raises(OutputError, match=r"ledger.jsonl:2: not a line"):
-        RunLog(folder, plan)
+        SweepFolder(folder, plan)
 
 
 @pytest.mark.parametrize("line", ["42", "{}", '{"key": "x"}', "null"])
@@ -75,7 +77,7 @@ def test_a_line_that_is_no_run_is_named_with_its_remedy(tmp_path: Path, line: st
         SweepResults.read(folder).status()
     (folder / LEDGER).write_text(whole)
     assert SweepResults.read(folder).status().done == 3
-    RunLog(folder, plan).close()
+    SweepFolder(folder, plan).close()
 
 
 OF_ANOTHER_VERSION = '{"version": "1", "study": {"x": 1}, "digests": []}'
@@ -88,8 +90,8 @@ def test_a_folder_that_does_not_say_what_it_is_for_is_named_and_can_be_set_aside
     with pytest.raises(OutputError, match=r"study.json: does not describe a study"):
         SweepResults.read(folder).status()
     with pytest.raises(StudyChangedError):
-        RunLog(folder, plan)
-    RunLog(folder, plan, force_new=True).close()
+        SweepFolder(folder, plan)
+    SweepFolder(folder, plan, force_new=True).close()
     assert len((folder / "before-1" / LEDGER).read_text().splitlines()) == 3
 
 
@@ -99,25 +101,47 @@ def test_a_strategy_whose_file_has_changed_is_refused(tmp_path: Path, monkeypatc
     own.write_text("from remoras.strategies.central import STRATEGY\n")
     reference = f"{own.stem}:STRATEGY"
     plan = plan_of(tmp_path, study_text(repeats=1).replace('"remoras"', f'"{reference}"'))
-    RunLog(tmp_path / "out", plan).close()
-    RunLog(tmp_path / "out", plan).close()
+    SweepFolder(tmp_path / "out", plan).close()
+    SweepFolder(tmp_path / "out", plan).close()
     own.write_text("from remoras.strategies.cbba import STRATEGY\n")
     with pytest.raises(StudyChangedError, match=rf"code.{reference}: was .*, now "):
-        RunLog(tmp_path / "out", plan)
+        SweepFolder(tmp_path / "out", plan)
+
+
+def test_the_files_of_all_plug_ins_of_a_scenario_are_recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Wherever the reference stands; the program's own modules and texts that only look like one are left out."""
+    monkeypatch.syspath_prepend(tmp_path)
+    for name in ("own_channel_here", "own_sensor_here", "own_policy_here"):
+        (tmp_path / f"{name}.py").write_text(f"# {name}")
+    resolved = {
+        "scenario": {"title": "Note:this", "mission": "missions.mapping.mission:MappingRendezvous"},
+        "channel": {"name": "own_channel_here:Ping"},
+        "communication": {"policy": "own_policy_here:VARIANTS.short"},
+        "vehicle": [{"name": "AUV00", "sensor": [{"type": "own_sensor_here:Sonar"}]}, {"name": "12:30"}],
+        "mission": {"plugins": ["own_sensor_here:Other"], "site": "https://example.org", "count": 3},
+    }
+    found = code_digests([resolved, resolved])
+    assert list(found) == [
+        "own_channel_here:Ping", "own_policy_here:VARIANTS.short", "own_sensor_here:Other", "own_sensor_here:Sonar",
+    ]  # fmt: skip
+    assert len(set(found.values())) == 3
+    (tmp_path / "own_channel_here.py").write_text("# changed")
+    again = code_digests([resolved])
+    assert [name for name in found if found[name] != again[name]] == ["own_channel_here:Ping"]
 
 
 def test_the_folder_of_a_run_is_not_taken_for_a_sweep(tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "summary.json").write_text("{}")
     with pytest.raises(OutputError, match="holds the results of a single run"):
-        RunLog(tmp_path / "out", plan_of(tmp_path))
+        SweepFolder(tmp_path / "out", plan_of(tmp_path))
 
 
 def test_a_changed_study_is_refused_and_the_change_shown(tmp_path: Path) -> None:
     folder, _ = finished_log(tmp_path)
     changed = plan_of(tmp_path, study_text(repeats=3))
     with pytest.raises(StudyChangedError, match=r"\n  study.repeats: was 2, now 3"):
-        RunLog(folder, changed)
+        SweepFolder(folder, changed)
     assert len(SweepResults.read(folder).lines) == 3
 
 
@@ -125,21 +149,21 @@ def test_a_changed_scenario_is_refused_and_the_change_shown(tmp_path: Path) -> N
     scenario = Path("missions/mapping/rendezvous.toml").read_text(encoding="utf-8")
     (tmp_path / "own.toml").write_text(scenario, encoding="utf-8")
     text = study_text(repeats=2).replace("mapping-rendezvous", "own.toml")
-    RunLog(tmp_path / "out", plan_of(tmp_path, text)).close()
+    SweepFolder(tmp_path / "out", plan_of(tmp_path, text)).close()
     (tmp_path / "own.toml").write_text(scenario.replace("patience_s = 60.0", "patience_s = 61.0"), encoding="utf-8")
     with pytest.raises(StudyChangedError, match=r"mission.patience_s: was 60.0, now 61.0"):
-        RunLog(tmp_path / "out", plan_of(tmp_path, text))
+        SweepFolder(tmp_path / "out", plan_of(tmp_path, text))
 
 
 def test_comments_and_order_are_no_change(tmp_path: Path) -> None:
     folder, _ = finished_log(tmp_path)
-    RunLog(folder, plan_of(tmp_path, "# about losses\n" + study_text(repeats=2))).close()
+    SweepFolder(folder, plan_of(tmp_path, "# about losses\n" + study_text(repeats=2))).close()
 
 
 def test_starting_anew_sets_the_old_runs_aside(tmp_path: Path) -> None:
     folder, _ = finished_log(tmp_path)
     old = (folder / LEDGER).read_bytes()
-    log = RunLog(folder, plan_of(tmp_path, study_text(repeats=3)), force_new=True)
+    log = SweepFolder(folder, plan_of(tmp_path, study_text(repeats=3)), force_new=True)
     assert log.lines == {}
     log.close()
     assert (folder / "before-1" / LEDGER).read_bytes() == old
@@ -147,15 +171,15 @@ def test_starting_anew_sets_the_old_runs_aside(tmp_path: Path) -> None:
 
 def test_two_sweeps_do_not_write_one_folder(tmp_path: Path) -> None:
     plan = plan_of(tmp_path)
-    log = RunLog(tmp_path / "out", plan)
+    log = SweepFolder(tmp_path / "out", plan)
     with pytest.raises(OutputError, match="another sweep is writing"):
-        RunLog(tmp_path / "out", plan)
+        SweepFolder(tmp_path / "out", plan)
     log.close()
 
 
 def test_a_full_disk_is_named_and_leaves_the_ledger_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder, plan = finished_log(tmp_path)
-    log, before = RunLog(folder, plan), (folder / LEDGER).read_bytes()
+    log, before = SweepFolder(folder, plan), (folder / LEDGER).read_bytes()
     more = run_chunk(version(), list(plan.missing(log.summaries))[:1])
     full = OSError(28, "No space left on device")
     write = os.write
@@ -165,7 +189,7 @@ def test_a_full_disk_is_named_and_leaves_the_ledger_whole(tmp_path: Path, monkey
             raise full
         return write(file, content[: len(content) // 2])  # type: ignore[no-any-return]
 
-    monkeypatch.setattr("missions.sweeps.runlog.os.write", half)
+    monkeypatch.setattr("missions.sweeps.ledger.os.write", half)
     with pytest.raises(OutputError, match="No space left on device"):
         log.append(more)
     monkeypatch.undo()

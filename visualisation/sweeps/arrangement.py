@@ -14,7 +14,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
-from missions.comparison.compare import Comparison, Rank
+from missions.comparison.rows import Comparison, Rank
 from visualisation.errors import DrawingError
 
 PER, PERFECT = "per", "perfect"
@@ -28,7 +28,7 @@ WORDS = {
     "fleet.size": "number of vehicles",
     "channel.p_bad_to_good": "probability per slot that a bad spell ends",
     "channel.p_good_to_bad": "probability per slot that a bad spell begins",
-    "communication.range_m": "range of the modems / m",
+    "communication.range_m": "range of the modems (m)",
 }
 """What figures call the settings that are varied most."""
 FAR_APART = 10.0
@@ -72,7 +72,7 @@ class Arrangement:
         return "packet error rate" if self.axis == PER else WORDS.get(self.axis, self.axis)
 
     def is_spaced_evenly(self, rows: Iterable[Comparison | Rank]) -> bool:
-        """Do values so far apart that a scale would crowd them stand at equal distances instead?"""
+        """True if values are so far apart that a scale would crowd them: they stand at equal distances then."""
         xs = sorted({self.x(row) for row in rows})
         return len(xs) > 2 and xs[0] > 0.0 and xs[-1] > FAR_APART * xs[0]
 
@@ -161,7 +161,7 @@ def _combination(row: Comparison | Rank, left_out: Collection[str]) -> Combinati
 
 
 def _completes(perfect: Combination, other: Combination) -> bool:
-    """Whether these rows of a perfect channel are the other's at a packet error rate of 0."""
+    """True if these rows of a perfect channel are the other's at a packet error rate of 0."""
     rest = tuple(pair for pair in other.settings if not pair[0].startswith("channel."))
     own = tuple(pair for pair in perfect.settings if not pair[0].startswith("channel."))
     return perfect.channel == PERFECT and (perfect.scenario, own) == (other.scenario, rest)

@@ -1,0 +1,215 @@
+"""The seam of channel models: how likely a packet is lost on a link, as scenarios name it in ``[channel]``.
+
+A model is one class. It lists its settings, the keys of ``[channel]`` that it uses. It makes the ``LinkModel`` of a
+run, and says how many packets it loses in the mean. ``exchange.acoustics.channel`` asks the ``LinkModel`` for each
+packet and receiver, and draws by itself. A scenario names a shipped model, or another as ``package.module:Class``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar, NamedTuple
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from exchange.acoustics.link import Bernoulli, GilbertElliott, LinkModel, Matrix, Perfect
+
+Probability = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class OfVehicle(NamedTuple):
+    """Marks a text that names a vehicle of the scenario: whoever reads the scenario checks that there is one."""
+
+
+VehicleName = Annotated[str, OfVehicle()]
+"""Type of a setting that names a vehicle."""
+
+
+class SettingFault(NamedTuple):
+    """What is wrong between the settings of a model.
+
+    Attributes:
+        key: setting at fault, behind ``channel.``; an entry of a list by its number from 1, as in ``link.2.receiver``.
+        given: its value.
+        allowed: what is allowed instead.
+    """
+
+    key: str
+    given: str
+    allowed: str
+
+
+class ChannelModel(BaseModel):
+    """A channel model, and the settings that it takes.
+
+    Compulsory: ``title``, ``link_model`` and ``mean_per``. Settings are fields with bounds, a description, and a default,
+    so that the model can be named alone. A model without settings leaves aside those that a scenario has for others.
+
+    Here is a model whose links lose the more, the longer they are:
+
+    >>> class Fading(ChannelModel):
+    ...     title = "losses grow with range"
+    ...     reach_m: float = Field(1000.0, gt=0.0, description="range from which on all is lost (m)")
+    ...
+    ...     def link_model(self, nodes, seed):
+    ...         return FadingLink(self.reach_m)
+    ...
+    ...     def mean_per(self, n_nodes):
+    ...         return 0.5
+    >>> class FadingLink(NamedTuple):
+    ...     reach_m: float
+    ...
+    ...     def p_loss(self, slot, sender, receiver, range_m):
+    ...         return min(1.0, range_m / self.reach_m)
+    >>> Fading(reach_m=2000.0).link_model({"AUV00": 0, "AUV01": 1}, seed=1).p_loss(0, 0, 1, 500.0)
+    0.25
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    title: ClassVar[str] = ""
+    """One line for listings."""
+
+    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
+        """The model of all links in one run; asked once, before the run starts.
+
+        Args:
+            nodes: node number of each vehicle, by name.
+            seed: of the run. A model that draws takes its numbers from ``exchange.acoustics.loss`` by seed, slot,
+                sender and receiver, so that its answers do not depend on what was asked before.
+        """
+        raise NotImplementedError(f"{type(self).__name__} makes no links: define link_model(nodes, seed)")
+
+    def mean_per(self, n_nodes: int) -> float:
+        """Packet error rate in the mean over time and all directed links of a fleet, within range; for the results."""
+        raise NotImplementedError(f"{type(self).__name__} does not say what it loses: define mean_per(n_nodes)")
+
+    @classmethod
+    def faults(cls, given: Mapping[str, Any]) -> Iterator[SettingFault]:
+        """What is wrong between settings that are right one by one; asked when a scenario is checked. Optional.
+
+        Args:
+            given: values as the file has them, defaults left out. What is malformed is reported elsewhere: pass it by.
+        """
+        yield from ()
+
+
+class PerfectChannel(ChannelModel):
+    """Every packet arrives."""
+
+    title = "every packet arrives"
+
+    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
+        """Links that lose nothing."""
+        return Perfect()
+
+    def mean_per(self, n_nodes: int) -> float:
+        """Nothing is lost."""
+        return 0.0
+
+
+class BernoulliChannel(ChannelModel):
+    """Independent losses, alike on all links."""
+
+    title = "every receiver loses every packet with probability per, independently"
+
+    per: float = Field(
+        0.0, ge=0.0, lt=1.0, description="packet error rate of bernoulli, and of the links that matrix does not list"
+    )
+
+    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
+        """Links of one packet error rate."""
+        return Bernoulli(self.per)
+
+    def mean_per(self, n_nodes: int) -> float:
+        """The rate itself."""
+        return self.per
+
+
+class LinkTable(BaseModel):
+    """One directed link of the matrix channel."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    sender: VehicleName = Field(description="vehicle that sends")
+    receiver: VehicleName = Field(description="vehicle that listens; the other direction is a link of its own")
+    per: Probability = Field(description="packet error rate of this link")
+
+
+class MatrixChannel(BernoulliChannel):
+    """Independent losses, with a rate of its own for each link that is listed."""
+
+    title = "as bernoulli, but each (sender, receiver) listed under link has a per of its own"
+
+    link: tuple[LinkTable, ...] = ()
+
+    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
+        """Links of a rate each."""
+        return Matrix(self.per, {(nodes[link.sender], nodes[link.receiver]): link.per for link in self.link})
+
+    def mean_per(self, n_nodes: int) -> float:
+        """Mean over the links, listed or not."""
+        n_links = n_nodes * (n_nodes - 1)
+        return self.per + sum(link.per - self.per for link in self.link) / n_links
+
+    @classmethod
+    def faults(cls, given: Mapping[str, Any]) -> Iterator[SettingFault]:
+        """A link from a vehicle to itself, or listed twice."""
+        links = given.get("link", ())
+        pairs: set[tuple[str, str]] = set()
+        for number, link in enumerate(links if isinstance(links, Sequence) else (), 1):
+            sender, receiver = (link.get("sender"), link.get("receiver")) if isinstance(link, Mapping) else (None, None)
+            if not isinstance(sender, str) or not isinstance(receiver, str):
+                continue
+            if sender == receiver:
+                yield SettingFault(f"link.{number}.receiver", f'"{receiver}"', "must not be the sender")
+            elif (sender, receiver) in pairs:
+                allowed = f"the link from {sender} to {receiver} is listed twice"
+                yield SettingFault(f"link.{number}.receiver", f'"{receiver}"', allowed)
+            pairs.add((sender, receiver))
+
+
+class GilbertElliottChannel(ChannelModel):
+    """Losses in bursts."""
+
+    title = "losses in bursts: links turn bad with p_good_to_bad and good with p_bad_to_good per slot"
+
+    p_good_to_bad: Probability = Field(
+        0.1, description="gilbert-elliott: probability per TDMA slot that a good link turns bad"
+    )
+    p_bad_to_good: Probability = Field(
+        0.3, description="gilbert-elliott: probability per TDMA slot that a bad link turns good"
+    )
+    per_good: Probability = Field(0.05, description="gilbert-elliott: packet error rate of a link in its good state")
+    per_bad: Probability = Field(0.8, description="gilbert-elliott: packet error rate of a link in its bad state")
+
+    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
+        """Links with a state each, drawn by the seed."""
+        return self._chain(seed)
+
+    def mean_per(self, n_nodes: int) -> float:
+        """Stationary mean over both states."""
+        return self._chain(seed=0).mean_per
+
+    def _chain(self, seed: int) -> GilbertElliott:
+        return GilbertElliott(self.p_good_to_bad, self.p_bad_to_good, self.per_good, self.per_bad, seed)
+
+    @classmethod
+    def faults(cls, given: Mapping[str, Any]) -> Iterator[SettingFault]:
+        """A chain that never changes, or changes more than surely."""
+        keys = ("p_good_to_bad", "p_bad_to_good")
+        rates = {key: given.get(key, cls.model_fields[key].default) for key in keys}
+        if all(isinstance(rate, int | float) and 0.0 <= rate <= 1.0 for rate in rates.values()):
+            greater = max(rates, key=lambda key: rates[key])
+            if not 0.0 < sum(rates.values()) <= 1.0:
+                allowed = f"{' + '.join(rates)} must be above 0 and at most 1, not {sum(rates.values()):g}"
+                yield SettingFault(greater, str(rates[greater]), allowed)
+
+
+CHANNELS: dict[str, type[ChannelModel]] = {
+    "perfect": PerfectChannel,
+    "bernoulli": BernoulliChannel,
+    "matrix": MatrixChannel,
+    "gilbert-elliott": GilbertElliottChannel,
+}
+"""The shipped models by the name that scenarios use."""

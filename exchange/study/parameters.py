@@ -1,0 +1,168 @@
+"""What a policy study is asked: fleet, loss rates, policies, load; checked when it is made."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+
+from exchange.ack import MAX_NODES
+from exchange.errors import ConfigurationError
+from exchange.policies import POLICIES, AckPolicy, checked_policy, header_bits, policy_named
+
+MAX_SEED = 1 << 62
+"""Seeds are below it."""
+
+
+class LoadKind(StrEnum):
+    """What there is to send."""
+
+    SINGLE = "single"
+    BATCH = "batch"
+    POISSON = "poisson"
+
+
+@dataclass(frozen=True, slots=True)
+class Workload:
+    """One item at node 0; or `items` at every node at slot 0; or `rate` items per node and slot, steady state."""
+
+    kind: LoadKind = LoadKind.SINGLE
+    items: int = 1
+    rate: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.kind is not LoadKind.BATCH and self.items != 1:
+            raise ConfigurationError(f"items is {self.items}, but a number of items is for load batch, not {self.kind}")
+        if self.items < 1:
+            raise ConfigurationError(f"items is {self.items}: a batch has at least 1 item per node")
+        if self.kind is LoadKind.POISSON and not 0.0 < self.rate <= 100.0:
+            raise ConfigurationError(f"load poisson:{self.rate:g}: the rate must be above 0 and at most 100")
+
+    def __str__(self) -> str:
+        return f"{self.kind}:{self.rate:g}" if self.kind is LoadKind.POISSON else str(self.kind)
+
+
+def workload_named(text: str, items: int = 1) -> Workload:
+    """The load that a text such as `single`, `batch` or `poisson:0.02` stands for.
+
+    >>> str(workload_named("poisson:0.02"))
+    'poisson:0.02'
+    """
+    name, colon, rate = text.partition(":")
+    try:
+        if name == LoadKind.POISSON and colon:
+            return Workload(LoadKind.POISSON, items, float(rate))
+        if not colon:
+            return Workload(LoadKind(name), items)
+    except ValueError:
+        pass
+    raise ConfigurationError(f"unknown load {text!r}: allowed are single, batch and poisson:RATE, as in poisson:0.02")
+
+
+@dataclass(frozen=True)
+class ExchangeStudy:
+    """Everything that the study's numbers depend on.
+
+    Attributes:
+        nodes: vehicles in the fleet.
+        per: loss probabilities, each the same on all links.
+        links: loss probability of every link instead, from row to column; `per` is then empty.
+        policies: shipped names, or policies of your own; their names differ.
+        trials: per policy and loss rate.
+        load: what there is to send.
+        item_bits: size of an item.
+        capacity_bits: size of a packet, header charged; None for no limit.
+        carrier_evidence: take a node that sends an item as holding it; the paper does not.
+        seed: of all random numbers.
+        max_slots: bound of a trial; one that has not ended is reported as censored.
+        queue_items: Poisson load: items of its own that a node keeps; more are refused.
+        warmup_frames: Poisson load: frames before the window; make them long against the latencies, which under
+            saturation and high loss are thousands of slots.
+        window_frames: Poisson load: frames in which items and slots count.
+    """
+
+    nodes: int = 5
+    per: tuple[float, ...] = (0.5,)
+    links: tuple[tuple[float, ...], ...] | None = None
+    policies: tuple[str | AckPolicy, ...] = tuple(POLICIES)
+    trials: int = 2000
+    load: Workload = Workload()
+    item_bits: int = 60
+    capacity_bits: int | None = None
+    carrier_evidence: bool = False
+    seed: int = 1
+    max_slots: int = 200_000
+    queue_items: int = 32
+    warmup_frames: int = 200
+    window_frames: int = 200
+
+    def __post_init__(self) -> None:
+        faults = list(self._faults())
+        if faults:
+            raise ConfigurationError("; ".join(faults))
+
+    def _faults(self) -> Iterator[str]:
+        if not 2 <= self.nodes <= MAX_NODES:
+            yield f"nodes is {self.nodes}: allowed are 2 to {MAX_NODES}"
+        if self.trials < 1:
+            yield f"trials is {self.trials}: at least 1 is needed"
+        if not 0 <= self.seed < MAX_SEED:
+            yield f"seed is {self.seed}: allowed are 0 to {MAX_SEED - 1}"
+        for name, least in (("item_bits", 1), ("max_slots", 1), ("queue_items", 1), ("window_frames", 1)):
+            if getattr(self, name) < least:
+                yield f"{name} is {getattr(self, name)}: at least {least} is needed"
+        if self.warmup_frames < 0:
+            yield f"warmup_frames is {self.warmup_frames}: it cannot be negative"
+        if (
+            self.load.kind is LoadKind.POISSON
+            and self.max_slots <= (self.warmup_frames + self.window_frames) * self.nodes
+        ):
+            yield f"max_slots is {self.max_slots}: warm-up and window alone take as long"
+        yield from self._loss_faults()
+        yield from self._policy_faults()
+
+    def _loss_faults(self) -> Iterator[str]:
+        if self.links is None:
+            if not self.per:
+                yield "per is empty: at least one loss probability is needed"
+            for p_loss in self.per:
+                yield from _p_loss_faults("per", p_loss)
+            return
+        if self.per:
+            yield "per and links are both given: a study takes one of them"
+        if len(self.links) != self.nodes or any(len(row) != self.nodes for row in self.links):
+            yield f"links must have {self.nodes} rows of {self.nodes} loss probabilities, one for every node"
+            return
+        for sender, row in enumerate(self.links):
+            for receiver, p_loss in enumerate(row):
+                if sender != receiver:
+                    yield from _p_loss_faults(f"links[{sender}][{receiver}]", p_loss)
+
+    @property
+    def chosen(self) -> tuple[AckPolicy, ...]:
+        """The policies as values."""
+        return tuple(policy_named(policy) if isinstance(policy, str) else policy for policy in self.policies)
+
+    def _policy_faults(self) -> Iterator[str]:
+        if not self.policies:
+            yield f"policies is empty: allowed are {', '.join(POLICIES)} and AckPolicy values"
+        names: dict[str, AckPolicy] = {}
+        for given in self.policies:
+            try:
+                policy = policy_named(given) if isinstance(given, str) else checked_policy(given, str(given))
+            except ConfigurationError as fault:
+                yield str(fault)
+                continue
+            if names.setdefault(policy.name, policy) != policy:
+                yield f"two policies have the name {policy.name}: give the acknowledgement of one another name"
+            least = header_bits(policy, self.nodes) + self.item_bits
+            if self.capacity_bits is not None and self.capacity_bits < least:
+                yield (
+                    f"capacity_bits is {self.capacity_bits}: with {self.nodes} nodes policy {policy.name} "
+                    f"needs {least}, {least - self.item_bits} for its header and {self.item_bits} for one item"
+                )
+
+
+def _p_loss_faults(what: str, p_loss: float) -> Iterator[str]:
+    if p_loss == 1.0:
+        yield f"{what} is 1: every packet is lost and the exchange never ends; it must be from 0 to below 1"
+    elif not 0.0 <= p_loss < 1.0:
+        yield f"{what} is {p_loss:g}: a loss probability must be from 0 to below 1"

@@ -1,0 +1,59 @@
+"""The exchange policy that a scenario names: a shipped one, or one of somebody's own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from exchange.acoustics.modems import modems
+from exchange.errors import ExchangeError
+from exchange.policies import POLICIES, AckPolicy, checked_policy, header_bits
+from missions.errors import ConfigurationFault
+from missions.scenarios.tables import Raw, entries, table_of
+from remoras.errors import PluginError
+from remoras.plugins import named_object
+from worldmodel import suggestion
+
+ROOM_BITS = 128
+"""What a packet needs beside its acknowledgements: its head, a signal, a block of one fact."""
+
+
+def policy_of(name: str) -> AckPolicy:
+    """A shipped policy by name, or one from outside by ``package.module:object``.
+
+    Raises:
+        PluginError: there is none of that name, it cannot be loaded, or it lacks a part.
+    """
+    if ":" not in name:
+        if name not in POLICIES:
+            raise PluginError(f"allowed: {', '.join(POLICIES)}{suggestion(name, POLICIES)}")
+        return POLICIES[name]
+    found = named_object(name)
+    try:
+        return checked_policy(found, name)
+    except ExchangeError as error:
+        raise PluginError(str(error)) from None
+
+
+def policy_faults(raw: Raw) -> Iterator[ConfigurationFault]:
+    """The policy must be there, and the acknowledgements of all nodes must leave room in a packet."""
+    communication = table_of(raw, "communication")
+    modem, name = modems().get(communication.get("modem", "")), communication.get("policy")
+    if not isinstance(name, str):
+        return
+    n_vehicles = len(entries(raw, "vehicle"))
+    try:
+        policy = policy_of(name)
+        header = header_bits(policy, n_vehicles)
+    except PluginError as error:
+        yield ConfigurationFault("communication.policy", f'"{name}"', str(error))
+        return
+    except Exception as error:  # it is somebody else's function: anything may be wrong with it
+        allowed = f"its carries must answer for every bit of a header, but raised {type(error).__name__}: {error}"
+        yield ConfigurationFault("communication.policy", f'"{name}"', allowed)
+        return
+    if modem is not None and n_vehicles >= 2 and header + ROOM_BITS > modem.payload_bits:
+        allowed = (
+            f"its acknowledgements take {header} bits for {n_vehicles} vehicles, a packet of modem {modem.name} "
+            f"has {modem.payload_bits} and needs {ROOM_BITS} for the rest: take ack or another modem"
+        )
+        yield ConfigurationFault("communication.policy", f'"{name}"', allowed)

@@ -1,0 +1,98 @@
+"""Design: the combinations of settings that a study asks for.
+
+It is the product of scenarios, vehicles, strategies, policies, channels and points. A point sets keys of the scenario,
+named as ``--set`` names them; points come from a full grid, a list or a Latin hypercube.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from missions.sweeps.study_checks import LISTS, TABLE_OF, channel_place
+from missions.sweeps.study_file import StudyFile, flattened, is_axis
+
+
+class Setting(NamedTuple):
+    """A key of the scenario with its value.
+
+    Args:
+        place: key of the study file that sets it.
+    """
+
+    key: str
+    value: Any
+    place: str
+
+
+Settings = tuple[Setting, ...]
+
+
+def combinations(file: StudyFile) -> Iterator[Settings]:
+    """Every combination of settings; each scenario of the study is run with all of them."""
+    axes: list[list[Settings]] = [[tuple(Setting(key, value, f"set.{key}") for key, value in flattened(file.set))]]
+    for name, key in LISTS.items():
+        values: Sequence[Any] = getattr(file.study, name) or ()
+        axes.append([(Setting(key, value, f"study.{name}"),) for value in values] or [()])
+    axes += [_channels(file), points(file)]
+    for chosen in itertools.product(*axes):
+        yield tuple(itertools.chain(*chosen))
+
+
+def _channels(file: StudyFile) -> list[Settings]:
+    """Settings of every channel; a list of values in its table is a grid."""
+    found = []
+    for number, table in enumerate(file.channel):
+        place = channel_place(file, number)
+        found += _product([Setting(f"channel.{key}", value, f"{place}.{key}") for key, value in table.items()])
+    return found or [()]
+
+
+def points(file: StudyFile) -> list[Settings]:
+    """Settings of every point, in the order of the file; the last key of a grid varies fastest."""
+    table = TABLE_OF[file.study.sampling]
+    if table == "point":
+        return [
+            tuple(Setting(key, value, f"point.{number}.{key}") for key, value in flattened(point))
+            for number, point in enumerate(file.point, 1)
+        ]
+    if table == "latin":
+        return _latin_hypercube(dict(flattened(file.latin)), file.study.samples, file.study.seed)
+    return _product([Setting(key, value, f"grid.{key}") for key, value in flattened(file.grid)])
+
+
+def _latin_hypercube(bounds: Mapping[str, tuple[float, float]], samples: int, seed: int) -> list[Settings]:
+    """A Latin hypercube (McKay, Beckman, Conover 1979), scaled to its bounds.
+
+    Values have six digits, and are whole where both bounds are.
+    """
+    from scipy.stats import qmc  # half a second to load, and few studies need it
+
+    unit = qmc.LatinHypercube(len(bounds), seed=seed).random(samples)
+    return [
+        tuple(
+            Setting(key, _between(*bounds[key], share), f"latin.{key}") for key, share in zip(bounds, row, strict=True)
+        )
+        for row in unit.tolist()
+    ]
+
+
+def _between(low: float, high: float, share: float) -> float:
+    """The value at a share 0..1 of the way; among whole numbers each has the same part of the way.
+
+    >>> _between(4, 6, 0.34), _between(4.0, 6.0, 0.34)
+    (5, 4.68)
+    """
+    if isinstance(low, int) and isinstance(high, int):
+        return low + min(int(share * (high - low + 1)), high - low)
+    return float(f"{low + share * (high - low):.6g}")
+
+
+def _product(grid: Sequence[Setting]) -> list[Settings]:
+    """Settings of a full grid; a value that is no list, or a list of tables, stays the same everywhere."""
+    choices = [
+        [setting._replace(value=value) for value in (setting.value if is_axis(setting.value) else [setting.value])]
+        for setting in grid
+    ]
+    return list(itertools.product(*choices))

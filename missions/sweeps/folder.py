@@ -1,0 +1,337 @@
+"""Folder of a sweep: what it holds, and how a sweep that is going on writes it.
+
+``study.json`` says what the folder is for; another study is refused. ``ledger.jsonl`` has a line per finished run. The
+rest is made from these: ``runs.parquet`` (one row per run, sorted by key), ``tables/`` (tables of a sample of runs) and
+``parts/`` (while the sweep is on).
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from missions.document import toml_value
+from missions.errors import DiskFullError, OutputError, StudyChangedError
+from missions.metric import Better, Metric
+from missions.runs import step_tables
+from missions.sweeps.ledger import (
+    DONE,
+    FAILED,
+    LEDGER,
+    MACHINE_COLUMNS,
+    FinishedRun,
+    FolderLock,
+    Ledger,
+    Line,
+    read_ledger,
+)
+from missions.sweeps.plan import RunSchedule
+from missions.sweeps.record import DECLARATIONS, MetricRecord, differences, record_of
+from missions.sweeps.study_file import StudyFile
+
+if TYPE_CHECKING:
+    from missions.sweeps.plan import SweepPlan
+
+STUDY, STUDY_TEXT, RUNS, PARTS, TABLES = "study.json", "study.toml", "runs.parquet", "parts", "tables"
+IDENTITY = ("scenario", "strategy", "policy", "channel", "per", "seed", "n_vehicles")
+"""Fields of a summary that say which run it is of."""
+MOST_DIFFERENCES = 20
+"""Differences between two studies that a message lists."""
+
+
+@dataclass(frozen=True)
+class SweepStatus:
+    """How far a sweep is; ``done`` counts completed and censored runs."""
+
+    planned: int
+    done: int
+    failed: int
+    censored: int
+    remaining: int
+
+
+@dataclass(frozen=True)
+class SweepResults:
+    """What a folder of a sweep holds, finished or not.
+
+    Neither the study's file nor its scenarios, missions and strategies are needed to read it.
+
+    Args:
+        folder: see ``read``.
+    """
+
+    folder: Path
+
+    @classmethod
+    def read(cls, folder: Path) -> SweepResults:
+        """The results in a folder.
+
+        Raises:
+            OutputError: it holds no sweep.
+        """
+        if not (folder / STUDY).is_file():
+            raise OutputError(f"{folder}: no results of a sweep, missing: {STUDY}")
+        return cls(folder)
+
+    @cached_property
+    def _record(self) -> dict[str, Any]:
+        """``study.json``; empty if it is none."""
+        try:
+            found = json.loads((self.folder / STUDY).read_text(encoding="utf-8"))
+        except ValueError:
+            return {}
+        return found if isinstance(found, dict) else {}
+
+    @cached_property
+    def schedule(self) -> RunSchedule:
+        """The study, and the keys of the runs that it asks for.
+
+        Raises:
+            OutputError: the folder does not say it, or says it as another version would.
+        """
+        record = self._record
+        try:
+            return RunSchedule(record["version"], StudyFile.model_validate(record["study"]), tuple(record["digests"]))
+        except (ValueError, TypeError, KeyError):  # pydantic's errors are ValueErrors
+            raise OutputError(
+                f"{self.folder / STUDY}: does not describe a study of this version; "
+                f"{LEDGER} beside it still has the runs"
+            ) from None
+
+    @cached_property
+    def metrics(self) -> dict[str, MetricRecord]:
+        """Everything that can be compared, by the name of its field.
+
+        A folder of an older version declares no metrics: it has those of every run and of its missions, and the other
+        numbers of its summaries without a direction.
+
+        Raises:
+            OutputError: a declaration lacks something.
+        """
+        if DECLARATIONS in self._record:
+            try:
+                declared = [MetricRecord.read(entry) for entry in self._record[DECLARATIONS]]
+            except OutputError as error:
+                raise OutputError(f"{self.folder / STUDY}: {error}") from None
+            return {metric.name: metric for metric in declared}
+        from missions.runs.metrics import CORE_METRICS  # all of a run comes with it, and few folders need it
+
+        declared_by = [*CORE_METRICS, *self._metrics_of_missions()]
+        found = {metric.name: MetricRecord.of(metric) for metric in declared_by}
+        for line in self.lines.values():
+            for name, value in line["summary"].items():
+                if name not in found and name not in IDENTITY and isinstance(value, int | float):
+                    found[name] = MetricRecord(name, "", None, name)
+        return found
+
+    def _metrics_of_missions(self) -> list[Metric]:
+        """Metrics that the missions of the sweep declare now, as far as they can be loaded."""
+        from missions.scenarios.parts import mission_class
+        from remoras.errors import PluginError
+
+        found: dict[str, Metric] = {}
+        for scenario in self._record.get("scenario", {}).values():
+            with suppress(PluginError, KeyError, TypeError):
+                found |= {metric.name: metric for metric in mission_class(scenario["scenario"]["mission"]).metrics}
+        return list(found.values())
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        """Metrics that the study names, else the headline metrics."""
+        headline = tuple(name for name, metric in self.metrics.items() if metric.headline)
+        return self.schedule.file.study.metrics or headline
+
+    @property
+    def ranked(self) -> tuple[str, ...]:
+        """Metrics of which one value is better than another."""
+        return tuple(name for name, metric in self.metrics.items() if metric.better in (Better.HIGHER, Better.LOWER))
+
+    @cached_property
+    def lines(self) -> dict[str, Line]:
+        """Lines of the ledger by key, in the order of the keys.
+
+        Raises:
+            OutputError: a line is not one of a run.
+        """
+        return read_ledger(self.folder / LEDGER)
+
+    def runs(self) -> Any:
+        """A pandas data frame with one row per finished run."""
+        return run_table(self.lines).to_pandas()
+
+    def table(self, name: str) -> Any:
+        """A table of the runs in the sample as a pandas data frame; whole numbers in the unit of their name.
+
+        Raises:
+            OutputError: no such table has been kept.
+        """
+        path = self.folder / TABLES / f"{name}.parquet"
+        if not path.is_file():
+            raise OutputError(f"{path}: no such table; the study keeps tables of study.keep_tables repeats")
+        return pq.read_table(path).to_pandas()
+
+    def status(self) -> SweepStatus:
+        """How far the sweep is."""
+        lines = self.lines.values()
+        planned = self.schedule.count({key: line["summary"] for key, line in self.lines.items()})
+        failed = sum(line["status"] == FAILED for line in lines)
+        censored = sum(line["status"] == DONE and not line["summary"]["completed"] for line in lines)
+        return SweepStatus(planned, len(self.lines) - failed, failed, censored, planned - len(self.lines))
+
+
+class SweepFolder:
+    """The folder of a sweep that is going on; one process at a time holds it.
+
+    Args:
+        folder: made if it is not there.
+        plan: the runs that it is for.
+        force_new: set the runs of another study aside, into a folder ``before-N``, and start anew.
+
+    Raises:
+        StudyChangedError: the folder belongs to another study, or to this one before it was changed.
+        OutputError: the folder cannot be written, or another sweep is writing it.
+    """
+
+    def __init__(self, folder: Path, plan: SweepPlan, force_new: bool = False) -> None:
+        self.folder = folder
+        record = record_of(plan)
+        if (folder / "summary.json").exists():
+            raise OutputError(f"--out {folder}: holds the results of a single run; name another folder")
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._lock = FolderLock(folder)
+            try:
+                self._make_sure_of_study(record, force_new)
+                _write_synced(folder / STUDY_TEXT, plan.study.text)
+                _write_synced(folder / STUDY, json.dumps(record, indent=1))
+                self._ledger = Ledger(folder / LEDGER)
+            except BaseException:
+                self._lock.release()
+                raise
+        except OSError as error:
+            full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+            kind = DiskFullError if full else OutputError
+            raise kind(f"--out {folder}: cannot be written: {error.strerror}") from None
+
+    def _make_sure_of_study(self, record: Mapping[str, Any], force_new: bool) -> None:
+        """Refuse the runs of another study, or set them aside."""
+        path = self.folder / STUDY
+        if path.is_file():
+            found = list(differences(path, record))
+        else:
+            found = [f"{STUDY} is missing"] if (self.folder / LEDGER).is_file() else []
+        if found and not force_new:
+            shown = "\n".join(f"  {line}" for line in found[:MOST_DIFFERENCES])
+            raise StudyChangedError(
+                f"{self.folder} holds runs of a study that differs from this one:\n{shown}\n"
+                "name another folder for --out, or set its runs aside and start anew with --force-new"
+            )
+        if found:
+            _set_aside(self.folder)
+
+    @property
+    def lines(self) -> Mapping[str, Line]:
+        """Lines of the ledger by key."""
+        return self._ledger.lines
+
+    @property
+    def summaries(self) -> dict[str, Mapping[str, Any]]:
+        """Summary of every finished run by key."""
+        return {key: line["summary"] for key, line in self.lines.items()}
+
+    def append(self, finished: Sequence[FinishedRun]) -> None:
+        """Log finished runs; when this returns they are on the disk. A run that is logged already is passed over.
+
+        Raises:
+            OutputError: the disk does not take them; the ledger is then as it was before.
+        """
+        new = {run.key: run for run in finished if run.key not in self.lines}
+        try:
+            for run in new.values():
+                if run.tables:
+                    step_tables.write_part(self.folder / PARTS, run.key, run.tables)
+        except OSError as error:
+            raise OutputError(f"{self.folder / PARTS}: cannot be written: {error.strerror}") from None
+        self._ledger.append(run.line for run in new.values())
+
+    def compact(self) -> None:
+        """Make ``runs.parquet`` and ``tables/`` of what is finished.
+
+        Raises:
+            OutputError: the disk does not take them; the ledger keeps everything.
+        """
+        try:
+            draft = self.folder / f".{RUNS}"
+            pq.write_table(run_table(self.lines), draft, compression="zstd")
+            draft.replace(self.folder / RUNS)
+            kept = [key for key, line in self.lines.items() if line["tables"]]
+            step_tables.merge(self.folder / PARTS, self.folder / TABLES, kept)
+        except OSError as error:
+            raise OutputError(f"--out {self.folder}: cannot be written: {error.strerror}") from None
+
+    def close(self) -> None:
+        """Close the ledger, and let another sweep have the folder."""
+        self._ledger.close()
+        self._lock.release()
+
+
+def run_table(lines: Mapping[str, Line]) -> pa.Table:
+    """One row per run, sorted by key: key, configuration, summary, what went wrong, machine."""
+    rows = [lines[key] for key in sorted(lines)]
+    columns: dict[str, list[Any]] = {"key": [row["key"] for row in rows], "repeat": [row["repeat"] for row in rows]}
+    for name in sorted({name for row in rows for name in row["settings"]}):
+        columns[name] = [row["settings"].get(name) for row in rows]
+    for name in _merged([list(row["summary"]) for row in rows]):
+        columns[name] = [row["summary"].get(name) for row in rows]
+    for name in ("status", "error", "replay"):
+        columns[name] = [row[name] for row in rows]
+    for name in MACHINE_COLUMNS:
+        columns[name] = [row["machine"][name] for row in rows]
+    return pa.table({name: _array(values) for name, values in columns.items()})
+
+
+def _merged(fields: Sequence[Sequence[str]]) -> list[str]:
+    """Fields of all summaries, those of the longest first: missions differ in them, and failed runs have few."""
+    longest = sorted(set(map(tuple, fields)), key=lambda names: (-len(names), names))
+    return list(dict.fromkeys(name for names in longest for name in names))
+
+
+def _array(values: list[Any]) -> pa.Array:
+    """A column; text where its values are of several kinds."""
+    try:
+        array = pa.array(values)
+    except (pa.ArrowInvalid, pa.ArrowTypeError):
+        return pa.array([None if value is None else toml_value(value) for value in values])
+    return array.cast(pa.float64()) if pa.types.is_null(array.type) else array
+
+
+def _set_aside(folder: Path) -> None:
+    """Move what the folder holds into its first free ``before-N``."""
+    number = 1
+    while (folder / f"before-{number}").exists():
+        number += 1
+    aside = folder / f"before-{number}"
+    aside.mkdir()
+    for name in (LEDGER, RUNS, PARTS, TABLES, STUDY_TEXT, STUDY):
+        if (folder / name).exists():
+            (folder / name).rename(aside / name)
+
+
+def _write_synced(path: Path, text: str) -> None:
+    """Write a file that is there whole or not at all, even after a power cut."""
+    draft = path.with_name(f".{path.name}")
+    with draft.open("w", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
+    draft.replace(path)

@@ -1,0 +1,87 @@
+"""What has to hold between the tables of a study, before a scenario is looked at."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from missions.document import toml_value
+from missions.errors import ConfigurationFault
+from missions.sweeps.study_file import StudyFile, flattened
+
+TABLE_OF = {"grid": "grid", "list": "point", "latin": "latin"}
+"""The table that each kind of sampling reads."""
+LISTS = {"strategies": "strategy.name", "policies": "communication.policy", "vehicles": "fleet.size"}
+"""Lists of ``[study]``, and the key of the scenario that each of them sets."""
+
+
+def faults_between(file: StudyFile) -> Iterator[ConfigurationFault]:
+    """Every fault between the tables of a study."""
+    design, stopping = file.study, file.stopping
+    compared = (*(design.strategies or ()), *(design.policies or ()))
+    if design.baseline is not None and design.baseline not in compared:
+        yield ConfigurationFault("study.baseline", f'"{design.baseline}"', f"allowed: {', '.join(compared) or 'none'}")
+    for name in (*LISTS, "scenario", "metrics"):
+        values = getattr(design, name)
+        if values and len(set(values)) < len(values):
+            yield ConfigurationFault(f"study.{name}", toml_value(values), "a value is listed twice")
+    if "samples" in design.model_fields_set and design.sampling != "latin":
+        yield ConfigurationFault("study.samples", str(design.samples), 'not used: study.sampling is not "latin"')
+    if stopping and stopping.minimum > stopping.maximum:
+        yield ConfigurationFault("stopping.minimum", str(stopping.minimum), f"allowed: 2 to {stopping.maximum}")
+    yield from _sampling_faults(file)
+    yield from _empty_axes(file)
+    yield from _bounds_faults(file)
+    yield from _conflicts(file)
+
+
+def _sampling_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
+    """Tables that the kind of sampling needs and lacks, or that it does not read."""
+    sampling = file.study.sampling
+    used = TABLE_OF[sampling]
+    for table in TABLE_OF.values():
+        given = getattr(file, table)
+        if given and table != used:
+            yield ConfigurationFault(table, "", f'not used: study.sampling is "{sampling}", which reads [{used}]')
+        elif not given and table == used and used != "grid":
+            yield ConfigurationFault("study.sampling", f'"{sampling}"', f"needs [{used}], which is missing")
+
+
+def _empty_axes(file: StudyFile) -> Iterator[ConfigurationFault]:
+    """Lists without a value, and channels without a name."""
+    tables = [("grid", dict(flattened(file.grid)))]
+    tables += [(channel_place(file, number), channel) for number, channel in enumerate(file.channel)]
+    for table, values in tables:
+        for key, value in values.items():
+            if value == []:
+                yield ConfigurationFault(f"{table}.{key}", "[]", "no values: list at least one")
+    for number, channel in enumerate(file.channel):
+        if "name" not in channel:
+            place = f"{channel_place(file, number)}.name"
+            yield ConfigurationFault(place, "", "missing; see `remoras list channels`")
+
+
+def _bounds_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
+    """Bounds of a Latin hypercube that are not two finite numbers, the lower one first."""
+    for key, bounds in flattened(file.latin):
+        numbers = isinstance(bounds, list) and [type(bound) in (int, float) for bound in bounds] == [True, True]
+        if not numbers or not bounds[0] < bounds[1] or not math.isfinite(bounds[1] - bounds[0]):
+            yield ConfigurationFault(f"latin.{key}", toml_value(bounds), "allowed: [lowest, highest], two numbers")
+
+
+def _conflicts(file: StudyFile) -> Iterator[ConfigurationFault]:
+    """Keys of the scenario that two tables of the study set."""
+    places: dict[str, str] = {}
+    set_by = [(f"study.{name}", key) for name, key in LISTS.items() if getattr(file.study, name) is not None]
+    set_by += [(f"channel.{key}", f"channel.{key}") for table in file.channel for key in table]
+    for table, given in (("set", [file.set]), ("grid", [file.grid]), ("point", file.point), ("latin", [file.latin])):
+        set_by += [(f"{table}.{key}", key) for one in given for key, _ in flattened(one)]
+    for place, key in dict.fromkeys(set_by):
+        if key in places:
+            yield ConfigurationFault(place, "", f"is set by {places[key]} too; set it in one place")
+        places[key] = place
+
+
+def channel_place(file: StudyFile, number: int) -> str:
+    """What messages call the channel with that number, from 0."""
+    return f"channel.{number + 1}" if len(file.channel) > 1 else "channel"

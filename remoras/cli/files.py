@@ -1,0 +1,185 @@
+"""Commands about what can be named and written: list, validate, example, explain, doctor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from remoras.cli.app import Format, Json, app, command, fail, one_of, show_json
+
+KINDS = ("scenarios", "strategies", "policies", "channels", "modems", "studies")
+
+
+@command("list")
+def list_(
+    kind: Annotated[str, typer.Argument(help=f"One of {', '.join(KINDS)}; all but the studies if left out.")] = "",
+    as_json: Json = False,
+) -> None:
+    """List what can be named: scenarios, strategies, policies, channels, modems; or studies.
+
+    Of strategies alone it also lists source, messages and parameters.
+    """
+    if kind:
+        one_of("kind", kind, KINDS)
+    from remoras.cli.listings import DETAILS, LISTINGS
+
+    found = {name: LISTINGS[name]() for name in ([kind] if kind else KINDS[:-1])}
+    if as_json:
+        rows = {
+            name: [
+                {"name": key, "description": text, **(DETAILS[name](key) if name in DETAILS else {})}
+                for key, text in entries.items()
+            ]
+            for name, entries in found.items()
+        }
+        show_json(rows[kind] if kind else rows)
+        return
+    for name, entries in found.items():
+        print(f"{name}:")
+        width = max((len(key) for key in entries), default=0)
+        for key, text in entries.items():
+            print(f"  {key:<{width}}  {text}")
+            for line in _detail_lines(DETAILS[name](key)) if kind in DETAILS else ():
+                print(f"      {line}")
+
+
+def _detail_lines(details: Mapping[str, Any]) -> Iterator[str]:
+    yield f"source: {details['source']}"
+    yield from (f"message {name}: {meaning}" for name, meaning in details["messages"].items())
+    yield from (f"parameter {p['name']} = {p['default']}: {p['description']}" for p in details["parameters"])
+
+
+@command("validate")
+def validate(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="Scenario or study: a file, or a shipped name.")],
+    as_json: Json = False,
+) -> None:
+    """Check a scenario or study file whole; every fault is reported with its line."""
+    from missions.runs.setup import resolved
+    from missions.scenarios import load
+    from missions.sweeps.study import is_study
+
+    if is_study(file):
+        _validate_study(file, as_json)
+        return
+    setup = resolved(load(file))
+    schedule, founded = setup.schedule, sorted(setup.agreement.organisation.assignments)
+    if as_json:
+        show_json(
+            {
+                "file": file,
+                "kind": "scenario",
+                "ok": True,
+                "slot_s": schedule.slot_s,
+                "frame_s": schedule.frame_s,
+                "founding": [{"vehicle": a.vehicle, "group": a.group, "role": a.role} for a in founded],
+            }
+        )
+        return
+    n_groups = len(setup.agreement.organisation.groups)
+    print(
+        f"{file}: scenario ok; {len(setup.database)} vehicles, {n_groups} groups, {len(setup.mission.jobs)} jobs, "
+        f"slot {schedule.slot_s:.3f} s, frame {schedule.frame_s:.2f} s"
+    )
+    for assignment in founded:
+        print(f"  founding: {assignment.vehicle} plays {assignment.role} of {assignment.group}")
+
+
+def _validate_study(file: str, as_json: bool) -> None:
+    from missions.sweeps.study import load_study
+
+    study = load_study(file)
+    n_configurations, at_most = len(study.configurations), "at most " if study.file.stopping else ""
+    if as_json:
+        show_json(
+            {"file": file, "kind": "study", "ok": True, "configurations": n_configurations, "planned": study.n_runs}
+        )
+        return
+    runs = f"{at_most}{study.maximum} repeats = {at_most}{study.n_runs} runs"
+    print(f"{file}: study ok; {n_configurations} configurations x {runs}")
+
+
+@command("example")
+def example(
+    what: Annotated[str, typer.Argument(help="scenario, study or organisation.")] = "scenario",
+) -> None:
+    """Print a commented example to start from."""
+    from missions.scenarios import shipped
+    from missions.sweeps.study import example_study
+
+    one_of("example", what, ["scenario", "study", "organisation"])
+    if what == "study":
+        print(example_study().rstrip())
+        return
+    text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
+    if what == "organisation":
+        text = "[[group]]" + text.split("[[group]]", 1)[1].split("[[vehicle]]", 1)[0]
+    print(text.rstrip())
+
+
+def _explained(key: str, known: dict[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:
+    """What is known of a key, of all keys of a table, or of the table of free keys that it stands in."""
+    return {
+        name: (kind, meaning)
+        for name, (kind, meaning) in known.items()
+        if not key
+        or f"{name}.".startswith(f"{key}.")
+        or (kind.startswith("dict") and key.startswith(f"{name}.") and name != "mission")
+    }
+
+
+@command("explain")
+def explain(
+    key: Annotated[str, typer.Argument(help="A key such as communication.policy; a table for all its keys.")] = "",
+) -> None:
+    """Say what a key of a scenario or of a study means: type, range, default."""
+    from missions.scenarios.explanations import explanations
+    from missions.sweeps.study import study_explanations
+    from worldmodel import suggestion
+
+    known = explanations() | study_explanations()
+    found = _explained(key, known)
+    if not found and key.count(".") > 1:  # an entry of a list by its name, as --set has it
+        table, _, rest = key.split(".", 2)
+        found = _explained(f"{table}.{rest}", known)
+    if not found:
+        fail(f"key {key!r} is in no scenario and no study{suggestion(key, known)}; `remoras explain` lists all keys")
+    for name, (kind, meaning) in found.items():
+        print(f"{name}  ({kind})\n    {meaning}")
+
+
+@command("doctor")
+def doctor() -> None:
+    """Check this installation: versions, ontology, a short run, a figure."""
+    import platform
+    import tempfile
+    from importlib import metadata
+
+    from missions.runs.results import LIBRARIES, Results, write
+    from missions.runs.run import run as run_scenario
+    from missions.scenarios import load
+    from remoras.cli.runs import draw_run
+
+    print(f"Python {platform.python_version()} on {platform.platform()}")
+    for name in ("remoras", *LIBRARIES):
+        print(f"  {name} {metadata.version(name)}")
+    short = run_scenario(load("mapping-rendezvous", [("--set", "scenario.duration_s=60")]))
+    print(f"a run of 60 s of mission time took {short.wall_s:.2f} s")
+    with tempfile.TemporaryDirectory() as folder:
+        write(short, Path(folder) / "run")
+        drawn = draw_run(Results.read(Path(folder) / "run"), (), Path(folder), Format.PNG)
+        print(f"drew {len(drawn.files)} files")
+    print("ok")
+
+
+def _not_available(name: str) -> None:
+    @app.command(name, hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
+    def unavailable() -> None:
+        fail(f"{name} is not available in this version")
+
+
+for _name in ("replay", "live", "export", "stress", "node", "swarm"):
+    _not_available(_name)

@@ -1,0 +1,207 @@
+"""Documents: a TOML file that knows its lines, and says what is wrong with it in the order of them."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from missions.document import Document, file_or_name, line_of, lines_of, location_of, toml_value
+from missions.errors import ConfigurationError, ConfigurationFault
+
+TEXT = """\
+title = "t"
+
+[[vehicle]]
+name = "AUV00"
+slot = 0
+
+[[vehicle]]
+name = "AUV01"
+slot = 1
+[vehicle.sensor]
+swath_m = 2.0
+
+[[channel]]
+name = "perfect"
+[[channel]]
+name = "bernoulli"
+per = [0.1]
+
+[mission]
+importance."Performer.RendezVous" = 1.0
+"""
+
+
+class Sensor(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    swath_m: float
+
+
+class Vehicle(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    name: str
+    slot: int
+    sensor: Sensor | None = None
+
+
+class Root(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    title: str
+    vehicle: tuple[Vehicle, ...] = Field(min_length=2)
+    channel: tuple[dict[str, object], ...] = ()
+    mission: dict[str, object] = {}
+
+
+def document(tmp_path: Path, text: str = TEXT) -> Document:
+    path = tmp_path / "own.toml"
+    path.write_text(text, encoding="utf-8")
+    return Document.read(str(path), {}, "scenario")
+
+
+@pytest.mark.parametrize(
+    ("key", "line"),
+    [
+        ("title", 1),
+        ("vehicle.AUV00.slot", 5),
+        ("vehicle.2.slot", 9),
+        ("vehicle.AUV01.sensor.swath_m", 11),
+        ("vehicle.AUV01.depth_m", 8),  # it is missing: the name of the vehicle
+        ("vehicle", 3),
+        ("channel.per", 17),  # the first channel that has it
+        ("channel.1.name", 14),
+        ('mission.importance."Performer.RendezVous"', 20),
+        ("mission.importance.Performer.RendezVous", 20),
+        ("world.x_m", None),
+    ],
+)
+def test_every_key_has_its_line(tmp_path: Path, key: str, line: int | None) -> None:
+    assert document(tmp_path).line_of(key) == line
+
+
+def test_faults_come_in_the_order_of_their_lines(tmp_path: Path) -> None:
+    faults = [ConfigurationFault(key, "", "no") for key in ("mission", "vehicle.AUV01.slot", "world", "title")]
+    error = document(tmp_path).error(faults)
+    assert [(fault.key, fault.line) for fault in error.faults] == [
+        ("world", None), ("title", 1), ("vehicle.AUV01.slot", 9), ("mission", 19),
+    ]  # fmt: skip
+    assert f"{tmp_path}/own.toml:9: vehicle.AUV01.slot: no" in str(error)
+
+
+def test_what_an_option_has_set_is_named_by_the_option(tmp_path: Path) -> None:
+    faults = [ConfigurationFault(key, "", "no") for key in ("channel.per", "vehicle.AUV01.slot", "--set x", "mission")]
+    options = {"channel.per": "--per", "mission.patience_s": "--set"}
+    found = document(tmp_path).located(faults, options)
+    assert [fault.key for fault in found] == ["--per (channel.per)", "--set x", "--set (mission)", "vehicle.AUV01.slot"]
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (("slot = 1", "slots = 1"), ':9: vehicle.AUV01.slots = 1: unknown key, allowed here: name, slot, sensor; did'),
+        (("slot = 1", ""), ":8: vehicle.AUV01.slot: missing"),
+        (("swath_m = 2.0", 'swath_m = "wide"'), ':11: vehicle.AUV01.sensor.swath_m = "wide": input should be a valid'),
+        (("swath_m = 2.0", "swath_m = 2020-01-01"), ":11: vehicle.AUV01.sensor.swath_m = 2020-01-01: input should be"),
+        (('title = "t"', f'title = ["{"x" * 80}"]'), f':1: title = ["{"x" * 55}...: input should be a valid string'),
+        (("[mission]", "[missions]"), "allowed here: title, vehicle, channel, mission; did you mean 'mission'?"),
+    ],
+)  # fmt: skip
+def test_what_pydantic_finds_is_said_in_words_of_the_file(
+    tmp_path: Path, change: tuple[str, str], expected: str
+) -> None:
+    found = document(tmp_path, TEXT.replace(*change))
+    with pytest.raises(ValidationError) as caught:
+        Root.model_validate(found.raw)
+    assert expected in str(found.error(found.faults_of(caught.value, Root)))
+
+
+def test_a_list_too_short_because_of_a_wrong_entry_is_no_fault_of_its_own(tmp_path: Path) -> None:
+    found = document(tmp_path, TEXT.replace("slot = 1", 'slot = "one"'))
+    with pytest.raises(ValidationError) as caught:
+        Root.model_validate(found.raw)
+    assert [fault.key for fault in found.faults_of(caught.value, Root)] == ["vehicle.AUV01.slot"]
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (b"a = 1\nb = = 2\n", r"own.toml:2: TOML: "),
+        (b"a = 1\nb = 'caf\xe9'\n", r"own.toml:2: file: cannot be read: byte 0xe9 is not UTF-8; save the file as"),
+        ("a = 1".encode("utf-16"), r"own.toml: file: is UTF-16; save it as UTF-8"),
+    ],
+)  # fmt: skip
+def test_a_file_that_is_no_toml_is_named_with_the_remedy(tmp_path: Path, content: bytes, expected: str) -> None:
+    path = tmp_path / "own.toml"
+    path.write_bytes(content)
+    with pytest.raises(ConfigurationError, match=expected):
+        Document.read(str(path), {}, "scenario")
+
+
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
+@pytest.mark.parametrize("end", [b"\n", b"\r\n"])
+def test_what_editors_of_windows_write_is_read(tmp_path: Path, mark: bytes, end: bytes) -> None:
+    path = tmp_path / "own.toml"
+    path.write_bytes(mark + end.join([b"[table]", b"a = 1", b'b = """x', b'y"""', b""]))
+    found = Document.read(str(path), {}, "scenario")
+    assert found.raw == {"table": {"a": 1, "b": "x\ny"}}
+    assert found.line_of("table.a") == 2
+
+
+@pytest.mark.parametrize("name", ["nothing", "nothing.toml", "", "x" * 5000, "a\0b"])
+def test_a_file_that_is_not_there_is_named_with_what_is_allowed(name: str) -> None:
+    with pytest.raises(ConfigurationError, match=r"study = .*a TOML file or one of quick$|a TOML file or one of quick"):
+        Document.read(name, {"quick": Path("quick.toml")}, "study")
+
+
+def test_a_shipped_name_is_read_and_a_file_of_that_name_with_its_ending(tmp_path: Path) -> None:
+    shipped, own = tmp_path / "a.toml", tmp_path / "quick.toml"
+    shipped.write_text("n = 1")
+    own.write_text("n = 2")
+    assert Document.read("quick", {"quick": shipped}, "study").raw == {"n": 1}
+    assert Document.read(str(own), {str(own): shipped}, "study").raw == {"n": 2}
+
+
+def test_kinds_of_faults_can_be_passed_over(tmp_path: Path) -> None:
+    found = document(tmp_path, TEXT.replace("slot = 1", "slots = 1"))
+    with pytest.raises(ValidationError) as caught:
+        Root.model_validate(found.raw)
+    faults = found.faults_of(caught.value, Root, passed_over=["extra_forbidden"])
+    assert [fault.key for fault in faults] == ["vehicle.AUV01.slot"]
+
+
+def test_the_nearest_name_is_proposed() -> None:
+    assert file_or_name("quik", ["quick"]) == "a TOML file or one of quick; did you mean 'quick'?"
+
+
+PLAIN = st.text("abc_", min_size=1, max_size=4)
+TABLES = st.recursive(
+    st.integers(0, 9) | st.booleans() | st.floats() | st.text(st.characters(codec="ascii", exclude_categories=["Cc"])),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(PLAIN, inner, max_size=3),
+    max_leaves=8,
+)
+
+
+@given(TABLES)
+def test_a_value_is_read_back_from_its_line_of_toml(value: object) -> None:
+    import math
+    import tomllib
+
+    def same(a: object, b: object) -> bool:
+        if isinstance(a, float) and isinstance(b, float) and math.isnan(a):
+            return math.isnan(b)
+        if isinstance(a, list) and isinstance(b, list):
+            return len(a) == len(b) and all(map(same, a, b))
+        if isinstance(a, dict) and isinstance(b, dict):
+            return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
+        return a == b
+
+    text = toml_value(value)
+    assert "\n" not in text
+    assert same(tomllib.loads(f"value = {text}")["value"], value)
+
+
+@given(st.lists(st.sampled_from(["a", "b", "c"]), min_size=1, max_size=8, unique=True))
+def test_lines_of_a_flat_file_are_counted(names: list[str]) -> None:
+    lines = lines_of("".join(f"{name} = 1\n" for name in names))
+    assert [line_of(location_of(name, dict.fromkeys(names, 1)), lines) for name in names] == [*range(1, len(names) + 1)]

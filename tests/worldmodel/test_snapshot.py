@@ -1,0 +1,128 @@
+"""World models written as rows and read back."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from small_fleet import (
+    AREA_DONE,
+    ASV_0,
+    AUV_0,
+    BATTERY,
+    BAY,
+    CLASSIFICATION,
+    COMPLETED,
+    ECHO,
+    LENGTH,
+    LOCATION,
+    SURVEY,
+    TBOX,
+    WRECK,
+    any_blocks,
+    block,
+    first_uid_of,
+    fleet_model,
+    picture,
+    sound_blocks,
+)
+
+from worldmodel import (
+    TYPE_UID,
+    Block,
+    SnapshotError,
+    WorldModel,
+    core_ontology_paths,
+    merge,
+    models_from,
+    read_tbox,
+    rows_of,
+)
+
+
+def again(model: WorldModel) -> WorldModel:
+    (read,) = models_from(rows_of({"auv-1": model}), TBOX).values()
+    return read
+
+
+@settings(max_examples=60, deadline=None)
+@given(any_blocks, st.sets(st.integers(0, 2)))
+def test_what_is_read_answers_as_what_was_saved(blocks: list[Block], banned: set[int]) -> None:
+    model = fleet_model(owner=1)
+    merge(model, blocks)
+    for origin in banned:
+        model.ban(origin)
+    read = again(model)
+    assert read.state_hash() == model.state_hash()
+    assert picture(read) == picture(model)
+    assert read.owner == 1
+
+
+@settings(max_examples=20, deadline=None)
+@given(sound_blocks())
+def test_a_model_that_is_read_goes_on_as_the_one_that_was_saved(blocks: list[Block]) -> None:
+    model = fleet_model(owner=0)
+    merge(model, blocks)
+    for each in (model, read := again(model)):
+        each.record([(AUV_0, BATTERY, 0.25)], 5.0)
+    assert read.state_hash() == model.state_hash()
+
+
+def test_a_row_says_by_name_what_a_vehicle_knows() -> None:
+    model = fleet_model(owner=2)
+    model.record(
+        [
+            (BAY, AREA_DONE, ASV_0),
+            (ECHO, LOCATION, (3.26, 4.0)),
+            (ECHO, CLASSIFICATION, 1),
+            (AUV_0, BATTERY, 0.333),
+            (SURVEY, COMPLETED, True),
+            (ECHO, TYPE_UID, WRECK),
+        ],
+        12.34,
+    )
+    merge(model, [block(0, 3, 20, (first_uid_of(0), LENGTH, 2.0))])
+    rows = list(rows_of({"asv-0": model}))
+    assert rows == [row for row in rows if row.vehicle == "asv-0"]
+    known = [row[2:] for row in rows if row.kind == "known"]
+    assert known == [
+        (BAY, 2, 0, 0, 12.3, "bay", "areaDone", "2 asv-0"),
+        (ECHO, 2, 0, 1, 12.3, "echo", "location", "POINT (3.5 4.0)"),
+        (ECHO, 2, 0, 2, 12.3, "echo", "classification", "wreck"),
+        (AUV_0, 2, 0, 3, 12.3, "auv-0", "batteryFraction", "0.33"),
+        (SURVEY, 2, 0, 4, 12.3, "survey", "missionCompleted", "true"),
+        (ECHO, 2, 0, 5, 12.3, "echo", "type", "Wreck"),
+    ]
+    assert [row[2:] for row in rows if row.kind == "waiting"] == [
+        (first_uid_of(0), 0, 3, 0, 2.0, "", "length", "2.0"),
+    ]
+    assert [row[2:] for row in rows if row.kind == "common"][BAY] == (BAY, -1, BAY, 0, 0.0, "bay", "type", "Area")
+
+
+def test_several_vehicles_share_a_table() -> None:
+    models = {f"vehicle {owner}": fleet_model(owner) for owner in range(3)}
+    for owner, model in enumerate(models.values()):
+        model.record([(AUV_0, BATTERY, owner / 4)], 1.0)
+    read = models_from(rows_of(models), TBOX)
+    assert {name: model.state_hash() for name, model in read.items()} == {
+        name: model.state_hash() for name, model in models.items()
+    }
+
+
+def test_rows_that_make_no_world_model_are_refused() -> None:
+    model = fleet_model()
+    model.record([(AUV_0, BATTERY, 0.5)], 1.0)
+    rows = list(rows_of({"auv-0": model}))
+    with pytest.raises(SnapshotError, match="'auv-0' cannot be read: it was made with the ontology"):
+        models_from(rows, read_tbox(*core_ontology_paths()))
+    with pytest.raises(SnapshotError, match="it lacks the setting ontology"):
+        models_from(rows[1:], TBOX)
+    for column, value, reason in [
+        ("value", "half", "could not convert string to float"),
+        ("value", "0.555", "the checks do not agree that block \\(0, 0\\) is known"),
+        ("time_s", math.nan, "the checks do not agree"),
+        ("attribute", "batteryFracton", "did you mean 'batteryFraction'"),
+        ("kind", "knwon", "'knwon' is not a valid RowKind"),
+    ]:
+        with pytest.raises(SnapshotError, match=reason):
+            models_from([*rows[:-1], rows[-1]._replace(**{column: value})], TBOX)

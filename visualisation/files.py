@@ -1,0 +1,36 @@
+"""Files of figures: what was drawn becomes files only when all of it has been drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from visualisation.errors import unknown
+
+FORMATS = ("png", "svg", "pdf")
+"""Formats of figures."""
+
+
+class Drawn(NamedTuple):
+    """Files written (a figure, what belongs to it, the next figure, ...), and notes for the user."""
+
+    files: list[Path]
+    notes: list[str]
+
+
+def check_format(format: str) -> None:
+    """Raise DrawingError unless the format is one of ``FORMATS``."""
+    if format not in FORMATS:
+        raise unknown("format", format, FORMATS)
+
+
+def write(folder: Path, contents: Iterable[tuple[str, bytes]]) -> list[Path]:
+    """Write files of these names and contents into a folder, which is made if it is not there."""
+    ready: Sequence[tuple[str, bytes]] = list(contents)
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = []
+    for name, content in ready:
+        (folder / name).write_bytes(content)
+        paths.append(folder / name)
+    return paths

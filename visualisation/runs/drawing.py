@@ -1,0 +1,134 @@
+"""Drawing figures of a run by their names: those of every run, and those that its mission declares.
+
+Matplotlib is loaded when the first figure is drawn. All figures that were asked for are drawn before the first file is
+written, so an error leaves nothing half written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults
+from visualisation.errors import DrawingError, unknown
+from visualisation.files import Drawn, check_format, write
+from visualisation.kinds import KINDS, SWEEP_KINDS
+
+if TYPE_CHECKING:
+    from visualisation.runs.picture import Picture
+
+
+def picture(results: RunResults, kind: str, figures: Sequence[Declared] = (), places: Sequence[Place] = ()) -> Picture:
+    """One figure of a run with its caption, in memory.
+
+    Args:
+        results: of one run.
+        kind: a name in ``KINDS``, or the name of a figure among ``figures``.
+        figures: what the mission of the run declares.
+        places: what the map of the tracks shows.
+
+    Returns:
+        The Matplotlib figure, the caption, and notes on what was left out.
+
+    Raises:
+        DrawingError: the kind is not known, its tables are missing, or the mission's function failed.
+    """
+    own = _own(figures)
+    _check_kinds([kind], own)
+    if reason := _lacking(results, kind, own):
+        raise DrawingError(f"{kind}: {reason}")
+    if kind in own:
+        from visualisation.runs import declared
+
+        return declared.picture(own[kind], results)
+    if kind == "trajectories":
+        from visualisation.runs import trajectories
+
+        layers = [one for one in figures if isinstance(one, Layer)]
+        marks = [one for one in figures if isinstance(one, Mark)]
+        return trajectories.picture(results, places, layers, marks)
+    if kind == "roles":
+        from visualisation.runs import timeline
+
+        return timeline.picture(results)
+    from visualisation.runs import satisfaction
+
+    return satisfaction.picture(results)
+
+
+def draw(
+    results: RunResults,
+    kinds: Sequence[str],
+    folder: Path,
+    format: str = "png",
+    figures: Sequence[Declared] = (),
+    places: Sequence[Place] = (),
+) -> Drawn:
+    """Write ``<kind>.<format>`` and its caption ``<kind>.txt`` for each kind; no kinds means all that have tables.
+
+    Args:
+        results: of one run.
+        kinds: names in ``KINDS``, or of figures among ``figures``.
+        folder: made if it is not there.
+        format: png, svg or pdf.
+        figures: what the mission of the run declares.
+        places: what the map of the tracks shows.
+
+    Returns:
+        The files written (a figure, its caption, the next figure, ...), and what was left out and why.
+
+    Raises:
+        DrawingError: a kind or the format is not known, the tables of a kind that was named are missing, or a figure of
+            the mission is not one, or failed. Nothing is written then.
+    """
+    own = _own(figures)
+    _check_kinds(kinds, own)
+    check_format(format)
+    asked = list(dict.fromkeys(kinds)) or [*KINDS, *own]
+    missing = {kind: reason for kind in asked if (reason := _lacking(results, kind, own))}
+    if kinds and missing:
+        raise DrawingError("; ".join(f"{kind}: {reason}" for kind, reason in missing.items()))
+    from visualisation import style
+
+    notes = [f"{kind} is left out: {reason}" for kind, reason in missing.items()]
+    contents: list[tuple[str, bytes]] = []
+    for kind in asked:
+        if kind not in missing:
+            drawn = picture(results, kind, figures, places)
+            contents.append((f"{kind}.{format}", style.rendered(drawn.figure, format)))
+            contents.append((f"{kind}.txt", f"{drawn.caption}\n".encode()))
+            notes += drawn.notes
+    return Drawn(write(folder, contents), notes)
+
+
+def _own(figures: Sequence[Declared]) -> dict[str, Figure]:
+    """Figures of the mission by name, each declared rightly and once."""
+    found: dict[str, Figure] = {}
+    for one in figures:
+        if not isinstance(one, Figure | Layer | Mark):
+            raise DrawingError(
+                f"the mission lists {one!r} as a figure, which is a {type(one).__name__}; "
+                "allowed: Figure, Layer and Mark of missions.figure"
+            )
+        if isinstance(one, Figure):
+            if one.name in (*KINDS, *SWEEP_KINDS, *found):
+                raise DrawingError(f"the mission declares a figure {one.name!r}, a name that is taken; rename it")
+            found[one.name] = one
+    return found
+
+
+def _check_kinds(kinds: Sequence[str], own: Mapping[str, Figure]) -> None:
+    known = (*KINDS, *own)
+    for kind in kinds:
+        if kind in SWEEP_KINDS:
+            names = ", ".join(known)
+            raise DrawingError(f"{kind!r} is a figure of a sweep, and these are results of one run; known: {names}")
+        if kind not in known:
+            raise unknown("kind of figure", kind, known)
+
+
+def _lacking(results: RunResults, kind: str, own: Mapping[str, Figure]) -> str:
+    """Why a kind cannot be drawn; empty if it can."""
+    lacking = [table for table in (own[kind].needs if kind in own else KINDS[kind]) if not results.has(table)]
+    return f"these results have no table {', '.join(lacking)}" if lacking else ""

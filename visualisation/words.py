@@ -1,0 +1,61 @@
+"""Words and numbers as axes and captions have them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+
+def axis(label: str, unit: str = "") -> str:
+    """Text of an axis: the label, with the unit where there is one; ``1`` is none.
+
+    >>> axis("time", "s"), axis("packet error rate"), axis("share", "1")
+    ('time (s)', 'packet error rate', 'share')
+    """
+    return f"{label} ({unit})" if unit not in ("", "1") else label
+
+
+def time(time_s: float) -> str:
+    """A time of a mission.
+
+    >>> time(2061.96), time(7.25)
+    ('2062 s', '7.2 s')
+    """
+    return f"{time_s:.0f} s" if time_s >= 100 else f"{time_s:.1f} s"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names with commas and a last "and".
+
+    >>> listed(["a", "b", "c"])
+    'a, b and c'
+    """
+    return ", ".join(names[:-1]) + f" and {names[-1]}" if len(names) > 1 else names[0]
+
+
+def named_all(what: str, names: Iterable[str], several: str = "") -> str:
+    """A word and the names that it is about, each once.
+
+    >>> named_all("policy", ["ack", "m-ack", "ack"], "policies")
+    'policies ack, m-ack'
+    """
+    found = list(dict.fromkeys(names))
+    return f"{what if len(found) == 1 else several or what + 's'} {', '.join(found)}"
+
+
+def capital(text: str) -> str:
+    """Text that begins with a capital."""
+    return text[:1].upper() + text[1:]
+
+
+def within(text: str) -> str:
+    """Text as it stands within a sentence: without its capital, unless it begins with an abbreviation.
+
+    >>> within("Mission time"), within("PER")
+    ('mission time', 'PER')
+    """
+    return text if text[1:2].isupper() else text[:1].lower() + text[1:]
+
+
+def joined(*sentences: str) -> str:
+    """Sentences one after the other, without the empty ones."""
+    return " ".join(sentence for sentence in sentences if sentence)

@@ -1,0 +1,222 @@
+"""World models as rows of plain values, for a table, and back.
+
+One row is one fact, named so that a reader of the table needs no uids. Three kinds of rows hold no fact of a
+block: a ``COMMON`` row is an instance that all vehicles knew before the mission, a ``BANNED`` row an origin
+that the view leaves out, and a ``MODEL`` row a setting of the world model. The blocks that have arrived
+but wait or were refused are rows too. ``models_from`` merges all of them, and merging has one outcome whatever
+the order; so the models it returns answer as those that were saved.
+
+Values are text that Python reads back exactly: numbers by ``repr``, ``true`` and ``false``, symbols as they
+are, points as ``POINT (east north)``, classes by name, and linked instances by their uid and name: ``3 bay``.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from enum import StrEnum
+from itertools import groupby
+from typing import NamedTuple, cast
+
+from worldmodel.abox import WorldModel
+from worldmodel.errors import SnapshotError, WorldModelError
+from worldmodel.facts import Block, Instance, PropertyValue
+from worldmodel.merge import merge
+from worldmodel.store import Store
+from worldmodel.tbox import Attribute, TBox, Value, ValueKind
+
+NOBODY = -1
+"""The origin of rows that no vehicle recorded."""
+
+_NUMBERS = ("owner", "n_origins", "run_time_instances_per_origin", "time_resolution_s")
+
+
+class RowKind(StrEnum):
+    """What a row of a snapshot stands for."""
+
+    MODEL = "model"
+    COMMON = "common"
+    BANNED = "banned"
+    KNOWN = "known"
+    WAITING = "waiting"
+    REFUSED = "refused"
+
+
+class Row(NamedTuple):
+    """One row of a snapshot.
+
+    Attributes:
+        vehicle: the name of the vehicle whose world model it is.
+        kind: a ``RowKind``, as text.
+        uid: the uid of the instance that the fact is about.
+        origin: the vehicle that recorded the fact, by number; -1 for an instance known to all.
+        sequence: the number of the block among those of its origin.
+        position: the place of the fact in its block.
+        time_s: the time of observation on the origin's clock (s).
+        subject: the name of the instance.
+        attribute: the name of the attribute.
+        value: the value as text.
+    """
+
+    vehicle: str
+    kind: str
+    uid: int
+    origin: int
+    sequence: int
+    position: int
+    time_s: float
+    subject: str
+    attribute: str
+    value: str
+
+
+def rows_of(models: Mapping[str, WorldModel]) -> Iterator[Row]:
+    """Yield what world models hold, as rows.
+
+    Args:
+        models: the world models, by the names of their vehicles.
+    """
+    for vehicle, model in models.items():
+        settings = {"ontology": f"{model.tbox.hash:08x}"} | {name: str(getattr(model, name)) for name in _NUMBERS}
+        for name, setting in settings.items():
+            yield Row(vehicle, RowKind.MODEL.value, NOBODY, model.owner, 0, 0, 0.0, vehicle, name, setting)
+        for instance in model.common_instances:
+            class_name = model.tbox.classes[instance.class_uid].name
+            yield Row(
+                vehicle,
+                RowKind.COMMON.value,
+                instance.uid,
+                NOBODY,
+                instance.uid,
+                0,
+                0.0,
+                instance.name,
+                "type",
+                class_name,
+            )
+        for origin in sorted(model.banned):
+            yield Row(vehicle, RowKind.BANNED.value, NOBODY, origin, 0, 0, 0.0, "", "", "")
+        arrivals = model.arrivals
+        held = (
+            (RowKind.KNOWN, model.blocks()),
+            (RowKind.WAITING, arrivals.waiting.values()),
+            (RowKind.REFUSED, arrivals.refused.values()),
+        )
+        for kind, blocks in held:
+            for block in sorted(blocks, key=lambda each: each.guid):
+                yield from _rows_of_block(vehicle, model, kind, block)
+
+
+def models_from(rows: Iterable[Row], tbox: TBox) -> dict[str, WorldModel]:
+    """Return the world models that rows hold, by vehicle.
+
+    Args:
+        rows: the rows of one or several vehicles as ``rows_of`` yields them, those of one vehicle together.
+        tbox: the ontology with which the models were made.
+
+    Raises:
+        SnapshotError: the rows are of another ontology, or cannot have come from ``rows_of``.
+    """
+    models = {}
+    for vehicle, of_vehicle in groupby(rows, key=lambda row: row.vehicle):
+        try:
+            models[vehicle] = _model_from(list(of_vehicle), tbox)
+        except (ValueError, WorldModelError) as error:
+            raise SnapshotError(
+                f"the world model of {vehicle!r} cannot be read: {error}; allowed: the rows of one run, unchanged, "
+                "with the ontology of that run"
+            ) from error
+    return models
+
+
+def _rows_of_block(vehicle: str, model: Store, kind: RowKind, block: Block) -> Iterator[Row]:
+    for position, fact in enumerate(block.facts):
+        attribute = model.tbox.attributes[fact.attribute]
+        yield Row(
+            vehicle,
+            kind.value,
+            fact.subject,
+            block.origin,
+            block.sequence,
+            position,
+            block.time_s,
+            _name(model, fact.subject),
+            attribute.name,
+            _as_text(model, attribute, fact.value),
+        )
+
+
+def _model_from(rows: list[Row], tbox: TBox) -> WorldModel:
+    by_kind: dict[RowKind, list[Row]] = {kind: [] for kind in RowKind}
+    for row in rows:
+        by_kind[RowKind(row.kind)].append(row)
+    settings = {row.attribute: row.value for row in by_kind[RowKind.MODEL]}
+    if missing := sorted({"ontology", *_NUMBERS} - settings.keys()):
+        raise ValueError(f"it lacks the setting {', '.join(missing)}")
+    if settings["ontology"] != f"{tbox.hash:08x}":
+        raise ValueError(f"it was made with the ontology {settings['ontology']}, and this one is {tbox.hash:08x}")
+    model = WorldModel(
+        tbox,
+        int(settings["owner"]),
+        [Instance(row.uid, tbox.class_named(row.value).uid, row.subject) for row in by_kind[RowKind.COMMON]],
+        float(settings["time_resolution_s"]),
+        n_origins=int(settings["n_origins"]),
+        run_time_instances_per_origin=int(settings["run_time_instances_per_origin"]),
+    )
+    arrived = [*by_kind[RowKind.KNOWN], *by_kind[RowKind.WAITING], *by_kind[RowKind.REFUSED]]
+    merge(model, _blocks_from(arrived, tbox))
+    known = {(row.origin, row.sequence) for row in by_kind[RowKind.KNOWN]}
+    if odd := sorted(known ^ {block.guid for block in model.blocks()}):
+        raise ValueError(f"the checks do not agree that block {odd[0]} is {RowKind.KNOWN.value}")
+    for row in by_kind[RowKind.BANNED]:
+        model.ban(row.origin)
+    return model
+
+
+def _blocks_from(rows: list[Row], tbox: TBox) -> Iterator[Block]:
+    in_order = sorted(rows, key=lambda row: (row.origin, row.sequence, row.position))
+    for (origin, sequence), of_block in groupby(in_order, key=lambda row: (row.origin, row.sequence)):
+        facts = list(of_block)
+        yield Block(origin, sequence, facts[0].time_s, tuple(_fact_from(row, tbox) for row in facts))
+
+
+def _fact_from(row: Row, tbox: TBox) -> PropertyValue:
+    attribute = tbox.attribute_named(row.attribute)
+    return PropertyValue(row.uid, attribute.uid, _from_text(tbox, attribute, row.value))
+
+
+def _name(model: Store, uid: int) -> str:
+    instance = model.instance(uid)
+    return instance.name if instance is not None else ""
+
+
+def _as_text(model: Store, attribute: Attribute, value: Value) -> str:
+    stored = attribute.quantise(value)
+    match attribute.kind:
+        case ValueKind.TYPE:
+            return model.tbox.classes[cast(int, stored)].name
+        case ValueKind.LINK:
+            return f"{stored} {_name(model, cast(int, stored))}".rstrip()
+        case ValueKind.SYMBOL:
+            return attribute.symbols[cast(int, stored)]
+        case ValueKind.POINT:
+            east, north = cast(tuple[float, float], stored)
+            return f"POINT ({east!r} {north!r})"
+        case ValueKind.BOOLEAN:
+            return str(stored).lower()
+        case ValueKind.NUMBER:
+            return repr(stored)
+
+
+def _from_text(tbox: TBox, attribute: Attribute, text: str) -> Value:
+    match attribute.kind:
+        case ValueKind.TYPE:
+            return tbox.class_named(text).uid
+        case ValueKind.LINK:
+            return int(text.partition(" ")[0])
+        case ValueKind.SYMBOL:
+            return attribute.symbols.index(text)
+        case ValueKind.POINT:
+            east, north = text.removeprefix("POINT (").removesuffix(")").split()
+            return (float(east), float(north))
+        case ValueKind.BOOLEAN:
+            return ("false", "true").index(text) == 1
+        case ValueKind.NUMBER:
+            return float(text)

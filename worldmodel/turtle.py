@@ -1,0 +1,319 @@
+"""Reading OWL: from the text of Turtle files to the tables of a ``TBox``, or to the list of all their faults.
+
+Compiled are: named classes (owl:Class) with rdfs:subClassOf, owl:disjointWith and owl:AllDisjointClasses; and
+attributes, which are the owl:DatatypeProperty and owl:ObjectProperty outside the situation vocabulary, with
+rdfs:domain, rdfs:range and the rm: annotations. The range decides the kind:
+
+    xsd:double, xsd:decimal, xsd:integer   NUMBER    needs rm:minimum, rm:maximum, rm:resolution
+    rm:Point                               POINT     the same, for both axes
+    xsd:boolean                            BOOLEAN
+    owl:oneOf (a list of strings)          SYMBOL
+    a named class                          LINK
+
+Every other axiom, and every individual, stays in the graph for SPARQL and for reasoners, and has no effect at
+run time. A term is defined in one file alone: ``_DEFINING`` lists the predicates that define it. Labels,
+comments and alignments define nothing; any file may add them.
+"""
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import Any
+
+from rdflib import OWL, RDF, RDFS, XSD, BNode, Graph, Literal, Namespace, URIRef
+from rdflib.collection import Collection
+from rdflib.term import Node
+
+from worldmodel.errors import OntologyError, suggestion
+from worldmodel.fields import Field
+from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind
+
+RM = Namespace("https://w3id.org/remoras/marine#")
+SIT = Namespace("https://w3id.org/remoras/situation#")
+
+_BOUNDS = (RM.minimum, RM.maximum, RM.resolution)
+_ANNOTATIONS = {*_BOUNDS, RM.unit, RM.latestOnly}
+_NUMBERS = {XSD.double, XSD.decimal, XSD.integer}
+_RANGES = "xsd:double, xsd:decimal, xsd:integer, xsd:boolean, rm:Point, owl:oneOf (strings) or a declared class"
+_TERMS = (OWL.Class, OWL.DatatypeProperty, OWL.ObjectProperty, OWL.AnnotationProperty, RDF.Property, RDFS.Datatype)
+_DEFINING = {RDF.type, RDFS.subClassOf, OWL.disjointWith, RDFS.domain, RDFS.range, *_ANNOTATIONS}
+_NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Parsed:
+    """The union of the files.
+
+    ``file_of`` is the first file that has triples of a subject; ``definitions`` lists the files that define
+    a term, in the order given.
+    """
+
+    graph: Graph
+    file_of: dict[Node, str]
+    definitions: dict[Node, list[str]]
+
+
+def parse(sources: Iterable[Source]) -> Parsed:
+    """Parse the files into one graph; raises OntologyError naming every file that is not Turtle."""
+    union = Graph()
+    file_of: dict[Node, str] = {}
+    defining_files: dict[Node, list[str]] = {}
+    faults: list[str] = []
+    for source in sources:
+        graph = Graph()
+        try:
+            graph.parse(data=source.text, format="turtle")
+        except Exception as error:  # rdflib's parsers raise whatever a broken text leads them to
+            reason = " ".join(str(error).split())
+            faults.append(f"{source.path}: is not Turtle: {reason}; allowed: what Turtle 1.1 allows")
+            continue
+        for subject in graph.subjects(unique=True):
+            file_of.setdefault(subject, source.path)
+            if not _DEFINING.isdisjoint(graph.predicates(subject)):
+                defining_files.setdefault(subject, []).append(source.path)
+        for triple in graph:
+            union.add(triple)
+        for prefix, namespace in graph.namespaces():
+            union.bind(prefix, namespace)
+    if faults:
+        raise OntologyError(faults)
+    terms = {subject for kind in _TERMS for subject in union.subjects(RDF.type, kind) if isinstance(subject, URIRef)}
+    return Parsed(union, file_of, {term: files for term, files in defining_files.items() if term in terms})
+
+
+def compile_tbox(sources: tuple[Source, ...]) -> TBox:
+    """Compile the files; raises OntologyError with every fault of every subject."""
+    parsed = parse(sources)
+    if redefined := _redefinitions(parsed):
+        raise OntologyError(redefined)
+    reader = _Reader(parsed)
+    classes = reader.classes()
+    disjoint = reader.disjoint_pairs()
+    attributes = reader.attributes()
+    if not reader.faults:
+        tbox = TBox(tuple(classes), tuple(attributes), tuple(disjoint), sources)
+        reader.refuse_empty_classes(tbox)
+    if reader.faults:
+        raise OntologyError(sorted(reader.faults))
+    return tbox
+
+
+def _redefinitions(parsed: Parsed) -> list[str]:
+    """Return a fault for every file that changes the meaning of a term of another file."""
+    shown = parsed.graph.namespace_manager.normalizeUri
+    allowed = (
+        "one file that defines a term; leave that of the other file alone, and add a class below it "
+        "(rdfs:subClassOf) or an attribute under a name of your own"
+    )
+    faults = [
+        f"{other}: {shown(str(term))}: it redefines a term of {first}; allowed: {allowed}"
+        for term, (first, *others) in parsed.definitions.items()
+        for other in others
+    ]
+    for axiom, members in parsed.graph.subject_objects(OWL.members):
+        file = parsed.file_of[axiom]
+        terms = [term for term in Collection(parsed.graph, members) if term in parsed.definitions]
+        if terms and all(file not in parsed.definitions[term] for term in terms):
+            names = ", ".join(shown(str(term)) for term in terms)
+            first = parsed.definitions[terms[0]][0]
+            faults.append(f"{file}: {names}: it makes classes of {first} disjoint; allowed: {allowed}")
+    return sorted(faults)
+
+
+def _local_name(iri: str) -> str:
+    return re.split(r"[#/:]", iri)[-1]
+
+
+def _python(term: Node) -> Any:
+    return term.toPython() if isinstance(term, Literal) else term
+
+
+class _Reader:
+    """One pass over the graph, which collects all faults."""
+
+    def __init__(self, parsed: Parsed) -> None:
+        self.graph = parsed.graph
+        self.file_of = parsed.file_of
+        self.faults: list[str] = []
+        self.class_iris = sorted({*self._declared(OWL.Class), OWL.Thing})
+        self.class_uid: dict[Node, int] = {iri: uid for uid, iri in enumerate(self.class_iris)}
+
+    def _declared(self, *owl_types: URIRef) -> list[URIRef]:
+        """Return what is declared to be of one of ``owl_types`` outside the situation vocabulary, by IRI."""
+        found = {s for owl_type in owl_types for s in self.graph.subjects(RDF.type, owl_type)}
+        return sorted(iri for iri in found if isinstance(iri, URIRef) and not iri.startswith(SIT))
+
+    def fault(self, subject: Node, wrong: str, allowed: str) -> None:
+        """Note one fault of ``subject``: what is wrong, and what is allowed."""
+        shown = subject.n3(self.graph.namespace_manager) if isinstance(subject, URIRef) else "[ ]"
+        self.faults.append(f"{self.file_of.get(subject, 'TBox')}: {shown}: {wrong}; allowed: {allowed}")
+
+    def shown(self, term: Node) -> str:
+        """Return a term as a Turtle file would write it."""
+        return term.n3(self.graph.namespace_manager) if isinstance(term, (URIRef, Literal)) else "[ ]"
+
+    def hint(self, term: Node, known: Iterable[Node]) -> str:
+        """Propose the known term most like an unknown one."""
+        return suggestion(_local_name(str(term)), sorted(_local_name(str(each)) for each in known))
+
+    def check_names(self, iris: Sequence[URIRef], taken: dict[str, URIRef]) -> None:
+        """Refuse names (the local parts of IRIs) that are no identifiers, and names that two IRIs share."""
+        for iri in iris:
+            name = _local_name(iri)
+            if not _NAME.fullmatch(name):
+                self.fault(iri, f"its name {name!r} is not an identifier", "a letter, then letters, digits, _")
+            elif taken.setdefault(name, iri) != iri:
+                other = taken[name]
+                where = f" in {self.file_of[other]}" if other in self.file_of else ""
+                self.fault(iri, f"its name {name!r} is that of <{other}>{where} too", "one IRI for each name")
+
+    def classes(self) -> list[OntologyClass]:
+        """Compile the classes; a class without a named superclass is below Thing."""
+        self.check_names(self.class_iris, {"Thing": OWL.Thing})
+        compiled = []
+        for iri, uid in self.class_uid.items():
+            parents = set()
+            for parent in self.graph.objects(iri, RDFS.subClassOf):
+                if parent in self.class_uid:
+                    parents.add(self.class_uid[parent])
+                elif not isinstance(parent, BNode):
+                    wrong = f"its superclass {self.shown(parent)} is not declared"
+                    self.fault(iri, wrong, f"a declared owl:Class{self.hint(parent, self.class_iris)}")
+            if not parents and iri != OWL.Thing:
+                parents.add(self.class_uid[OWL.Thing])
+            compiled.append(OntologyClass(uid, _local_name(str(iri)), str(iri), tuple(sorted(parents))))
+        self._refuse_cycles(compiled)
+        return compiled
+
+    def _refuse_cycles(self, classes: list[OntologyClass]) -> None:
+        # Take away the classes whose parents are all taken away, again and again; below a cycle some stay.
+        remaining = {c.uid: set(c.parents) for c in classes}
+        while free := [uid for uid, parents in remaining.items() if not parents & remaining.keys()]:
+            for uid in free:
+                del remaining[uid]
+        for uid in remaining:
+            self.fault(self.class_iris[uid], "it is, or descends from, a superclass of itself", "a hierarchy")
+
+    def disjoint_pairs(self) -> list[tuple[int, int]]:
+        """Return the pairs of classes declared disjoint, by uid."""
+        groups = [(a, [a, b]) for a, b in self.graph.subject_objects(OWL.disjointWith)]
+        for axiom in self.graph.subjects(RDF.type, OWL.AllDisjointClasses):
+            for members in self.graph.objects(axiom, OWL.members):
+                groups.append((axiom, list(Collection(self.graph, members))))
+        pairs = []
+        for subject, group in groups:
+            for unknown in (term for term in group if term not in self.class_uid):
+                wrong = f"the disjoint class {self.shown(unknown)} is not declared"
+                self.fault(subject, wrong, f"declared classes{self.hint(unknown, self.class_iris)}")
+            uids = [self.class_uid[term] for term in group if term in self.class_uid]
+            pairs += [(a, b) for i, a in enumerate(uids) for b in uids[i + 1 :]]
+        return sorted(pairs)
+
+    def refuse_empty_classes(self, tbox: TBox) -> None:
+        """Refuse classes that can have no instance because they are below two disjoint ones."""
+        for c in tbox.classes:
+            if tbox.are_disjoint(c.uid, c.uid):
+                self.fault(URIRef(c.iri), "it is disjoint with itself", "superclasses that are not disjoint")
+
+    def attributes(self) -> list[Attribute]:
+        """Compile the attributes, ``type`` first."""
+        iris = self._declared(OWL.DatatypeProperty, OWL.ObjectProperty)
+        self.check_names(iris, {"type": RDF.type})
+        for annotation in _ANNOTATIONS:
+            for subject in self.graph.subjects(annotation, None, unique=True):
+                if subject not in iris:
+                    wrong = f"{self.shown(annotation)} on what is not a declared property"
+                    self.fault(subject, wrong, "an owl:DatatypeProperty or owl:ObjectProperty")
+        thing = self.class_uid[OWL.Thing]
+        built_in = Attribute(TYPE_UID, "type", str(RDF.type), thing, ValueKind.TYPE)
+        compiled = (self._attribute(uid, iri) for uid, iri in enumerate(iris, start=TYPE_UID + 1))
+        return [built_in, *(attribute for attribute in compiled if attribute)]
+
+    def _attribute(self, uid: int, iri: URIRef) -> Attribute | None:
+        for predicate in self.graph.predicates(iri, unique=True):
+            if isinstance(predicate, URIRef) and predicate.startswith(RM) and predicate not in _ANNOTATIONS:
+                names = ", ".join(sorted(map(self.shown, _ANNOTATIONS)))
+                wrong = f"unknown annotation {self.shown(predicate)}"
+                self.fault(iri, wrong, names + self.hint(predicate, _ANNOTATIONS))
+        latest_only = self._boolean(iri, RM.latestOnly)
+        domain = self._one(iri, RDFS.domain, "one declared class")
+        if domain is not None and domain not in self.class_uid:
+            wrong = f"its domain {self.shown(domain)} is not declared"
+            self.fault(iri, wrong, f"one declared class{self.hint(domain, self.class_iris)}")
+        target = self._one(iri, RDFS.range, _RANGES)
+        if target is None:
+            return None
+        fields: tuple[Field, ...] = ()
+        symbols: tuple[str, ...] = ()
+        range_class = None
+        if target in _NUMBERS:
+            kind, fields = ValueKind.NUMBER, self._fields(iri, 1)
+        elif target == RM.Point:
+            kind, fields = ValueKind.POINT, self._fields(iri, 2)
+        elif target == XSD.boolean:
+            kind = ValueKind.BOOLEAN
+        elif target in self.class_uid:
+            kind, range_class = ValueKind.LINK, self.class_uid[target]
+        elif (listed := self.graph.value(target, OWL.oneOf)) is not None:
+            kind, symbols = ValueKind.SYMBOL, self._symbols(iri, listed)
+        else:
+            self.fault(iri, f"its range {self.shown(target)} cannot be stored", _RANGES)
+            return None
+        if kind not in {ValueKind.NUMBER, ValueKind.POINT}:
+            for annotation in (*_BOUNDS, RM.unit):
+                if (iri, annotation, None) in self.graph:
+                    self.fault(iri, f"{self.shown(annotation)} on a {kind.value}", "bounds of numbers and points")
+        owl_type = OWL.ObjectProperty if kind is ValueKind.LINK else OWL.DatatypeProperty
+        if (iri, RDF.type, owl_type) not in self.graph:
+            self.fault(iri, f"its range makes it a {kind.value}", f"{self.shown(owl_type)} for such a range")
+        if domain not in self.class_uid:
+            return None
+        name = _local_name(iri)
+        return Attribute(uid, name, str(iri), self.class_uid[domain], kind, fields, range_class, symbols, latest_only)
+
+    def _one(self, iri: URIRef, predicate: URIRef, allowed: str) -> Node | None:
+        found = list(self.graph.objects(iri, predicate))
+        if len(found) != 1:
+            self.fault(iri, f"{len(found)} {self.shown(predicate)}", allowed)
+            return None
+        return found[0]
+
+    def _boolean(self, iri: URIRef, predicate: URIRef) -> bool:
+        found = [_python(term) for term in self.graph.objects(iri, predicate)]
+        if len(found) > 1 or any(not isinstance(each, bool) for each in found):
+            got = " and ".join(map(repr, found))
+            self.fault(iri, f"{self.shown(predicate)} is {got}", "true or false, once")
+        return True in found
+
+    def _fields(self, iri: URIRef, n_axes: int) -> tuple[Field, ...]:
+        numbers: list[float] = []
+        for predicate in _BOUNDS:
+            found = [_python(term) for term in self.graph.objects(iri, predicate)]
+            if len(found) == 1 and type(found[0]) in (int, float, Decimal):
+                numbers.append(float(found[0]))
+            else:
+                got = " and ".join(map(repr, found)) or "missing"
+                self.fault(iri, f"{self.shown(predicate)} is {got}", "one number")
+        units = sorted(str(unit) for unit in self.graph.objects(iri, RM.unit))
+        if len(units) > 1:
+            self.fault(iri, f"rm:unit is {' and '.join(units)}", "one unit, or none")
+        if len(numbers) < len(_BOUNDS) or len(units) > 1:
+            return ()
+        try:
+            minimum, maximum, resolution = numbers
+            return (Field(minimum, maximum, resolution, units[0] if units else ""),) * n_axes
+        except ValueError as error:
+            self.fault(iri, str(error), "minimum < maximum, a whole number of resolutions apart")
+            return ()
+
+    def _symbols(self, iri: URIRef, listed: Node) -> tuple[str, ...]:
+        terms = list(Collection(self.graph, listed))
+        symbols = tuple(str(term) for term in terms)
+        if len(set(symbols)) < max(len(terms), 1) or not all(isinstance(term, Literal) for term in terms):
+            self.fault(
+                iri,
+                f"its symbols are ({' '.join(map(self.shown, terms))})",
+                "different strings, at least one",
+            )
+        return symbols
