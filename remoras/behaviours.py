@@ -50,7 +50,7 @@ class Perception(NamedTuple):
 
     Attributes:
         stimulus: 0..1; 0 means that there is nothing to do now.
-        advance: whether it gets on; None where there is nothing to get on with, or it is not performed.
+        advance: whether it gets on, which counts while it is performed; None where there is nothing to get on with.
         done: True once all there was to do has been done; it will not come back.
     """
 

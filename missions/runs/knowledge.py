@@ -27,7 +27,7 @@ FACTS = Table(
 def keep(fleet: Fleet) -> None:
     """Write the world models of a fleet into the table ``facts`` of its record."""
     fleet.recorder.declare(FACTS)
-    models = {vehicle.name: vehicle.world_model for vehicle in fleet.vehicles}
+    models = {vehicle.name: vehicle.beliefs.model for vehicle in fleet.vehicles}
     fleet.recorder.rows(FACTS.name).extend(rows_of(models))
 
 

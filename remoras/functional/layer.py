@@ -58,6 +58,7 @@ class FunctionalLayer:
         speed_mps = data.survey_speed_mps
         home_j_per_m = (data.hotel_w + data.drag_w_per_mps3 * speed_mps**3) / speed_mps
         self._reserve_per_m = RESERVE_MARGIN * home_j_per_m / data.energy_j
+        self._greatest_speed_mps = max(data.transit_speed_mps, data.survey_speed_mps)
         self._sets: tuple[ActivitySet, ...] = ()
         self._of_set: dict[ActivitySet, Behaviour] = {}
         self._behaviours: list[Behaviour] = []
@@ -212,7 +213,8 @@ class FunctionalLayer:
         if reference is None:
             advance(self.motion, self.data, self.motion.position_m, 0.0, dt_s)
         else:
-            advance(self.motion, self.data, reference.target_m, reference.speed_mps, dt_s)
+            speed_mps = min(reference.speed_mps, self._greatest_speed_mps)
+            advance(self.motion, self.data, reference.target_m, speed_mps, dt_s)
         if self.exhausted:
             self.motion.energy_j = self.data.energy_j
             self.motion.speed_mps = 0.0

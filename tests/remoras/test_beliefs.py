@@ -1,20 +1,18 @@
 """Beliefs: facts by name, out of the world model."""
 
-from pathlib import Path
-
 import pytest
 
 from remoras.beliefs import Beliefs
-from worldmodel import Instance, UnknownNameError, WorldModel, core_ontology_paths, merge, read_tbox
+from remoras.sensor import SELF, Observation
+from worldmodel import FactError, Instance, UnknownNameError, WorldModel, core_ontology_paths, merge, read_tbox
 
-VOCABULARY = Path(__file__).parents[2] / "missions" / "mapping" / "vocabulary.ttl"
-TBOX = read_tbox(*core_ontology_paths(), VOCABULARY)
-NAMED = [("AUV", "AUV00"), ("AUV", "AUV01"), ("Group", "Operational"), ("Area", "middle"), ("Mission", "AreaMapping")]
+TBOX = read_tbox(*core_ontology_paths())
+NAMED = [("AUV", "AUV00"), ("AUV", "AUV01"), ("Group", "Operational"), ("Job", "middle"), ("Mission", "AreaMapping")]
 INSTANCES = tuple(Instance(uid, TBOX.class_named(kind).uid, name) for uid, (kind, name) in enumerate(NAMED))
 
 
-def beliefs(owner: int = 0) -> Beliefs:
-    model = WorldModel(TBOX, owner, INSTANCES, n_origins=2, run_time_instances_per_origin=0)
+def beliefs(owner: int = 0, n_found: int = 0) -> Beliefs:
+    model = WorldModel(TBOX, owner, INSTANCES, n_origins=2, run_time_instances_per_origin=n_found)
     return Beliefs(model)
 
 
@@ -40,23 +38,23 @@ def test_numbers_are_given_as_the_wire_has_them() -> None:
 def test_the_latest_observation_is_believed_in_whatever_order_it_comes() -> None:
     author = beliefs(owner=1)
     old, new = (
-        author.model.record([author.fact("middle", "areaDone", name)], time_s).block
+        author.model.record([author.fact("middle", "jobDone", name)], time_s).block
         for name, time_s in (("AUV01", 1.0), ("AUV00", 2.0))
     )
     for order in ((old, new), (new, old)):
         held = beliefs()
         for block in order:
             merge(held.model, [block])
-        assert held.get(("areaDone", "middle")) == "AUV00"
+        assert held.get(("jobDone", "middle")) == "AUV00"
 
 
 def test_keys_name_what_is_now_believed_otherwise() -> None:
     author, held = beliefs(owner=1), beliefs()
-    old = author.model.record([author.fact("middle", "areaDone", "AUV01")], 1.0).block
+    old = author.model.record([author.fact("middle", "jobDone", "AUV01")], 1.0).block
     new = author.model.record(
-        [author.fact("middle", "areaDone", "AUV00"), author.fact("AUV01", "batteryFraction", 0.5)], 2.0
+        [author.fact("middle", "jobDone", "AUV00"), author.fact("AUV01", "batteryFraction", 0.5)], 2.0
     ).block
-    assert held.keys_of(merge(held.model, [new]).changes) == {("areaDone", "middle"), ("batteryFraction", "AUV01")}
+    assert held.keys_of(merge(held.model, [new]).changes) == {("jobDone", "middle"), ("batteryFraction", "AUV01")}
     assert held.keys_of(merge(held.model, [old]).changes) == set()  # old news change no belief
 
 
@@ -73,3 +71,41 @@ def test_a_name_that_does_not_exist_is_a_mistake_of_the_programmer() -> None:
         held.get(("hasMission", "Operationl"))
     with pytest.raises(UnknownNameError, match="hasMision"):
         held.get(("hasMision", "Operational"))
+
+
+# What sensors find --------------------------------------------------------------------------------
+
+WRECK = Observation(((SELF, "location", (10.0, 20.0)), (SELF, "classification", "wreck")), found="ObjectOfInterest")
+
+
+def test_what_is_found_becomes_an_instance_that_others_hear_of_by_name() -> None:
+    """Vehicle 1 has the uids behind the five common instances and the two of vehicle 0: its first one is 7."""
+    finder, peer = beliefs(owner=1, n_found=2), beliefs(owner=0, n_found=2)
+    block = finder.model.record(finder.facts_of(WRECK), 1.0).block
+    merge(peer.model, [block])
+    for held in (finder, peer):
+        assert held.name(7) == "ObjectOfInterest-7"
+        assert held.get(("location", "ObjectOfInterest-7")) == (10.0, 20.0)
+        assert held.get(("classification", "ObjectOfInterest-7")) == "wreck"
+    later = finder.model.record([finder.fact("ObjectOfInterest-7", "classification", "pipeline")], 2.0)
+    assert finder.keys_of([later]) == {("classification", "ObjectOfInterest-7")}
+    assert finder.by_name(later.block.facts[0]) == ("ObjectOfInterest-7", "classification", "pipeline")
+
+
+def test_no_more_is_found_than_names_are_kept_for() -> None:
+    held = beliefs(n_found=1)
+    held.model.record(held.facts_of(WRECK), 1.0)
+    with pytest.raises(FactError, match="created its 1 instances"):
+        held.facts_of(WRECK)
+
+
+def test_an_unknown_symbol_is_refused_with_those_that_are_allowed() -> None:
+    held = beliefs(n_found=1)
+    with pytest.raises(FactError, match="classification is 'rock'; allowed: unknown, wreck"):
+        held.facts_of(Observation(((SELF, "classification", "rock"),), found="ObjectOfInterest"))
+
+
+@pytest.mark.parametrize("name", ["ObjectOfInterest-6", "AUV-0", "Job-99"])
+def test_a_name_like_that_of_something_found_is_none(name: str) -> None:
+    with pytest.raises(UnknownNameError):
+        beliefs(n_found=2).uid(name)

@@ -1,40 +1,80 @@
-"""The functional layer: sensing, integrity and moving as decided."""
+"""The functional layer: sensing, integrity and moving as decided; what others write is held against its seam."""
 
 import math
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import pytest
 from samples import activity_set, auv
 
-from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
-from remoras.behaviours import ADVANCING, DUE, Behaviour, Homing, ReturningHome, Standing, ZigzagExploring
+from remoras.activities import Activity, ActivitySet, ActivityType
+from remoras.behaviours import ADVANCING, DUE, IDLE, Behaviour, Homing, Perception, Reference, Standing
 from remoras.database import VehicleData
-from remoras.functional.layer import FunctionalLayer
-from remoras.sensors import MappingSensor, Neighbour, Seabed
+from remoras.errors import PluginError
+from remoras.functional.layer import FunctionalLayer, Sensed
+from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, Neighbour
+from remoras.motion import Motion
+from remoras.picture import Picture
+from remoras.recorder import TIME, VEHICLE, Column, Table
+from remoras.sensor import Observation, Pose
 
-SEABED = Seabed.of_areas(25.0, {"field": [(0.0, 0.0), (100.0, 0.0), (100.0, 100.0), (0.0, 100.0)]})
 BOUNDS_M = (-100.0, -100.0, 800.0, 800.0)
+N_VITAL = len(VITAL_SETS)
 HOMING = activity_set(("Homing", ActivityType.GUIDANCE))
-ZIGZAG = activity_set(("ZigzagExploring", ActivityType.GUIDANCE))
-MAPPING = activity_set(("Mapping", ActivityType.PRODUCTIVE))
+LEAVING = activity_set(("Leaving", ActivityType.GUIDANCE))
+WORKING = activity_set(("Working", ActivityType.PRODUCTIVE), sensors=("depth",))
+LISTENING = activity_set(("Listening", ActivityType.PRODUCTIVE), sensors=("sound", "depth"))
+DEPTHS = Table("depths", (TIME, VEHICLE, Column("depth_m", "float", "m")))
 
 
-def behaviour_for(activity: Activity, data: VehicleData) -> Behaviour:
-    match activity.name:
-        case "Homing":
-            return Homing((100.0, 0.0), 5.0, "Operational", data)
-        case "ZigzagExploring":
-            return ZigzagExploring([(10.0, 0.0), (40.0, 0.0)], data)
-        case "ReturningHome":
-            return ReturningHome(data)
-    return Standing()
+class Shore:
+    """A mission: homing, leaving and something to be done, on a sea floor that falls off to the east."""
+
+    def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
+        match activity.name:
+            case "Homing":
+                return Homing((100.0, 0.0), 5.0, "Operational", data)
+            case "Leaving":
+                return Homing((-100.0, 0.0), 5.0, "Operational", data)
+        return Standing()
+
+    def world(self) -> Callable[[float], float]:
+        return lambda x_m: 0.1 * x_m
 
 
-def layer(*sets: ActivitySet, **changes: object) -> FunctionalLayer:
-    data = auv(**changes)
-    sensor = MappingSensor(SEABED, data.swath_m, data.sensor_speed_mps)
-    functional = FunctionalLayer(data, sensor, BOUNDS_M, behaviour_for)
+class DepthSounder:
+    """Writes a row in every tick; a depth below 1 m is worth a fact too."""
+
+    table = DEPTHS
+
+    def sense(self, pose: Pose, world: Callable[[float], float], now_s: float) -> Sequence[Observation]:
+        return [Observation(row=(world(pose.x_m),))]
+
+
+class Hydrophone:
+    """Hears something every other second."""
+
+    table = None
+
+    def sense(self, pose: Pose, world: Any, now_s: float) -> Sequence[Observation]:
+        return [Observation((("AUV01", "position", (pose.x_m, pose.y_m)),))] if now_s % 2.0 == 0.0 else []
+
+
+def layer(*sets: ActivitySet, mission: Any = None, sensors: Any = None, **changes: object) -> FunctionalLayer:
+    of_vehicle = {"depth": DepthSounder(), "sound": Hydrophone()} if sensors is None else sensors
+    functional = FunctionalLayer(auv(**changes), mission or Shore(), of_vehicle, BOUNDS_M, Picture())
     functional.prepare(sets)
     return functional
+
+
+def perform(functional: FunctionalLayer, *numbers: int) -> None:
+    """Perform sets of the mission, by their number."""
+    functional.perform([N_VITAL + number for number in numbers])
+
+
+def perceived(functional: FunctionalLayer, *performed: int) -> list[Perception]:
+    """What the sets of the mission perceive, if those of these numbers are performed."""
+    return functional.perceive([N_VITAL + number for number in performed])[N_VITAL:]
 
 
 def test_a_vehicle_starts_where_its_data_say() -> None:
@@ -42,8 +82,8 @@ def test_a_vehicle_starts_where_its_data_say() -> None:
 
 
 def test_without_guidance_it_stays() -> None:
-    functional = layer(MAPPING)
-    functional.perform((MAPPING,), (0,))
+    functional = layer(WORKING)
+    perform(functional, 0)
     functional.act(10.0)
     assert functional.motion.position_m == (0.0, 0.0)
     assert functional.motion.energy_j == 400.0  # 40 W of hotel load
@@ -52,7 +92,7 @@ def test_without_guidance_it_stays() -> None:
 def test_guidance_moves_it() -> None:
     """At 0.5 m/s^2 up to 2 m/s, in steps of a second: 0.5 + 1 + 1.5 + 2 + 2 = 7 m in 5 s."""
     functional = layer(HOMING)
-    functional.perform((HOMING,), (0,))
+    perform(functional, 0)
     for _ in range(5):
         functional.act(1.0)
     assert functional.motion.position_m == (7.0, 0.0)
@@ -60,42 +100,200 @@ def test_guidance_moves_it() -> None:
 
 def test_what_is_no_longer_decided_is_no_longer_done() -> None:
     functional = layer(HOMING)
-    functional.perform((HOMING,), (0,))
+    perform(functional, 0)
     functional.act(1.0)
-    functional.perform((HOMING,), ())
+    perform(functional)
     functional.act(1.0)
     assert functional.motion.speed_mps == 0.0
 
 
-def test_it_maps_only_while_it_is_to_map() -> None:
-    functional = layer(ZIGZAG, MAPPING, start_m=(12.5, 12.5))
-    functional.perform((ZIGZAG, MAPPING), (0,))
-    assert functional.sense(0.0, ()) == []
-    functional.perform((ZIGZAG, MAPPING), (0, 1))
-    assert functional.sense(1.0, ()) == [(0, 0)]
-    assert functional.sense(2.0, ()) == []
-
-
 def test_what_is_under_way_goes_on_when_activities_are_chosen_anew() -> None:
-    """The survey does not begin again because an objective was added to it."""
-    functional = layer(ZIGZAG)
-    functional.perform((ZIGZAG,), (0,))
-    while functional.motion.x_m < 11.0:
-        functional.act(1.0)
-        functional.perceive((0,))
-    functional.prepare((HOMING, ZIGZAG))
-    functional.perform((HOMING, ZIGZAG), (1,))
-    before_m = functional.motion.x_m
+    """Homing has come nearer: it knows so although an objective was added before it."""
+    functional = layer(HOMING)
+    perform(functional, 0)
     functional.act(1.0)
-    assert functional.motion.x_m > before_m
+    perceived(functional, 0)
+    functional.prepare((WORKING, HOMING))
+    perform(functional, 1)
+    functional.act(1.0)
+    assert perceived(functional, 1)[1] == ADVANCING
 
 
 def test_perceptions_come_in_the_order_of_the_sets() -> None:
-    functional = layer(MAPPING, HOMING)
-    functional.perform((MAPPING, HOMING), (1,))
-    assert functional.perceive((1,)) == [DUE, DUE]  # the first look at the way knows no progress yet
+    functional = layer(WORKING, HOMING)
+    perform(functional, 1)
+    assert perceived(functional, 1) == [DUE, DUE]  # the first look at the way knows no advance yet
     functional.act(1.0)
-    assert functional.perceive((1,)) == [DUE, ADVANCING]
+    assert perceived(functional, 1) == [DUE, ADVANCING]
+
+
+def test_no_behaviour_drives_a_vehicle_faster_than_it_is() -> None:
+    class Racing(Standing):
+        def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+            return Reference((1000.0, 0.0), 99.0)
+
+    functional = layer(HOMING, mission=Answering(Racing()), transit_speed_mps=2.0, survey_speed_mps=1.5)
+    perform(functional, 0)
+    for _ in range(60):
+        functional.act(1.0)
+    assert functional.motion.speed_mps == 2.0
+
+
+# Sensors ------------------------------------------------------------------------------------------
+
+
+def test_a_sensor_is_asked_only_while_an_activity_switches_it_on() -> None:
+    functional = layer(HOMING, WORKING, start_m=(30.0, 0.0))
+    perform(functional, 0)
+    assert functional.sense(0.0, ()) == []
+    perform(functional, 0, 1)
+    assert functional.sense(1.0, ()) == [Sensed("depth", DEPTHS, Observation(row=(3.0,)))]
+    perform(functional, 0)
+    assert functional.sense(2.0, ()) == []
+
+
+def test_several_sensors_are_asked_in_the_order_of_the_vehicle() -> None:
+    functional = layer(LISTENING)
+    perform(functional, 0)
+    assert [sensed.sensor for sensed in functional.sense(2.0, ())] == ["depth", "sound"]
+    assert [sensed.sensor for sensed in functional.sense(3.0, ())] == ["depth"]
+
+
+def test_a_yield_is_noted() -> None:
+    functional = layer(LISTENING, sensors={"sound": Hydrophone(), "depth": Hydrophone()})
+    perform(functional, 0)
+    functional.sense(1.0, ())
+    assert functional.picture.body.last_yield_s == -math.inf
+    functional.sense(2.0, ())
+    functional.sense(3.0, ())
+    assert functional.picture.body.last_yield_s == 2.0
+
+
+def test_a_sensor_sees_where_the_vehicle_is_and_how_it_moves() -> None:
+    seen = []
+
+    class Witness(DepthSounder):
+        def sense(self, pose: Pose, world: Any, now_s: float) -> Sequence[Observation]:
+            seen.append(pose)
+            return []
+
+    functional = layer(HOMING, WORKING, sensors={"depth": Witness()}, depth_m=20.0)
+    perform(functional, 0, 1)
+    functional.act(1.0)
+    functional.sense(1.0, ())
+    assert seen == [Pose(0.5, 0.0, 20.0, 0.0, 0.5)]
+
+
+# What others write --------------------------------------------------------------------------------
+
+
+class Answering(Shore):
+    """A mission whose behaviour is given, or raised."""
+
+    def __init__(self, made: Any) -> None:
+        self._made = made
+
+    def behaviour_for(self, activity: Activity, data: VehicleData) -> Any:
+        if isinstance(self._made, Exception):
+            raise self._made
+        return self._made
+
+
+class Saying:
+    """A behaviour with given answers, which it raises if they are errors."""
+
+    def __init__(self, perception: Any = DUE, reference: Any = None) -> None:
+        self._answers = perception, reference
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Any:
+        return self._answer(0)
+
+    def reference(self, motion: Motion, picture: Picture) -> Any:
+        return self._answer(1)
+
+    def _answer(self, number: int) -> Any:
+        answer = self._answers[number]
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+
+@pytest.mark.parametrize("made", [None, "homing", KeyError("rally")])
+def test_what_is_no_behaviour_is_refused(made: Any) -> None:
+    says = "mission Answering, activity Homing: behaviour_for has to return a Behaviour; it (returned|raised)"
+    with pytest.raises(PluginError, match=says):
+        layer(HOMING, mission=Answering(made))
+
+
+@pytest.mark.parametrize(
+    ("perception", "says"),
+    [
+        (None, "a Perception.*; it returned None"),
+        (1.0, "a Perception.*; it returned 1.0"),
+        (Perception(1.5), r"stimulus 0..1; it returned Perception\(stimulus=1.5"),
+        (Perception(math.nan), "stimulus 0..1; it returned"),
+        (Perception("much"), "raised TypeError"),  # type: ignore[arg-type]
+        (KeyError("AUV01"), "raised KeyError: 'AUV01'"),
+    ],
+)
+def test_a_wrong_perception_is_one_clear_message(perception: Any, says: str) -> None:
+    functional = layer(HOMING, mission=Answering(Saying(perception)))
+    with pytest.raises(PluginError, match=f"mission Answering, activity Homing: perceive has to return .*{says}"):
+        functional.perceive(())
+
+
+@pytest.mark.parametrize(
+    ("reference", "says"),
+    [
+        ((0.0, 0.0), r"it returned \(0.0, 0.0\)"),
+        (Reference((math.inf, 0.0), 1.0), "it returned Reference"),
+        (Reference((0.0, 0.0), -1.0), "it returned Reference"),
+        (Reference(None, 1.0), "raised TypeError"),  # type: ignore[arg-type]
+        (ZeroDivisionError("no way"), "raised ZeroDivisionError: no way"),
+    ],
+)
+def test_a_wrong_reference_is_one_clear_message(reference: Any, says: str) -> None:
+    functional = layer(HOMING, mission=Answering(Saying(DUE, reference)))
+    perform(functional, 0)
+    with pytest.raises(PluginError, match=f"activity Homing: reference has to return None, or a Reference .*{says}"):
+        functional.act(1.0)
+
+
+@pytest.mark.parametrize(
+    ("answer", "says"),
+    [(None, "raised TypeError"), (["deep"], "returned \\['deep'\\]"), (OSError("wet"), "raised OSError: wet")],
+)
+def test_a_wrong_observation_is_one_clear_message(answer: Any, says: str) -> None:
+    class Broken(DepthSounder):
+        def sense(self, pose: Pose, world: Any, now_s: float) -> Any:
+            if isinstance(answer, Exception):
+                raise answer
+            return answer
+
+    functional = layer(WORKING, sensors={"depth": Broken()})
+    perform(functional, 0)
+    with pytest.raises(
+        PluginError, match=f"sensor depth of AUV00: sense has to return a list of Observation; it {says}"
+    ):
+        functional.sense(0.0, ())
+
+
+def test_a_sensor_that_the_vehicle_does_not_have_cannot_be_switched_on() -> None:
+    with pytest.raises(PluginError, match="Listening switches on the sensor 'sound', but AUV00 has: depth"):
+        layer(LISTENING, sensors={"depth": DepthSounder()})
+
+
+@pytest.mark.parametrize("name", sorted(VITAL_NAMES))
+def test_a_mission_cannot_override_what_is_vital(name: str) -> None:
+    with pytest.raises(PluginError, match=f"'{name}' is the name of an activity of the vehicle itself"):
+        layer(activity_set(("Working", ActivityType.PRODUCTIVE), (name, ActivityType.GUIDANCE)))
+    with pytest.raises(PluginError, match=r"importance is 5\.0; allowed: 0 to 1"):
+        layer(activity_set(("Working", ActivityType.PRODUCTIVE), importance=5.0))
+
+
+def test_a_mission_is_not_asked_for_what_is_vital() -> None:
+    functional = layer(mission=Answering(AssertionError("asked")))
+    assert functional.perceive(()) == [DUE, IDLE, IDLE, IDLE]
 
 
 # Integrity ----------------------------------------------------------------------------------------
@@ -107,9 +305,9 @@ def test_the_reserve_is_what_the_way_home_takes() -> None:
     functional = layer(start_m=(0.0, 0.0))
     functional.motion.x_m, functional.motion.y_m = 90.0, 120.0
     functional.sense(5.0, ())
-    assert functional.picture.now_s == 5.0
-    assert functional.picture.reserve == pytest.approx(0.01132813, abs=1e-8)
-    assert functional.picture.battery == 1.0
+    assert functional.picture.body.now_s == 5.0
+    assert functional.picture.body.reserve == pytest.approx(0.01132813, abs=1e-8)
+    assert functional.picture.body.battery == 1.0
 
 
 def test_the_battery_is_spent_by_time_and_by_sending() -> None:
@@ -117,7 +315,7 @@ def test_the_battery_is_spent_by_time_and_by_sending() -> None:
     functional.act(10.0)  # 400 J
     functional.transmitted(500)  # at 0.01 J a bit
     functional.sense(10.0, ())
-    assert functional.picture.battery == pytest.approx(0.595)
+    assert functional.picture.body.battery == pytest.approx(0.595)
     assert not functional.exhausted
     functional.act(14.875)  # 595 J
     assert functional.exhausted
@@ -130,28 +328,28 @@ def test_the_battery_is_spent_by_time_and_by_sending() -> None:
 def test_how_far_outside_the_area_of_operations(position: tuple[float, float], outside_m: float) -> None:
     functional = layer(start_m=position)
     functional.sense(0.0, ())
-    assert functional.picture.outside_m == outside_m
+    assert functional.picture.body.outside_m == outside_m
 
 
 def test_the_most_urgent_collision_is_the_one_to_avoid() -> None:
     """Closest in 20 s of a horizon of 30 s: urgency 1 - 20 / 30; in 6 s from the left: 0.8."""
     functional = layer()
     functional.sense(0.0, [Neighbour(40.0, 0.0, -2.0, 0.0)])
-    assert functional.picture.collision == pytest.approx((0.0, 1.0 / 3.0))
+    assert functional.picture.body.collision == pytest.approx((0.0, 1.0 / 3.0))
     both = [Neighbour(40.0, 0.0, -2.0, 0.0), Neighbour(0.0, 12.0, 0.0, -2.0)]
     for neighbours in (both, both[::-1]):
         functional.sense(1.0, neighbours)
-        assert functional.picture.collision == pytest.approx((math.pi / 2.0, 0.8))
+        assert functional.picture.body.collision == pytest.approx((math.pi / 2.0, 0.8))
     functional.sense(2.0, [Neighbour(40.0, 0.0, 2.0, 0.0)])
-    assert functional.picture.collision is None
+    assert functional.picture.body.collision is None
 
 
 def test_a_low_battery_calls_home() -> None:
-    home = activity_set(("ReturningHome", ActivityType.GUIDANCE), role=None, kind=ActivityKind.VITAL)
-    functional = layer(home, energy_j=10_000.0)
+    """Every vehicle, whatever its mission is; EnergyPreservation is the third of the vital sets."""
+    functional = layer(energy_j=10_000.0)
     functional.motion.x_m = 150.0  # 9062.5 J to go home: with a quarter on top, more than there is
     functional.sense(0.0, ())
-    assert functional.perceive(()) == [DUE]
+    assert functional.perceive(())[2] == DUE
     functional.motion.x_m = 75.0
     functional.sense(1.0, ())
-    assert functional.perceive(())[0].stimulus == 0.0
+    assert functional.perceive(())[2].stimulus == 0.0

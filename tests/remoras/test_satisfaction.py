@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from remoras.executive.satisfaction import (
     HIGHEST,
     LOWEST,
+    Advance,
     DecisionConstants,
-    Progress,
     call,
     evolved,
     motivation,
@@ -24,7 +24,7 @@ from remoras.executive.satisfaction import (
 satisfactions = st.floats(LOWEST, HIGHEST)
 durations = st.floats(0.0, 1000.0)
 weights = st.floats(0.0, 10.0)
-progresses = st.sampled_from([*Progress, None])
+progresses = st.sampled_from([*Advance, None])
 constants_drawn = st.builds(
     DecisionConstants,
     weight_continuing=weights,
@@ -42,7 +42,7 @@ constants_drawn = st.builds(
 
 @given(satisfactions, st.lists(st.tuples(progresses, durations), max_size=20), constants_drawn)
 def test_satisfaction_stays_a_signed_byte(
-    start: float, story: list[tuple[Progress | None, float]], constants: DecisionConstants
+    start: float, story: list[tuple[Advance | None, float]], constants: DecisionConstants
 ) -> None:
     value = start
     for progress, dt_s in story:
@@ -53,9 +53,9 @@ def test_satisfaction_stays_a_signed_byte(
 
 @given(satisfactions, durations, constants_drawn)
 def test_satisfaction_follows_the_sign_of_progress(value: float, dt_s: float, constants: DecisionConstants) -> None:
-    assert evolved(value, Progress.FORWARD, dt_s, constants) >= value
-    assert evolved(value, Progress.NONE, dt_s, constants) <= value
-    assert evolved(value, Progress.BACKWARD, dt_s, constants) <= value
+    assert evolved(value, Advance.FORWARD, dt_s, constants) >= value
+    assert evolved(value, Advance.NONE, dt_s, constants) <= value
+    assert evolved(value, Advance.BACKWARD, dt_s, constants) <= value
     faded = evolved(value, None, dt_s, constants)
     assert abs(faded) <= abs(value)
     assert faded * value >= 0.0  # an idle role comes to rest at 0 and does not swing through it
@@ -63,7 +63,7 @@ def test_satisfaction_follows_the_sign_of_progress(value: float, dt_s: float, co
 
 @given(satisfactions, progresses, st.integers(1, 50), constants_drawn)
 def test_the_length_of_a_tick_does_not_matter(
-    value: float, progress: Progress | None, n: int, constants: DecisionConstants
+    value: float, progress: Advance | None, n: int, constants: DecisionConstants
 ) -> None:
     by_ticks = value
     for _ in range(n):
@@ -75,7 +75,7 @@ def test_how_long_patience_lasts() -> None:
     """From 127 down to 0 at 1.3 a second: 127 / 1.3 = 97.7 s, so 98 ticks of a second."""
     value, ticks = 127.0, 0
     while value > 0.0:
-        value = evolved(value, Progress.NONE, 1.0, DecisionConstants(tedium_per_s=-1.3))
+        value = evolved(value, Advance.NONE, 1.0, DecisionConstants(tedium_per_s=-1.3))
         ticks += 1
     assert ticks == 98
 
@@ -124,7 +124,7 @@ def test_a_signal_that_is_lost_only_delays(threshold: float, rate: float, lost: 
         value, heard, heard_s = 0.0, 0, 0.0
         for frame in range(200):
             now_s = 7.1 * frame
-            value = evolved(value, Progress.NONE, 7.1, constants)
+            value = evolved(value, Advance.NONE, 7.1, constants)
             if frame not in frames_lost:
                 heard, heard_s = signal_of(value), now_s
             if call(heard, now_s - heard_s, constants) >= threshold:

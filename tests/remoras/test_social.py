@@ -10,7 +10,7 @@ from itertools import permutations
 
 import pytest
 
-from missions.runs.setup import assemble
+from missions.runs.setup import assemble, resolved
 from missions.scenarios import load
 from remoras.activities import Objective
 from remoras.fleet import Fleet
@@ -19,13 +19,13 @@ from remoras.social.layer import SocialLayer
 from remoras.vehicle import Vehicle
 from worldmodel import Block, merge
 
-SCENARIO = load("mapping-rendezvous")
+SETUP = resolved(load("mapping-rendezvous"))
 Said = tuple[str, str, str]  # subject, attribute, value: by name
 
 
 @pytest.fixture
 def fleet() -> Iterator[Fleet]:
-    assembled = assemble(SCENARIO, seed=1)
+    assembled = assemble(SETUP, seed=1)
     yield assembled
     assembled.close()
 
@@ -36,14 +36,14 @@ def named(fleet: Fleet, name: str) -> Vehicle:
 
 def say(vehicle: Vehicle, *facts: Said, now_s: float = 1.0) -> Block:
     """``vehicle`` makes the facts known and takes note of them itself."""
-    change = vehicle.world_model.record([vehicle.beliefs.fact(*fact) for fact in facts], now_s)
+    change = vehicle.beliefs.model.record([vehicle.beliefs.fact(*fact) for fact in facts], now_s)
     vehicle.social.consider([change])
     return change.block
 
 
 def hear(vehicle: Vehicle, *blocks: Block) -> None:
     for block in blocks:
-        vehicle.social.consider(merge(vehicle.world_model, [block]).changes)
+        vehicle.social.consider(merge(vehicle.beliefs.model, [block]).changes)
 
 
 LEFT = ("AUV01", "playsRole", "Operational.LeftWinger")
@@ -57,21 +57,24 @@ def test_the_modules_of_the_paper(fleet: Fleet) -> None:
     """Section IV.A: AUV Database, Optimizer of organizational performances, Groups, Roles; Missions, Mission
     planner, Individual objectives, Collective objectives coordination."""
     social = named(fleet, "AUV00").social
-    assert social.auv_database.names == ("ASV00", "AUV00", "AUV01", "AUV02")
-    assert social.optimiser.name == "remoras"
-    assert social.groups == {"Coordination": ("ASV00", "AUV00"), "Operational": ("AUV00", "AUV01", "AUV02")}
-    assert social.roles == {
-        ("Coordination", "MissionAdministrator"): ("ASV00",),
-        ("Coordination", "Tactician"): ("AUV00",),
-        ("Operational", "Coordinator"): ("AUV00",),
-        ("Operational", "Performer"): ("AUV01", "AUV02"),
+    assert social.database.names == ("ASV00", "AUV00", "AUV01", "AUV02")
+    assert social.strategy.name == "remoras"
+    assert {group: social.organisation.members(group) for group in social.organisation.groups} == {
+        "Coordination": ("ASV00", "AUV00"),
+        "Operational": ("AUV00", "AUV01", "AUV02"),
+    }
+    assert social.organisation.assignments == {
+        RoleAssignment("Coordination", "MissionAdministrator", "ASV00"),
+        RoleAssignment("Coordination", "Tactician", "AUV00"),
+        RoleAssignment("Operational", "Coordinator", "AUV00"),
+        RoleAssignment("Operational", "Performer", "AUV01"),
+        RoleAssignment("Operational", "Performer", "AUV02"),
     }
     assert social.missions == {"Coordination": "Supervision"}
-    assert social.plan_missions(named(fleet, "AUV00").functional.picture).facts == []  # its group has no mission yet
-    assert social.individual_objectives("AUV00") == ()
+    assert social.plan_missions().facts == []  # its group has no mission yet
     supervision = Objective("Operational", "Coordinator", "GroupSupervision", "Operational")
-    assert social.collective_objectives("Operational", "Coordinator") == (supervision,)
-    assert social.collective_objectives("Operational", "Performer") == ()
+    assert social.objectives_of("AUV00") == (supervision,)
+    assert social.objectives_of("AUV01") == ()
 
 
 def test_who_leads(fleet: Fleet) -> None:
@@ -136,17 +139,17 @@ def test_who_is_no_member_assigns_nothing(fleet: Fleet, facts: list[Said], what:
 def test_who_is_no_member_may_still_give_a_group_its_mission(fleet: Fleet) -> None:
     """REMORAS IV.B: an AUV can plan a mission for a group of which it is not a member."""
     heard = named(fleet, "AUV00")
-    assert not heard.social.planning_due
+    assert not heard.social.planner.is_due
     hear(heard, say(named(fleet, "ASV00"), ("Operational", "hasMission", "AreaMapping")))
     assert heard.social.missions == {"Coordination": "Supervision", "Operational": "AreaMapping"}
-    assert heard.social.planning_due
+    assert heard.social.planner.is_due
 
 
 def test_a_mission_is_planned_by_who_leads_the_group(fleet: Fleet) -> None:
     heard = named(fleet, "AUV01")
     hear(heard, say(named(fleet, "ASV00"), ("Operational", "hasMission", "AreaMapping")))
     assert heard.social.missions["Operational"] == "AreaMapping"
-    assert not heard.social.planning_due
+    assert not heard.social.planner.is_due
 
 
 def test_more_holders_than_a_role_allows_are_refused(fleet: Fleet) -> None:
@@ -170,7 +173,7 @@ def test_in_one_round_the_order_of_hearing_does_not_matter(fleet: Fleet) -> None
     )
     outcomes = set()
     for order in permutations(blocks):
-        again = assemble(SCENARIO, seed=1)
+        again = assemble(SETUP, seed=1)
         vehicle = named(again, "AUV02")
         hear(vehicle, *order)
         vehicle.social.consult()
@@ -187,7 +190,7 @@ def test_leaving_a_role_ends_its_objectives(fleet: Fleet) -> None:
     issuer, heard = named(fleet, "AUV00"), named(fleet, "AUV01")
     hear(heard, say(issuer, LEFT, EXPLORE_LEFT))
     heard.social.consult()
-    assert [one.name for one in heard.social.individual_objectives("AUV01")] == ["Exploring"]
+    assert [one.name for one in heard.social.objectives_of("AUV01")] == ["Exploring"]
     hear(heard, say(issuer, ("AUV01", "leftRole", "Operational.LeftWinger"), now_s=9.0))
     result = heard.social.consult()
     assert result.left == [RoleAssignment("Operational", "LeftWinger", "AUV01")]
@@ -202,7 +205,7 @@ def planned(fleet: Fleet) -> tuple[SocialLayer, list[Said]]:
     coordinator = named(fleet, "AUV00")
     hear(coordinator, say(named(fleet, "ASV00"), ("Operational", "hasMission", "AreaMapping")))
     beliefs = coordinator.beliefs
-    deliberation = coordinator.social.plan_missions(coordinator.functional.picture)
+    deliberation = coordinator.social.plan_missions()
     assert deliberation.impossible == []
     said = [
         (beliefs.name(subject), beliefs.model.tbox.attributes[attribute].name, beliefs.name(value))
@@ -226,9 +229,9 @@ def test_the_mission_becomes_roles_and_objectives(fleet: Fleet) -> None:
         ("Operational.Midfield", "middle"),
         ("Operational.RightWinger", "right"),
     }
-    assert not social.planning_due
-    assert social.planned == {"Operational"}
-    assert all(social.organisation.is_member(one.vehicle, one.group) for one in social.issued)
+    assert not social.planner.is_due
+    assert social.planner.has_planned("Operational")
+    assert all(social.organisation.is_member(one.vehicle, one.group) for one in social.planner.issued)
 
 
 def test_what_was_planned_is_not_said_again(fleet: Fleet) -> None:
@@ -237,8 +240,8 @@ def test_what_was_planned_is_not_said_again(fleet: Fleet) -> None:
     say(coordinator, *said)
     social.consult()
     say(coordinator, ("middle", "areaDone", "AUV00"), now_s=500.0)
-    assert social.planning_due  # the plan rests on it
-    deliberation = social.plan_missions(coordinator.functional.picture)
+    assert social.planner.is_due  # the plan rests on it
+    deliberation = social.plan_missions()
     assert deliberation.facts == []
 
 
@@ -247,7 +250,7 @@ def test_planning_is_due_again_when_a_fact_changes_that_the_plan_rests_on(fleet:
     coordinator = named(fleet, "AUV00")
     for fact, due in [(("AUV01", "playsRole", "Operational.Performer"), False), (("left", "areaDone", "AUV01"), True)]:
         say(coordinator, fact, now_s=100.0)
-        assert social.planning_due is due
+        assert social.planner.is_due is due
 
 
 def test_activities_are_chosen_anew_when_a_fact_changes_that_they_rest_on(fleet: Fleet) -> None:
@@ -255,7 +258,7 @@ def test_activities_are_chosen_anew_when_a_fact_changes_that_they_rest_on(fleet:
     hear(vehicle, say(named(fleet, "AUV00"), LEFT, EXPLORE_LEFT))
     vehicle.social.consult()
     vehicle.social.activity_sets((0.0, 0.0))
-    done = {name: vehicle.world_model.record([vehicle.beliefs.fact(name, "areaDone", "AUV01")], 9.0) for name in
+    done = {name: vehicle.beliefs.model.record([vehicle.beliefs.fact(name, "areaDone", "AUV01")], 9.0) for name in
             ("right", "left")}  # fmt: skip
     assert not vehicle.social.consider([done["right"]])
     assert vehicle.social.consider([done["left"]])
@@ -302,10 +305,10 @@ def test_a_role_that_was_left_is_not_taken_up_by_old_news(fleet: Fleet) -> None:
 def test_planning_again_before_the_round_ends_says_nothing_twice(fleet: Fleet) -> None:
     head = named(fleet, "AUV00")
     say(head, ("Operational", "hasMission", "AreaMapping"))
-    assert len(head.social.plan_missions(head.functional.picture).facts) == 16
+    assert len(head.social.plan_missions().facts) == 16
     say(head, ("left", "areaDone", "AUV01"))  # the plan rests on it
-    assert head.social.planning_due
-    again = head.social.plan_missions(head.functional.picture).facts
+    assert head.social.planner.is_due
+    again = head.social.plan_missions().facts
     assert again == []
 
 
@@ -317,11 +320,11 @@ def test_who_supervises_others_meets_after_them(fleet: Fleet, order: tuple[int, 
     """An early meeting of the Coordination group counts until the Operational group has met, in any order."""
     administrator, coordinator = named(fleet, "ASV00"), named(fleet, "AUV00")
     early = say(administrator, ("Coordination", "gatheredAt", "coordination rally"), now_s=10.0)
-    assert administrator.social.gathered() == {"Coordination"}
+    assert administrator.functional.picture.groups.gathered == {"Coordination"}
     between = say(coordinator, ("Operational", "gatheredAt", "operational rally"), now_s=20.0)
     hear(administrator, between)
-    assert administrator.social.gathered() == {"Operational"}
+    assert administrator.functional.picture.groups.gathered == {"Operational"}
     late = say(administrator, ("Coordination", "gatheredAt", "coordination rally"), now_s=30.0)
     performer = named(fleet, "AUV01")
     hear(performer, *([early, between, late][n] for n in order))
-    assert performer.social.gathered() == {"Coordination", "Operational"}
+    assert performer.functional.picture.groups.gathered == {"Coordination", "Operational"}

@@ -1,0 +1,122 @@
+"""What every behaviour has to keep to, as one check of how it is made.
+
+From a test: ``check(make_behaviour, data)``; it raises ``AssertionError`` with what is wrong, when, and what was given.
+"""
+
+import copy
+import math
+import random
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from remoras.activities import Advance
+from remoras.behaviours import Behaviour, Perception, Reference
+from remoras.database import VehicleData
+from remoras.motion import Motion
+from remoras.picture import Body, Groups, Picture
+
+N_MOMENTS = 150
+FIELD_M = 400.0
+"""Moments lie in a square of twice this side around the vehicle's start."""
+TICK_S = 2.0
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What a behaviour is asked at one decision."""
+
+    motion: Motion
+    picture: Picture
+    performed: bool
+
+
+def story(data: VehicleData, peers: Sequence[str], groups: Sequence[str], seed: int = 1) -> list[Moment]:
+    """The life of a vehicle: it knows nothing at first, then hears of peers, works, meets, evades and strays."""
+    draw = random.Random(seed)
+    picture, moments = Picture(frame_s=10.0), []
+    for number in range(N_MOMENTS):
+        x_m, y_m = (start + draw.uniform(-FIELD_M, FIELD_M) for start in data.start_m)
+        motion = Motion(
+            x_m, y_m, draw.uniform(-math.pi, math.pi), draw.uniform(0.0, data.transit_speed_mps), 10.0 * number
+        )
+        picture.body = Body(
+            now_s=TICK_S * number,
+            battery=1.0 - number / N_MOMENTS,
+            reserve=draw.uniform(0.0, 0.3),
+            outside_m=draw.choice([0.0, 0.0, 0.5, 40.0]),
+            collision=draw.choice([None, (draw.uniform(-math.pi, math.pi), draw.uniform(0.0, 1.0))]),
+            last_yield_s=picture.body.last_yield_s,
+        )
+        if number > N_MOMENTS // 10:
+            for name in peers:
+                picture.peers.saw(name, (draw.uniform(-FIELD_M, FIELD_M), draw.uniform(-FIELD_M, FIELD_M)))
+                picture.peers.heard_s[name] = picture.body.now_s
+            if draw.random() < 0.1:
+                picture.peers.last_news_s = picture.body.last_yield_s = picture.body.now_s
+            picture.groups = Groups({name for name in groups if draw.random() < 0.5}, draw.random() < 0.5)
+        moments.append(Moment(motion, copy.deepcopy(picture), draw.random() < 0.7))
+    return moments
+
+
+def check(
+    make_behaviour: Callable[[], Behaviour],
+    data: VehicleData,
+    peers: Sequence[str] = ("AUV01", "AUV02"),
+    groups: Sequence[str] = ("Operational",),
+) -> None:
+    """Put a behaviour through the lives of a vehicle and hold its answers against the seam.
+
+    Args:
+        make_behaviour: a new behaviour of the same vehicle, each time it is called.
+        data: of that vehicle.
+        peers: vehicles that it may look for in the picture.
+        groups: that it may find gathered.
+
+    Raises:
+        AssertionError: a type is wrong, a stimulus is outside 0..1, what was done comes back, motion or picture were
+            changed, a reference leads nowhere, or two behaviours made alike answer differently.
+    """
+    for seed in (1, 2):
+        moments = story(data, peers, groups, seed)
+        first, second = (_answers(make_behaviour(), moments) for _ in range(2))
+        for number, (one, other) in enumerate(zip(first, second, strict=True)):
+            assert one == other, f"moment {number}: two behaviours made alike answer {one} and {other}"
+
+
+def _answers(behaviour: Behaviour, moments: Sequence[Moment]) -> list[tuple[Perception, Reference | None]]:
+    answers = []
+    was_done = False
+    for number, moment in enumerate(moments):
+        where = f"moment {number}"
+        motion, picture = copy.deepcopy(moment.motion), copy.deepcopy(moment.picture)
+        perceived = behaviour.perceive(motion, picture, moment.performed)
+        _check_perception(perceived, where)
+        assert perceived.done or not was_done, f"{where}: what was done comes back: {perceived}"
+        was_done = perceived.done
+        reference = behaviour.reference(motion, picture)
+        _check_reference(reference, where)
+        assert behaviour.reference(motion, picture) == reference, f"{where}: asked again, reference answers differently"
+        assert motion == moment.motion, f"{where}: the behaviour changed the motion, which only the control may"
+        assert picture == moment.picture, f"{where}: the behaviour changed the picture, which only its owners may"
+        answers.append((perceived, reference))
+    return answers
+
+
+def _check_perception(perceived: object, where: str) -> None:
+    assert isinstance(perceived, Perception), f"{where}: perceive returned {perceived!r}, expected a Perception"
+    stimulus, advance, done = perceived
+    is_share = isinstance(stimulus, float | int) and 0.0 <= stimulus <= 1.0
+    assert is_share, f"{where}: stimulus is {stimulus!r}, expected a number of 0..1"
+    assert advance is None or isinstance(advance, Advance), f"{where}: advance is {advance!r}, expected Advance or None"
+    assert isinstance(done, bool), f"{where}: done is {done!r}, expected a bool"
+    assert not (done and stimulus > 0.0), f"{where}: all is done, and yet the stimulus is {stimulus}"
+
+
+def _check_reference(reference: object, where: str) -> None:
+    if reference is None:
+        return
+    assert isinstance(reference, Reference), f"{where}: reference returned {reference!r}, expected a Reference or None"
+    is_place = all(math.isfinite(coordinate) for coordinate in reference.target_m) and len(reference.target_m) == 2
+    assert is_place, f"{where}: target_m is {reference.target_m}, expected two finite numbers"
+    is_speed = 0.0 <= reference.speed_mps < math.inf
+    assert is_speed, f"{where}: speed_mps is {reference.speed_mps}, expected 0 or more"
