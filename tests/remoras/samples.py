@@ -3,6 +3,7 @@
 from dataclasses import fields
 from typing import Any
 
+from missions.mapping.sensors import SwathSettings
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.database import AUVDatabase, VehicleData
 from remoras.organisation import Group, RoleSpecification
@@ -19,13 +20,12 @@ AUV = VehicleData(
     survey_speed_mps=1.5,
     turn_rate_radps=0.5,
     acceleration_mps2=0.5,
-    swath_m=25.0,
-    sensor_speed_mps=1.25,
     energy_j=1.0e6,
     hotel_w=40.0,
     drag_w_per_mps3=15.0,
     transmit_j_per_bit=0.01,
     playable_roles=("Cartographer",),
+    sensors=(SwathSettings(swath_m=25.0, speed_limit_mps=1.25),),
 )
 
 
@@ -68,8 +68,8 @@ GROUPS = (
             RoleSpecification("Coordinator", 1, 1, head=True, founding=True, played_by=("Coordination", "Tactician")),
             RoleSpecification("Performer", 1, founding=True),
             RoleSpecification("Cartographer", 1),
-            RoleSpecification("LeftWinger", 1, 1, area="left"),
-            RoleSpecification("RightWinger", 1, 1, area="right"),
+            RoleSpecification("LeftWinger", 1, 1, job="left"),
+            RoleSpecification("RightWinger", 1, 1, job="right"),
         ),
     ),
 )
