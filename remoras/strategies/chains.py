@@ -83,7 +83,7 @@ def _in_order(roles: list[RoleSpecification], work: Work) -> tuple[RoleSpecifica
 
 
 def chained(work: Work) -> Work:
-    """The same work where what is left of every chain is the one job of its first role, and no other role of it is seen.
+    """The same work where what is left of a chain is the one job of its first role, and its other roles are not seen.
 
     A chain that somebody has begun is left to that vehicle: nothing of it is vacant.
     """
