@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 from matplotlib.axes import Axes
+from missions.comparison.compare import Comparison
 from synthetic_sweeps import FEW, SEVEN, Sweep, law, rows_of
 
-from missions.comparison.compare import Comparison
 from missions.metric import Better, Metric
 from visualisation import style
 from visualisation.sweeps import charts

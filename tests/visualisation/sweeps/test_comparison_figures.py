@@ -11,14 +11,14 @@ from pathlib import Path
 import pytest
 from legibility import check_texts
 from matplotlib.figure import Figure
+from missions.comparison.compare import compare, ranks
+from missions.sweeps.runlog import SweepResults
 from synthetic_sweeps import FEW, SEVEN, SWEEPS, TEN, Sweep, law
 
 from missions.comparison import compare as comparison_of_runs
-from missions.comparison.compare import compare, ranks
 from missions.errors import OutputError
 from missions.metric import Better, Metric
 from missions.runs.metrics import METRICS
-from missions.sweeps.runlog import SweepResults
 from visualisation import SWEEP_KINDS, style
 from visualisation.errors import DrawingError
 from visualisation.sweeps import draw

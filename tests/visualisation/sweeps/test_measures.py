@@ -4,9 +4,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from missions.comparison.compare import Comparison
 from synthetic_sweeps import Sweep, rows_of
 
-from missions.comparison.compare import Comparison
 from missions.metric import Better, Metric
 from visualisation.errors import DrawingError
 from visualisation.sweeps.measures import by_kind, kind_of, measure

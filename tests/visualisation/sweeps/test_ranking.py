@@ -2,6 +2,7 @@
 
 from missions.comparison.compare import compare, ranks
 from missions.sweeps.runlog import SweepResults
+
 from visualisation.sweeps import ranking
 from visualisation.sweeps.arrangement import arranged
 
