@@ -169,7 +169,9 @@ def _text_of(path: Path) -> str:
     try:
         content = path.read_bytes()
         if other := OTHER_ENCODINGS.get(content[:2]):
-            raise ConfigurationError(str(path), [ConfigurationFault("file", "", f"is {other}; save it as UTF-8")])
+            raise ConfigurationError(
+                str(path), [ConfigurationFault("file", "", f"cannot be read: it is {other}; save it as UTF-8")]
+            )
         return content.decode("utf-8-sig").replace("\r\n", "\n")
     except OSError as error:
         why, line = f"cannot be read: {error}", None

@@ -1,9 +1,9 @@
 """What a mission adds to the figures of its runs: values, which name nothing of the package that draws them.
 
 A mission declares places, and figures of three kinds: a ``Figure`` has a page of its own, a ``Layer`` is drawn into the
-map of the tracks, a ``Mark`` shows milestones on the tracks. Their functions are handed the axes to draw on, the results
-of the run and the ``Style`` of all figures. The caller lays out the page, and gathers the labelled artists into the
-legend. So a figure of a mission needs no page, no colours and no file of its own::
+map of the tracks, a ``Mark`` shows milestones on the tracks. Their functions are handed axes to draw on, the results of
+the run and the ``Style`` of all figures. The caller lays out the page, and lists the labelled artists in the legend. So
+a figure of a mission needs no page, no colours and no file of its own::
 
     def draw(axes, results, style):
         rows = results.table("trajectories").to_pylist()

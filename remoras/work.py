@@ -165,7 +165,7 @@ class Work:
 
     def after(self, outlook: Outlook, data: VehicleData, role: RoleSpecification) -> Outlook | None:
         """When and where the vehicle will be free if it does the job of ``role`` next; None if it is not able."""
-        return self.job(role).after(outlook, data) if data.can_play(role.name) else None
+        return self.job(role).after(outlook, data) if self.able(data, role) else None
 
     def after_all(self, outlook: Outlook, data: VehicleData, roles: Iterable[RoleSpecification]) -> Outlook:
         """When and where the vehicle has done the jobs of all ``roles``, always going on with the one done soonest.

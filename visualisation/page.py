@@ -206,3 +206,11 @@ class Page:
     def _shares(self, box: Box) -> tuple[float, float, float, float]:
         left, width = box.left_in / self.width_in, box.width_in / self.width_in
         return left, 1.0 - (box.top_in + box.height_in) / self.height_in, width, box.height_in / self.height_in
+
+
+class Picture(NamedTuple):
+    """A drawn page: its figure, its caption, and notes on what was left out of it."""
+
+    figure: Figure
+    caption: str
+    notes: tuple[str, ...] = ()

@@ -16,7 +16,7 @@ from worldmodel.errors import (
     WorldModelError,
     suggestion,
 )
-from worldmodel.facts import Block, Change, Fault, FaultCode, Guid, Instance, Merged, Observation, PropertyValue
+from worldmodel.facts import Block, Change, Fault, FaultCode, Instance, Merged, Observation, PropertyValue
 from worldmodel.fields import Field
 from worldmodel.merge import merge
 from worldmodel.needs import InformationNeed, NeedsIndex
@@ -33,7 +33,6 @@ __all__ = [
     "Fault",
     "FaultCode",
     "Field",
-    "Guid",
     "InformationNeed",
     "Instance",
     "Merged",

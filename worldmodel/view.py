@@ -2,17 +2,18 @@
 
 Each fact is a sit:PropertyValue, after the situation-awareness TBox:
 
-    <instance/7> sit:hasPropertyValue <fact/2-15-0> .
-    <fact/2-15-0> a sit:PropertyValue ; sit:ofAttribute rm:location ; sit:value "POINT (3.5 4.0)"^^rm:Point ;
-        sit:timestamp 12.3e0 ; sit:origin <origin/2> .
+    run:instance-7 sit:hasPropertyValue run:fact-2-15-0 .
+    run:fact-2-15-0 a sit:PropertyValue ; sit:ofAttribute rm:location ; sit:value "POINT (3.5 4.0)"^^rm:Point ;
+        sit:timestamp 12.3e0 ; sit:origin run:origin-2 .
 
 2-15-0 is origin, sequence and position in the block. Beside this history stands the current state, one triple
-for each slot: <instance/7> rm:location "POINT (3.5 4.0)"^^rm:Point. The types of an instance
-stand without their times: rdf:type with the class it was created with and all it was given since. Banned origins
-are left out.
+for each slot: run:instance-7 rm:location "POINT (3.5 4.0)"^^rm:Point. The types of an instance stand without
+their times: rdf:type with the class that it was created with and all that it was given since. A common
+instance has its name as rdfs:label. Banned origins are left out.
 """
 
 from collections.abc import Iterator, Mapping
+from decimal import Decimal
 from typing import Any
 
 from rdflib import RDF, RDFS, XSD, Graph, Literal, Namespace, URIRef
@@ -33,8 +34,9 @@ Cell = str | float | bool | None
 """A value of a query's answer."""
 Pattern = tuple[Node | None, Node | None, Node | None]
 
-_INSTANCE = str(RUN) + "instance/"
-_FACT = str(RUN) + "fact/"
+_INSTANCE = str(RUN) + "instance-"
+_FACT = str(RUN) + "fact-"
+_ORIGIN = str(RUN) + "origin-"
 _OF_FACTS = {RDF.type, SIT.ofAttribute, SIT.value, SIT.timestamp, SIT.origin}
 
 
@@ -45,7 +47,7 @@ def instance_iri(uid: int) -> URIRef:
 
 def origin_iri(origin: int) -> URIRef:
     """Return the IRI of an origin."""
-    return RUN[f"origin/{origin}"]
+    return URIRef(f"{_ORIGIN}{origin}")
 
 
 def term_of(tbox: TBox, attribute: Attribute, value: Value) -> Node:
@@ -116,10 +118,13 @@ class RdfView(rdflib_store.Store):
     def _abox_triples(self, pattern: Pattern) -> Iterator[Triple]:
         """Yield a superset of the matching ABox triples, as small as the bound terms make it without an index."""
         subject, predicate, target = pattern
-        if subject is None:
+        if predicate == SIT.hasPropertyValue and target is not None:
+            if (observation := self._observation(target)) is not None:
+                yield (instance_iri(observation.fact.subject), SIT.hasPropertyValue, target)
+        elif subject is None:
             yield from self._triples_of_any_subject(predicate, target)
         elif (observation := self._observation(subject)) is not None:
-            yield from self._fact_triples(observation)
+            yield from self._fact_triples(observation, predicate)
         elif (uid := _number_after(_INSTANCE, subject)) is not None:
             yield from self._instance_triples(uid, predicate)
         elif subject in self._attributes:
@@ -127,11 +132,6 @@ class RdfView(rdflib_store.Store):
 
     def _triples_of_any_subject(self, predicate: Node | None, target: Node | None) -> Iterator[Triple]:
         model = self._model
-        if predicate == SIT.hasPropertyValue and target is not None:
-            observation = self._observation(target)
-            if observation is not None:
-                yield (instance_iri(observation.fact.subject), SIT.hasPropertyValue, target)
-            return
         if predicate is None or predicate == RDF.type:
             for iri in self._attributes:
                 yield (iri, RDF.type, SIT.Attribute)
@@ -140,10 +140,12 @@ class RdfView(rdflib_store.Store):
                 yield from self._instance_triples(instance.uid, RDF.type)
             return
         if predicate is None or predicate in _OF_FACTS:
+            asked = self._attributes.get(target) if target and predicate == SIT.ofAttribute else None
             for block in model.blocks():
                 if block.origin not in model.banned:
-                    for position in range(len(block.facts)):
-                        yield from self._fact_triples(Observation(block, position))
+                    for position, fact in enumerate(block.facts):
+                        if asked is None or fact.attribute == asked.uid:
+                            yield from self._fact_triples(Observation(block, position), predicate)
         if predicate == RDF.type or predicate not in _OF_FACTS:
             for uid in model.instance_uids():
                 yield from self._instance_triples(uid, predicate)
@@ -171,14 +173,20 @@ class RdfView(rdflib_store.Store):
     def _attributes_at(self, predicate: Node) -> tuple[Attribute, ...]:
         return (self._attributes[predicate],) if predicate in self._attributes else ()
 
-    def _fact_triples(self, observation: Observation) -> Iterator[Triple]:
+    def _fact_triples(self, observation: Observation, predicate: Node | None) -> Iterator[Triple]:
+        """Yield the triples of one fact with ``predicate``, or all of them."""
         tbox, fact, iri = self._model.tbox, observation.fact, _fact_iri(observation)
         attribute = tbox.attributes[fact.attribute]
-        yield (iri, RDF.type, SIT.PropertyValue)
-        yield (iri, SIT.ofAttribute, URIRef(attribute.iri))
-        yield (iri, SIT.value, term_of(tbox, attribute, fact.value))
-        yield (iri, SIT.timestamp, Literal(observation.time_s, datatype=XSD.double))
-        yield (iri, SIT.origin, origin_iri(observation.origin))
+        if predicate is None or predicate == RDF.type:
+            yield (iri, RDF.type, SIT.PropertyValue)
+        if predicate is None or predicate == SIT.ofAttribute:
+            yield (iri, SIT.ofAttribute, URIRef(attribute.iri))
+        if predicate is None or predicate == SIT.value:
+            yield (iri, SIT.value, term_of(tbox, attribute, fact.value))
+        if predicate is None or predicate == SIT.timestamp:
+            yield (iri, SIT.timestamp, Literal(observation.time_s, datatype=XSD.double))
+        if predicate is None or predicate == SIT.origin:
+            yield (iri, SIT.origin, origin_iri(observation.origin))
 
     def _observation(self, iri: Node) -> Observation | None:
         """Return the observation that the IRI of a fact stands for, unless its origin is banned."""
@@ -201,7 +209,12 @@ def query(models: Store | Mapping[str, Store], sparql: str) -> tuple[tuple[str, 
     """Ask one world model, or each of several, in SPARQL.
 
     The prefixes of the ontology files are bound, and ``sit:``, ``rm:`` and ``run:`` in any case. Several world
-    models are asked one after the other: an aggregate is over the knowledge of one vehicle.
+    models are asked one after the other: an aggregate is over the knowledge of one vehicle. For example, the
+    roles of all vehicles, each with the time and the vehicle that said so::
+
+        SELECT ?player ?role ?time_s ?by WHERE {
+            ?player sit:hasPropertyValue ?fact .
+            ?fact sit:ofAttribute rm:playsRole ; sit:value ?role ; sit:timestamp ?time_s ; sit:origin ?by }
 
     Args:
         models: a world model, or world models by the names of their vehicles.
@@ -209,18 +222,20 @@ def query(models: Store | Mapping[str, Store], sparql: str) -> tuple[tuple[str, 
 
     Returns:
         The names of the columns, and the rows. For several models the first column is ``vehicle``. ASK gives the
-        column ``answer``. Instances are given by their names, other IRIs as ``rm:Area``, points as
-        ``POINT (3.5 4.0)``, and None stands for what is not bound.
+        column ``answer``. Instances are given by their names, origins by the names of their vehicles if their
+        models are among those asked, other IRIs as ``rm:Vehicle``, points as ``POINT (3.5 4.0)``; None stands for
+        what is not bound.
 
     Raises:
         QueryError: the text is no such query, or it names a variable ``?vehicle`` for several models.
     """
     if isinstance(models, Store):
-        return _answer(models, sparql)
+        return _answer(models, sparql, {})
+    names = {model.owner: vehicle for vehicle, model in models.items()}
     columns: tuple[str, ...] = ()
     rows: list[tuple[Cell, ...]] = []
     for vehicle, model in models.items():
-        columns, found = _answer(model, sparql)
+        columns, found = _answer(model, sparql, names)
         if "vehicle" in columns:
             raise QueryError(
                 "the variable ?vehicle is taken: the column 'vehicle' says whose world model a row is from; "
@@ -230,7 +245,7 @@ def query(models: Store | Mapping[str, Store], sparql: str) -> tuple[tuple[str, 
     return ("vehicle", *columns), rows
 
 
-def _answer(model: Store, sparql: str) -> tuple[tuple[str, ...], list[tuple[Cell, ...]]]:
+def _answer(model: Store, sparql: str, vehicles: Mapping[int, str]) -> tuple[tuple[str, ...], list[tuple[Cell, ...]]]:
     graph = as_graph(model)
     try:
         result = graph.query(sparql)
@@ -240,7 +255,9 @@ def _answer(model: Store, sparql: str) -> tuple[tuple[str, ...], list[tuple[Cell
             return ("answer",), [(bool(result.askAnswer),)]
         columns = tuple(str(variable) for variable in result.vars or ())
         bindings = [{str(name): term for name, term in found.items()} for found in result.bindings]
-        return columns, [tuple(_cell(model, graph, binding.get(name)) for name in columns) for binding in bindings]
+        return columns, [
+            tuple(_cell(model, vehicles, graph, binding.get(name)) for name in columns) for binding in bindings
+        ]
     except QueryError:
         raise
     except Exception as error:  # rdflib's parser and evaluator raise whatever a query leads them to
@@ -251,12 +268,17 @@ def _answer(model: Store, sparql: str) -> tuple[tuple[str, ...], list[tuple[Cell
         ) from error
 
 
-def _cell(model: Store, graph: Graph, term: Node | None) -> Cell:
+def _cell(model: Store, vehicles: Mapping[int, str], graph: Graph, term: Node | None) -> Cell:
     if isinstance(term, URIRef):
+        origin = _number_after(_ORIGIN, term)
+        if origin is not None and origin in vehicles:
+            return vehicles[origin]
         uid = _number_after(_INSTANCE, term)
         instance = None if uid is None else model.instance(uid)
         return instance.name if instance is not None else str(term.n3(graph.namespace_manager))
     value = term.toPython() if isinstance(term, Literal) else term
+    if isinstance(value, Decimal):  # averages of whole numbers
+        return float(value)
     return value if value is None or isinstance(value, (bool, int, float)) else str(value)
 
 

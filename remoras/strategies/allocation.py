@@ -5,7 +5,7 @@ Expectations use the data that the whole fleet shares. The vehicles may be slowe
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import networkx as nx
@@ -137,7 +137,7 @@ def balanced(
 
     def improved() -> tuple[dict[str, tuple[str, ...]], dict[str, float]] | None:
         last = max(ends_s, key=lambda name: (ends_s[name], -database[name].node))
-        for change in _exchanges(last, held, database):
+        for change in _exchanges(last, held, lambda name, role: work.able(database[name], roles[role])):
             then_s = {**ends_s, **{name: free_s(name, names) for name, names in change.items()}}
             if (max(then_s.values()), sum(then_s.values())) < (max(ends_s.values()), sum(ends_s.values())):
                 return {**held, **change}, then_s
@@ -150,17 +150,17 @@ def balanced(
 
 
 def _exchanges(
-    last: str, held: Mapping[str, tuple[str, ...]], database: Mapping[str, VehicleData]
+    last: str, held: Mapping[str, tuple[str, ...]], able: Callable[[str, str], bool]
 ) -> Iterator[dict[str, tuple[str, ...]]]:
     """What two vehicles hold after ``last`` has given another one of its roles, for nothing or for one of the other."""
     for role in held[last]:
         for other in held:
-            if other == last or not database[other].can_play(role):
+            if other == last or not able(other, role):
                 continue
             kept = tuple(name for name in held[last] if name != role)
             yield {last: kept, other: (*held[other], role)}
             for back in held[other]:
-                if database[last].can_play(back):
+                if able(last, back):
                     rest = tuple(name for name in held[other] if name != back)
                     yield {last: (*kept, back), other: (*rest, role)}
 

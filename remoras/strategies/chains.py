@@ -20,6 +20,7 @@ class ChainOfJobs:
 
     Attributes:
         links: name of the role and the job of each, in the order in which they are done.
+        needs: jobs outside of the chain that must be done before.
     """
 
     links: tuple[tuple[str, Job], ...]
@@ -82,16 +83,23 @@ def _in_order(roles: list[RoleSpecification], work: Work) -> tuple[RoleSpecifica
 
 
 def chained(work: Work) -> Work:
-    """The same work where every chain is the one job of its first role, and the roles that follow are not seen."""
+    """The same work where what is left of a chain is the one job of its first role, and its other roles are not seen.
+
+    A chain that somebody has begun is left to that vehicle: nothing of it is vacant.
+    """
     longer = [chain for chain in chains(work) if len(chain) > 1]
     if not longer:
         return work
-    followers = {role.name for _, *rest in longer for role in rest}
-    jobs, done = dict(work.jobs), set(work.done)
+    unseen: set[str] = set()
+    jobs = dict(work.jobs)
     for chain in longer:
-        first = chain[0].job or ""
-        jobs[first] = ChainOfJobs(tuple((role.name, work.job(role)) for role in chain))
-        if not work.done.issuperset(role.job or "" for role in chain):
-            done.discard(first)
-    roles = tuple(role for role in work.group.roles if role.name not in followers)
-    return replace(work, group=replace(work.group, roles=roles), jobs=jobs, done=frozenset(done))
+        left = [role for role in chain if role in work.unfinished]
+        if not left:
+            continue
+        is_begun = any(work.holders(role) for role in chain)
+        unseen.update(role.name for role in left[0 if is_begun and not work.holders(left[0]) else 1 :])
+        within = {role.job for role in chain}
+        needs = tuple(need for role in left for need in work.job(role).needs if need not in within)
+        jobs[left[0].job or ""] = ChainOfJobs(tuple((role.name, work.job(role)) for role in left), needs)
+    roles = tuple(role for role in work.group.roles if role.name not in unseen)
+    return replace(work, group=replace(work.group, roles=roles), jobs=jobs)

@@ -401,7 +401,6 @@ def test_results_that_were_damaged_cannot_be_drawn(results: Path, tmp_path: Path
 
 
 def test_the_doctor_finds_this_installation_well():
-    pytest.importorskip("visualisation").draw  # noqa: B018
     result = remoras("doctor")
     assert result.exit_code == 0, result.output
     assert "mesa" in result.stdout

@@ -7,7 +7,7 @@ from pathlib import Path
 from exchange.codec import Codec
 from exchange.manager import ExchangeManager, Reception, Transmission
 from exchange.packets import ItemUid
-from exchange.policies import POLICIES
+from exchange.policies import POLICIES, AckPolicy
 from exchange.schedule import TdmaSchedule
 from worldmodel import (
     Block,
@@ -57,8 +57,9 @@ def instances(n_nodes: int) -> tuple[Instance, ...]:
 
 
 @cache
-def codec_of(n_nodes: int, policy: str = "ack") -> Codec:
-    return Codec(TBOX, len(instances(n_nodes)), n_nodes, POLICIES[policy], N_BLOCKS, DURATION_S)
+def codec_of(n_nodes: int, policy: str | AckPolicy = "ack") -> Codec:
+    chosen = POLICIES[policy] if isinstance(policy, str) else policy
+    return Codec(TBOX, len(instances(n_nodes)), n_nodes, chosen, N_BLOCKS, DURATION_S)
 
 
 def needs(peers: Sequence[int], priorities: dict[int, int] | None = None) -> NeedsIndex:
@@ -74,7 +75,7 @@ class Fleet:
     def __init__(
         self,
         n_nodes: int,
-        policy: str = "ack",
+        policy: str | AckPolicy = "ack",
         payload_bytes: int = 64,
         carrier_evidence: bool = True,
         who_needs: NeedsIndex | None = None,
@@ -95,7 +96,7 @@ class Fleet:
                 model,
                 self.codec,
                 self.schedule,
-                POLICIES[policy],
+                POLICIES[policy] if isinstance(policy, str) else policy,
                 8 * payload_bytes,
                 needs(range(n_nodes)) if who_needs is None else who_needs,
                 carrier_evidence,

@@ -128,7 +128,7 @@ def test_a_list_too_short_because_of_a_wrong_entry_is_no_fault_of_its_own(tmp_pa
     [
         (b"a = 1\nb = = 2\n", r"own.toml:2: TOML: "),
         (b"a = 1\nb = 'caf\xe9'\n", r"own.toml:2: file: cannot be read: byte 0xe9 is not UTF-8; save the file as"),
-        ("a = 1".encode("utf-16"), r"own.toml: file: is UTF-16; save it as UTF-8"),
+        ("a = 1".encode("utf-16"), r"own.toml: file: cannot be read: it is UTF-16; save it as UTF-8"),
     ],
 )  # fmt: skip
 def test_a_file_that_is_no_toml_is_named_with_the_remedy(tmp_path: Path, content: bytes, expected: str) -> None:

@@ -1,23 +1,25 @@
 """Negotiators that talk to each other without vehicles, sea or packets: a scripted exchange of what they state.
 
-Facts that the exchange acknowledges (roles, finished areas) are repeated until they get through; of all others the
-latest on a subject is what counts, and it is lost unless it gets through at once.
+Facts that the exchange acknowledges (roles, jobs that are done) are repeated until they get through; of all others the
+latest on a subject is what counts, and it is lost unless it gets through at once. The jobs may be of any kind.
 """
 
+import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from samples import auv
 
-from remoras.database import AUVDatabase
+from missions.mapping.jobs import SurveyJob
+from remoras.beliefs import Key
+from remoras.database import AUVDatabase, VehicleData
 from remoras.organisation import Group, Organisation, RoleSpecification
-from remoras.strategies.allocation import Outlook, after
-from remoras.strategy import Evidence, Fact, Heard, Negotiator, Situation, Strategy
-from remoras.work import Point
+from remoras.strategy import Heard, Negotiator, Situation, Statable, Strategy, adapt_roles, ask
+from remoras.work import Job, Outlook, Point, Work, precedence
 
 ROUND_S = 10.0
-ACKNOWLEDGED = ("playsRole", "leftRole", "areaDone")
+ROLES = ("playsRole", "leftRole")
 RALLY_M = (0.0, 0.0)
 
 Lost = Callable[[int, str, str], bool]
@@ -28,11 +30,54 @@ def never(number: int, sender: str, receiver: str) -> bool:
     return False
 
 
+@dataclass(frozen=True)
+class Visit:
+    """Going to a place and staying there for a while: a job of another kind than a survey."""
+
+    name: str
+    place_m: Point
+    stay_s: float = 60.0
+    needs: tuple[str, ...] = ()
+    greatest_depth_m: float = 0.0
+
+    @property
+    def done(self) -> Key:
+        return "jobDone", self.name
+
+    def is_able(self, data: VehicleData) -> bool:
+        return data.depth_limit_m >= self.greatest_depth_m
+
+    def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
+        if not self.is_able(data):
+            return None
+        way_s = math.dist(outlook.position_m, self.place_m) / data.transit_speed_mps
+        return Outlook(outlook.free_s + way_s + self.stay_s, self.place_m)
+
+
+def surveys(squares_m: Sequence[Point]) -> list[Job]:
+    """Surveys of squares of 100 m, by their south-western corners."""
+    return [
+        SurveyJob(f"job {n}", ((x, y), (x, y + 100.0), (x + 100.0, y + 100.0), (x + 100.0, y)))
+        for n, (x, y) in enumerate(squares_m)
+    ]
+
+
+def visits(places_m: Sequence[Point]) -> list[Job]:
+    """Visits in any order."""
+    return [Visit(f"job {n}", place_m) for n, place_m in enumerate(places_m)]
+
+
+def ordered_visits(places_m: Sequence[Point]) -> list[Job]:
+    """Visits of which every second one needs the one before it; the third of them needs the first too."""
+    needs = {n: (f"job {n - 1}",) for n in range(1, len(places_m), 2)} | {2: ("job 0",)}
+    return [Visit(f"job {n}", place_m, needs=needs.get(n, ())) for n, place_m in enumerate(places_m)]
+
+
 @dataclass
 class Member:
     """What one vehicle knows and does."""
 
-    negotiator: Negotiator
+    negotiator: Negotiator | None
     organisation: Organisation
     position_m: Point
     positions_m: dict[str, Point] = field(default_factory=dict)
@@ -40,16 +85,16 @@ class Member:
     heard: list[Heard] = field(default_factory=list)
     unheard: list[tuple[str, Heard]] = field(default_factory=list)  # acknowledged facts on their way, by receiver
     done: set[str] = field(default_factory=set)
-    at: tuple[str, float] | None = None  # area, and when it will have been surveyed
-    mapped: list[str] = field(default_factory=list)
+    planned_on: frozenset[str] = frozenset()  # of the jobs that others need, those known done when it planned last
+    at: tuple[str, float] | None = None  # job, and when it will have been done
+    finished: list[str] = field(default_factory=list)
 
 
 class Team:
-    """Vehicles that survey 100 m squares; each is at the areas of its roles one after another, the oldest first."""
+    """Vehicles that do jobs; each is at the jobs of its roles one after another, the oldest first."""
 
-    def __init__(self, strategy: Strategy, starts_m: Sequence[Point], squares_m: Sequence[Point], lost: Lost) -> None:
-        areas = {f"square {n}": _square(corner_m) for n, corner_m in enumerate(squares_m)}
-        roles = tuple(RoleSpecification(f"Role{n}", 1, 1, area=area) for n, area in enumerate(areas))
+    def __init__(self, strategy: Strategy, starts_m: Sequence[Point], jobs: Sequence[Job], lost: Lost) -> None:
+        roles = tuple(RoleSpecification(f"Role{n}", 1, 1, job=job.name) for n, job in enumerate(jobs))
         head = RoleSpecification("Head", 1, 1, head=True, founding=True)
         self.group = Group("Team", (head, RoleSpecification("Hand", 1, founding=True), *roles), "rally")
         self.database = AUVDatabase(
@@ -62,28 +107,29 @@ class Team:
                 for n, start_m in enumerate(starts_m)
             )
         )
-        self._corners_m, self._lost, self._round = areas, lost, 0
+        self.jobs = {job.name: job for job in jobs}
+        self.too_early: list[str] = []
+        """Jobs that somebody began before what they need was done."""
+        self._strategy, self._lost, self._round = strategy, lost, 0
         organisation = strategy.form(self.database, [self.group])
-        evidence = Evidence(self.database, {}, areas, frozenset())
-        for one in strategy.adapt(self.group, organisation, evidence):
+        for one in strategy.adapt(Work(self.group, organisation, self.database, self.jobs)):
             organisation, _ = organisation.assign(one.vehicle, one.group, one.role)
-        self.members: dict[str, Member] = {}
-        for name, data in self.database.items():
-            negotiator = strategy.negotiator(name, self.group)
-            assert negotiator is not None
-            self.members[name] = Member(negotiator, organisation, data.start_m)
+        self.members = {
+            name: Member(strategy.negotiator(name, self.group), organisation, data.start_m)
+            for name, data in self.database.items()
+        }
 
     @property
     def done(self) -> bool:
-        return {area for member in self.members.values() for area in member.mapped} == set(self._corners_m)
+        return set(self.finished) == set(self.jobs)
 
     @property
-    def mapped(self) -> Counter[str]:
-        """How often each area was surveyed."""
-        return Counter(area for member in self.members.values() for area in member.mapped)
+    def finished(self) -> Counter[str]:
+        """How often each job was done."""
+        return Counter(job for member in self.members.values() for job in member.finished)
 
-    def at_one_area(self) -> int:
-        """Vehicles that are at an area at which another one is too."""
+    def at_one_job(self) -> int:
+        """Vehicles that are at a job at which another one is too."""
         at = Counter(member.at[0] for member in self.members.values() if member.at is not None)
         return sum(n for n in at.values() if n > 1)
 
@@ -97,50 +143,74 @@ class Team:
         now_s = ROUND_S * self._round
         told = {name: self._stated(name, member, now_s) for name, member in self.members.items()}
         for name, member in self.members.items():
-            told[name] += self._survey(name, member, now_s)
+            told[name] += self._planned(name, member, now_s)
+            told[name] += self._progress(name, member, now_s)
+        if not self._strategy.declaration.communicates:
+            return
         for name, sender in self.members.items():
-            sender.unheard += [(r, h) for h in told[name] if _kept(h) for r in self.members if r != name]
+            sender.unheard += [(r, h) for h in told[name] if self._is_kept(h) for r in self.members if r != name]
             for receiver, member in self.members.items():
                 if receiver != name and not self._lost(self._round, name, receiver):
                     due = [heard for to, heard in sender.unheard if to == receiver]
                     sender.unheard = [(to, heard) for to, heard in sender.unheard if to != receiver]
                     member.heard_s[name], member.positions_m[name] = now_s, sender.position_m
-                    for heard in due + [heard for heard in told[name] if not _kept(heard)]:
+                    for heard in due + [heard for heard in told[name] if not self._is_kept(heard)]:
                         self._hear(member, heard)
 
-    def _stated(self, name: str, member: Member, now_s: float) -> list[Heard]:
+    def _work(self, name: str, member: Member) -> Work:
         positions_m = {**member.positions_m, name: member.position_m}
-        evidence = Evidence(self.database, positions_m, self._corners_m, frozenset(member.done))
+        return Work(self.group, member.organisation, self.database, self.jobs, frozenset(member.done), positions_m)
+
+    def _stated(self, name: str, member: Member, now_s: float) -> list[Heard]:
+        if member.negotiator is None:
+            return []
         heard, member.heard = tuple(member.heard), []
-        situation = Situation(now_s, self._round, member.organisation, evidence, RALLY_M, heard, dict(member.heard_s))
+        work = self._work(name, member)
+        situation = Situation(now_s, self._round, work, RALLY_M, heard, dict(member.heard_s))
         told = []
-        for statement in member.negotiator.negotiate(situation).statements:
+        for statement in ask(self._strategy.name, member.negotiator, situation).statements:
             for fact in statement.facts:
                 self._take(member, fact)
             if statement.told:
                 told.append(Heard(name, now_s, statement.facts))
         return told
 
-    def _survey(self, name: str, member: Member, now_s: float) -> list[Heard]:
-        """Go on with the area at hand; what is finished is told."""
+    def _planned(self, name: str, member: Member, now_s: float) -> list[Heard]:
+        """The head plans anew, as a social layer does, when a job is done that others need."""
+        needed = frozenset(job for _, job in precedence(self.group, self.jobs)) & member.done
+        if needed == member.planned_on or name not in member.organisation.heads("Team"):
+            return []
+        member.planned_on = needed
+        told = []
+        for one in adapt_roles(self._strategy, self._work(name, member)):
+            fact = one.vehicle, "playsRole", self.group.path(one.role)
+            self._take(member, fact)
+            told.append(Heard(name, now_s, (fact,)))
+        return told
+
+    def _progress(self, name: str, member: Member, now_s: float) -> list[Heard]:
+        """Go on with the job at hand; what is finished is told."""
         held = [
-            role.area
+            role.job
             for role in self.group.roles
-            if role.area not in (None, *member.done) and member.organisation.plays(name, "Team", role.name)
+            if role.job not in (None, *member.done) and member.organisation.plays(name, "Team", role.name)
         ]
         told = []
         if member.at is not None and member.at[0] in held and member.at[1] <= now_s:
-            area = member.at[0]
-            member.mapped.append(area)
-            member.done.add(area)
-            held.remove(area)
-            told.append(Heard(name, now_s, ((area, "areaDone", name),)))
+            job = member.at[0]
+            member.finished.append(job)
+            member.done.add(job)
+            held.remove(job)
+            told.append(Heard(name, now_s, ((job, self.jobs[job].done[0], name),)))
         if member.at is None or member.at[0] not in held:
             member.at = None
             if held:
-                then = after(Outlook(now_s, member.position_m), self.database[name], self._corners_m[held[0] or ""])
+                begun = self.jobs[held[0] or ""]
+                if not set(self.finished).issuperset(begun.needs):
+                    self.too_early.append(begun.name)
+                then = begun.after(Outlook(now_s, member.position_m), self.database[name])
                 assert then is not None
-                member.at, member.position_m = (held[0] or "", then.free_s), then.position_m
+                member.at, member.position_m = (begun.name, then.free_s), then.position_m
             else:
                 member.position_m = RALLY_M
         return told
@@ -150,21 +220,17 @@ class Team:
         for fact in heard.facts:
             self._take(member, fact)
 
-    @staticmethod
-    def _take(member: Member, fact: Fact) -> None:
+    def _take(self, member: Member, fact: Statable) -> None:
         subject, attribute, value = fact
-        if attribute == "areaDone":
-            member.done.add(subject)
-        elif attribute in ("playsRole", "leftRole"):
+        if attribute in ROLES:
             group, _, role = str(value).partition(".")
             change = member.organisation.assign if attribute == "playsRole" else member.organisation.leave_role
             member.organisation, _ = change(subject, group, role)
+        elif self._is_done(fact):
+            member.done.add(subject)
 
+    def _is_done(self, fact: Statable) -> bool:
+        return fact[0] in self.jobs and self.jobs[fact[0]].done == (fact[1], fact[0])
 
-def _kept(heard: Heard) -> bool:
-    return heard.facts[0][1] in ACKNOWLEDGED
-
-
-def _square(corner_m: Point) -> tuple[Point, ...]:
-    x, y = corner_m
-    return ((x, y), (x, y + 100.0), (x + 100.0, y + 100.0), (x + 100.0, y))
+    def _is_kept(self, heard: Heard) -> bool:
+        return heard.facts[0][1] in ROLES or self._is_done(heard.facts[0])

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from samples import auv, database
 
 from remoras.strategies.claims import Claim, Claims
-from remoras.strategies.contract_net import EARLIEST, Tenure
+from remoras.strategies.contract_net import EARLIEST, Sayings
 
 FLEET = database(*(auv(f"AUV{n:02d}", playable_roles=("Scout", "Sweeper")) for n in range(3)), auv("AUV03"))
 ROLES = ("Scout", "Sweeper")
@@ -89,23 +89,23 @@ def test_claims_of_those_who_have_left_or_cannot_play_the_role_do_not_count() ->
 times_s = st.lists(st.tuples(st.booleans(), st.integers(0, 9)), max_size=8)
 
 
-def tenure(heard: list[tuple[bool, int]]) -> Tenure:
-    made = Tenure()
+def sayings(heard: list[tuple[bool, int]]) -> Sayings:
+    made = Sayings()
     for held, time_s in heard:
         (made.held_s if held else made.left_s).add(time_s)
     return made
 
 
 @given(times_s, st.randoms(use_true_random=False))
-def test_who_holds_an_area_since_when_does_not_depend_on_what_was_heard_first(
+def test_who_holds_a_role_since_when_does_not_depend_on_what_was_heard_first(
     heard: list[tuple[bool, int]], random: Any
 ) -> None:
     shuffled = list(heard)
     random.shuffle(shuffled)
-    assert tenure(shuffled).claim() == tenure(heard).claim()
+    assert sayings(shuffled).claim() == sayings(heard).claim()
 
 
 def test_a_holding_begins_with_the_first_word_after_the_last_withdrawal() -> None:
-    assert tenure([(True, 7), (True, 1)]).claim() == Claim(2, EARLIEST - 1)
-    assert tenure([(True, 7), (True, 1), (False, 3)]).claim() == Claim(3, EARLIEST - 7)
-    assert tenure([(True, 1), (False, 3)]).claim().strength == 0
+    assert sayings([(True, 7), (True, 1)]).claim() == Claim(2, EARLIEST - 1)
+    assert sayings([(True, 7), (True, 1), (False, 3)]).claim() == Claim(3, EARLIEST - 7)
+    assert sayings([(True, 1), (False, 3)]).claim().strength == 0

@@ -80,7 +80,7 @@ def test_without_loss_central_is_faster_than_meetings() -> None:
 
 def test_the_way_to_the_meetings_is_what_they_cost() -> None:
     """Who gets all areas before the dive has nowhere to go between them."""
-    often, never = (report("rendezvous-sync", 1, f"strategy.parameters.areas_per_leg={n}") for n in (1, 13))
+    often, never = (report("rendezvous-sync", 1, f"strategy.parameters.jobs_per_leg={n}") for n in (1, 13))
     assert never["distance_m"] < 0.9 * often["distance_m"]
 
 

@@ -1,4 +1,8 @@
-"""Results of runs that never took place: what the figures must stand, written as a real run writes them."""
+"""Results of runs that never took place, as a folder has them: what the figures must stand.
+
+Their mission inspects wrecks: it declares a figure of the finds, a layer with the finds, and a mark where a vehicle
+broke off. Nothing in the package knows of wrecks.
+"""
 
 import json
 import math
@@ -7,14 +11,49 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import pyarrow as pa
 import pyarrow.parquet as pq
 import tomli_w
 
-from missions.runs.results import Results, table
-from remoras.recorder import TABLES
+from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, Style
+from missions.runs.results import Results
 
 LONG = "AnExtraordinarilyLongNameOfFortyLettersX"
 SQUARE = ((0.0, 0.0), (0.0, 100.0), (100.0, 100.0), (100.0, 0.0))
+COLUMNS = {
+    "trajectories": ("time_s", "vehicle", "x_m", "y_m", "heading_rad", "speed_mps", "energy_j"),
+    "roles": ("time_s", "vehicle", "group", "role", "event"),
+    "satisfaction": ("time_s", "vehicle", "group", "role", "value"),
+    "finds": ("time_s", "vehicle", "x_m", "y_m"),
+}
+TEXTS = {"vehicle", "group", "role", "event"}
+
+
+def draw_finds(axes: Any, results: RunResults, style: Style) -> str:
+    """Finds of every vehicle over time."""
+    rows = results.table("finds").to_pylist()
+    for vehicle, look in style.looks.items():
+        times_s = [row["time_s"] for row in rows if row["vehicle"] == vehicle]
+        axes.step(times_s, range(1, len(times_s) + 1), color=look.colour, linestyle=look.line, label=vehicle)
+    axes.set_xlabel(style.axis("time", "s"))
+    axes.set_ylabel(style.axis("finds"))
+    return f"Found by {style.time(results.summary['mission_time_s'])}: {len(rows)}."
+
+
+def draw_wrecks(axes: Any, results: RunResults, style: Style) -> str:
+    """Where something was found."""
+    rows = results.table("finds").to_pylist()
+    tint = style.tint(style.grey, 0.5)
+    axes.scatter([row["x_m"] for row in rows], [row["y_m"] for row in rows], s=9, color=[tint], label="finds")
+    return "Dots: finds."
+
+
+FINDS = Figure("finds", "Finds of the vehicles over mission time", draw_finds, needs=("finds",))
+DECLARED: tuple[Declared, ...] = (
+    FINDS,
+    Layer("wrecks", draw_wrecks, needs=("finds",)),
+    Mark("broken_off", "broken off"),
+)
 
 
 @dataclass
@@ -22,9 +61,9 @@ class Fiction:
     """A run: vehicles that circle, one role each or more, milestones as given."""
 
     vehicles: Sequence[str] = ("A", "B")
-    roles: Sequence[tuple[str, str]] = (("Team", "Leader"), ("Team", "Mapper"))
-    areas: Sequence[str] = ("bay",)
-    rally_points: Sequence[str] = ("buoy",)
+    roles: Sequence[tuple[str, str]] = (("Team", "Leader"), ("Team", "Diver"))
+    outlines: Sequence[str] = ("bay",)
+    points: Sequence[str] = ("buoy",)
     milestones: Sequence[tuple[str, str, str, float]] = ()
     end_s: float = 1000.0
     radius_m: float = 90.0
@@ -36,24 +75,25 @@ class Fiction:
         """The folder of the run, read back."""
         folder.mkdir(parents=True)
         rows = self._rows() if self.recorded else {}
-        for name in TABLES:
-            pq.write_table(table(name, rows.get(name, [])), folder / f"{name}.parquet")
+        for name, columns in COLUMNS.items():
+            values = list(zip(*rows.get(name, []), strict=True)) or [()] * len(columns)
+            kinds = [pa.string() if column in TEXTS else pa.float64() for column in columns]
+            arrays = [pa.array(value, kind) for value, kind in zip(values, kinds, strict=True)]
+            pq.write_table(pa.table(arrays, names=list(columns)), folder / f"{name}.parquet")
+        scenario = {"vehicle": [{"name": name} for name in self.vehicles]}
         (folder / "summary.json").write_text(json.dumps(self._summary()))
-        (folder / "manifest.json").write_text(json.dumps({"scenario": tomli_w.dumps(self._scenario())}))
-        return Results.read(folder)
+        (folder / "manifest.json").write_text(json.dumps({"scenario": tomli_w.dumps(scenario)}))
+        return Results(folder)
 
-    def _scenario(self) -> dict[str, Any]:
-        return {
-            "world": {"x_m": [-500.0, 500.0], "y_m": [-500.0, 500.0], "cell_m": 25.0},
-            "area": [
-                {"name": name, "corners_m": [[x + 100.0 * at, y] for x, y in SQUARE]}
-                for at, name in enumerate(self.areas)
-            ],
-            "rally_point": [
-                {"name": name, "position_m": [10.0 * at, -20.0]} for at, name in enumerate(self.rally_points)
-            ],
-            "vehicle": [{"name": name} for name in self.vehicles],
-        }
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """Squares side by side, and points."""
+        squares = [
+            Place(name, "search box", tuple((x + 100.0 * at, y) for x, y in SQUARE))
+            for at, name in enumerate(self.outlines)
+        ]
+        points = [Place(name, "dock", ((10.0 * at, -20.0),)) for at, name in enumerate(self.points)]
+        return (*squares, *points)
 
     def _summary(self) -> dict[str, Any]:
         names = ("name", "vehicle", "group", "time_s")
@@ -61,7 +101,6 @@ class Fiction:
             "scenario": "fiction", "strategy": "remoras", "policy": "m-ack", "channel": "bernoulli", "per": 0.25,
             "seed": 77, "n_vehicles": len(self.vehicles), "completed": self.completed,
             "reason": "" if self.completed else "out of time", "mission_time_s": self.end_s,
-            "coverage_fraction": 0.5 if self.recorded and self.areas else 0.0,
             "milestones": [dict(zip(names, row, strict=True)) for row in self.milestones],
         }  # fmt: skip
 
@@ -92,18 +131,18 @@ class Fiction:
             for name in self.vehicles
             for at, role in enumerate(self.roles)
         ]
-        cells = [(times_s[at], name, at, 0) for at, name in enumerate(self.vehicles) if self.areas]
+        finds = [(times_s[at], name, 10.0 * at, 0.0) for at, name in enumerate(self.vehicles) if self.outlines]
         return {
             "trajectories": tracks, "roles": sorted([*roles, *self.extra_roles]), "satisfaction": values,
-            "coverage": cells,
+            "finds": finds,
         }  # fmt: skip
 
 
 ROLES = [
     ("Coordination", "Administrator"),
     ("Operational", "Performer"),
-    ("Operational", "Mapper"),
-    ("Third", "Mapper"),
+    ("Operational", "Diver"),
+    ("Third", "Diver"),
 ]
 FLEET = [f"AUV{number:02}" for number in range(16)]
 
@@ -113,25 +152,25 @@ FICTIONS = {
     "sixteen vehicles": Fiction(
         vehicles=FLEET,
         roles=ROLES,
-        areas=[f"area {number}" for number in range(16)],
-        rally_points=[f"rally {number}" for number in range(6)],
-        milestones=[("mapping_done", name, "", 900.0 + at) for at, name in enumerate(FLEET)],
+        outlines=[f"box {number}" for number in range(16)],
+        points=[f"dock {number}" for number in range(6)],
+        milestones=[("work_done", name, "", 900.0 + at) for at, name in enumerate(FLEET)],
     ),
-    "no areas": Fiction(areas=(), rally_points=()),
-    "not completed": Fiction(completed=False, end_s=14400.0, milestones=[("mapping_done", "A", "", 1700.0)]),
+    "no places": Fiction(outlines=(), points=()),
+    "not completed": Fiction(completed=False, end_s=14400.0, milestones=[("work_done", "A", "", 1700.0)]),
     "empty tables": Fiction(recorded=False),
     "long names": Fiction(
         vehicles=[LONG, LONG[::-1]],
         roles=[(LONG, LONG), (LONG[::-1], LONG)],
-        areas=[LONG, LONG[::-1]],
-        rally_points=[LONG, "US$ and $x^2"],
-        milestones=[("mapping_stopped", LONG, "", 500.0), ("gathered", "", LONG, 500.0)],
+        outlines=[LONG, LONG[::-1]],
+        points=[LONG, "US$ and $x^2"],
+        milestones=[("broken_off", LONG, "", 500.0), ("gathered", "", LONG, 500.0)],
     ),
-    "nobody moves": Fiction(radius_m=0.0, areas=(), rally_points=()),
+    "nobody moves": Fiction(radius_m=0.0, outlines=(), points=()),
     "wide sea": Fiction(radius_m=45678.9),
     "everything at the end": Fiction(
         milestones=[
-            ("mapping_stopped", "A", "", 950.0), *(("gathered", "", f"g{n}", 990.0 + n / 4) for n in range(40))
+            ("broken_off", "A", "", 950.0), *(("gathered", "", f"g{n}", 990.0 + n / 4) for n in range(40))
         ],
         extra_roles=[(940.0 + n, "A", "Team", "Leader", ("active", "inactive")[n % 2]) for n in range(20)],
     ),

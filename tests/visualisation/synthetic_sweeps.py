@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from missions.comparison.baseline import compare
+from missions.comparison.rows import Comparison
 from missions.sweeps.folder import STUDY, SweepResults
 from missions.sweeps.ledger import DONE, FAILED, LEDGER
 from missions.sweeps.plan import seed_of
@@ -64,6 +66,7 @@ class Sweep:
     n_failed: int = 0
     n_remaining: int = 0
     consistency: bool = False
+    metrics: Sequence[str] = ()
     summary: Callable[..., dict[str, Any]] = law
 
     def write(self, folder: Path) -> SweepResults:
@@ -76,6 +79,8 @@ class Sweep:
             "name": "synthetic", "scenario": list(self.scenarios), "strategies": list(self.strategies),
             "policies": list(self.policies), "repeats": self.repeats, "seed": 11,
         }  # fmt: skip
+        if self.metrics:
+            design["metrics"] = list(self.metrics)
         file = StudyFile.model_validate({"study": design, "grid": self.grid})
         digests = [hashlib.sha256(repr(cell).encode()).hexdigest() for cell in cells]
         study = {"version": "9.8.7", "study": file.model_dump(mode="json"), "scenario": {}, "digests": digests}
@@ -106,3 +111,22 @@ class Sweep:
             "key": key, "status": DONE, "repeat": repeat, "settings": settings, "summary": summary, "error": "",
             "replay": "", "tables": False, "machine": {},
         }  # fmt: skip
+
+
+LONG = "mypackage.organisations.strategies:AN_EXTRAORDINARILY_LONG_NAME_OF_A_STRATEGY"
+FEW = (0.1, 0.5, 0.8)
+BURSTS = [("gilbert-elliott", FEW, {"channel.mean_burst": burst}) for burst in (2.0, 4.0, 8.0)]
+SWEEPS = {
+    "seven strategies": Sweep(repeats=5, consistency=True),
+    "one strategy": Sweep(["remoras"], ["ack", "ack-repeat", "m-ack", "mps-ack", "knowledge", "adaptive"], repeats=3),
+    "strategies and policies": Sweep(["remoras", "cbba", LONG], ["ack", "mps-ack-repeat"], repeats=3),
+    "three channels": Sweep(SEVEN[:3], channels=[("perfect", [0.0], {}), *BURSTS], repeats=3),
+    "vehicles": Sweep(SEVEN, channels=[("bernoulli", [0.4], {})], grid={"fleet.size": [2, 4, 8, 16]}, repeats=3),
+    "one point": Sweep(["remoras"], channels=[("perfect", [0.0], {})], repeats=1),
+    "all the same": Sweep(SEVEN, channels=[("bernoulli", FEW, {})], repeats=3, summary=flat),
+}  # fmt: skip
+
+
+def rows_of(tmp_path: Path, sweep: Sweep) -> list[Comparison]:
+    """Rows of the mission time of a sweep."""
+    return compare(sweep.write(tmp_path / str(len(list(tmp_path.iterdir())))), ["mission_time_s"])

@@ -59,11 +59,11 @@ def test_axes_name_quantity_and_unit(rows: list[StudyRow], loaded: list[StudyRow
     labels = [axes.get_ylabel() for axes in (*unloaded_figure(rows, "source").axes, *loaded_figure(loaded).axes)]
     assert labels == [
         "time relative to ACK",
-        "time / slots",
-        "delivery latency / slots",
-        "acknowledgement latency / slots",
+        "time (slots)",
+        "delivery latency (slots)",
+        "acknowledgement latency (slots)",
         "items in flight",
-        "goodput / items per slot",
+        "goodput (items per slot)",
     ]
 
 

@@ -51,7 +51,7 @@ SELECT ?value WHERE {
 def test_a_fact_after_the_situation_awareness_tbox() -> None:
     model = fleet_model()
     merge(model, [block(2, 15, 123, (BAY, AREA_DONE, ASV_0), (ECHO, LOCATION, (3.5, 4.0)))])
-    graph, fact = as_graph(model), RUN["fact/2-15-1"]
+    graph, fact = as_graph(model), RUN["fact-2-15-1"]
     assert set(graph.predicate_objects(fact)) == {
         (RDF.type, SIT.PropertyValue),
         (SIT.ofAttribute, RM.location),
@@ -62,7 +62,7 @@ def test_a_fact_after_the_situation_awareness_tbox() -> None:
     assert set(graph.predicate_objects(instance_iri(BAY))) == {
         (RDF.type, RM.Area),
         (RDFS.label, Literal("bay")),
-        (SIT.hasPropertyValue, RUN["fact/2-15-0"]),
+        (SIT.hasPropertyValue, RUN["fact-2-15-0"]),
         (RM.areaDone, instance_iri(ASV_0)),
     }
     assert list(graph.subjects(SIT.hasPropertyValue, fact)) == [instance_iri(ECHO)]
@@ -162,6 +162,7 @@ def test_a_query_gives_columns_and_plain_rows() -> None:
             ("echo", "rm:location", "POINT (3.5 4.0)", 12.3, None),
         ],
     )
+    assert query(model, "SELECT (AVG(?n) AS ?mean) { VALUES ?n { 1 2 } }") == (("mean",), [(1.5,)])
     assert query(model, "ASK { ?x rm:areaDone ?y }") == (("answer",), [(True,)])
     assert query(fleet_model(), "ASK { ?x rm:areaDone ?y }") == (("answer",), [(False,)])
 
@@ -172,6 +173,11 @@ def test_a_query_of_several_models_says_whose_each_row_is() -> None:
         model.record([(AUV_0, BATTERY, level)], 1.0)
     asked = "SELECT ?level WHERE { ?v rm:batteryFraction ?level }"
     assert query(models, asked) == (("vehicle", "level"), [("auv-0", 0.5), ("auv-1", 0.7)])
+    by = "SELECT ?by WHERE { ?fact sit:origin ?by }"
+    assert query(models, by) == (("vehicle", "by"), [("auv-0", "auv-0"), ("auv-1", "auv-1")])
+    assert query(models["auv-1"], by) == (("by",), [("run:origin-1",)])
+    said_by_0 = "SELECT ?x WHERE { ?x sit:hasPropertyValue/sit:origin run:origin-0 }"
+    assert query(models, said_by_0) == (("vehicle", "x"), [("auv-0", "auv-0")])
     models["auv-1"].ban(1)
     assert query(models, asked) == (("vehicle", "level"), [("auv-0", 0.5)])
     with pytest.raises(QueryError, match=r"the variable \?vehicle is taken.*give the variable another name"):

@@ -9,9 +9,8 @@ from matplotlib.axes import Axes
 from missions.figure import Figure, Layer, RunResults
 from visualisation import style, words
 from visualisation.errors import DrawingError
-from visualisation.page import LEGEND_UP_IN, Box, Legend, Page
+from visualisation.page import LEGEND_UP_IN, Box, Legend, Page, Picture
 from visualisation.runs import captions, reading
-from visualisation.runs.picture import Picture
 
 LEFT_IN, RIGHT_IN, TOP_IN, BODY_IN, BOTTOM_IN = 0.5, 0.14, 0.08, 1.9, 0.36
 """Least room on each side of the panel, and its height."""

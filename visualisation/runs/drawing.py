@@ -16,7 +16,7 @@ from visualisation.files import Drawn, check_format, write
 from visualisation.kinds import KINDS, SWEEP_KINDS
 
 if TYPE_CHECKING:
-    from visualisation.runs.picture import Picture
+    from visualisation.page import Picture
 
 
 def picture(results: RunResults, kind: str, figures: Sequence[Declared] = (), places: Sequence[Place] = ()) -> Picture:

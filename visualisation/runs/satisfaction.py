@@ -8,8 +8,8 @@ from matplotlib.lines import Line2D
 
 from missions.figure import RunResults
 from visualisation import style
+from visualisation.page import Picture
 from visualisation.runs import captions, reading
-from visualisation.runs.picture import Picture
 from visualisation.runs.reading import Floats, RoleKey, Tenure
 from visualisation.runs.sheet import sheet
 

@@ -12,8 +12,8 @@ from matplotlib.patches import Patch
 
 from missions.figure import RunResults
 from visualisation import style
+from visualisation.page import Picture
 from visualisation.runs import captions, reading
-from visualisation.runs.picture import Picture
 from visualisation.runs.reading import Tenure
 from visualisation.runs.sheet import sheet
 

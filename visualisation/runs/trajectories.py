@@ -16,9 +16,8 @@ from matplotlib.ticker import MaxNLocator
 from missions.figure import Layer, Mark, Place, PointM, RunResults
 from visualisation import labels, style, words
 from visualisation.labels import Label
-from visualisation.page import Box, Legend, Page
+from visualisation.page import Box, Legend, Page, Picture
 from visualisation.runs import captions, declared, reading, windows
-from visualisation.runs.picture import Picture
 from visualisation.runs.reading import Span, Track
 
 TOP_IN, BOTTOM_IN = 0.2, 0.4

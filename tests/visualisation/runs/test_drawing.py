@@ -6,36 +6,37 @@ from pathlib import Path
 
 import pytest
 from legibility import check_texts
-from synthetic_runs import FICTIONS, LONG, Fiction
+from synthetic_runs import DECLARED, FICTIONS, FINDS, LONG, Fiction
 
 import visualisation
 from missions.runs.results import Results
-from visualisation import FORMATS, KINDS, DrawingError, caption, draw, style
+from visualisation import FORMATS, KINDS, DrawingError, style
+from visualisation.page import Picture
+from visualisation.runs import draw, picture
+
+ALL_KINDS = [*KINDS, FINDS.name]
 
 
-@pytest.fixture(scope="module")
-def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Results]:
-    folder = tmp_path_factory.mktemp("runs")
-    return {name: fiction.write(folder / name) for name, fiction in FICTIONS.items()}
+def drawn(runs: dict[str, Results], name: str, kind: str) -> Picture:
+    return picture(runs[name], kind, DECLARED, FICTIONS[name].places)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", ALL_KINDS)
 @pytest.mark.parametrize("name", FICTIONS)
 def test_texts_overlap_nothing_and_are_not_cut_off(
     runs: dict[str, Results], name: str, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    figure = KINDS[kind](runs[name])
+    figure = drawn(runs, name, kind).figure
     assert figure.get_figwidth() in {style.COLUMN_IN, style.PAGE_IN}
     check_texts(figure, monkeypatch)
 
 
-@pytest.mark.parametrize(("file_format", "kinds"), [("png", KINDS), ("svg", KINDS), ("pdf", ["trajectories"])])
+@pytest.mark.parametrize(("file_format", "kinds"), [("png", ALL_KINDS), ("svg", ALL_KINDS), ("pdf", ["trajectories"])])
 def test_the_same_results_give_the_same_bytes(
     tmp_path: Path, runs: dict[str, Results], file_format: str, kinds: list[str]
 ) -> None:
     run = runs["two vehicles"]
-    first = draw(run, list(kinds), tmp_path / "first", file_format)
-    again = draw(run, list(kinds), tmp_path / "again", file_format)
+    first, again = (draw(run, kinds, tmp_path / name, file_format, DECLARED).files for name in ("first", "again"))
     assert [path.name for path in first] == [
         name for kind in kinds for name in (f"{kind}.{file_format}", f"{kind}.txt")
     ]
@@ -43,41 +44,44 @@ def test_the_same_results_give_the_same_bytes(
 
 
 def test_no_kinds_are_all_kinds(tmp_path: Path, runs: dict[str, Results]) -> None:
-    written = draw(runs["empty tables"], [], tmp_path, "svg")
-    assert [path.stem for path in written[::2]] == list(KINDS)
+    written = draw(runs["empty tables"], [], tmp_path, "svg", DECLARED)
+    assert [path.stem for path in written.files[::2]] == ALL_KINDS
+    assert written.notes == []
 
 
 def test_settings_of_the_user_change_nothing(tmp_path: Path, runs: dict[str, Results]) -> None:
     import matplotlib
 
-    (plain,) = [path for path in draw(runs["two vehicles"], ["roles"], tmp_path / "plain") if path.suffix == ".png"]
+    (plain,) = [
+        path for path in draw(runs["two vehicles"], ["roles"], tmp_path / "plain").files if path.suffix == ".png"
+    ]
     with matplotlib.rc_context({"font.size": 20, "lines.linewidth": 9, "savefig.bbox": "tight"}):
         draw(runs["two vehicles"], ["roles"], tmp_path / "own")
         assert matplotlib.rcParams["font.size"] == 20
     assert (tmp_path / "own" / "roles.png").read_bytes() == plain.read_bytes()
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", ALL_KINDS)
 @pytest.mark.parametrize("name", FICTIONS)
 def test_captions_hold_the_conditions_of_the_run(runs: dict[str, Results], name: str, kind: str) -> None:
-    text = caption(runs[name], kind)
+    text = drawn(runs, name, kind).caption
     vehicles = len(FICTIONS[name].vehicles)
     for part in (f"n = {vehicles} vehicles", "seed 77", "policy m-ack", "PER 25 %", "mission time"):
         assert part in text
 
 
 def test_a_caption_tells_why_a_run_did_not_complete(runs: dict[str, Results]) -> None:
-    assert "not completed (out of time)" in caption(runs["not completed"], "roles")
+    assert "not completed (out of time)" in drawn(runs, "not completed", "roles").caption
 
 
 def test_a_caption_gives_names_whole(runs: dict[str, Results]) -> None:
-    assert LONG in caption(runs["long names"], "trajectories")
+    assert LONG in drawn(runs, "long names", "trajectories").caption
 
 
 def test_a_channel_without_loss_rate_has_none_in_the_caption(tmp_path: Path) -> None:
     run = Fiction().write(tmp_path / "run")
     run.summary["per"] = None
-    assert "PER" not in caption(run, "roles")
+    assert "PER" not in picture(run, "roles").caption
 
 
 def test_an_unknown_kind_is_told_the_nearest(tmp_path: Path, runs: dict[str, Results]) -> None:
@@ -91,8 +95,33 @@ def test_an_unknown_format_is_told_the_known(tmp_path: Path, runs: dict[str, Res
         draw(runs["two vehicles"], ["roles"], tmp_path / "out", "jpg")
 
 
-def test_formats_are_those_that_can_be_written() -> None:
-    assert FORMATS == style.FORMATS
+def test_formats_are_those_that_can_be_written(runs: dict[str, Results]) -> None:
+    figure = drawn(runs, "two vehicles", "roles").figure
+    begins = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
+    assert {name: style.rendered(figure, name)[: len(begins[name])] for name in FORMATS} == begins
+
+
+def test_a_figure_without_its_table_is_left_out_with_a_note_or_refused(tmp_path: Path) -> None:
+    fiction = Fiction()
+    run = fiction.write(tmp_path / "run")
+    (run.folder / "satisfaction.parquet").unlink()
+    (run.folder / "finds.parquet").unlink()
+    written = draw(run, [], tmp_path / "all", "svg", DECLARED, fiction.places)
+    assert [path.stem for path in written.files[::2]] == ["trajectories", "roles"]
+    assert written.notes == [
+        "satisfaction is left out: these results have no table satisfaction",
+        "finds is left out: these results have no table finds",
+        "wrecks are left out of trajectories: these results have no table finds",
+    ]
+    with pytest.raises(DrawingError, match=r"^finds: these results have no table finds$"):
+        draw(run, ["roles", "finds"], tmp_path / "named", "svg", DECLARED)
+    assert not (tmp_path / "named").exists()
+
+
+def test_tracks_are_drawn_without_roles(tmp_path: Path) -> None:
+    run = Fiction().write(tmp_path / "run")
+    (run.folder / "roles.parquet").unlink()
+    assert picture(run, "trajectories").notes == ()
 
 
 def test_importing_the_package_loads_no_matplotlib() -> None:

@@ -1,19 +1,14 @@
-"""Allocating areas: the assignment, and what a survey costs."""
+"""Allocating jobs: the assignment that the shipped strategies share."""
 
-import math
 import os
 import subprocess
 import sys
 from itertools import permutations
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from samples import auv
 
-from remoras.strategies.allocation import assignment, survey_time_s
-
-# Assignment ---------------------------------------------------------------------------------------
+from remoras.strategies.allocation import assignment
 
 costs = st.integers(0, 12) | st.none()
 
@@ -81,18 +76,3 @@ def test_ties_fall_the_same_way_in_every_process() -> None:
         for seed in ("0", "1", "2")
     }
     assert len(answers) == 1
-
-
-# Costs --------------------------------------------------------------------------------------------
-
-SQUARE = ((100.0, 100.0), (100.0, 350.0), (350.0, 350.0), (350.0, 100.0))
-
-
-def test_the_time_that_a_survey_takes() -> None:
-    """159.1 m to (112.5, 112.5) at 2 m/s, then 2475 m at 1.25 m/s: 79.55 + 1980 s."""
-    expected_s = 112.5 * math.sqrt(2.0) / 2.0 + 2475.0 / 1.25
-    assert survey_time_s(auv(), SQUARE, (0.0, 0.0)) == pytest.approx(expected_s)
-
-
-def test_without_a_sensor_no_survey_ends() -> None:
-    assert survey_time_s(auv(swath_m=0.0), SQUARE, (0.0, 0.0)) == math.inf

@@ -1,4 +1,4 @@
-"""What is read out of results: tenures of roles, tracks, first mapped cells."""
+"""What is read out of results: tenures of roles, tracks."""
 
 from pathlib import Path
 
@@ -11,14 +11,14 @@ from visualisation.runs.reading import Span, Tenure, Track
 
 
 def tenures_of(tmp_path: Path, *events: tuple[float, str]) -> list[Tenure]:
-    rows = [(time_s, "A", "Team", "Mapper", event) for time_s, event in events]
+    rows = [(time_s, "A", "Team", "Diver", event) for time_s, event in events]
     run = Fiction(vehicles=("A", "B"), roles=(), extra_roles=rows).write(tmp_path / "run")
     return reading.tenures(run)["A"]
 
 
 def test_a_role_that_is_left_ends_what_it_drove(tmp_path: Path) -> None:
     found = tenures_of(tmp_path, (10.0, "assigned"), (20.0, "active"), (30.0, "left"))
-    assert found == [Tenure("Team", "Mapper", (Span(10.0, 30.0),), (Span(20.0, 30.0),))]
+    assert found == [Tenure("Team", "Diver", (Span(10.0, 30.0),), (Span(20.0, 30.0),))]
 
 
 def test_a_role_that_is_never_left_lasts_to_the_end(tmp_path: Path) -> None:
@@ -55,8 +55,3 @@ def test_a_position_between_two_records_is_between_them() -> None:
     track = Track(np.array([0.0, 10.0]), np.array([0.0, 20.0]), np.array([5.0, 5.0]))
     assert track.at(2.5) == pytest.approx((5.0, 5.0))
     assert track.between(5.0, 10.0).x_m.tolist() == [20.0]
-
-
-def test_a_cell_belongs_to_who_mapped_it_first(tmp_path: Path) -> None:
-    run = Fiction(vehicles=("A", "B")).write(tmp_path / "run")
-    assert reading.first_mapped(run)[0, 0] == (0.0, "A")

@@ -1,0 +1,321 @@
+"""What every exchange policy has to keep to, as checks of an ``AckPolicy``.
+
+From a checkout: ``python tests/conformance/policy_conformance.py package.module:object``; for a shipped policy its
+name. From a test: call ``check``, or the checks one by one; each raises ``AssertionError`` with what is wrong.
+"""
+
+# ruff: noqa: E402  # run as a program, this file has to find the checkout before it imports from it
+
+import sys
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from random import Random
+
+import numpy as np
+
+sys.path[:0] = [str(Path(__file__).resolve().parents[2])] if __name__ == "__main__" else []
+
+from exchange import ack
+from exchange.codec import Codec
+from exchange.errors import ConfigurationError
+from exchange.packets import Fragment, ItemUid
+from exchange.policies import AckPolicy, header_bits, may_send, policy_fault, policy_named
+from exchange.study import montecarlo, trial
+from exchange.study.compiler import compiled
+from exchange.study.trial import Ints, Load, Rules
+from remoras.plugins import named_object
+from tests.exchange.fleet_radio import DURATION_S, MAPPED_CELL, N_BLOCKS, TBOX, Fleet, instances
+from worldmodel import PropertyValue
+
+SIZES = (2, 3, 5)
+"""Fleets that are looked at."""
+N_EXCHANGES = 12
+N_SLOTS = 90
+P_HEARD = 0.5
+SETTLING_FRAMES = 8
+"""Frames, times the period of the header, in which an item is settled where nothing is lost; the paper's need 2."""
+ALL = -1
+
+
+class Nodes:
+    """Nodes as vehicles run them, without bits on the wire: item sets are integers, new items come in any slot.
+
+    Bits that a header does not carry arrive as ``noise`` says: as zeros or as ones. No policy may read them.
+    """
+
+    def __init__(self, policy: AckPolicy, n_nodes: int, carrier_evidence: bool, noise: int) -> None:
+        self.policy, self.n_nodes, self.carrier_evidence, self.noise = policy, n_nodes, carrier_evidence, noise
+        self.states = [ack.new_state(n_nodes) for _ in range(n_nodes)]
+        self.origins = [0] * n_nodes
+        self.n_items = 0
+
+    def add_item(self, node: int) -> None:
+        """Give the node an item of its own."""
+        self.origins[node] |= 1 << self.n_items
+        self.states[node].believes[node] |= 1 << self.n_items
+        self.n_items += 1
+
+    def wanted(self, node: int) -> int:
+        """Items that the node goes on sending."""
+        state = self.states[node]
+        open_items = state.believes[node] & ~ack.settled(state, self.n_nodes, None, 0)
+        return may_send(self.policy.repeat, open_items, self.origins[node])
+
+    def play(self, slot: int, heard_by: int) -> None:
+        """One slot; bit i of ``heard_by`` says that node i receives the packet."""
+        kind, n_nodes = self.policy.acknowledgement, self.n_nodes
+        frame, owner = slot // n_nodes, slot % n_nodes
+        for state in self.states:
+            ack.open_slot(kind, state, n_nodes, owner)
+        content = (self.wanted(owner),)
+        rows = [0] * n_nodes
+        ack.compose(kind, self.states[owner], n_nodes, frame, owner, content, rows)
+        carried = [self._carried(frame, owner, row) for row in range(n_nodes)]
+        heard = [bits & mask | self.noise & ~mask for bits, mask in zip(rows, carried, strict=True)]
+        for node in range(n_nodes):
+            if node != owner and heard_by >> node & 1:
+                state = self.states[node]
+                ack.absorb(
+                    kind, self.carrier_evidence, state, n_nodes, frame, node, owner, heard, content, self.origins
+                )
+
+    def _carried(self, frame: int, owner: int, row: int) -> int:
+        kind = self.policy.acknowledgement
+        phase = frame % kind.period_frames
+        diagonal = 1 << row  # is always zero
+        columns = (j for j in range(self.n_nodes) if j != row)
+        return diagonal | sum(1 << j for j in columns if kind.carries(self.n_nodes, phase, owner, row, j))
+
+    def beliefs(self) -> list[list[int]]:
+        """Item sets by node and peer."""
+        return [list(state.believes) for state in self.states]
+
+    def false_belief(self) -> str | None:
+        """A belief that does not hold, in words."""
+        for node, state in enumerate(self.states):
+            for peer in range(self.n_nodes):
+                if false := state.believes[peer] & ~self.states[peer].believes[peer]:
+                    item = false.bit_length() - 1
+                    return f"node {node} believes that node {peer} holds item {item}, which it lacks"
+        return None
+
+
+def exchanges(n_nodes: int) -> Iterator[list[tuple[int, int | None]]]:
+    """Who hears each slot, and who gets a new item in it: dense ones, sparse ones, and a single item."""
+    for seed in range(N_EXCHANGES):
+        dice = Random(f"{seed} {n_nodes}")
+        p_item = (0.3, 0.05, 0.0)[seed % 3]
+        yield [
+            (
+                sum(1 << node for node in range(n_nodes) if dice.random() < P_HEARD),
+                dice.randrange(n_nodes) if slot == 0 or dice.random() < p_item else None,
+            )
+            for slot in range(N_SLOTS)
+        ]
+
+
+# What it says of itself ---------------------------------------------------------------------------
+
+
+def check_value(policy: AckPolicy) -> None:
+    """It is an ``AckPolicy`` with all parts, of the right kinds."""
+    fault = policy_fault(policy)
+    assert fault is None, fault
+
+
+def check_header_bits(policy: AckPolicy) -> None:
+    """Headers are as long as promised, on paper and on the wire, and bits that are not carried are not read."""
+    kind = policy.acknowledgement
+    for n_nodes in SIZES:
+        codec = Codec(TBOX, len(instances(n_nodes)), n_nodes, policy, N_BLOCKS, DURATION_S)
+        for frame in range(2 * kind.period_frames):
+            for sender in range(n_nodes):
+                promised = header_bits(policy, n_nodes, frame, sender)
+                where = f"header of node {sender} of {n_nodes} in frame {frame}"
+                assert header_bits(policy, n_nodes) >= promised, f"{where} is larger than the largest"
+                repeated = header_bits(policy, n_nodes, frame + kind.period_frames, sender)
+                assert repeated == promised, f"{where} does not repeat after period_frames = {kind.period_frames}"
+                size_bits = codec.overhead_bits - codec.header_bits + promised
+                sent = len(codec.encode(sender, [ALL] * n_nodes, [], (), frame))
+                assert sent == -(-size_bits // 8), f"{where} takes another number of bits on the wire than promised"
+        for exchange in exchanges(n_nodes):
+            clean, noisy = Nodes(policy, n_nodes, False, 0), Nodes(policy, n_nodes, False, (1 << n_nodes) - 1)
+            for slot, (heard_by, birth) in enumerate(exchange):
+                for nodes in (clean, noisy):
+                    if birth is not None:
+                        nodes.add_item(birth)
+                    nodes.play(slot, heard_by)
+                assert clean.beliefs() == noisy.beliefs(), "reads bits that its header does not carry"
+
+
+# What its vehicles believe ------------------------------------------------------------------------
+
+
+def check_no_false_beliefs(policy: AckPolicy) -> None:
+    """Whatever is lost, nobody ever believes that a peer holds an item which it lacks."""
+    for n_nodes in SIZES:
+        for carrier_evidence in (False, True):
+            for exchange in exchanges(n_nodes):
+                nodes = Nodes(policy, n_nodes, carrier_evidence, 0)
+                for slot, (heard_by, birth) in enumerate(exchange):
+                    if birth is not None:
+                        nodes.add_item(birth)
+                    nodes.play(slot, heard_by)
+                    false = nodes.false_belief()
+                    assert false is None, f"slot {slot}: {false}"
+
+
+def check_settles(policy: AckPolicy) -> None:
+    """Where nothing is lost, the origin soon knows that all hold its item, and stops sending it."""
+    n_frames = SETTLING_FRAMES * policy.acknowledgement.period_frames
+    for n_nodes in SIZES:
+        nodes = Nodes(policy, n_nodes, False, 0)
+        nodes.add_item(0)
+        for slot in range(n_frames * n_nodes):
+            nodes.play(slot, ALL)
+        assert not nodes.wanted(0), f"{n_nodes} nodes, no losses: the item is still sent after {n_frames} frames"
+
+
+def check_deterministic(policy: AckPolicy) -> None:
+    """The same packets make the same beliefs."""
+    exchange = next(exchanges(SIZES[-1]))
+    seen = []
+    for _ in range(2):
+        nodes = Nodes(policy, SIZES[-1], False, 0)
+        for slot, (heard_by, birth) in enumerate(exchange):
+            if birth is not None:
+                nodes.add_item(birth)
+            nodes.play(slot, heard_by)
+            seen.append(nodes.beliefs())
+    assert seen[: len(exchange)] == seen[len(exchange) :], "the same packets make other beliefs the second time"
+
+
+# What the study makes of it -----------------------------------------------------------------------
+
+
+class Study:
+    """The slot loop of the study, uncompiled, one slot at a time."""
+
+    def __init__(self, policy: AckPolicy, n_nodes: int, items: int, evidence: bool, item_bits: int, room: int) -> None:
+        self.kind = policy.acknowledgement
+        n_words = -(-n_nodes * items // trial.WORD_BITS)
+        self.rules = Rules(policy.repeat, evidence, n_nodes, n_words)
+        self.load = Load(n_nodes, items, 0.0, item_bits, room + header_bits(policy, n_nodes), 0, 0, N_SLOTS)
+        self.nodes = trial.new_nodes(self.rules, self.load, self.kind.period_frames)
+        montecarlo.header_sizes(self.kind, n_nodes, self.nodes.header_bits)
+        trial.clear(self.nodes)
+        for column in range(n_nodes * items):
+            trial.add_item(self.rules, self.nodes, column // items, column, 0)
+
+    def pass_slot(self, slot: int, heard_by: int) -> int:
+        """Play a slot; returns how many items were sent."""
+        montecarlo.play_slot(self.kind, self.rules, self.load, self.nodes, slot, heard_by)
+        return sum(int(word).bit_count() for word in self.nodes.packet)
+
+    def believes(self, node: int, peer: int, column: int) -> bool:
+        """True if the node believes that the peer holds the item."""
+        word = self.nodes.believes[node, peer * self.rules.n_words + column // trial.WORD_BITS]
+        return bool(word >> column % trial.WORD_BITS & 1)
+
+
+def item_sizes(fleet: Fleet) -> tuple[int, int]:
+    """Bits of an observation of one cell, own and relayed."""
+    fragment = Fragment(0, 0, 0.0, (PropertyValue(fleet.n_nodes, MAPPED_CELL, 0.0),))
+    return fleet.codec.fragment_bits(fragment, relayed=False), fleet.codec.fragment_bits(fragment, relayed=True)
+
+
+def assert_study_is_managers(
+    policy: AckPolicy, n_nodes: int, items: int, evidence: bool, payload_bytes: int, heard: list[int]
+) -> bool:
+    """Play an exchange by the study and by managers with real bits; after each slot, beliefs must agree.
+
+    Returns:
+        False if the exchange does not suit: the study knows one size of an item only, for own and relayed ones.
+    """
+    try:
+        fleet = Fleet(
+            n_nodes, policy, payload_bytes, evidence,
+            lost=lambda slot, sender, receiver: not heard[slot] >> receiver & 1,
+        )  # fmt: skip
+    except ConfigurationError:  # the header does not fit the packet
+        return False
+    own_bits, relayed_bits = item_sizes(fleet)
+    room_bits = 8 * payload_bytes - fleet.codec.overhead_bits
+    if not room_bits // own_bits == room_bits // relayed_bits >= 1:
+        return False
+    study = Study(policy, n_nodes, items, evidence, own_bits, room_bits)
+    uids = [fleet.maps(node, node * items + index) for node in range(n_nodes) for index in range(items)]
+    for slot, heard_by in enumerate(heard):
+        sent = fleet.pass_slot()
+        n_sent = study.pass_slot(slot, heard_by & ~(1 << slot % n_nodes))
+        assert len(sent.items) == n_sent, f"slot {slot}: vehicles send {len(sent.items)} items, the study {n_sent}"
+        for node in range(n_nodes):
+            for peer in range(n_nodes):
+                believed = [uid for uid in uids if believes(fleet, node, peer, uid)]
+                studied = [uid for column, uid in enumerate(uids) if study.believes(node, peer, column)]
+                assert believed == studied, f"slot {slot}: vehicles and study differ in what {node} believes of {peer}"
+    assert not fleet.false_beliefs, f"a vehicle believes what is false: {fleet.false_beliefs[0]}"
+    return True
+
+
+def believes(fleet: Fleet, node: int, peer: int, uid: ItemUid) -> bool:
+    """True if the node's manager believes that the peer holds the item; of itself it knows."""
+    manager = fleet.managers[node]
+    return manager.holds(uid) if node == peer else manager.believes(peer, uid)
+
+
+def check_study_is_managers(policy: AckPolicy) -> None:
+    """Vehicles with real packets and the policy study come to the same beliefs after every slot."""
+    n_played = 0
+    for seed in range(N_EXCHANGES):
+        dice = Random(seed)
+        n_nodes = SIZES[seed % len(SIZES)]
+        heard = [dice.randrange(1 << n_nodes) for _ in range(8 * n_nodes)]
+        n_played += assert_study_is_managers(policy, n_nodes, 1 + seed % 3, seed % 2 == 0, 64, heard)
+    assert n_played, f"no fleet of {SIZES[0]} to {SIZES[-1]} nodes has room for its header in 64 bytes"
+
+
+def check_compiles(policy: AckPolicy) -> None:
+    """Compiled for the study, its functions do what they do as Python; takes some seconds the first time."""
+    kind = policy.acknowledgement
+    for narrow, items in ((True, 3), (False, 20)):
+        rules = Rules(policy.repeat, False, 4, 1 if narrow else -(-4 * items // trial.WORD_BITS))
+        load = Load(4, items, 0.0, 57, 57 * 2 + header_bits(policy, 4), 0, 0, 300)
+        p_loss = np.full((4, 4), 0.5)
+        np.fill_diagonal(p_loss, 1.0)
+        outcomes: list[Ints] = []
+        for loop in (partial(montecarlo.run_trials, kind), compiled(kind, narrow, print)):
+            outcome = np.zeros((2, trial.N_QUANTITIES, 3), np.int64)
+            loop(rules, load, p_loss, 7, 0, np.full((2, 100), montecarlo.NOT_DRAWN, np.int64), outcome)
+            outcomes.append(outcome)
+        assert (outcomes[0] == outcomes[1]).all(), (
+            "the compiled form comes to other results than the functions as Python"
+        )
+
+
+# All of it ----------------------------------------------------------------------------------------
+
+CHECKS: tuple[Callable[[AckPolicy], None], ...] = (
+    check_value,
+    check_header_bits,
+    check_no_false_beliefs,
+    check_settles,
+    check_deterministic,
+    check_study_is_managers,
+    check_compiles,
+)
+
+
+def check(policy: AckPolicy) -> None:
+    """Make every check of a policy; raises AssertionError with what is wrong."""
+    for one in CHECKS:
+        one(policy)
+
+
+if __name__ == "__main__":
+    sys.path[:0] = [str(Path.cwd())]
+    asked = named_object(sys.argv[1]) if ":" in sys.argv[1] else policy_named(sys.argv[1])
+    for passed in CHECKS:
+        passed(asked)
+        print(f"ok  {passed.__name__}")

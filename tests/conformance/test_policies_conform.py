@@ -1,0 +1,46 @@
+"""Every shipped policy conforms, one from outside does, and each check finds a policy that breaks its rule."""
+
+from collections.abc import Callable
+from typing import Any
+
+import nonconforming_policies as broken
+import policy_conformance as conformance
+import pytest
+
+from exchange.policies import POLICIES, AckPolicy
+
+CONFORMING = {**POLICIES, "from outside": broken.SPARSE}
+
+
+@pytest.mark.parametrize("name", CONFORMING)
+@pytest.mark.parametrize("check", conformance.CHECKS, ids=lambda check: check.__name__.removeprefix("check_"))
+def test_every_shipped_policy_conforms(check: Callable[[AckPolicy], None], name: str) -> None:
+    check(CONFORMING[name])
+
+
+@pytest.mark.parametrize(
+    ("check", "policy", "says"),
+    [
+        (conformance.check_value, broken.ONLY_A_KIND, "an exchange.AckPolicy is expected"),
+        (conformance.check_value, broken.DOUBLE, "the name ack is taken by a shipped policy"),
+        (conformance.check_value, broken.WRONG_SIGNATURE, r"carries must take \(n_nodes, frame, sender, row, column\)"),
+        (conformance.check_value, broken.NO_FUNCTION, "its learn must be a plain function of a module, not a int"),
+        (conformance.check_header_bits, broken.NOSY, "reads bits that its header does not carry"),
+        (conformance.check_header_bits, broken.GROWING, "promised|does not repeat|larger than the largest"),
+        (conformance.check_no_false_beliefs, broken.LIAR, "believes that node . holds item ., which it lacks"),
+        (conformance.check_no_false_beliefs, broken.GULLIBLE, "which it lacks"),
+        (conformance.check_no_false_beliefs, broken.STALE, "which it lacks"),
+        (conformance.check_settles, broken.SILENT, "the item is still sent after 8 frames"),
+        (conformance.check_deterministic, broken.MOODY, "other beliefs the second time"),
+        (conformance.check_study_is_managers, broken.MOODY, "vehicles and study differ|vehicles send"),
+    ],
+    ids=lambda value: value.__name__ if callable(value) else "",
+)
+def test_a_policy_that_breaks_a_rule_is_found_out(check: Callable[[Any], None], policy: Any, says: str) -> None:
+    with pytest.raises(AssertionError, match=says):
+        check(policy)
+
+
+def test_a_policy_whose_functions_cannot_be_compiled_is_found_out() -> None:
+    with pytest.raises(conformance.ConfigurationError, match="'moody' cannot be compiled"):
+        conformance.check_compiles(broken.MOODY)

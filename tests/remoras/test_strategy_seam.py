@@ -1,0 +1,121 @@
+"""A strategy that lacks a part, raises or answers with something else: one clear message, by name."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+from samples import GROUPS, WORKER, auv, database
+
+from remoras.errors import PluginError
+from remoras.strategies import strategies
+from remoras.strategies.central import Central
+from remoras.strategy import (
+    Move,
+    Situation,
+    Statement,
+    adapt_roles,
+    ask,
+    faults_of_strategy,
+    form_groups,
+    negotiator_of,
+)
+from remoras.work import Work
+
+FLEET = database(auv("AUV00", playable_roles=WORKER))
+WORK = Work(GROUPS[1], Central().form(FLEET, GROUPS), FLEET, {})
+SITUATION = Situation(1.0, 1, WORK, None, (), {})
+
+
+class Lacking:
+    name = "lacking"
+    declaration = Central.declaration
+    form = staticmethod(Central.form)
+
+
+class OldSignature(Central):
+    def adapt(self, group: Any, organisation: Any, evidence: Any) -> Any:
+        return ()
+
+
+class Unnamed(Central):
+    name = 7  # type: ignore[assignment]
+    declaration = "as usual"  # type: ignore[assignment]
+
+
+@pytest.mark.parametrize("name", strategies())
+def test_shipped_strategies_lack_nothing(name: str) -> None:
+    assert list(faults_of_strategy(strategies()[name])) == []
+
+
+@pytest.mark.parametrize(
+    ("found", "says"),
+    [
+        (Lacking(), ["lacks adapt, negotiator of remoras.strategy.Strategy"]),
+        (
+            OldSignature(),
+            ["adapt(group: Any, organisation: Any, evidence: Any) -> Any cannot be called as adapt(work)"],
+        ),
+        (Unnamed(), ["name is int, expected str", "declaration is str, expected Declaration"]),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_what_an_object_lacks_is_said_part_by_part(found: Any, says: list[str]) -> None:
+    assert list(faults_of_strategy(found)) == says
+
+
+@dataclass
+class Answering:
+    """Answers every question alike; raises what is an exception."""
+
+    answer: Any
+    name: str = "answering"
+
+    def form(self, *asked: Any) -> Any:
+        if isinstance(self.answer, Exception):
+            raise self.answer
+        return self.answer
+
+    adapt = negotiator = negotiate = form
+
+
+QUESTIONS: dict[str, tuple[Callable[[Any], Any], str]] = {
+    "form": (lambda s: form_groups(s, FLEET, GROUPS), "an Organisation"),
+    "adapt": (lambda s: adapt_roles(s, WORK), "a tuple of RoleAssignment"),
+    "negotiator": (lambda s: negotiator_of(s, "AUV00", GROUPS[1]), r"an object with negotiate\(situation\), or None"),
+    "negotiate": (
+        lambda s: ask("answering", s, SITUATION),
+        r"a Move with statements of \(subject, attribute, value\)",
+    ),
+}
+
+
+@pytest.mark.parametrize("part", QUESTIONS)
+def test_an_answer_of_another_type_is_shown_beside_what_was_expected(part: str) -> None:
+    question, expected = QUESTIONS[part]
+    with pytest.raises(PluginError, match=rf"^strategy answering: {part} returned \[1\]; expected: {expected}$"):
+        question(Answering([1]))
+
+
+@pytest.mark.parametrize("part", QUESTIONS)
+def test_what_a_strategy_raises_is_passed_on_by_name(part: str) -> None:
+    question, expected = QUESTIONS[part]
+    error = ValueError("no fleet today")
+    says = rf"^strategy answering: {part} raised ValueError: no fleet today; expected: {expected}$"
+    with pytest.raises(PluginError, match=says) as caught:
+        question(Answering(error))
+    assert caught.value.__cause__ is error
+
+
+@pytest.mark.parametrize(
+    "move", [Move([]), Move((Statement((("AUV00", "playsRole"),)),)), Move((("AUV00", "playsRole", "X"),)), None]
+)
+def test_a_move_is_made_of_statements_of_facts(move: Any) -> None:
+    with pytest.raises(PluginError, match="negotiate returned"):
+        ask("answering", Answering(move), SITUATION)
+
+
+def test_a_long_answer_is_shortened() -> None:
+    with pytest.raises(PluginError) as caught:
+        adapt_roles(Answering(["x" * 1000]), WORK)
+    assert len(str(caught.value)) < 200

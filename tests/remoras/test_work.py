@@ -1,0 +1,122 @@
+"""Work: what is open, vacant, held and done, and chains of jobs that need each other."""
+
+from exchange_of_statements import Visit
+from samples import auv, database
+
+from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
+from remoras.strategies.chains import chained, chains
+from remoras.strategies.fixed_partition import FixedPartition
+from remoras.work import Outlook, Work, precedence, works
+
+ROLES = ("Dock", "Load", "Leave", "Look")
+JOBS = {
+    "dock": Visit("dock", (100.0, 0.0)),
+    "load": Visit("load", (100.0, 0.0), needs=("dock",)),
+    "leave": Visit("leave", (200.0, 0.0), needs=("dock", "load")),
+    "look": Visit("look", (-100.0, 0.0), greatest_depth_m=200.0),
+}
+GROUP = Group(
+    "Team",
+    (
+        RoleSpecification("Head", 1, 1, head=True, founding=True),
+        RoleSpecification("Hand", 0, founding=True),
+        *(RoleSpecification(name, 1, 1, job=name.lower()) for name in ROLES),
+    ),
+)
+FLEET = database(
+    auv("AUV00", playable_roles=("Head",)),
+    auv("AUV01", playable_roles=("Hand", *ROLES)),
+    auv("AUV02", playable_roles=("Hand", *ROLES), depth_limit_m=300.0),
+)
+
+
+def work(*held: tuple[str, str], done: tuple[str, ...] = ()) -> Work:
+    """The work of the team after ``done``, where (role, vehicle) of ``held`` play roles."""
+    organisation = FixedPartition().form(FLEET, [GROUP])
+    for role, vehicle in held:
+        organisation, _ = organisation.assign(vehicle, "Team", role)
+    return Work(GROUP, organisation, FLEET, JOBS, frozenset(done))
+
+
+def names(roles: object) -> list[str]:
+    return [role.name for role in roles]  # type: ignore[attr-defined]
+
+
+def test_a_job_is_open_once_all_that_it_needs_is_done() -> None:
+    assert names(work().open) == ["Dock", "Look"]
+    assert names(work(done=("dock",)).open) == ["Load", "Look"]
+    assert names(work(done=("load",)).open) == ["Dock", "Look"]  # what was done out of order opens nothing early
+    assert names(work(done=("dock", "load")).open) == ["Leave", "Look"]
+    assert names(work().unfinished) == list(ROLES)
+
+
+def test_what_is_held_is_not_vacant() -> None:
+    held = work(("Dock", "AUV01"), ("Load", "AUV02"))
+    assert names(held.vacant) == ["Look"]
+    assert names(held.held_by("AUV01")) == ["Dock"]
+    assert names(held.held_by("AUV02")) == ["Load"]  # whoever gave it knew more
+    assert work(("Dock", "AUV01"), done=("dock",)).held_by("AUV01") == []
+
+
+def test_workers_play_a_role_and_have_what_its_job_takes() -> None:
+    assert [data.name for data in work().workers] == ["AUV01", "AUV02"]
+    look = work().roles[3]
+    assert not work().able(FLEET["AUV01"], look)
+    assert work().able(FLEET["AUV02"], look)
+    assert not work().able(FLEET["AUV00"], work().roles[0])
+    assert work().after(Outlook(0.0, (0.0, 0.0)), FLEET["AUV00"], work().roles[0]) is None
+
+
+def test_jobs_are_done_nearest_first() -> None:
+    """50 s to (100, 0) at 2 m/s and 60 s there, then 100 s to (-100, 0) and 60 s there: 270 s."""
+    far = work().after_all(Outlook(0.0, (0.0, 0.0)), FLEET["AUV02"], [work().roles[3], work().roles[0]])
+    near = work().after_all(Outlook(0.0, (50.0, 0.0)), FLEET["AUV02"], [work().roles[3], work().roles[0]])
+    assert far == Outlook(270.0, (100.0, 0.0))  # of two equally near the first that is named
+    assert near == Outlook(245.0, (-100.0, 0.0))
+
+
+def test_what_somebody_reports_opens_what_needs_it() -> None:
+    before = work()
+    assert names(before.knowing({"dock"}).open) == ["Load", "Look"]
+    assert before.knowing(()) is before
+
+
+def test_each_group_has_its_work() -> None:
+    made = works(work().organisation, FLEET, JOBS, frozenset({"dock"}), {"AUV01": (1.0, 2.0)})
+    assert list(made) == ["Team"]
+    assert names(made["Team"].open) == ["Load", "Look"]
+    assert made["Team"].position_m("AUV01") == (1.0, 2.0)
+    assert made["Team"].position_m("AUV02") == FLEET["AUV02"].start_m
+
+
+def test_an_allocation_rests_on_jobs_that_others_need() -> None:
+    assert precedence(GROUP, JOBS) == {("jobDone", "dock"), ("jobDone", "load")}
+
+
+def test_jobs_that_need_each_other_are_a_chain() -> None:
+    found = [names(chain) for chain in chains(work())]
+    assert sorted(found) == [["Dock", "Load", "Leave"], ["Look"]]
+
+
+def test_a_chain_is_given_out_as_one_job() -> None:
+    """50 s there, 60 s and 60 s at the dock, 50 s on and 60 s there: 280 s."""
+    plan = chained(work())
+    assert names(plan.open) == ["Dock", "Look"]
+    assert plan.after(Outlook(0.0, (0.0, 0.0)), FLEET["AUV01"], plan.open[0]) == Outlook(280.0, (200.0, 0.0))
+    assert [a for a in FixedPartition().adapt(work()) if a.role in ROLES] == [
+        RoleAssignment("Team", "Dock", "AUV01"),
+        RoleAssignment("Team", "Look", "AUV02"),
+    ]
+
+
+def test_what_follows_in_a_chain_is_left_to_who_began_it() -> None:
+    begun = work(("Dock", "AUV02"), ("Look", "AUV02"), done=("dock",))
+    assert FixedPartition().adapt(begun) == ()
+    organisation = Organisation.of([GROUP], [a for a in begun.organisation.assignments if a.role != "Dock"])
+    orphaned = Work(GROUP, organisation, FLEET, JOBS, frozenset({"dock"}))
+    assert names(chained(orphaned).vacant) == ["Load"]
+
+
+def test_without_precedence_there_are_no_chains() -> None:
+    free = Work(GROUP, work().organisation, FLEET, {name: Visit(name, (0.0, 0.0)) for name in JOBS})
+    assert chained(free) is free

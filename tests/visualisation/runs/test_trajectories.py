@@ -1,0 +1,54 @@
+"""The map of the tracks: places by their kinds, panels where they say more."""
+
+from pathlib import Path
+
+import pytest
+from synthetic_runs import Fiction
+
+from missions.figure import Place
+from visualisation.runs import picture
+
+
+def test_kinds_of_places_have_their_symbols_and_their_words(tmp_path: Path) -> None:
+    corners = ((0.0, 0.0), (0.0, 50.0), (50.0, 50.0))
+    places = [
+        Place("north", "search box", corners), Place("wall", "no-go zone", corners),
+        Place("home", "dock", ((5.0, 5.0),)),
+        Place("buoy", "beacon", ((90.0, 5.0),)),
+    ]  # fmt: skip
+    found = picture(Fiction().write(tmp_path / "run"), "trajectories", (), places)
+    legend = {text.get_text() for text in found.figure.legends[0].get_texts()}
+    assert legend == {"A", "B", "start", "end", "search box", "no-go zone", "dock", "beacon"}
+    for part in (
+        "Outlines (search box): north.", "Dashed outlines (no-go zone): wall.", "Stars (dock): home.",
+        "Crosses (beacon): buoy.",
+    ):  # fmt: skip
+        assert part in found.caption
+    axes = found.figure.axes[0]
+    assert {patch.get_linestyle() for patch in axes.patches} == {"-", (0, (4, 1.2))} or len(axes.patches) == 2
+    assert {"*", "P"} <= {line.get_marker() for line in axes.get_lines()}
+
+
+def test_without_places_there_is_nothing_of_them(tmp_path: Path) -> None:
+    found = picture(Fiction().write(tmp_path / "run"), "trajectories")
+    assert {text.get_text() for text in found.figure.legends[0].get_texts()} == {"A", "B", "start", "end"}
+    assert "Outlines" not in found.caption
+    assert "Stars" not in found.caption
+
+
+def test_a_place_without_points_is_refused() -> None:
+    with pytest.raises(ValueError, match="place 'dock' has no point"):
+        Place("dock", "dock", ())
+
+
+def test_the_panel_of_the_ends_shows_the_ends(tmp_path: Path) -> None:
+    """Also where the eventful stretch is at the beginning of the mission: ten events in its first tenth."""
+    rows = [(10.0 * n, "A", "Team", "Leader", ("active", "inactive")[n % 2]) for n in range(10)]
+    fiction = Fiction(roles=(), extra_roles=rows, radius_m=3000.0, vehicles=("A", "B"))
+    figure = picture(fiction.write(tmp_path / "run"), "trajectories").figure
+    titles = {axes.get_title(loc="left"): axes for axes in figure.axes}
+    (beginning,) = [axes for title, axes in titles.items() if title.startswith("(b) 0 to")]
+    ends = [axes for title, axes in titles.items() if "where the vehicles end" in title]
+    for axes in (figure.axes[0], *ends):
+        assert sum(line.get_marker() == "s" and len(line.get_xdata()) == 1 for line in axes.get_lines()) == 2
+    assert not any(line.get_marker() == "s" and len(line.get_xdata()) == 1 for line in beginning.get_lines())

@@ -1,0 +1,56 @@
+"""Axis, series and panels follow from what a study varies."""
+
+from pathlib import Path
+
+import pytest
+from synthetic_sweeps import FEW, SEVEN, SWEEPS, Sweep, flat, rows_of
+
+from visualisation.errors import DrawingError
+from visualisation.sweeps.arrangement import arranged
+
+
+def test_the_perfect_channel_is_the_rate_0_of_the_others(tmp_path: Path) -> None:
+    rows = rows_of(tmp_path, SWEEPS["three channels"])
+    arrangement = arranged(rows)
+    assert arrangement.axis_label == "packet error rate"
+    assert list(arrangement.titles.values()) == [f"channel.mean_burst = {burst}" for burst in (2.0, 4.0, 8.0)]
+    for combination in arrangement.titles:
+        (curve, *_) = arrangement.curves(arrangement.of(combination, rows)).values()
+        assert [(arrangement.x(row), row.channel) for row in curve] == [
+            (0.0, "perfect"), *((per, "gilbert-elliott") for per in FEW)
+        ]  # fmt: skip
+
+
+def test_a_rate_0_of_its_own_comes_before_the_perfect_channel(tmp_path: Path) -> None:
+    rows = rows_of(
+        tmp_path, Sweep(SEVEN[:2], channels=[("perfect", [0.0], {}), ("bernoulli", [0.0, 0.5], {})], repeats=1)
+    )
+    arrangement = arranged(rows)
+    (combination,) = arrangement.titles
+    assert {row.channel for row in arrangement.of(combination, rows)} == {"bernoulli"}
+
+
+def test_a_setting_is_the_axis_where_the_rate_does_not_vary(tmp_path: Path) -> None:
+    grid = {"decision.weight_external": [0.0, 0.5, 1.0], "fleet.size": [2, 4], "mission.mode": ["a", "b", "c", "d"]}
+    sweep = Sweep(["remoras"], channels=[("bernoulli", [0.4], {})], repeats=1, grid=grid)
+    sweep.summary = flat
+    arrangement = arranged(rows_of(tmp_path, sweep))
+    assert arrangement.axis_label == "decision.weight_external"
+    assert len(arrangement.titles) == 8
+    assert "number of vehicles = 2, mission.mode = a" in arrangement.titles.values()
+
+
+def test_points_without_an_axis_are_refused(tmp_path: Path) -> None:
+    keys = [{"decision.weight_external": at / 7, "decision.fade_per_s": at * 5 % 7 / 3} for at in range(6)]
+    channels = [("bernoulli", [0.1 * at], point) for at, point in enumerate(keys)]
+    with pytest.raises(DrawingError, match="6 combinations of settings, each with a single point"):
+        arranged(rows_of(tmp_path, Sweep(["remoras"], channels=channels, repeats=1)))
+
+
+def test_a_setting_that_rises_with_the_axis_makes_no_panels(tmp_path: Path) -> None:
+    """As the two rates of a Gilbert-Elliott channel whose mean loss stays the same."""
+    keys = [{"decision.weight_external": at / 7, "decision.fade_per_s": at / 3} for at in range(6)]
+    channels = [("bernoulli", [0.5], point) for point in keys]
+    arrangement = arranged(rows_of(tmp_path, Sweep(["remoras"], channels=channels, repeats=1)))
+    assert arrangement.axis in keys[0]
+    assert len(arrangement.titles) == 1

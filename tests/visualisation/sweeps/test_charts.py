@@ -1,0 +1,110 @@
+"""Looks of series, scales of axes, places of points."""
+
+from pathlib import Path
+
+import pytest
+from matplotlib.axes import Axes
+from synthetic_sweeps import FEW, SEVEN, Sweep, law, rows_of
+
+from missions.comparison.compare import Comparison
+from missions.metric import Better, Metric
+from visualisation import style
+from visualisation.sweeps import charts
+from visualisation.sweeps.arrangement import arranged
+from visualisation.sweeps.measures import measure
+
+TIME = Metric("mission_time_s", "s", Better.LOWER, "mission time", lambda run: 0.0)
+
+
+def chart(rows: list[Comparison]) -> Axes:
+    arrangement = arranged(rows)
+    (axes,) = charts.metric(arrangement, list(arrangement.titles), rows, measure(TIME, rows)).axes
+    return axes
+
+
+def test_seven_strategies_differ_in_colour_and_marker_and_in_line_or_fill(tmp_path: Path) -> None:
+    looks = charts.looks(arranged(rows_of(tmp_path, Sweep(repeats=1))).series).values()
+    assert len({look["color"] for look in looks}) == len({look["marker"] for look in looks}) == len(SEVEN)
+
+
+def test_a_strategy_looks_the_same_in_every_study(tmp_path: Path) -> None:
+    whole = arranged(rows_of(tmp_path, Sweep([*SEVEN, "own"], repeats=1)))
+    part = arranged(rows_of(tmp_path, Sweep(["own", "rendezvous-sync", "contract-net"], repeats=1)))
+    assert [series.strategy for series in part.series] == ["contract-net", "rendezvous-sync", "own"]
+    of_whole = {series.strategy: look for series, look in charts.looks(whole.series).items()}
+    of_part = {series.strategy: look for series, look in charts.looks(part.series).items()}
+    for name in ("contract-net", "rendezvous-sync"):
+        assert of_part[name] == of_whole[name]
+    assert of_part["own"] not in [of_part["contract-net"], of_part["rendezvous-sync"]]
+
+
+def test_every_pair_of_strategy_and_policy_has_a_look_of_its_own(tmp_path: Path) -> None:
+    policies = ["ack", "ack-repeat", "m-ack", "mps-ack-repeat"]
+    looks = charts.looks(
+        arranged(rows_of(tmp_path, Sweep(SEVEN, policies, channels=[("perfect", [0.0], {})], repeats=1))).series
+    )
+    assert len({(look["color"], str(look["linestyle"])) for look in looks.values()}) == len(looks) == 28
+
+
+def test_points_of_one_place_stand_side_by_side_in_the_order_of_the_legend(tmp_path: Path) -> None:
+    axes = chart(rows_of(tmp_path, Sweep(SEVEN, channels=[("bernoulli", FEW, {})], repeats=3)))
+    curves = [line for line in axes.get_lines() if len(line.get_xdata()) == len(FEW)]
+    at_first = [line.get_xdata()[0] for line in curves]
+    assert len(curves) == len(SEVEN)
+    assert at_first == sorted(set(at_first))
+    assert sum(at_first) / len(at_first) == pytest.approx(FEW[0])
+    assert at_first[-1] - at_first[0] < 0.5 * (FEW[1] - FEW[0])
+
+
+def test_a_band_reaches_from_one_end_of_the_intervals_to_the_other(tmp_path: Path) -> None:
+    rows = rows_of(tmp_path, Sweep(["remoras"], channels=[("bernoulli", FEW, {})], repeats=5))
+    axes = chart(rows)
+    (band,) = axes.collections
+    ys = band.get_paths()[0].vertices[:, 1]
+    assert min(ys) == pytest.approx(min(row.ci95_low or 0.0 for row in rows))
+    assert max(ys) == pytest.approx(max(row.ci95_high or 0.0 for row in rows))
+
+
+def test_a_single_point_has_its_interval_as_a_line(tmp_path: Path) -> None:
+    (row,) = rows_of(tmp_path, Sweep(["remoras"], channels=[("perfect", [0.0], {})], repeats=5))
+    axes = chart([row])
+    segments = [segment for one in axes.collections for path in one.get_paths() for segment in [path.vertices[:, 1]]]
+    assert any(list(segment) == pytest.approx([row.ci95_low, row.ci95_high]) for segment in segments)
+
+
+def test_few_places_have_a_tick_each(tmp_path: Path) -> None:
+    axes = chart(rows_of(tmp_path, Sweep(["remoras"], channels=[("bernoulli", FEW, {})], repeats=2)))
+    assert [label.get_text() for label in axes.get_xticklabels()] == [f"{per:g}" for per in FEW]
+
+
+def test_places_far_apart_are_spaced_evenly(tmp_path: Path) -> None:
+    sizes = [2, 8, 64]
+    sweep = Sweep(["remoras"], channels=[("bernoulli", [0.4], {})], grid={"fleet.size": sizes}, repeats=2)
+    axes = chart(rows_of(tmp_path, sweep))
+    assert list(axes.get_xticks()) == [0.0, 1.0, 2.0]
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["2", "8", "64"]
+
+
+@pytest.mark.parametrize(
+    ("means", "share", "limits"),
+    [
+        ([0.02, 0.08], True, (-0.003, 0.103)),  # the least round top that holds all, and 3 % of it on each side
+        ([0.9, 1.0], True, (0.897, 1.003)),
+        ([0.0, 0.0], False, (0.0, 1.0)),
+        ([10.0, 30.0], False, (0.0, 31.5)),  # from 0, since 10 < 30 / 2; 5 % above
+        ([100.0, 110.0], False, (99.4, 110.6)),  # 6 % of 10 on each side
+        ([-5.0, 5.0], False, (-5.6, 5.6)),  # a metric below zero is not cut
+    ],
+)
+def test_limits_are_round_or_near_what_they_hold(means: list[float], share: bool, limits: tuple[float, float]) -> None:
+    assert charts._limits(means, [(mean, mean) for mean in means], share, False) == pytest.approx(limits)
+
+
+def test_a_large_spread_has_a_logarithmic_axis(tmp_path: Path) -> None:
+    def steep(strategy: str, policy: str, per: float, *more: object) -> dict[str, object]:
+        return {**law(strategy, policy, per, *more), "mission_time_s": 100.0 * 50.0 ** (per / 0.8), "completed": True}
+
+    axes = chart(rows_of(tmp_path, Sweep(["remoras"], channels=[("bernoulli", FEW, {})], repeats=2, summary=steep)))
+    assert axes.get_yscale() == "log"
+    assert axes.get_ylabel() == "mission time (s)"
+    assert axes.figure.get_figwidth() == style.COLUMN_IN

@@ -1,0 +1,262 @@
+"""Figures of sweeps: legible, the same each time, with the numbers behind them and what they rest on."""
+
+import csv
+import json
+import re
+import warnings
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import pytest
+from legibility import check_texts
+from matplotlib.figure import Figure
+from synthetic_sweeps import FEW, SEVEN, SWEEPS, TEN, Sweep, law
+
+from missions.comparison import compare as comparison_of_runs
+from missions.comparison.compare import compare, ranks
+from missions.errors import OutputError
+from missions.metric import Better, Metric
+from missions.runs.metrics import METRICS
+from missions.sweeps.runlog import SweepResults
+from visualisation import SWEEP_KINDS, style
+from visualisation.errors import DrawingError
+from visualisation.sweeps import draw
+from visualisation.sweeps.comparison import _charts, _file_name, _numbers
+from visualisation.sweeps.measures import RANKED, by_kind
+
+CHARTS = by_kind(METRICS)
+DRAWN = (
+    "mission-time",
+    "success-rate",
+    "coverage",
+    "duplicated-work",
+    "bytes",
+    "energy",
+    "latency",
+    "consistency-time",
+)
+"""Charts of metrics that the made-up runs have."""
+OVERVIEW = ("mission_time_s", "completed", "coverage_fraction", "duplicate_fraction", "energy_j", "n_bytes")
+"""Metrics of a study that names none."""
+
+
+@pytest.fixture(autouse=True)
+def no_warnings() -> "object":
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        yield
+
+
+def figures(results: SweepResults) -> dict[str, Figure]:
+    """Every figure of a sweep, by its kind and title."""
+    numbers = _numbers(results, [*CHARTS, *SWEEP_KINDS], CHARTS, RANKED, lambda done, total: None)
+    found = {}
+    for kind in (*CHARTS, *SWEEP_KINDS):
+        if not numbers.lacking(kind):
+            for chart in _charts(kind, numbers):
+                found[f"{kind} {chart.title}"] = chart.figure()
+    return found
+
+
+def table(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.mark.parametrize("name", SWEEPS)
+def test_texts_overlap_nothing_and_are_not_cut_off(
+    sweeps: dict[str, SweepResults], name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for title, figure in figures(sweeps[name]).items():
+        wide = title.startswith("overview") or len(figure.axes) > 1
+        assert figure.get_figwidth() in ({style.PAGE_IN} if wide else {style.COLUMN_IN, style.PAGE_IN}), title
+        check_texts(figure, monkeypatch)
+
+
+@pytest.mark.parametrize("name", SWEEPS)
+def test_every_mean_is_inside_the_frame(sweeps: dict[str, SweepResults], name: str) -> None:
+    for title, figure in figures(sweeps[name]).items():
+        for axes in figure.axes:
+            (left, right), (bottom, top) = axes.get_xlim(), sorted(axes.get_ylim())
+            for line in axes.get_lines():
+                assert all(left <= x <= right for x in line.get_xdata()), title
+                assert all(bottom <= y <= top for y in line.get_ydata()), title
+
+
+@pytest.mark.parametrize(("file_format", "kinds"), [("png", ()), ("svg", SWEEP_KINDS), ("pdf", ["ranking", "bytes"])])
+def test_the_same_sweep_gives_the_same_bytes(
+    tmp_path: Path, seven: SweepResults, file_format: str, kinds: Sequence[str]
+) -> None:
+    first, again = (draw(seven, kinds, tmp_path / name, METRICS, file_format) for name in ("first", "again"))
+    names = [path.name for path in first.files]
+    drawn = kinds or (*DRAWN, *SWEEP_KINDS)
+    assert set(names) >= {f"{kind}.{suffix}" for kind in drawn for suffix in (file_format, "csv", "txt")}
+    assert len(names) == len(set(names))
+    assert [path.read_bytes() for path in first.files] == [path.read_bytes() for path in again.files]
+
+
+def test_all_kinds_are_those_with_values_and_notes_on_the_others(tmp_path: Path, seven: SweepResults) -> None:
+    drawn = draw(seven, (), tmp_path, METRICS, "svg")
+    missing = ("modem_energy_j", "p95_latency_s", "consistent_fraction", "mapping_time_s", "least_mapped_fraction")
+    assert len(drawn.files) == 3 * (len(METRICS) - len(missing) + len(SWEEP_KINDS))
+    assert len(drawn.notes) == len(missing)
+    assert all(any(note.endswith(f"no run has a value of {name}") for note in drawn.notes) for name in missing)
+
+
+@pytest.mark.parametrize("kind", DRAWN)
+def test_the_numbers_are_the_rows_of_compare(tmp_path: Path, seven: SweepResults, kind: str) -> None:
+    draw(seven, [kind], tmp_path, METRICS)
+    rows = [{**asdict(row), "settings": json.dumps(row.settings)} for row in compare(seven, [CHARTS[kind].name])]
+    wanted = [{key: "" if value is None else str(value) for key, value in row.items()} for row in rows]
+    assert table(tmp_path / f"{kind}.csv") == wanted
+    assert len(wanted) == len(SEVEN) * len(TEN)
+
+
+def test_the_numbers_of_several_metrics_and_of_the_ranking(tmp_path: Path, seven: SweepResults) -> None:
+    draw(seven, ["overview", "ranking"], tmp_path, METRICS, ranked="n_bytes")
+    metrics = dict.fromkeys(row["metric"] for row in table(tmp_path / "overview.csv"))
+    assert list(metrics) == list(OVERVIEW)
+    wanted = [(row.strategy, str(row.rank), str(row.among_best)) for row in ranks(seven, "n_bytes")]
+    found = table(tmp_path / "ranking-n_bytes.csv")
+    assert [(row["strategy"], row["rank"], row["among_best"]) for row in found] == wanted
+
+
+@pytest.mark.parametrize("kind", [*DRAWN, *SWEEP_KINDS])
+def test_captions_say_what_the_figure_rests_on(tmp_path: Path, kind: str) -> None:
+    results = Sweep(SEVEN[:2], channels=[("bernoulli", FEW, {})], repeats=4, n_failed=1, consistency=True)
+    draw(results.write(tmp_path / "sweep"), [kind], tmp_path / "out", METRICS)
+    text = (tmp_path / "out" / f"{kind}.txt").read_text(encoding="utf-8")
+    for part in (
+        "n = 2 to 3" if kind == "consistency-time" else "n = 3 to 4",
+        "master seed 11", "strategies remoras, fixed-partition", "policy m-ack",
+        "channel bernoulli", "Scenario mapping-rendezvous", "23 of 24 runs done", "1 failed", "remoras 9.8.7",
+    ):  # fmt: skip
+        assert part in text
+    assert re.search(r"\d+ of them not completed \(censored\)", text)
+    intervals = {"ranking": "Holm-corrected", "success-rate": "Wilson's 95 % intervals"}
+    assert intervals.get(kind, "95 % intervals of the mean (bootstrap; Student's t below 8 runs)") in text
+
+
+def test_a_metric_without_values_is_left_out_or_refused(tmp_path: Path, sweeps: dict[str, SweepResults]) -> None:
+    results = sweeps["one strategy"]
+    drawn = draw(results, (), tmp_path / "all", METRICS, "svg")
+    assert "consistency-time is left out: no run has a value of consistency_time_s" in drawn.notes
+    assert "consistency-time.svg" not in {path.name for path in drawn.files}
+    with pytest.raises(DrawingError, match="consistency-time: no run has a value of consistency_time_s"):
+        draw(results, ["bytes", "consistency-time"], tmp_path / "named", METRICS)
+    assert not (tmp_path / "named").exists()
+
+
+def test_one_series_has_no_ranking(tmp_path: Path, sweeps: dict[str, SweepResults]) -> None:
+    with pytest.raises(DrawingError, match="ranking: needs two strategies or policies"):
+        draw(sweeps["one point"], ["ranking"], tmp_path, METRICS)
+
+
+def test_an_unfinished_sweep_is_drawn_and_said_to_be(tmp_path: Path) -> None:
+    results = Sweep(SEVEN[:2], channels=[("bernoulli", FEW, {})], repeats=2, n_remaining=3).write(tmp_path / "sweep")
+    drawn = draw(results, ["bytes", "ranking"], tmp_path / "out", METRICS, "svg")
+    assert drawn.notes == ["the sweep is not finished, 3 runs are missing in the figures"]
+    assert "3 not made yet" in (tmp_path / "out" / "bytes.txt").read_text(encoding="utf-8")
+
+
+def test_what_cannot_be_drawn_is_refused(tmp_path: Path, seven: SweepResults) -> None:
+    with pytest.raises(DrawingError, match=r"unknown kind of figure of a sweep 'misson-time'.*nearest: 'mission-time'"):
+        draw(seven, ["misson-time"], tmp_path / "out", METRICS)
+    with pytest.raises(DrawingError, match="'roles' is a figure of a single run"):
+        draw(seven, ["roles"], tmp_path / "out", METRICS)
+    with pytest.raises(DrawingError, match="unknown format 'bmp'"):
+        draw(seven, ["bytes"], tmp_path / "out", METRICS, "bmp")
+    with pytest.raises(OutputError, match=r"'n_byte'.*did you mean 'n_bytes'"):
+        draw(seven, ["ranking"], tmp_path / "out", METRICS, ranked="n_byte")
+    empty = Sweep(["remoras"], repeats=1, n_remaining=len(TEN)).write(tmp_path / "empty")
+    with pytest.raises(OutputError, match="no run has finished"):
+        draw(empty, (), tmp_path / "out", METRICS)
+    assert not (tmp_path / "out").exists()
+
+
+def test_up_to_four_combinations_share_a_figure_and_more_have_one_each(tmp_path: Path) -> None:
+    for n, names in (
+        (4, {"bytes.svg", "bytes.csv", "bytes.txt"}),
+        (5, {f"bytes-mission.mode={at}.{suffix}" for at in range(5) for suffix in ("svg", "csv", "txt")}),
+    ):
+        sweep = Sweep(
+            ["remoras"], channels=[("bernoulli", [0.1, 0.2], {})], repeats=1, grid={"mission.mode": list(range(n))}
+        )
+        drawn = draw(sweep.write(tmp_path / f"sweep{n}"), ["bytes"], tmp_path / f"out{n}", METRICS, "svg")
+        assert {path.name for path in drawn.files} == names
+    rows = table(tmp_path / "out5" / "bytes-mission.mode=3.csv")
+    assert [json.loads(row["settings"]) for row in rows] == [{"mission.mode": "3"}] * 2
+    assert (tmp_path / "out5" / "bytes-mission.mode=3.txt").read_text().startswith("mission.mode = 3: ")
+
+
+def test_names_of_files_are_safe_and_differ() -> None:
+    taken: set[str] = set()
+    names = [_file_name("bytes", title, taken) for title in ("a/b = 1", "a b = 1", "", "x" * 300)]
+    assert names[:3] == ["bytes-a-b=1", "bytes-a-b=1-2", "bytes"]
+    assert len(names[3]) < 100
+
+
+def test_the_trade_off_grows_its_markers_along_the_axis(sweeps: dict[str, SweepResults]) -> None:
+    figure = figures(sweeps["three channels"])["trade-off "]
+    points = [line for line in figure.axes[0].get_lines() if len(line.get_xdata()) == 1]
+    sizes = [point.get_markersize() for point in points[:4]]
+    assert sizes == sorted(sizes)
+    assert len(set(sizes)) == 4
+
+
+def depth_law(*what: object) -> dict[str, object]:
+    """The usual law, with a metric that a mission brings: deeper is better, and one strategy is best in it."""
+    found = law(*what)
+    return {**found, "depth_m": {"remoras": 2000.0}.get(str(what[0]), 1500.0) + found["mission_time_s"] / 100}
+
+
+@pytest.mark.parametrize(("better", "first"), [(Better.HIGHER, "remoras"), (Better.LOWER, "central")])
+def test_a_metric_that_a_mission_brings_is_drawn_ranked_and_captioned_by_its_declaration(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, better: Better, first: str
+) -> None:
+    depth = Metric("depth_m", "m", better, "depth reached", lambda run: 0.0, note="Dives above 10 m are left out.")
+    own_metric(monkeypatch, depth)
+    results = Sweep(["remoras", "central"], channels=[("bernoulli", FEW, {})], repeats=4, summary=depth_law)
+    swept = results.write(tmp_path / "sweep")
+    drawn = draw(swept, ["depth-reached", "ranking"], tmp_path / "out", (*METRICS, depth), "svg", ranked="depth_m")
+    assert {path.name for path in drawn.files if path.suffix == ".svg"} == {"depth-reached.svg", "ranking-depth_m.svg"}
+    text = (tmp_path / "out" / "depth-reached.txt").read_text(encoding="utf-8")
+    assert text.startswith("Depth reached over packet error rate.")
+    assert "Dives above 10 m are left out." in text
+    caption = (tmp_path / "out" / "ranking-depth_m.txt").read_text(encoding="utf-8")
+    assert f"1 is the {'highest' if better is Better.HIGHER else 'lowest'}" in caption
+    ranks_of_first = [
+        row["rank"] for row in table(tmp_path / "out" / "ranking-depth_m.csv") if row["strategy"] == first
+    ]
+    assert ranks_of_first == ["1.0"] * len(FEW)
+
+
+def own_metric(monkeypatch: pytest.MonkeyPatch, metric: Metric) -> None:
+    """Let the comparison know a metric that a mission brings."""
+    monkeypatch.setattr(comparison_of_runs, "METRICS", (*comparison_of_runs.METRICS, metric.name))
+    if metric.better is Better.HIGHER:
+        higher = comparison_of_runs.HIGHER_IS_BETTER | {metric.name}
+        monkeypatch.setattr(comparison_of_runs, "HIGHER_IS_BETTER", higher)
+
+
+def test_the_overview_shows_the_metrics_of_the_study(tmp_path: Path) -> None:
+    results = Sweep(
+        SEVEN[:2], channels=[("bernoulli", FEW, {})], repeats=2, metrics=("n_packets", "energy_j", "distance_m")
+    )
+    swept = results.write(tmp_path / "sweep")
+    figure = figures(swept)["overview "]
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    assert titles == ["(a) packets", "(b) energy", "(c) distance"]
+
+
+def test_a_metric_without_direction_is_not_ranked(tmp_path: Path, seven: SweepResults) -> None:
+    metrics = [replace(metric, better=Better.NEITHER) if metric.name == "n_bytes" else metric for metric in METRICS]
+    with pytest.raises(DrawingError, match="ranking: of n_bytes neither the highest nor the lowest is best"):
+        draw(seven, ["ranking"], tmp_path / "out", metrics, ranked="n_bytes")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_metric_is_drawn_by_the_name_of_its_field_too(tmp_path: Path, seven: SweepResults) -> None:
+    drawn = draw(seven, ["n_bytes", "bytes"], tmp_path, METRICS, "svg")
+    assert [path.name for path in drawn.files] == ["bytes.svg", "bytes.csv", "bytes.txt"]
