@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib
 import inspect
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, TypeVar
 
 from remoras.errors import PluginError
 
@@ -66,3 +66,51 @@ def _signature_fault(name: str, wanted: Callable[..., Any], given: Callable[...,
     except TypeError:
         return f"{name}{own} cannot be called as {name}({', '.join(parameters)})"
     return None
+
+
+LONGEST_REPR = 80
+Answer = TypeVar("Answer")
+
+
+def broken_promise(who: str, part: str, expected: str, given: object) -> PluginError:
+    """The error for a part of a plug-in that returned something else than its seam says, or raised.
+
+    Args:
+        who: the plug-in, as the user knows it.
+        part: the function that was called; expected: what it has to return.
+        given: what it returned, or the exception that it raised.
+
+    >>> print(broken_promise("strategy mine", "form", "an Organisation", None))
+    strategy mine: form returned None; expected: an Organisation
+    """
+    if isinstance(given, Exception):
+        came = f"raised {type(given).__name__}: {given}"
+    else:
+        text = repr(given)
+        came = f"returned {text if len(text) <= LONGEST_REPR else text[:LONGEST_REPR] + '...'}"
+    return PluginError(f"{who}: {part} {came}; expected: {expected}")
+
+
+def answer(
+    who: str, part: str, expected: str, is_expected: Callable[[Any], bool], asked: Callable[[], Answer]
+) -> Answer:
+    """What a plug-in answers.
+
+    Args:
+        who: the plug-in; part: the function that is called; expected: what it has to return, in words.
+        is_expected: tells whether an answer is that.
+        asked: calls the part.
+
+    Raises:
+        PluginError: it raises, or answers with something else.
+    """
+    try:
+        found = asked()
+        sound = is_expected(found)
+    except PluginError:
+        raise
+    except Exception as error:  # it is somebody else's code: anything may be wrong with it
+        raise broken_promise(who, part, expected, error) from error
+    if not sound:
+        raise broken_promise(who, part, expected, found)
+    return found

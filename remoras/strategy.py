@@ -20,14 +20,13 @@ with something else is named in a ``PluginError``.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol
 
 from remoras.database import AUVDatabase
-from remoras.errors import PluginError
 from remoras.organisation import Group, Organisation, RoleAssignment
-from remoras.plugins import faults_of
+from remoras.plugins import answer, faults_of
 from remoras.work import Point, Work
 
 Statable = tuple[str, str, str | float | bool]
@@ -180,8 +179,8 @@ def faults_of_strategy(found: Any) -> Iterator[str]:
 
 def form_groups(strategy: Strategy, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
     """What ``strategy.form`` answers; raises PluginError if it raises or answers with something else."""
-    return _answer(
-        strategy.name,
+    return answer(
+        f"strategy {strategy.name}",
         "form",
         "an Organisation",
         lambda found: isinstance(found, Organisation),
@@ -191,13 +190,19 @@ def form_groups(strategy: Strategy, database: AUVDatabase, groups: Sequence[Grou
 
 def adapt_roles(strategy: Strategy, work: Work) -> tuple[RoleAssignment, ...]:
     """What ``strategy.adapt`` answers; raises PluginError if it raises or answers with something else."""
-    return _answer(strategy.name, "adapt", "a tuple of RoleAssignment", _are_assignments, lambda: strategy.adapt(work))
+    return answer(
+        f"strategy {strategy.name}",
+        "adapt",
+        "a tuple of RoleAssignment",
+        _are_assignments,
+        lambda: strategy.adapt(work),
+    )
 
 
 def negotiator_of(strategy: Strategy, me: str, group: Group) -> Negotiator | None:
     """What ``strategy.negotiator`` answers; raises PluginError if it raises or answers with something else."""
-    return _answer(
-        strategy.name,
+    return answer(
+        f"strategy {strategy.name}",
         "negotiator",
         "an object with negotiate(situation), or None",
         lambda found: found is None or callable(getattr(found, "negotiate", None)),
@@ -208,29 +213,7 @@ def negotiator_of(strategy: Strategy, me: str, group: Group) -> Negotiator | Non
 def ask(strategy: str, negotiator: Negotiator, situation: Situation) -> Move:
     """What a negotiator of ``strategy`` answers; raises PluginError if it raises or answers with something else."""
     expected = "a Move with statements of (subject, attribute, value)"
-    return _answer(strategy, "negotiate", expected, _is_move, lambda: negotiator.negotiate(situation))
-
-
-Answer = TypeVar("Answer")
-
-
-def _answer(
-    strategy: str, part: str, expected: str, is_expected: Callable[[Any], bool], asked: Callable[[], Answer]
-) -> Answer:
-    try:
-        found = asked()
-    except Exception as error:  # it is somebody else's code: anything may be wrong with it
-        raise PluginError(
-            f"strategy {strategy}: {part} raised {type(error).__name__}: {error}; expected: {expected}"
-        ) from error
-    if not is_expected(found):
-        text = repr(found)
-        came = text if len(text) <= LONGEST_REPR else f"{text[:LONGEST_REPR]}..."
-        raise PluginError(f"strategy {strategy}: {part} returned {came}; expected: {expected}")
-    return found
-
-
-LONGEST_REPR = 80
+    return answer(f"strategy {strategy}", "negotiate", expected, _is_move, lambda: negotiator.negotiate(situation))
 
 
 def _are_assignments(found: Any) -> bool:

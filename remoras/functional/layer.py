@@ -14,6 +14,7 @@ from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, Bounds, Neighbour,
 from remoras.mission import FunctionalPart
 from remoras.motion import Motion, advance
 from remoras.picture import Picture
+from remoras.plugins import answer, broken_promise
 from remoras.recorder import Table
 from remoras.sensor import Observation, Pose, Sensor
 
@@ -105,7 +106,7 @@ class FunctionalLayer:
         return self._sets
 
     def _check(self, activity_set: ActivitySet) -> None:
-        where = f"mission {type(self._mission).__name__}, activity {activity_set.name}"
+        where = self._where(activity_set)
         if not 0.0 <= activity_set.importance <= 1.0:
             raise PluginError(f"{where}: importance is {activity_set.importance}; allowed: 0 to 1")
         for activity in activity_set.activities:
@@ -126,13 +127,19 @@ class FunctionalLayer:
         activity = activity_set.activities[0]
         if activity.name in VITAL_NAMES:
             return vital_behaviour(activity, self.data, self._bounds_m)
-        try:
-            made = self._mission.behaviour_for(activity, self.data)
-        except Exception as error:  # it is somebody else's: anything may be wrong with it
-            raise self._fault_of(activity.name, "behaviour_for", "a Behaviour", error) from error
-        if not (hasattr(made, "perceive") and hasattr(made, "reference")):
-            raise self._fault_of(activity.name, "behaviour_for", "a Behaviour", made)
-        return made
+        return answer(
+            self._where(activity_set),
+            "behaviour_for",
+            "a Behaviour",
+            lambda made: callable(getattr(made, "perceive", None)) and callable(getattr(made, "reference", None)),
+            lambda: self._mission.behaviour_for(activity, self.data),
+        )
+
+    def _broken(self, index: int, hook: str, expected: str, given: object) -> PluginError:
+        return broken_promise(self._where(self._sets[index]), hook, expected, given)
+
+    def _where(self, activity_set: ActivitySet) -> str:
+        return f"mission {type(self._mission).__name__}, activity {activity_set.name}"
 
     def perform(self, decision: Sequence[int]) -> None:
         """Take on the activities of ``decision``: let one guide, and switch on the sensors that they name."""
@@ -177,12 +184,12 @@ class FunctionalLayer:
     def _observed(self, name: str, sensor: Sensor, pose: Pose, now_s: float) -> Sequence[Observation]:
         where, expected = f"sensor {name} of {self.data.name}", "a list of Observation"
         try:
-            found = sensor.sense(pose, self._world, now_s)
+            found = tuple(sensor.sense(pose, self._world, now_s))
             sound = all(isinstance(one, Observation) for one in found)
         except Exception as error:
-            raise _fault(where, "sense", expected, error) from error
+            raise broken_promise(where, "sense", expected, error) from error
         if not sound:
-            raise _fault(where, "sense", expected, found)
+            raise broken_promise(where, "sense", expected, found)
         return found
 
     def perceive(self, performed: Sequence[int]) -> list[Perception]:
@@ -201,9 +208,9 @@ class FunctionalLayer:
                 perceived = behaviour.perceive(motion, picture, index in performed)
                 sound = isinstance(perceived, Perception) and 0.0 <= perceived.stimulus <= 1.0
             except Exception as error:
-                raise self._fault_of(self._sets[index].name, "perceive", "a Perception", error) from error
+                raise self._broken(index, "perceive", "a Perception", error) from error
             if not sound:
-                raise self._fault_of(self._sets[index].name, "perceive", "a Perception, stimulus 0..1", perceived)
+                raise self._broken(index, "perceive", "a Perception, stimulus 0..1", perceived)
             perceptions.append(perceived)
         return perceptions
 
@@ -225,13 +232,10 @@ class FunctionalLayer:
             reference = self._behaviours[index].reference(self.motion, self.picture)
             sound = reference is None or _is_reference(reference)
         except Exception as error:
-            raise self._fault_of(self._sets[index].name, "reference", expected, error) from error
+            raise self._broken(index, "reference", expected, error) from error
         if not sound:
-            raise self._fault_of(self._sets[index].name, "reference", expected, reference)
+            raise self._broken(index, "reference", expected, reference)
         return reference
-
-    def _fault_of(self, activity: str, hook: str, expected: str, given: object) -> PluginError:
-        return _fault(f"mission {type(self._mission).__name__}, activity {activity}", hook, expected, given)
 
 
 def _is_reference(found: object) -> bool:
@@ -239,9 +243,3 @@ def _is_reference(found: object) -> bool:
         return False
     (x_m, y_m), speed_mps = found
     return math.isfinite(x_m) and math.isfinite(y_m) and 0.0 <= speed_mps < math.inf
-
-
-def _fault(where: str, hook: str, expected: str, given: object) -> PluginError:
-    """What is wrong with a plug-in whose ``hook`` returned, or raised, ``given``."""
-    said = f"raised {type(given).__name__}: {given}" if isinstance(given, Exception) else f"returned {given!r}"
-    return PluginError(f"{where}: {hook} has to return {expected}; it {said}")

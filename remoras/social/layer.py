@@ -21,10 +21,11 @@ from typing import Any
 from remoras.activities import ActivitySet, Objective
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase
-from remoras.mission import SocialPart
+from remoras.mission import Finding, SocialPart
 from remoras.motion import Motion
-from remoras.organisation import RoleAssignment
+from remoras.organisation import Group, RoleAssignment
 from remoras.picture import Picture
+from remoras.plugins import answer
 from remoras.social.agreement import Agreement
 from remoras.social.consultation import Consultation
 from remoras.social.negotiation import Negotiation
@@ -32,6 +33,9 @@ from remoras.social.planning import Deliberation, MissionPlanner, missions_of
 from remoras.strategy import Strategy
 from remoras.work import Point, Work, works
 from worldmodel import Change
+
+Means = tuple[tuple[ActivitySet, ...], frozenset[Key]]
+"""Activities by which an objective is pursued, and the facts that this choice rests on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,10 +86,11 @@ class SocialLayer:
         self.finished: list[Objective] = []
         self._beliefs = beliefs
         self._mission = mission
+        self._mission_name = f"mission {type(mission).__name__}"
         self._picture = picture
         self._meets_after = agreement.meets_after
         self._objectives = {(one.group, one.role, one.name): one for one in agreement.objectives}
-        self._activities: dict[Objective, tuple[tuple[ActivitySet, ...], frozenset[Key]]] = {}
+        self._activities: dict[Objective, Means] = {}
         self._jobs = mission.jobs
         self._job_done = {job.done: name for name, job in self._jobs.items()}
         self._done: set[str] = set()
@@ -203,9 +208,20 @@ class SocialLayer:
             if self.holds(name):
                 continue
             group = self.organisation.groups[name]
-            for finding in self._mission.findings(group, self.organisation, self._beliefs, self._picture, motion):
-                facts.append(self._beliefs.fact(finding.subject, finding.attribute, finding.value))
+            facts += self._facts_of(self._found(group, motion))
         return facts
+
+    def _found(self, group: Group, motion: Motion) -> Sequence[Finding]:
+        return answer(
+            self._mission_name,
+            "findings",
+            "a list of Finding",
+            lambda found: all(isinstance(one, Finding) for one in found),
+            lambda: tuple(self._mission.findings(group, self.organisation, self._beliefs, self._picture, motion)),
+        )
+
+    def _facts_of(self, findings: Sequence[Finding]) -> list[Fact]:
+        return [self._beliefs.fact(one.subject, one.attribute, one.value) for one in findings]
 
     def gives_out(self, group: str) -> bool:
         """True while ``group`` has work that this vehicle still has to give out or to see done."""
@@ -242,11 +258,17 @@ class SocialLayer:
 
     def completed(self, objective: Objective) -> list[Fact]:
         """What to make known when all has been done for ``objective``."""
-        finding = self._mission.completion(objective, self.me)
+        finding = answer(
+            self._mission_name,
+            "completion",
+            "a Finding or None",
+            lambda found: found is None or isinstance(found, Finding),
+            lambda: self._mission.completion(objective, self.me),
+        )
         if finding is None:
             return []
         self.finished.append(objective)
-        return [self._beliefs.fact(finding.subject, finding.attribute, finding.value)]
+        return self._facts_of([finding])
 
     # Activities ----------------------------------------------------------------------------------
 
@@ -261,10 +283,20 @@ class SocialLayer:
 
         Those under way are kept as they are unless a fact that they rest on has changed.
         """
-        data = self.database[self.me]
         objectives = sorted(self.objectives_of(self.me), key=lambda o: (o.group, o.role, o.name, o.argument))
-        self._activities = {
-            one: self._activities.get(one) or self._mission.activity_sets(one, data, self, position_m)
-            for one in objectives
-        }
+        self._activities = {one: self._activities.get(one) or self._means_to(one, position_m) for one in objectives}
         return tuple(activity_set for sets, _ in self._activities.values() for activity_set in sets)
+
+    def _means_to(self, objective: Objective, position_m: Point) -> Means:
+        return answer(
+            f"{self._mission_name}, objective {objective}",
+            "activity_sets",
+            "a tuple of ActivitySet, and a frozenset of the keys that it rests on",
+            _are_means,
+            lambda: self._mission.activity_sets(objective, self.database[self.me], self, position_m),
+        )
+
+
+def _are_means(found: Any) -> bool:
+    sets, rests_on = found
+    return all(isinstance(one, ActivitySet) for one in sets) and isinstance(rests_on, frozenset)

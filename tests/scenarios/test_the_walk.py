@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from missions.runs.run import Run, run, schedule_of
+from missions.runs.run import Run, run
 from missions.scenarios import load
 
 SCENARIO = load("mapping-rendezvous", [("--per", "channel.per=0.3")])
@@ -20,7 +20,7 @@ def events_of(finished: Run, item: str) -> list[tuple[float, str, str]]:
 
 
 def test_a_mapped_cell_becomes_an_item_that_its_peers_receive_and_acknowledge(finished: Run) -> None:
-    mapped_s, mapper = next((row[0], row[1]) for row in finished.recorder.coverage if row[1] == "AUV02")
+    mapped_s, mapper = next((row[0], row[1]) for row in finished.recorder.rows("coverage") if row[1] == "AUV02")
     item = next(row[2] for row in finished.recorder.knowledge if row[0] == mapped_s and row[1] == mapper)
     events = events_of(finished, item)
     assert events[0] == (mapped_s, "AUV02", "observed")
@@ -32,7 +32,7 @@ def test_a_mapped_cell_becomes_an_item_that_its_peers_receive_and_acknowledge(fi
 
 def test_nothing_is_received_before_sound_can_have_brought_it(finished: Run) -> None:
     """Every item is received in a slot that opened after it was observed, at least one shortest packet later."""
-    schedule = schedule_of(SCENARIO)
+    schedule = finished.setup.schedule
     observed = {row[2]: row[0] for row in finished.recorder.knowledge if row[4] == "observed"}
     for time_s, _, item, _, event in finished.recorder.knowledge:
         if event == "received":

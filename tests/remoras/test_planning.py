@@ -1,0 +1,231 @@
+"""The mission planner of one vehicle: what is due, what is said once, and what a plan rests on.
+
+The group Operational is to be "Sweep"-ed: its roles are allocated, and whoever plays LeftWinger or RightWinger gets the
+objective to sweep its job, unless the job is done. The right job needs the left one to be done.
+"""
+
+from dataclasses import dataclass
+
+import pytest
+from samples import auv, database
+
+from remoras.activities import Objective
+from remoras.beliefs import Beliefs
+from remoras.database import VehicleData
+from remoras.htn import Domain, FactsLike, Method, Operator, Task
+from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
+from remoras.social.planning import MissionPlanner
+from remoras.strategy import Declaration, Negotiator
+from remoras.work import Outlook, Point, Work, works
+from worldmodel import Instance, WorldModel, core_ontology_paths, read_tbox
+
+TBOX = read_tbox(*core_ontology_paths())
+NAMED = [
+    ("AUV", "AUV00"),
+    ("AUV", "AUV01"),
+    ("Group", "Operational"),
+    ("Role", "Operational.Head"),
+    ("Role", "Operational.LeftWinger"),
+    ("Role", "Operational.RightWinger"),
+    ("Job", "left"),
+    ("Job", "right"),
+    ("Mission", "Sweep"),
+    ("RallyPoint", "buoy"),
+]
+INSTANCES = tuple(Instance(uid, TBOX.class_named(kind).uid, name) for uid, (kind, name) in enumerate(NAMED))
+GROUP = Group(
+    "Operational",
+    (
+        RoleSpecification("Head", 1, 1, head=True, founding=True),
+        RoleSpecification("LeftWinger", 1, 1, job="left"),
+        RoleSpecification("RightWinger", 1, 1, job="right"),
+    ),
+)
+MEMBERS = Organisation.of(
+    [GROUP], [RoleAssignment("Operational", "Head", "AUV00"), RoleAssignment("Operational", "LeftWinger", "AUV01")]
+)
+FLEET = database(auv("AUV00"), auv("AUV01"))
+
+
+@dataclass(frozen=True)
+class Visit:
+    name: str
+    needs: tuple[str, ...] = ()
+    place_m: Point = (0.0, 0.0)
+
+    @property
+    def done(self) -> tuple[str, str]:
+        return "jobDone", self.name
+
+    def is_able(self, data: VehicleData) -> bool:
+        return True
+
+    def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
+        return outlook
+
+
+JOBS = {"left": Visit("left"), "right": Visit("right", ("left",))}
+
+
+class Allocating:
+    """A strategy that gives the open roles to AUV01, and one to a stranger."""
+
+    name = "allocating"
+    declaration = Declaration("", {})
+
+    def form(self, *_: object) -> Organisation:
+        return MEMBERS
+
+    def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
+        given = [
+            work.assignment(role, "AUV01") for role in work.open if not work.organisation.members(GROUP.name, role.name)
+        ]
+        return (*given, RoleAssignment("Operational", "RightWinger", "AUV99"))
+
+    def negotiator(self, me: str, group: Group) -> Negotiator | None:
+        return None
+
+
+def sweep(facts: FactsLike, group: str) -> list[Task]:
+    tasks = [Task("AllocateRoles", (group,))]
+    for role in GROUP.roles:
+        if role.job is not None and facts.get(("jobDone", role.job)) is None:
+            tasks.append(Task("AssignObjective", (group, role.name, "RendezVous", "buoy")))
+    return tasks
+
+
+DOMAIN = Domain.of(
+    [Operator("AllocateRoles"), Operator("AssignObjective"), Operator("GiveMission")],
+    {
+        "Sweep": [Method("sweep", sweep)],
+        "Delegate": [Method("delegate", lambda facts, group: [Task("GiveMission", (group, "Sweep"))])],
+        "Impossible": [Method("never", lambda facts, group: [], lambda facts, group: False)],
+    },
+)
+
+
+class Head:
+    """AUV00, with its beliefs and its planner."""
+
+    def __init__(self, **planned: frozenset[tuple[str, str]]) -> None:
+        self.beliefs = Beliefs(WorldModel(TBOX, 0, INSTANCES, n_origins=2, run_time_instances_per_origin=0))
+        self.planner = MissionPlanner("AUV00", DOMAIN, self.beliefs, Allocating(), planned)
+        self.organisation = MEMBERS
+        self.objectives: list[Objective] = []
+
+    def plan(self, mission: str = "Sweep", done: frozenset[str] = frozenset()) -> list[tuple[str, str, str]]:
+        work = works(self.organisation, FLEET, JOBS, done, {})
+        deliberation = self.planner.plan({"Operational": mission}, work, self.objectives)
+        attributes = TBOX.attributes
+        return [
+            (self.beliefs.name(subject), attributes[attribute].name, self.beliefs.name(value))
+            for subject, attribute, value in deliberation.facts
+        ]
+
+
+LEFT, RIGHT = ((f"Operational.{role}", "objectiveRendezVous", "buoy") for role in ("LeftWinger", "RightWinger"))
+
+
+def test_a_mission_is_planned_once() -> None:
+    head = Head()
+    assert not head.planner.is_due
+    head.planner.take_on(["Operational"])
+    assert head.planner.is_due
+    assert head.plan() == [LEFT, RIGHT]
+    assert not head.planner.is_due
+    assert head.planner.has_planned("Operational")
+    head.planner.take_on(["Operational"])
+    assert not head.planner.is_due
+
+
+def test_what_was_planned_before_the_mission_is_not_due() -> None:
+    head = Head(Operational=frozenset({("jobDone", "left")}))
+    head.planner.take_on(["Operational"])
+    assert not head.planner.is_due
+    head.planner.reconsider({("jobDone", "left")}, ["Operational"])
+    assert head.planner.is_due
+
+
+@pytest.mark.parametrize(
+    ("key", "due"),
+    [
+        (("jobDone", "left"), True),  # the search looked it up, and the right job needs it
+        (("hasMission", "Operational"), True),
+        (("position", "AUV01"), False),
+        (("jobDone", "elsewhere"), False),
+    ],
+)
+def test_a_plan_is_made_anew_when_a_fact_changes_that_it_rests_on(key: tuple[str, str], due: bool) -> None:
+    head = Head()
+    head.planner.take_on(["Operational"])
+    head.plan()
+    head.planner.reconsider({key}, ["Operational"])
+    assert head.planner.is_due is due
+
+
+def test_who_left_has_to_be_replaced_where_the_mission_was_planned() -> None:
+    head = Head()
+    head.planner.replace_who_left("Operational")
+    assert not head.planner.is_due
+    head.planner.take_on(["Operational"])
+    head.plan()
+    head.planner.replace_who_left("Operational")
+    assert head.planner.is_due
+
+
+def test_what_was_proposed_or_counts_is_not_said_again() -> None:
+    head = Head()
+    for counts in (
+        [],
+        [Objective("Operational", role, "RendezVous", "buoy") for role in ("LeftWinger", "RightWinger")],
+    ):
+        head.objectives = counts
+        head.planner.take_on(["Operational"])
+        head.planner.replace_who_left("Operational")
+        first = head.plan()
+        assert first == ([] if counts else [LEFT, RIGHT])
+        head.planner.replace_who_left("Operational")
+        assert head.plan() == []
+        head.planner.end_round()
+    head.objectives = []  # what was said but never came to count is said again
+    head.planner.replace_who_left("Operational")
+    assert head.plan() == [LEFT, RIGHT]
+
+
+def test_roles_go_to_members_only_and_once() -> None:
+    """RightWinger is open once the left job is done; the stranger gets nothing."""
+    head = Head()
+    head.planner.take_on(["Operational"])
+    assert ("AUV01", "playsRole", "Operational.RightWinger") in head.plan(done=frozenset({"left"}))
+    assert head.planner.issued == {RoleAssignment("Operational", "RightWinger", "AUV01")}
+    head.planner.replace_who_left("Operational")
+    assert head.plan(done=frozenset({"left"})) == []  # proposed already: the strategy sees it as played
+
+
+def test_a_job_given_out_is_waited_for_until_its_vehicle_speaks_of_it() -> None:
+    head, worker = Head(), Beliefs(WorldModel(TBOX, 1, INSTANCES, n_origins=2, run_time_instances_per_origin=0))
+    head.planner.take_on(["Operational"])
+    head.plan(done=frozenset({"left"}))
+    assert head.planner.waits_for({"AUV01"}, ())
+    assert not head.planner.waits_for(set(), ())  # it is known to have heard
+    assert not head.planner.waits_for({"AUV01"}, {"right"})  # and so is that it is done
+    head.planner.note(worker.model.record([worker.fact("left", "knownDone", True)], 1.0))
+    assert head.planner.waits_for({"AUV01"}, ())
+    head.planner.note(worker.model.record([worker.fact("right", "knownDone", False)], 2.0))
+    assert not head.planner.waits_for({"AUV01"}, ())
+
+
+def test_a_mission_is_given_to_who_does_not_have_it() -> None:
+    head = Head()
+    head.planner.take_on(["Operational"])
+    assert head.plan("Delegate") == [("Operational", "hasMission", "Sweep")]
+
+
+def test_an_impossible_mission_is_told_and_not_planned_again() -> None:
+    head = Head()
+    head.planner.take_on(["Operational"])
+    work = works(MEMBERS, FLEET, JOBS, frozenset(), {})
+    deliberation = head.planner.plan({"Operational": "Impossible"}, work, ())
+    assert [str(one.task) for one in deliberation.impossible] == ["Impossible(Operational)"]
+    assert deliberation.facts == []
+    assert not head.planner.is_due
