@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING
 from missions.comparison.baseline import compare
 from missions.comparison.ranking import ranks as ranked_by_metric
 from missions.comparison.rows import Comparison, Rank, write_csv
-from missions.metric import Better
+from missions.metric import Better, MetricRecord
 from missions.sweeps.folder import SweepResults
-from missions.sweeps.record import MetricRecord
 from visualisation.errors import DrawingError, unknown
 from visualisation.files import Drawn, check_format, write
 from visualisation.kinds import KINDS, SWEEP_KINDS
