@@ -17,9 +17,9 @@ from visualisation.errors import DrawingError
 from visualisation.kinds import SWEEP_KINDS
 
 RANKED = "mission_time_s"
-"""MetricRecord that a ranking is by if none is named."""
+"""Metric that a ranking is by if none is named."""
 RATE = "completed"
-"""MetricRecord that is a rate, with Wilson's intervals."""
+"""Metric that is a rate, with Wilson's intervals."""
 TRADE_OFF = ("n_bytes", RANKED)
 """Metrics of the trade-off: across, and up."""
 MOST_IN_OVERVIEW = 9
