@@ -1,11 +1,11 @@
 """Runs and sweeps that never took place, written once for all tests of figures."""
 
 import pytest
-from missions.sweeps.runlog import SweepResults
 from synthetic_runs import FICTIONS
 from synthetic_sweeps import SWEEPS
 
 from missions.runs.results import Results
+from missions.sweeps.folder import SweepResults
 
 
 @pytest.fixture(scope="session")
