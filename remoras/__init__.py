@@ -4,9 +4,10 @@
 >>> run = remoras.run("mapping-rendezvous", per=0.6, seed=3)  # doctest: +SKIP
 >>> run.summary["mission_time_s"], run.table("roles"), run.plot("trajectories")  # doctest: +SKIP
 
-``load`` and ``run`` take a scenario; ``open`` reads what was written; ``sweep`` makes the runs of a study; ``exchange_study``
-compares acknowledgement policies without a mission. The other names are the seams: what one writes to add a mission, a
-strategy, a sensor, a metric or a figure. Everything is loaded when it is first used.
+``load`` and ``run`` take a scenario; ``open`` reads what was written; ``sweep`` makes the runs of a study and ``compare``
+sets them side by side; ``exchange_study`` compares acknowledgement policies without a mission. The other names are the
+seams: the types that one needs to add a mission, a strategy, a sensor, a metric or a figure. Everything is loaded when it
+is first used.
 """
 
 from importlib import import_module
@@ -45,11 +46,11 @@ _HOMES = {
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "AckPolicy", "Activity", "ActivityKind", "ActivitySet", "ActivityType", "Behaviour", "Better", "Column", "Declaration",
-    "Figure", "Finding", "FleetView", "Job", "Layer", "Mark", "Metric", "Milestone", "Mission", "Move", "Negotiator",
-    "Objective", "Observation", "Outlook", "Perception", "Place", "Pose", "Reference", "RemorasError", "Run", "Scenario",
-    "Sensor", "SensorSettings", "Situation", "Statement", "Strategy", "Sweep", "Table", "Truth", "VehicleView", "Work",
-    "compare", "exchange_study", "load", "open", "run", "sweep",
+    "AckPolicy", "Activity", "ActivityKind", "ActivitySet", "ActivityType", "Behaviour", "Better", "Column",
+    "Declaration", "Figure", "Finding", "FleetView", "Job", "Layer", "Mark", "Metric", "Milestone", "Mission", "Move",
+    "Negotiator", "Objective", "Observation", "Outlook", "Perception", "Place", "Pose", "Reference", "RemorasError",
+    "Run", "Scenario", "Sensor", "SensorSettings", "Situation", "Statement", "Strategy", "Sweep", "Table", "Truth",
+    "VehicleView", "Work", "compare", "exchange_study", "load", "open", "run", "sweep",
 ]  # fmt: skip
 
 

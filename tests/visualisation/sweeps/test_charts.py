@@ -7,8 +7,7 @@ from matplotlib.axes import Axes
 from synthetic_sweeps import FEW, SEVEN, Sweep, law, rows_of
 
 from missions.comparison import Comparison
-from missions.metric import Better
-from missions.sweeps.record import MetricRecord
+from missions.metric import Better, MetricRecord
 from visualisation import style
 from visualisation.sweeps import charts
 from visualisation.sweeps.arrangement import arranged

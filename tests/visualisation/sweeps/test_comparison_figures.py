@@ -16,9 +16,8 @@ from synthetic_sweeps import FEW, METRICS, SEVEN, SWEEPS, TEN, Sweep, law
 
 from missions.comparison import compare, ranks
 from missions.errors import OutputError
-from missions.metric import Better, Metric
+from missions.metric import Better, Metric, MetricRecord
 from missions.sweeps.folder import SweepResults
-from missions.sweeps.record import MetricRecord
 from visualisation import SWEEP_KINDS, style
 from visualisation.errors import DrawingError
 from visualisation.sweeps import draw
