@@ -20,6 +20,8 @@ class Context:
 
 
 def supervision_methods(groups: Sequence[Group]) -> list[Method]:
+    """Supervision: the other groups get their missions, then the own group meets."""
+
     def delegate(facts: FactsLike, group: str) -> list[Task]:
         own = next(g for g in groups if g.name == group)
         others = [g for g in groups if g.name != group]
@@ -41,6 +43,7 @@ def _meeting(group: Group) -> list[Task]:
 
 
 def mapping_methods(groups: Sequence[Group]) -> list[Method]:
+    """AreaMapping: roles are allocated, every area is explored, then the group meets."""
     by_name = {group.name: group for group in groups}
 
     def unfinished(facts: FactsLike, group: Group) -> list[tuple[str, str]]:
