@@ -116,6 +116,7 @@ class Codec:
             [self._carried(frame, sender) for sender in range(n_nodes)]
             for frame in range(policy.acknowledgement.period_frames)
         ]
+        self._masks = [[self._mask(header) for header in of_frame] for of_frame in self._headers]
         self.header_bits = header_bits(policy, n_nodes)
         """Size of the largest acknowledgement header, in bits."""
         shape = tbox.hash, n_instances, n_nodes, n_blocks, self.header_bits, duration_s, time_resolution_s
@@ -142,6 +143,18 @@ class Codec:
         n_nodes, carries = self._n_nodes, self._policy.acknowledgement.carries
         pairs = product(range(n_nodes), repeat=2)
         return [(i, j) for i, j in pairs if i != j and carries(n_nodes, frame, sender, i, j)]
+
+    def _mask(self, header: Sequence[tuple[int, int]]) -> list[int]:
+        """The bits that a header carries as a word per row."""
+        mask = [0] * self._n_nodes
+        for i, j in header:
+            mask[i] |= 1 << j
+        return mask
+
+    def n_acknowledged(self, sender: int, rows: Sequence[int], frame: int = 0) -> int:
+        """Acknowledgement bits that are set in the header that carries these rows."""
+        masks = self._masks[frame % len(self._masks)][sender]
+        return sum((row & mask).bit_count() for row, mask in zip(rows, masks, strict=True))
 
     def header_bits_of(self, sender: int, frame: int = 0) -> int:
         """Size of the acknowledgement header that ``sender`` sends in a TDMA frame."""

@@ -251,7 +251,7 @@ class ExchangeManager:
             data,
             8 * len(data),
             tuple(entry.fragment.uid for entry in entries),
-            sum(row.bit_count() for row in rows),
+            self._codec.n_acknowledged(self._me, rows, frame),
         )
 
     def _choose(self, room_bits: int) -> tuple[list[int], list[tuple[int, int]]]:

@@ -267,7 +267,7 @@ def _known_keys(location: Iterable[Any], root: type[BaseModel]) -> list[str]:
 def lines_of(text: str) -> dict[Location, int]:
     """Line number of every table and key, entries of lists by index.
 
-    >>> lines_of('[[vehicle]]\\nslot = 1\\n[vehicle.sensor]\\nswath_m = 2')[("vehicle", 0, "sensor", "swath_m")]
+    >>> lines_of('[[vehicle]]\\nslot = 1\\n[vehicle.sensor]\\nwidth_m = 2')[("vehicle", 0, "sensor", "width_m")]
     4
     """
     found: dict[Location, int] = {}

@@ -6,12 +6,13 @@ declaration.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import json
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from missions.errors import ConfigurationError, ConfigurationFault
+from missions.errors import ConfigurationError, ConfigurationFault, OutputError
 
 if TYPE_CHECKING:
     from missions.runs.run import Run
@@ -46,6 +47,54 @@ class Metric:
     of: Callable[[Run], float | int | bool | None]
     headline: bool = False
     note: str = ""
+
+
+@dataclass(frozen=True)
+class MetricRecord:
+    """The declaration of a metric as results keep it, without its function.
+
+    Args:
+        name: field of the summary.
+        unit: unit, empty without one.
+        better: direction of a ranking; None if the results do not say it, as those of older versions do not.
+        label: what axes and captions call it, without the unit.
+        headline: True if it is compared where no metrics are named.
+        note: sentence that captions add.
+    """
+
+    name: str
+    unit: str
+    better: Better | None
+    label: str
+    headline: bool = False
+    note: str = ""
+
+    @classmethod
+    def of(cls, metric: Metric) -> MetricRecord:
+        """The record of a metric."""
+        return cls(metric.name, metric.unit, metric.better, metric.label, metric.headline, metric.note)
+
+    def written(self) -> dict[str, Any]:
+        """The declaration as JSON has it."""
+        return {**vars(self), "better": self.better.value if self.better else None}
+
+    @classmethod
+    def read(cls, entry: Mapping[str, Any]) -> MetricRecord:
+        """The declaration that JSON has.
+
+        Raises:
+            OutputError: a part of it is missing, or its direction is none.
+        """
+        try:
+            better = Better(entry["better"])
+            name, unit, label = (str(entry[key]) for key in ("name", "unit", "label"))
+            return cls(name, unit, better, label, bool(entry.get("headline")), str(entry.get("note", "")))
+        except (KeyError, TypeError, ValueError):
+            allowed = ", ".join(better.value for better in Better)
+            raise OutputError(
+                f"not the declaration of a metric: {json.dumps(entry)}; "
+                f"it needs name, unit, label, and better: {allowed}"
+            ) from None
 
 
 def collected(source: str, metrics: Iterable[Metric]) -> dict[str, Metric]:

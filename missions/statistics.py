@@ -93,7 +93,7 @@ def wilson_interval(successes: int, n: int) -> Interval:
 
 
 def restricted_mean_time(times_s: Sequence[float], completed: Sequence[bool], horizon_s: float) -> float:
-    """Mean time to completion within a horizon: the area under the Kaplan-Meier curve up to it.
+    """Mean time to completion within a horizon: the integral of the Kaplan-Meier curve up to it.
 
     A run that ended without completing counts as long as it was watched, not as if it had completed. Royston and
     Parmar 2013; Kaplan and Meier 1958. The estimator is ten lines, so no survival library is needed.
@@ -110,16 +110,16 @@ def restricted_mean_time(times_s: Sequence[float], completed: Sequence[bool], ho
     >>> restricted_mean_time([2.0, 3.0, 4.0], [True, False, True], 5.0)  # 2 + 2/3 * 2 + 0: the 3 leaves the risk set
     3.3333333333333335
     """
-    area, alive, since_s = 0.0, 1.0, 0.0
+    integral_s, alive, since_s = 0.0, 1.0, 0.0
     for time_s in sorted({time_s for time_s, ended in zip(times_s, completed, strict=True) if ended}):
         if time_s > horizon_s:
             break
         at_risk = sum(other >= time_s for other in times_s)
         ended_here = sum(t == time_s and bool(ended) for t, ended in zip(times_s, completed, strict=True))
-        area += alive * (time_s - since_s)
+        integral_s += alive * (time_s - since_s)
         alive *= 1.0 - ended_here / at_risk
         since_s = time_s
-    return area + alive * (horizon_s - since_s)
+    return integral_s + alive * (horizon_s - since_s)
 
 
 def paired_p(differences: Sequence[float]) -> float | None:

@@ -129,7 +129,7 @@ class Page:
 
     >>> page = Page(3.5, 2.0)
     >>> axes = page.panel(Box(0.5, 0.25, 2.5, 1.5), "(a) left")
-    >>> [round(edge, 3) for edge in axes.get_position().extents]
+    >>> [round(float(edge), 3) for edge in axes.get_position().extents]
     [0.143, 0.125, 0.857, 0.875]
     """
 

@@ -42,8 +42,9 @@ class SettingFault(NamedTuple):
 class ChannelModel(BaseModel):
     """A channel model, and the settings that it takes.
 
-    Compulsory: ``title``, ``link_model`` and ``mean_per``. Settings are fields with bounds, a description, and a default,
-    so that the model can be named alone. A model without settings leaves aside those that a scenario has for others.
+    Compulsory: ``title``, ``link_model`` and ``mean_per``. Settings are fields with bounds, a description and a
+    default, so that the model can be named alone. A key that a shipped model has too, such as ``per``, keeps its type
+    and bounds. A model without settings leaves aside those that a scenario has for others.
 
     Here is a model whose links lose the more, the longer they are:
 

@@ -145,9 +145,7 @@ def model_named(name: str) -> type[ChannelModel]:
     if faults := list(faults_of(found, ChannelModel, COMPULSORY)):
         raise PluginError(f"a channel model: {'; '.join(faults)}")
     if taken := OF_EVERY_CHANNEL & found.model_fields.keys():
-        raise PluginError(
-            f"a channel model: its setting {', '.join(sorted(taken))} is a key of every channel; rename it"
-        )
+        raise PluginError(f"a channel model: rename its setting {', '.join(sorted(taken))}, a key of every channel")
     if unset := [key for key, info in found.model_fields.items() if info.is_required()]:
         raise PluginError(f"a channel model: {', '.join(unset)} without a default; a model can be named alone")
     return found
@@ -219,10 +217,12 @@ def _setting_faults(
     given = {key: value for key, value in channel.items() if key in model.model_fields}
     faults = [] if name in CHANNELS else list(_value_faults(model, given))
     yield from faults
+    if faults:
+        return
     try:
         for key, value, allowed in model.faults(given):
             yield ConfigurationFault(f"channel.{key}", value, allowed)
-        if name not in CHANNELS and not faults:
+        if name not in CHANNELS:
             yield from _trial_faults(name, model, given, vehicles)
     except Exception as error:  # it is somebody else's class: anything may be wrong with it
         allowed = f"its checks of settings raised {type(error).__name__}: {error}"

@@ -16,7 +16,7 @@ from remoras.organisation import Group, RoleSpecification
 from remoras.plugins import faults_of, named_object
 from remoras.sensor import SensorSettings
 from remoras.strategies import configured, strategies
-from remoras.strategy import Strategy
+from remoras.strategy import Strategy, faults_of_strategy
 from worldmodel import suggestion
 
 COMPULSORY_OF_MISSION = (
@@ -25,7 +25,6 @@ COMPULSORY_OF_MISSION = (
     "delegating_mission", "needs", "vocabulary", "sensors", "tables", "metrics", "figures",
 )  # fmt: skip
 """Members that the class of a mission must have; a subclass of ``Mission`` inherits those with a default."""
-COMPULSORY_OF_STRATEGY = ("name", "declaration", "form", "adapt", "negotiator")
 MOVED = {
     "missions.mapping_rendezvous:MappingRendezvous": "missions.mapping:MappingMission",
 }
@@ -72,7 +71,7 @@ def strategy_named(name: str) -> Strategy:
     found: Strategy = named_object(name)
     if isinstance(found, type):
         raise PluginError("a class; name an object of it, such as STRATEGY = Class()")
-    if faults := list(faults_of(found, Strategy, COMPULSORY_OF_STRATEGY)):
+    if faults := list(faults_of_strategy(found)):
         raise PluginError(f"a strategy: {'; '.join(faults)}")
     return found
 

@@ -22,7 +22,7 @@ import pyarrow.parquet as pq
 
 from missions.document import toml_value
 from missions.errors import DiskFullError, OutputError, StudyChangedError
-from missions.metric import Better, Metric
+from missions.metric import Better, Metric, MetricRecord
 from missions.runs import step_tables
 from missions.sweeps.ledger import (
     DONE,
@@ -36,7 +36,7 @@ from missions.sweeps.ledger import (
     read_ledger,
 )
 from missions.sweeps.plan import RunSchedule
-from missions.sweeps.record import DECLARATIONS, MetricRecord, differences, record_of
+from missions.sweeps.record import DECLARATIONS, differences, record_of
 from missions.sweeps.study_file import StudyFile
 
 if TYPE_CHECKING:

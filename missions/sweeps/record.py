@@ -12,13 +12,11 @@ import importlib.util
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from missions.document import shown
-from missions.errors import OutputError
-from missions.metric import Better, Metric
+from missions.metric import MetricRecord
 
 if TYPE_CHECKING:
     from missions.sweeps.plan import SweepPlan
@@ -29,53 +27,6 @@ OURS = ("worldmodel", "exchange", "remoras", "missions", "visualisation")
 """Packages of this program; their version stands for their code."""
 REFERENCE = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):[A-Za-z_][\w.]*")
 """``package.module:object``."""
-
-
-@dataclass(frozen=True)
-class MetricRecord:
-    """What the folder of a sweep says of a metric.
-
-    Args:
-        name: field of the summary.
-        unit: unit, empty without one.
-        better: direction of a ranking; None if the folder does not say it, as those of older versions do not.
-        label: what axes and captions call it, without the unit.
-        headline: True if it is compared where no metrics are named.
-        note: sentence that captions add.
-    """
-
-    name: str
-    unit: str
-    better: Better | None
-    label: str
-    headline: bool = False
-    note: str = ""
-
-    @classmethod
-    def of(cls, metric: Metric) -> MetricRecord:
-        """The declaration of a metric, without its function."""
-        return cls(metric.name, metric.unit, metric.better, metric.label, metric.headline, metric.note)
-
-    def written(self) -> dict[str, Any]:
-        """The declaration as JSON has it."""
-        return {**vars(self), "better": self.better.value if self.better else None}
-
-    @classmethod
-    def read(cls, entry: Mapping[str, Any]) -> MetricRecord:
-        """The declaration that JSON has.
-
-        Raises:
-            OutputError: a part of it is missing, or its direction is none.
-        """
-        try:
-            better = Better(entry["better"])
-            name, unit, label = (str(entry[key]) for key in ("name", "unit", "label"))
-            return cls(name, unit, better, label, bool(entry.get("headline")), str(entry.get("note", "")))
-        except (KeyError, TypeError, ValueError):
-            allowed = ", ".join(better.value for better in Better)
-            raise OutputError(
-                f"not the declaration of a metric: {shown(entry)}; it needs name, unit, label, and better: {allowed}"
-            ) from None
 
 
 def record_of(plan: SweepPlan) -> dict[str, Any]:

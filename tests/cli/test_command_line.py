@@ -110,16 +110,16 @@ def test_what_can_be_set_of_a_strategy_is_listed():
         row for row in json.loads(remoras("list", "strategies", "--json").stdout) if row["name"] == "central"
     )
     assert central["source"].startswith("leader-follower")
-    assert central["messages"]["areaDone"] == "a vehicle has finished an area"
+    assert central["messages"]["jobDone"] == "a vehicle has done a job"
     assert [(p["name"], p["default"]) for p in central["parameters"]] == [
         ("queue", 2),
         ("silence_rounds", 60),
         ("acknowledge_rounds", 300),
     ]
-    assert central["parameters"][0]["description"] == "most areas that a vehicle holds, the one it is at included"
+    assert central["parameters"][0]["description"] == "most jobs that a vehicle holds, the one it is at included"
     text = remoras("list", "strategies").stdout
     assert re.search(r"^  central .*\n      source: .*\n      message playsRole: ", text, re.MULTILINE)
-    assert "      parameter queue = 2: most areas that a vehicle holds, the one it is at included\n" in text
+    assert "      parameter queue = 2: most jobs that a vehicle holds, the one it is at included\n" in text
     assert "parameter queue" not in remoras("list").stdout
 
 

@@ -1,27 +1,27 @@
 """What the conformance checks put a strategy into: random fleets that hear anything, and a small mission."""
 
-import contextlib
 import copy
-import sys
 import tempfile
 import tomllib
-import types
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import tomli_w
+from exchange_of_statements import Visit
 from hypothesis import strategies as st
 
 from exchange.acoustics.channel import Arrival
+from missions.mapping import MappingMission
+from missions.mapping.jobs import SurveyJob
+from missions.mapping.sensors import SwathSettings
 from missions.scenarios import Scenario, load, shipped
 from remoras.database import AUVDatabase, VehicleData
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.social.negotiation import negotiated_attributes
 from remoras.strategy import (
     Declaration,
-    Evidence,
     Heard,
     Move,
     Negotiator,
@@ -29,9 +29,10 @@ from remoras.strategy import (
     Statement,
     Strategy,
 )
+from remoras.work import Job, Work
 from worldmodel import Attribute, ValueKind, core_ontology_paths, read_tbox
 
-TBOX = read_tbox(*core_ontology_paths())
+TBOX = read_tbox(*core_ontology_paths(), *MappingMission.vocabulary)
 
 # Random fleets ------------------------------------------------------------------------------------
 
@@ -43,9 +44,9 @@ GROUPS = (
             RoleSpecification("Coordinator", 1, 1, head=True, founding=True, played_by=("Coordination", "Tactician")),
             RoleSpecification("Performer", 1, founding=True),
             RoleSpecification("Cartographer", 1),
-            RoleSpecification("LeftWinger", 1, 1, area="left"),
-            RoleSpecification("RightWinger", 1, 1, area="right"),
-            RoleSpecification("Sweeper", 1, 1, area="behind"),
+            RoleSpecification("LeftWinger", 1, 1, job="left"),
+            RoleSpecification("RightWinger", 1, 1, job="right"),
+            RoleSpecification("Sweeper", 1, 1, job="behind"),
         ),
         "south pole",
     ),
@@ -56,10 +57,18 @@ FOUNDERS = st.sampled_from(
 ALLOCATED = tuple(role.name for role in GROUPS[1].roles if not role.founding)
 FULL_ROLES = tuple(f"{group.name}.{role.name}" for group in GROUPS for role in group.roles)
 NAMES = tuple(f"AUV{number:02d}" for number in range(5))
-CORNERS_M = {
-    name: ((x, y), (x, y + 100.0), (x + 100.0, y + 100.0), (x + 100.0, y))
+SURVEYS: dict[str, Job] = {
+    name: SurveyJob(name, ((x, y), (x, y + 100.0), (x + 100.0, y + 100.0), (x + 100.0, y)))
     for name, x, y in [("left", 100.0, 0.0), ("right", -200.0, 0.0), ("behind", 0.0, -200.0)]
 }
+VISITS: dict[str, Job] = {
+    "left": Visit("left", (150.0, 50.0), greatest_depth_m=120.0),
+    "right": Visit("right", (-150.0, 50.0), needs=("left",)),
+    "behind": Visit("behind", (50.0, -150.0), stay_s=300.0),
+}
+WORLDS = {"surveys": SURVEYS, "visits": VISITS}
+"""Jobs of two kinds; of the visits one needs another, and not every vehicle dives deep enough for all."""
+SWATHS_M = st.sampled_from([(25.0,), (20.0,), ()])
 POINTS_M = st.tuples(st.floats(-300.0, 300.0), st.floats(-300.0, 300.0))
 
 
@@ -72,18 +81,17 @@ def vehicles(draw: st.DrawFn, name: str) -> VehicleData:
         social_layer=draw(st.booleans()),
         start_m=draw(POINTS_M),
         depth_m=20.0,
-        depth_limit_m=100.0,
+        depth_limit_m=draw(st.sampled_from([100.0, 200.0])),
         transit_speed_mps=2.0,
         survey_speed_mps=1.5,
         turn_rate_radps=0.5,
         acceleration_mps2=0.5,
-        swath_m=draw(st.sampled_from([25.0, 20.0, 0.0])),
-        sensor_speed_mps=1.25,
         energy_j=draw(st.sampled_from([1.0e6, 2.0e6])),
         hotel_w=40.0,
         drag_w_per_mps3=15.0,
         transmit_j_per_bit=0.01,
         playable_roles=(*draw(FOUNDERS), *draw(st.lists(st.sampled_from(ALLOCATED), unique=True))),
+        sensors=tuple(SwathSettings(swath_m=s, speed_limit_mps=1.25) for s in draw(SWATHS_M)),
     )
 
 
@@ -94,12 +102,13 @@ def fleets(draw: st.DrawFn) -> AUVDatabase:
 
 
 @st.composite
-def evidence_of(draw: st.DrawFn, database: AUVDatabase) -> Evidence:
-    """Positions of some vehicles, some areas done."""
+def works_of(
+    draw: st.DrawFn, group: Group, organisation: Organisation, database: AUVDatabase, jobs: Mapping[str, Job]
+) -> Work:
+    """Positions of some vehicles are known, some jobs are done."""
     positions_m = draw(st.dictionaries(st.sampled_from(database.names), POINTS_M))
-    return Evidence(
-        database, positions_m, CORNERS_M, draw(st.frozensets(st.sampled_from(sorted(CORNERS_M)), max_size=1))
-    )
+    done = draw(st.frozensets(st.sampled_from(sorted(jobs)), max_size=1))
+    return Work(group, organisation, database, jobs, done, positions_m)
 
 
 @st.composite
@@ -108,7 +117,7 @@ def organisations(draw: st.DrawFn, formed: Organisation, database: AUVDatabase) 
     for group in GROUPS:
         for name in formed.members(group.name):
             for role in group.roles:
-                if role.area is not None and database[name].can_play(role.name) and draw(st.booleans()):
+                if role.job is not None and database[name].can_play(role.name) and draw(st.booleans()):
                     formed, _ = formed.assign(name, group.name, role.name)
     return formed
 
@@ -118,7 +127,8 @@ def _instances(of_class: int, database: AUVDatabase) -> Sequence[str]:
     return {
         "Vehicle": database.names,
         "Role": [*FULL_ROLES, *3 * [f"Operational.{role}" for role in ALLOCATED]],  # what is negotiated comes up often
-        "Area": sorted(CORNERS_M),
+        "Area": sorted(SURVEYS),
+        "Job": sorted(SURVEYS),
         "Group": [group.name for group in GROUPS],
         "RallyPoint": ["north pole", "south pole"],
         "Mission": ["AreaMapping"],
@@ -135,7 +145,7 @@ def _value(attribute: Attribute, database: AUVDatabase) -> st.SearchStrategy[Any
 
 
 def hearsay(
-    strategy: Strategy, database: AUVDatabase, mentioned: Sequence[str]
+    strategy: Strategy, database: AUVDatabase, jobs: Mapping[str, Job], mentioned: Sequence[str]
 ) -> st.SearchStrategy[tuple[Heard, ...]]:
     """Any facts that the ontology allows, true or not, said by anybody: the exchange keeps out nothing else.
 
@@ -143,7 +153,7 @@ def hearsay(
         mentioned: what the vehicle has just spoken of itself; many answer to that.
     """
     kinds = []
-    for attribute in map(TBOX.attribute_named, negotiated_attributes(strategy, TBOX)):
+    for attribute in map(TBOX.attribute_named, negotiated_attributes(strategy, jobs, TBOX)):
         subjects = list(_instances(attribute.domain, database))
         subjects += 3 * [name for name in mentioned if name in subjects]
         fact = st.tuples(st.sampled_from(subjects), st.just(attribute.name), _value(attribute, database))
@@ -173,7 +183,7 @@ def small_patches(name: str, *settings: str) -> Scenario:
     kept = {area["name"] for area in raw["area"]}
     gone = set()
     for group in raw["group"]:
-        gone |= {role["name"] for role in group["role"] if role.get("area", min(kept)) not in kept}
+        gone |= {role["name"] for role in group["role"] if role.get("job", min(kept)) not in kept}
         group["role"] = [role for role in group["role"] if role["name"] not in gone]
     for vehicle in raw["vehicle"]:
         vehicle["playable_roles"] = [role for role in vehicle["playable_roles"] if role not in gone]
@@ -183,18 +193,6 @@ def small_patches(name: str, *settings: str) -> Scenario:
         file = Path(folder) / "small-patches.toml"
         file.write_text(tomli_w.dumps(raw), encoding="utf-8")
         return load(str(file), [("--set", setting) for setting in (f"strategy.name={name}", *settings)])
-
-
-@contextlib.contextmanager
-def named(strategy: Strategy) -> Iterator[str]:
-    """A name by which a scenario finds the object, though no file has it."""
-    module = types.ModuleType("strategy_under_test")
-    vars(module)["STRATEGY"] = strategy
-    sys.modules[module.__name__] = module
-    try:
-        yield f"{module.__name__}:STRATEGY"
-    finally:
-        del sys.modules[module.__name__]
 
 
 class Silent:
@@ -225,8 +223,8 @@ class Watched:
     def form(self, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
         return self.strategy.form(database, groups)
 
-    def adapt(self, group: Group, organisation: Organisation, evidence: Evidence) -> tuple[RoleAssignment, ...]:
-        return self.strategy.adapt(group, organisation, evidence)
+    def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
+        return self.strategy.adapt(work)
 
     def negotiator(self, me: str, group: Group) -> Negotiator | None:
         made = self.strategy.negotiator(me, group)

@@ -8,12 +8,12 @@ from pydantic import Field
 
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
-from remoras.strategies.allocation import at_work, open_roles, surveyors
 from remoras.strategies.central import Central
 from remoras.strategies.fixed_partition import FixedPartition
 from remoras.strategies.founding import common_roles
 from remoras.strategies.status_broadcast import StatusBroadcast
-from remoras.strategy import Declaration, Evidence, Move, Negotiator, Situation, Statement
+from remoras.strategy import Declaration, Move, Negotiator, Situation, Statement
+from remoras.work import Work
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,40 +53,49 @@ class WrongDefault(Central):
 
 @dataclass(frozen=True, slots=True)
 class Outsiders(FixedPartition):
-    """Gives areas to vehicles of other groups too."""
+    """Gives jobs to vehicles of other groups too."""
 
-    def adapt(self, group: Group, organisation: Organisation, evidence: Evidence) -> tuple[RoleAssignment, ...]:
+    def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
         return tuple(
-            RoleAssignment(group.name, role.name, data.name)
-            for role, data in zip(open_roles(group, evidence), evidence.database.values(), strict=False)
-            if data.can_play(role.name) and data.swath_m > 0.0
+            work.assignment(role, data.name)
+            for role, data in zip(work.open, work.database.values(), strict=False)
+            if work.able(data, role)
         )
 
 
 @dataclass(frozen=True, slots=True)
 class Doubled(FixedPartition):
-    """Gives an area to everybody who is able to survey it."""
+    """Gives a job to everybody who is able to do it."""
 
-    def adapt(self, group: Group, organisation: Organisation, evidence: Evidence) -> tuple[RoleAssignment, ...]:
+    def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
         return tuple(
-            RoleAssignment(group.name, role.name, name)
-            for role in open_roles(group, evidence)
-            for name in organisation.members(group.name)
-            if evidence.database[name].can_play(role.name) and evidence.database[name].swath_m > 0.0
+            work.assignment(role, name)
+            for role in work.open
+            for name in work.members
+            if work.able(work.database[name], role)
         )
 
 
 @dataclass(frozen=True, slots=True)
-class ByHash(FixedPartition):
-    """Gives an area to the first in a set, and so by the hashes of names."""
+class Hasty(FixedPartition):
+    """Gives out jobs before what they need is done."""
 
-    def adapt(self, group: Group, organisation: Organisation, evidence: Evidence) -> tuple[RoleAssignment, ...]:
-        members = surveyors(group, organisation, evidence.database)
-        vacant = [role.name for role in open_roles(group, evidence)]
-        able = {name: {data.name for data in members if data.can_play(name)} for name in vacant}
-        found = [RoleAssignment(group.name, name, next(iter(able[name]))) for name in vacant if able[name]]
-        areas = tuple(one for one in found if one not in organisation.assignments)
-        return common_roles(group, organisation, evidence) + areas
+    def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
+        found = []
+        for number, role in enumerate(work.unfinished):
+            able = [data.name for data in work.workers if work.able(data, role)]
+            found += [work.assignment(role, name) for name in able[number % len(able) :][:1]] if able else []
+        return tuple(found)
+
+
+@dataclass(frozen=True, slots=True)
+class ByHash(FixedPartition):
+    """Gives a job to the first in a set, and so by the hashes of names."""
+
+    def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
+        able = {role: {data.name for data in work.workers if data.can_play(role.name)} for role in work.open}
+        found = [work.assignment(role, next(iter(able[role]))) for role in work.open if able[role]]
+        return common_roles(work) + tuple(one for one in found if one not in work.organisation.assignments)
 
 
 PATIENCE_S = 300.0
@@ -112,6 +121,21 @@ class _Altered:
 
     def altered(self, move: Move, situation: Situation) -> Move:
         raise NotImplementedError
+
+
+class _Skipping(_Altered):
+    """Forgets one job."""
+
+    def altered(self, move: Move, situation: Situation) -> Move:
+        skipped = self._group.path(situation.work.roles[-1].name)
+        kept = [said for said in move.statements if all(value != skipped for _, _, value in said.facts)]
+        return replace(move, statements=tuple(kept))
+
+
+@dataclass(frozen=True, slots=True)
+class Skipping(Central):
+    def negotiator(self, me: str, group: Group) -> Negotiator:
+        return _Skipping(Central.negotiator(self, me, group), me, group)
 
 
 class _Gullible(_Altered):
@@ -143,11 +167,10 @@ class Endless(Central):
 
 
 class _Fickle(_Altered):
-    """Gives every area that it holds up in every frame, and takes it again."""
+    """Gives every job that it holds up in every frame, and takes it again."""
 
     def altered(self, move: Move, situation: Situation) -> Move:
-        held = at_work(self._me, self._group, situation.organisation, situation.evidence)
-        self._mine |= {self._group.path(role.name) for role in held}
+        self._mine |= {self._group.path(role.name) for role in situation.work.held_by(self._me)}
         word = "leftRole" if situation.round % 2 else "playsRole"
         said = tuple(Statement(((self._me, word, role),)) for role in sorted(self._mine))
         return replace(move, statements=move.statements + said)
@@ -187,7 +210,7 @@ class _Talkative(_Altered):
     """Says everything three times in each round."""
 
     def altered(self, move: Move, situation: Situation) -> Move:
-        told = tuple(Statement(((r.area, "knownDone", False),)) for r in self._group.roles if r.area is not None)
+        told = tuple(Statement(((r.job, "knownDone", False),)) for r in self._group.roles if r.job is not None)
         return replace(move, statements=move.statements + 3 * told)
 
 
@@ -216,7 +239,7 @@ class _Trusting(_Altered):
     """Takes it for granted that all others have been heard."""
 
     def altered(self, move: Move, situation: Situation) -> Move:
-        others = [name for name in situation.organisation.members(self._group.name) if name != self._me]
+        others = [name for name in situation.work.members if name != self._me]
         if situation.round > 100 and min(situation.heard_s[name] for name in others) < 0.0:
             return Move()
         return move

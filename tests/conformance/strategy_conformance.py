@@ -11,7 +11,7 @@ import os
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
@@ -20,31 +20,35 @@ from conformance_worlds import (
     GROUPS,
     NAMES,
     TBOX,
+    WORLDS,
     Silent,
     Watched,
-    evidence_of,
     fleets,
     hearsay,
-    named,
     organisations,
     role_facts,
     small_patches,
+    works_of,
 )
+from exchange_of_statements import KINDS_OF_JOBS, Team, never
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from missions.runs.run import Run, run
-from missions.scenarios.checks import named_object
 from remoras.errors import StrategyError
-from remoras.recorder import TABLES
+from remoras.plugins import named_object
 from remoras.strategies import configured, parameters, strategies
-from remoras.strategy import Situation, Strategy
+from remoras.strategy import INFLUENCE_SIGNAL, JOB_DONE, OBJECTIVE, Situation, Strategy, faults_of_strategy
+from remoras.work import Job
 
-INFLUENCE_SIGNAL = "influence signal"
 OCCASIONAL_BLOCKS = 10
-"""Blocks that a vehicle may state for each area in a whole run, beside those of ``blocks_per_round``: a role given,
+"""Blocks that a vehicle may state for each job in a whole run, beside those of ``blocks_per_round``: a role given,
 taken back, given to another, accepted."""
 N_ROUNDS = 6
+MOST_ROUNDS = 600
+"""Frames of 10 s in which one vehicle alone does the jobs below thrice."""
+PLACES_M = ((0.0, 50.0), (200.0, -100.0), (-150.0, 0.0), (50.0, 250.0), (-100.0, -250.0), (0.0, 150.0))
+STARTS_M = (((0.0, 0.0), (10.0, 0.0)), ((0.0, 0.0), (200.0, 0.0), (-200.0, 0.0)))
 CUT_OFF, CUT_OFF_S = ("AUV00", "AUV01", "AUV02"), (60.0, 700.0)
 """Vehicles that are cut off in turn, longer than any time-out of the shipped strategies, and when."""
 NEARLY_ALL = 0.9
@@ -60,7 +64,13 @@ EXAMPLES = settings(
     suppress_health_check=list(HealthCheck),
 )
 
-# What it declares ---------------------------------------------------------------------------------
+# What it declares
+
+
+def check_parts(strategy: Strategy) -> None:
+    """It has every part of the seam, to be called as the seam says."""
+    faults = "; ".join(faults_of_strategy(strategy))
+    assert not faults, faults
 
 
 def check_declaration(strategy: Strategy) -> None:
@@ -68,7 +78,7 @@ def check_declaration(strategy: Strategy) -> None:
     declaration = strategy.declaration
     assert strategy.name, "has no name"
     assert declaration.source.strip(), "declares no source"
-    words = {attribute.name for attribute in TBOX.attributes} | {INFLUENCE_SIGNAL}
+    words = {attribute.name for attribute in TBOX.attributes} | {INFLUENCE_SIGNAL, JOB_DONE, OBJECTIVE}
     for message, meaning in declaration.messages.items():
         assert message in words, f"message {message!r} is neither an attribute of the ontology nor an influence signal"
         assert meaning.strip(), f"message {message!r} is not explained"
@@ -126,24 +136,24 @@ def _refused(strategy: Strategy, name: str, value: Any) -> bool:
     return False
 
 
-# What it decides ----------------------------------------------------------------------------------
+# What it decides
 
 
 def check_allocates_within_the_group(strategy: Strategy) -> None:
-    """``form`` and ``adapt``: able vehicles, members, each area once, nothing done; the same when asked again."""
+    """``form`` and ``adapt``: able vehicles, members, each open job once; the same when asked again."""
 
     @EXAMPLES
-    @given(st.data())
-    def holds(data: st.DataObject) -> None:
+    @given(st.sampled_from(list(WORLDS.values())), st.data())
+    def holds(jobs: Mapping[str, Job], data: st.DataObject) -> None:
         database = data.draw(fleets())
-        evidence = data.draw(evidence_of(database))
         formed = strategy.form(database, GROUPS)
         assert strategy.form(database, GROUPS) == formed, "forms another organisation when asked again"
         for one in formed.assignments:
             assert database[one.vehicle].can_play(one.role), f"{one} founds what it cannot play"
         for group in GROUPS:
-            found = strategy.adapt(group, formed, evidence)
-            assert strategy.adapt(group, formed, evidence) == found, "allocates otherwise when asked again"
+            work = data.draw(works_of(group, formed, database, jobs))
+            found = strategy.adapt(work)
+            assert strategy.adapt(work) == found, "allocates otherwise when asked again"
             held: Counter[str] = Counter()
             for one in found:
                 role = group.role(one.role)
@@ -152,11 +162,12 @@ def check_allocates_within_the_group(strategy: Strategy) -> None:
                 assert formed.is_member(one.vehicle, group.name), f"{one} is given to no member of {group.name}"
                 assert database[one.vehicle].can_play(one.role), f"{one} is given to a vehicle that cannot play it"
                 assert not formed.plays(one.vehicle, one.group, one.role), f"{one} is held already"
-                if role.area is not None:
-                    held[role.area] += 1
-                    assert role.area not in evidence.done, f"{one}: its area is done"
-                    assert database[one.vehicle].swath_m > 0.0, f"{one} is given to a vehicle without a sensor"
-            assert all(n == 1 for n in held.values()), f"an area is given to several vehicles: {dict(held)}"
+                if role.job is not None:
+                    held[role.job] += 1
+                    assert role.job not in work.done, f"{one}: its job is done"
+                    assert role in work.open, f"{one}: its job needs others that are not done"
+                    assert work.able(database[one.vehicle], role), f"{one} is given to a vehicle that is not able"
+            assert all(n == 1 for n in held.values()), f"a job is given to several vehicles: {dict(held)}"
 
     holds()
 
@@ -178,8 +189,8 @@ def _least(strategy: Strategy) -> dict[str, int]:
 
 def _check_states(strategy: Strategy) -> None:
     @EXAMPLES
-    @given(st.data())
-    def holds(data: st.DataObject) -> None:
+    @given(st.sampled_from(list(WORLDS.values())), st.data())
+    def holds(jobs: Mapping[str, Job], data: st.DataObject) -> None:
         database = data.draw(fleets())
         formed = strategy.form(database, GROUPS)
         group = GROUPS[1]
@@ -192,15 +203,14 @@ def _check_states(strategy: Strategy) -> None:
             return
         organisation, done, mentioned = data.draw(organisations(formed, database)), frozenset[str](), []
         for number in range(1, 1 + N_ROUNDS):
-            evidence = data.draw(evidence_of(database))
-            done |= evidence.done if number == N_ROUNDS else frozenset()
+            work = data.draw(works_of(group, organisation, database, jobs))
+            done |= work.done if number == N_ROUNDS else frozenset()
             situation = Situation(
                 7.0 * number,
                 number,
-                organisation,
-                replace(evidence, done=done),
+                replace(work, done=done),
                 data.draw(st.sampled_from([None, (0.0, 0.0)])),
-                data.draw(hearsay(strategy, database, mentioned)),
+                data.draw(hearsay(strategy, database, jobs, mentioned)),
                 data.draw(st.dictionaries(st.sampled_from(NAMES), st.floats(0.0, 7.0 * number))),
             )
             statements = negotiator.negotiate(situation).statements
@@ -211,7 +221,7 @@ def _check_states(strategy: Strategy) -> None:
 
 
 def _assert_within(situation: Situation, group: str, statements: Any) -> None:
-    organisation, database = situation.organisation, situation.evidence.database
+    organisation, database = situation.work.organisation, situation.work.database
     for vehicle, of_group, role in role_facts(statements):
         said = f"states that {vehicle} plays or left {of_group}.{role}"
         assert of_group == group, f"{said}, but negotiates for {group}"
@@ -220,7 +230,21 @@ def _assert_within(situation: Situation, group: str, statements: Any) -> None:
         assert database[vehicle].can_play(role), f"{said}, but it cannot play it"
 
 
-# How it runs --------------------------------------------------------------------------------------
+def check_divides_any_jobs(strategy: Strategy) -> None:
+    """Surveys and visits are all done when nothing is lost, and none before what it needs."""
+    for kind, jobs_at in KINDS_OF_JOBS.items():
+        for starts_m in STARTS_M:
+            team = Team(strategy, starts_m, jobs_at(PLACES_M), never)
+            for _ in range(MOST_ROUNDS):
+                team.round()
+                if team.done:
+                    break
+            assert not team.too_early, f"{kind}: begun before what they need was done: {', '.join(team.too_early)}"
+            left = [name for name in team.jobs if name not in team.finished]
+            assert not left, f"{kind}: {', '.join(left)} not done after {MOST_ROUNDS} rounds without loss"
+
+
+# How it runs
 
 
 def check_runs(strategy: Strategy) -> None:
@@ -238,7 +262,7 @@ def check_survives_silence(strategy: Strategy) -> None:
     assert finished.completed or finished.reason, "a run in silence has no reason"
     assert finished.n_false_beliefs == 0
     _assert_as_declared(finished, watched)
-    role_of = {(g.name, r.name): r.area for g in finished.scenario.group for r in g.role if r.area is not None}
+    role_of = {(g.name, r.name): r.job for g in finished.scenario.group for r in g.role if r.job is not None}
     roles = finished.recorder.roles
     begun = {(group, role) for time_s, _, group, role, event in roles if time_s == 0.0 and event == "assigned"}
     begun &= set(role_of)
@@ -265,15 +289,13 @@ def check_survives_the_silence_of_one(strategy: Strategy) -> None:
 
 def _watched_run(strategy: Strategy, *given_settings: str, silent: bool = False) -> tuple[Run, Watched]:
     watched = Watched(strategy)
-    with named(watched) as name:
-        return run(small_patches(name, *given_settings), channel=Silent() if silent else None), watched
+    scenario = small_patches("remoras", *given_settings)
+    return run(scenario, channel=Silent() if silent else None, strategy=watched), watched
 
 
 def _mapped_fractions(finished: Run) -> dict[str, float]:
-    from missions.runs.run import seabed_of
-
-    cells = seabed_of(finished.scenario).cells
-    mapped = {(x, y) for _, _, x, y in finished.recorder.coverage}
+    cells = finished.mission.world().cells
+    mapped = {(x, y) for _, _, x, y in finished.recorder.rows("coverage")}
     totals = Counter(area for area, _ in cells.values())
     done = Counter(area for cell, (area, _) in cells.items() if cell in mapped)
     return {area: done[area] / total for area, total in totals.items()}
@@ -286,16 +308,16 @@ def _assert_as_declared(finished: Run, watched: Watched) -> None:
     assert declaration.influences or not finished.recorder.satisfaction, "sends signals without declaring that it does"
     blocks: Counter[tuple[str, str]] = Counter()
     rounds: Counter[tuple[str, str]] = Counter()
-    areas: dict[str, int] = {}
+    jobs: dict[str, int] = {}
     for vehicle, group, situation, move in watched.moves:
         _assert_within(situation, group, move.statements)
         told = {attribute for statement in move.statements if statement.told for _, attribute, _ in statement.facts}
         assert told <= set(declaration.messages), f"tells what it does not declare: {told - set(declaration.messages)}"
         rounds[vehicle, group] += 1
         blocks[vehicle, group] += len(move.statements)
-        areas[group] = sum(role.area is not None for role in situation.organisation.groups[group].roles)
+        jobs[group] = len(situation.work.roles)
     for (vehicle, group), stated in blocks.items():
-        allowed = areas[group] * (declaration.blocks_per_round * rounds[vehicle, group] + OCCASIONAL_BLOCKS)
+        allowed = jobs[group] * (declaration.blocks_per_round * rounds[vehicle, group] + OCCASIONAL_BLOCKS)
         assert stated <= allowed, f"{vehicle} states {stated} blocks, its declaration allows {allowed}"
 
 
@@ -324,17 +346,19 @@ def check_deterministic(*references: str) -> None:
 def digest(reference: str) -> str:
     """Digest of all that a short run of the strategy records."""
     recorder = run(small_patches(reference, "channel.per=0.4", "scenario.duration_s=400")).recorder
-    rows = {name: recorder.rows(name) for name in TABLES}
+    rows = {name: recorder.rows(name) for name in recorder.tables}
     return hashlib.sha256(json.dumps(rows).encode()).hexdigest()
 
 
-# All of it ----------------------------------------------------------------------------------------
+# All of it
 
 CHECKS: tuple[Callable[[Strategy], None], ...] = (
+    check_parts,
     check_declaration,
     check_parameters,
     check_allocates_within_the_group,
     check_states_within_the_group,
+    check_divides_any_jobs,
     check_runs,
     check_survives_silence,
     check_survives_the_silence_of_one,

@@ -53,7 +53,7 @@ def test_the_strategy_of_the_how_tos_conforms(tmp_path: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    assert done.stdout.count("ok  check_") == 8
+    assert done.stdout.count("ok  check_") == 10
 
 
 def test_the_tables_of_the_how_tos_load(tmp_path: Path) -> None:

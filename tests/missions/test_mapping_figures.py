@@ -20,9 +20,10 @@ class Style:
     """As the package that draws hands it in; the colours are those of this test."""
 
     black, grey = "#000000", "#666666"
-    looks = {
-        name: SimpleNamespace(colour=colour, line="-", marker="o") for name, colour in (("A", "red"), ("B", "blue"))
-    }
+
+    @property
+    def looks(self) -> dict[str, SimpleNamespace]:
+        return {name: SimpleNamespace(colour=colour, line="-") for name, colour in (("A", "red"), ("B", "blue"))}
 
     def tint(self, colour: str, strength: float) -> tuple[float, float, float]:
         return {"red": (1.0, 0.8, 0.8), "blue": (0.8, 0.8, 1.0)}.get(colour, (0.8, 0.8, 0.8))
@@ -73,11 +74,8 @@ def test_mapped_cells_are_squares_in_the_tint_of_who_came_first(axes: Axes) -> N
     (cells,) = [one for one in axes.collections if isinstance(one, PolyCollection)]
     boxes = [path.get_extents().extents.tolist() for path in cells.get_paths()]
     assert boxes == [[0, 0, 25, 25], [25, 0, 50, 25], [50, 25, 75, 50]]
-    assert [tuple(colour[:3]) for colour in cells.get_facecolors()] == [
-        (1.0, 0.8, 0.8),
-        (0.8, 0.8, 1.0),
-        (1.0, 0.8, 0.8),
-    ]
+    red, blue = (1.0, 0.8, 0.8), (0.8, 0.8, 1.0)
+    assert [tuple(colour[:3]) for colour in cells.get_facecolors()] == [red, blue, red]
     assert axes.get_legend_handles_labels()[1] == ["mapped cells"]
 
 

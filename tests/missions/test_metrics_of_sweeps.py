@@ -94,7 +94,7 @@ def test_a_study_that_names_no_metrics_compares_the_headline_ones(
     }  # fmt: skip
     declare(monkeypatch, metric("depth_reached_m", headline=True), metric("other_m"))
     results = swept(tmp_path)
-    assert results.compared == ("mission_time_s", "completed", "energy_j", "n_bytes", "depth_reached_m")
+    assert sorted(results.compared) == ["completed", "depth_reached_m", "energy_j", "mission_time_s", "n_bytes"]
 
 
 def test_a_metric_that_no_mission_of_the_study_has_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -103,7 +103,7 @@ def test_a_metric_that_no_mission_of_the_study_has_is_refused(tmp_path: Path, mo
     with pytest.raises(ConfigurationError, match=r"study.toml:9: study.metrics = \"depth_reached\": allowed: .*; did "
                        r"you mean 'depth_reached_m'"):  # fmt: skip
         load_study(str(written(tmp_path, text)))
-    with pytest.raises(ConfigurationError, match=r'stopping.metric = "coverage_fraction": allowed: mission_time_s'):
+    with pytest.raises(ConfigurationError, match=r'stopping.metric = "coverage_fraction": allowed: .*depth_reached_m'):
         load_study(
             str(written(tmp_path, WITHOUT_METRICS + '[stopping]\nmetric = "coverage_fraction"\nhalf_width = 1\n'
                         "maximum = 10\n"))
@@ -157,7 +157,7 @@ def test_a_metric_of_which_no_value_is_better_is_compared_and_not_ranked(
     results = swept(tmp_path, heading_rad=1.0)
     assert len(compare(results, ["heading_rad"])) == 2
     with pytest.raises(
-        OutputError, match=r"'heading_rad': cannot be ranked, neither .*; allowed are mission_time_s, c"
+        OutputError, match=r"'heading_rad': cannot be ranked, neither .*; allowed are .*mission_time_s, "
     ):
         ranks(results, "heading_rad")
 

@@ -1,8 +1,11 @@
 """The table [channel]: what of it is used, what is refused, and what a mission hears."""
 
+import json
+import re
 from pathlib import Path
 from typing import Any
 
+import outside_channels
 import pytest
 from small_mission import SMALL, line_of, named, run_varied, shipped_tables
 
@@ -10,7 +13,7 @@ from exchange.acoustics.link import GilbertElliott
 from exchange.acoustics.models import CHANNELS
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.run import Run
-from missions.runs.setup import channel_of
+from missions.runs.setup import channel_of, resolved
 from missions.runs.summary import identity, summary
 from missions.scenarios import Scenario, load
 from missions.scenarios.channel import ChannelTable
@@ -73,19 +76,19 @@ def test_every_model_that_can_be_named_says_which_keys_it_uses():
 @pytest.mark.parametrize("name", list(CHANNELS))
 def test_every_model_runs_as_soon_as_it_is_named(name: str):
     scenario = load("mapping-rendezvous", [("--channel", f"channel.name={name}")])
-    assert 0.0 <= channel_of(scenario, 1).link.p_loss(5, 0, 1, 800.0) <= 1.0
+    assert 0.0 <= channel_of(resolved(scenario), 1).link.p_loss(5, 0, 1, 800.0) <= 1.0
     assert 0.0 <= identity(scenario, 1)["per"] <= 1.0
 
 
 def test_links_and_blackouts_are_of_the_nodes_that_own_the_slots(tmp_path: Path):
     """Boat is the first vehicle of the file and owns slot 1."""
-    channel = channel_of(loaded(tmp_path, LINKED), 1)
+    channel = channel_of(resolved(loaded(tmp_path, LINKED)), 1)
     assert (channel.link.p_loss(0, 0, 1, 9.0), channel.link.p_loss(1, 1, 0, 9.0)) == (0.5, 1.0)
     assert [(b.from_s, b.until_s, b.node) for b in channel.blackouts] == [(600.0, 900.0, 0)]
 
 
 def test_the_states_of_the_links_come_from_the_seed_of_the_run(tmp_path: Path):
-    link = channel_of(loaded(tmp_path, BURSTS, "channel.per_bad=0.9"), 7).link
+    link = channel_of(resolved(loaded(tmp_path, BURSTS, "channel.per_bad=0.9")), 7).link
     assert link == GilbertElliott(0.1, 0.3, 0.05, 0.9, seed=7)
 
 
@@ -109,7 +112,7 @@ def test_the_summary_has_the_mean_packet_error_rate(tmp_path: Path, channel: str
 def test_what_is_written_is_read_again(tmp_path: Path, channel: str, settings: tuple[str, ...]):
     """As the manifest has it: settings of a model that was replaced are not in it."""
     scenario = loaded(tmp_path, channel, *settings)
-    again = Scenario.model_validate_json(scenario.model_dump_json(exclude_none=True))
+    again = type(scenario).model_validate_json(scenario.model_dump_json(exclude_none=True))
     assert again == scenario
     table = scenario.channel.model_dump()
     assert set(table) == {"name", "blackout", *CHANNELS[scenario.channel.name].model_fields}
@@ -207,6 +210,90 @@ def test_settings_of_a_model_that_is_replaced_or_of_a_perfect_channel_are_left_a
 ):
     kept = loaded(tmp_path, channel, *settings).channel
     assert kept == ChannelTable(**kept.model_dump())
+
+
+# A model from outside -----------------------------------------------------------------------------
+
+MUD = '[channel]\nname = "outside_channels:MODEL"\nclear_per = 0.2\nin_mud = "Diver"\nlayers_m = [1.0, 2]\n'
+
+
+def test_a_model_from_outside_has_settings_of_its_own(tmp_path: Path):
+    """Boat owns slot 1, Diver slot 0: 2 of 2 links are in the mud."""
+    scenario = loaded(tmp_path, MUD)
+    assert scenario.channel.settings() == outside_channels.Mud(clear_per=0.2, in_mud="Diver", layers_m=(1.0, 2.0))
+    assert scenario.channel.link_model({"Diver": 0, "Boat": 1, "Buoy": 2}, 1).p_loss(0, 1, 2, 9.0) == 0.2
+    assert scenario.channel.link_model({"Diver": 0, "Boat": 1, "Buoy": 2}, 1).p_loss(0, 1, 0, 9.0) == 1.0
+    assert scenario.channel.mean_per(4) == pytest.approx(0.5 + 0.5 * 0.2)
+
+
+def test_what_is_written_of_a_model_from_outside_is_read_again(tmp_path: Path):
+    scenario = loaded(tmp_path, MUD.replace("clear_per = 0.2\n", ""))
+    table = json.loads(scenario.model_dump_json(exclude_none=True))["channel"]
+    assert table["clear_per"] == 0.1
+    assert list(table) == ["name", "clear_per", "in_mud", "layers_m", "blackout"]
+    again = type(scenario).model_validate_json(scenario.model_dump_json(exclude_none=True))
+    assert again.channel.settings() == scenario.channel.settings()
+
+
+@pytest.mark.parametrize("own", [OWN, LINKED, BURSTS])
+def test_a_model_from_outside_replaces_that_of_the_file(tmp_path: Path, own: str):
+    """Settings that the file has for its own model are left aside."""
+    channel = loaded(tmp_path, own, "channel.name=outside_channels:MODEL", "channel.clear_per=0.3").channel
+    assert channel.settings() == outside_channels.Mud(clear_per=0.3)
+
+
+def test_a_shipped_model_replaces_one_from_outside(tmp_path: Path):
+    assert loaded(tmp_path, MUD, "channel.name=bernoulli", "channel.per=0.3").channel.model_dump() == {
+        "name": "bernoulli", "per": 0.3, "blackout": (),
+    }  # fmt: skip
+    (fault,) = faults_of(tmp_path, MUD, "channel.name=bernoulli", "channel.in_mud=Boat")
+    assert fault.key == "--set (channel.in_mud)"
+    assert "only by outside_channels:MODEL" in fault.allowed
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "says"),
+    [
+        ("clear_per = 0.2", "clear_per = 0.6", "channel.clear_per", "less than or equal to 0.5"),
+        ("clear_per = 0.2", 'clear_per = "much"', "channel.clear_per", "valid number"),
+        ("clear_per = 0.2", "cleer_per = 0.2", "channel.cleer_per", "did you mean 'clear_per'"),
+        ("clear_per = 0.2", "per = 0.2", "channel.per", "not used by the outside_channels:MODEL channel, only by bern"),
+        ('in_mud = "Diver"', 'in_mud = "Driver"', "channel.in_mud", "allowed: Boat, Diver; did you mean 'Diver'?"),
+        ("layers_m = [1.0, 2]", "layers_m = [3, 2]", "channel.layers_m", "must be in order"),
+        ("layers_m = [1.0, 2]", 'layers_m = [1, "x"]', "channel.layers_m.2", "valid number"),
+        ("channels:MODEL", "channels:MODLE", "channel.name", "has no attribute 'MODLE'"),
+        ("outside_channels:MODEL", "no_such_file:MODEL", "channel.name", "No module named 'no_such_file'"),
+        ("channels:MODEL", "channels:NO_CLASS", "channel.name", "a subclass of .*ChannelModel is needed, not the"),
+    ],
+)
+def test_a_fault_with_a_model_from_outside_is_one_clear_message(
+    tmp_path: Path, old: str, new: str, key: str, says: str
+):
+    (fault,) = faults_of(tmp_path, MUD.replace(old, new))
+    assert fault.key == key
+    assert re.search(says, fault.allowed)
+    assert fault.line is not None
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("Wordy", r"p_loss\(0, 0, 1, 1\) must be a number from 0 to 1, not 'few'"),
+        ("Nothing", r"link_model must return an object with p_loss\(.*not None"),
+        ("Failing", "but raised KeyError: 'sea'"),
+        ("WrongMean", r"mean_per must be a number from 0 to 1, not 20\.0"),
+        ("Grumbling", "its checks of settings raised KeyError: 'per'"),
+    ],
+)
+def test_a_model_that_does_not_keep_to_its_seam_is_found_before_the_run(tmp_path: Path, name: str, says: str):
+    (fault,) = faults_of(tmp_path, f'[channel]\nname = "outside_channels:{name}"\n')
+    assert fault.key == "channel.name"
+    assert re.search(says, fault.allowed)
+
+
+def test_a_model_that_goes_wrong_later_ends_the_run_with_its_name(tmp_path: Path):
+    with pytest.raises(ConfigurationError, match=r"outside_channels:Late.*p_loss\(.*not 1\.5"):
+        run_with(tmp_path, {"name": "outside_channels:Late"})
 
 
 # In a study ---------------------------------------------------------------------------------------

@@ -83,9 +83,17 @@ def test_metrics_of_every_run_have_their_direction(older: Path) -> None:
     assert "seed" not in results.metrics
 
 
-def test_a_metric_of_its_mission_has_none_and_is_not_ranked(older: Path) -> None:
+def test_a_metric_of_a_mission_that_is_still_there_has_the_direction_that_it_declares_now(older: Path) -> None:
+    assert len(ranks(SweepResults.read(older), "coverage_fraction")) == 2
+    assert SweepResults.read(older).metrics["duplicate_fraction"].better is Better.LOWER
+
+
+def test_a_metric_of_a_mission_that_is_gone_is_compared_and_not_ranked(older: Path) -> None:
+    path = older / "study.json"
+    path.write_text(path.read_text().replace("missions.mapping_rendezvous:MappingRendezvous", "gone.mission:Mission"))
+    assert len(compare(SweepResults.read(older), ["coverage_fraction"])) == 2
     with pytest.raises(
-        OutputError, match=r"'coverage_fraction': cannot be ranked, .* not say .*; allowed are mission_t"
+        OutputError, match=r"'coverage_fraction': cannot be ranked, .* not say .*; allowed are .*mission_t"
     ):
         ranks(SweepResults.read(older), "coverage_fraction")
 

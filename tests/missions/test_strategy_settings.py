@@ -15,7 +15,7 @@ class Speechless:
     """A strategy that forgot what its vehicles negotiate with, and where it is from."""
 
     name = "speechless"
-    form = Remoras.form
+    form = staticmethod(Remoras.form)
     adapt = Remoras.adapt
 
 
@@ -74,7 +74,7 @@ def test_of_an_object_that_is_no_strategy_it_is_said_what_is_missing() -> None:
     (fault,) = faults_of(f"strategy.name={__name__}:SPEECHLESS")
     assert fault.key == "--set (strategy.name)"
     assert fault.given == f'"{__name__}:SPEECHLESS"'
-    assert fault.allowed == "an object that has declaration, negotiator"
+    assert fault.allowed == "a strategy: lacks declaration, negotiator of remoras.strategy.Strategy"
 
 
 def test_parameters_of_an_object_that_is_no_strategy_are_not_looked_at() -> None:

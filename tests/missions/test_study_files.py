@@ -24,7 +24,7 @@ def test_the_design_is_the_product_of_its_parts(tmp_path: Path) -> None:
     study = loaded(tmp_path, study_text(extra="[grid]\nmission.patience_s = [30, 60, 90]\n"))
     assert len(study.configurations) == 2 * 2 * 3
     chosen = {
-        (c.scenario.communication.policy, c.scenario.channel.per, c.scenario.mission["patience_s"])
+        (c.scenario.communication.policy, c.scenario.channel.per, c.scenario.mission.patience_s)
         for c in study.configurations
     }
     assert len(chosen) == 12
@@ -50,7 +50,7 @@ def test_a_latin_hypercube_meets_every_stratum_once_and_is_the_same_again(tmp_pa
     assert first.configurations == second.configurations
     rates = [c.scenario.channel.per for c in first.configurations]
     assert sorted(int(rate / 0.1) for rate in rates) == list(range(8))
-    patience_s = [c.scenario.mission["patience_s"] for c in first.configurations]
+    patience_s = [c.scenario.mission.patience_s for c in first.configurations]
     assert sorted(int((value - 20) / 10) for value in patience_s) == list(range(8))
 
 

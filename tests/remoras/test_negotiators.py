@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 
 import pytest
-from exchange_of_statements import ROUND_S, Lost, Team, never, ordered_visits, surveys, visits
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from samples import auv, database
@@ -16,13 +15,21 @@ from remoras.strategies.contract_net import ContractNet
 from remoras.strategies.status_broadcast import StatusBroadcast
 from remoras.strategy import Heard, Move, Situation
 from remoras.work import Job, Point, Work
+from tests.conformance.exchange_of_statements import (
+    KINDS_OF_JOBS,
+    ROUND_S,
+    Lost,
+    Team,
+    never,
+    ordered_visits,
+    surveys,
+    visits,
+)
 
 SHIPPED = strategies()
 ALLOCATING = ("cbba", "central", "contract-net", "rendezvous-sync", "status-broadcast")
 TALKED_OVER = 2
 """Frames after which two at the same job have heard of each other, when nothing is lost."""
-KINDS = {"surveys": surveys, "visits": visits, "ordered visits": ordered_visits}
-"""Jobs of several kinds, made of places: a strategy divides them alike."""
 
 points_m = st.tuples(st.integers(-300, 300).map(float), st.integers(-300, 300).map(float))
 starts = st.lists(points_m, min_size=2, max_size=4)
@@ -30,7 +37,7 @@ places = st.lists(points_m, min_size=1, max_size=6, unique=True)
 Kind = Callable[[Sequence[Point]], list[Job]]
 
 
-@pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
+@pytest.mark.parametrize("kind", KINDS_OF_JOBS.values(), ids=KINDS_OF_JOBS)
 @pytest.mark.parametrize("name", SHIPPED)
 @settings(max_examples=25)
 @given(starts_m=starts, places_m=places)
@@ -71,7 +78,7 @@ def test_cbba_is_free_of_conflict_once_all_has_got_through(
         team.round()
 
 
-@pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
+@pytest.mark.parametrize("kind", KINDS_OF_JOBS.values(), ids=KINDS_OF_JOBS)
 @pytest.mark.parametrize("name", SHIPPED)
 @settings(max_examples=15)
 @given(starts_m=starts, places_m=places, lost=scripts)

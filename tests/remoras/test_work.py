@@ -1,12 +1,12 @@
 """Work: what is open, vacant, held and done, and chains of jobs that need each other."""
 
-from exchange_of_statements import Visit
 from samples import auv, database
 
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.strategies.chains import chained, chains
 from remoras.strategies.fixed_partition import FixedPartition
 from remoras.work import Outlook, Work, precedence, works
+from tests.conformance.exchange_of_statements import Visit
 
 ROLES = ("Dock", "Load", "Leave", "Look")
 JOBS = {

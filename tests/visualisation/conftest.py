@@ -5,7 +5,7 @@ from synthetic_runs import FICTIONS
 from synthetic_sweeps import SWEEPS
 
 from missions.runs.results import Results
-from missions.sweeps.runlog import SweepResults
+from missions.sweeps.folder import SweepResults
 
 
 @pytest.fixture(scope="session")

@@ -13,11 +13,17 @@ import numpy as np
 
 from missions.comparison.baseline import compare
 from missions.comparison.rows import Comparison
+from missions.mapping.metrics import METRICS as MAPPING_METRICS
+from missions.metric import Metric
+from missions.runs.metrics import CORE_METRICS
 from missions.sweeps.folder import STUDY, SweepResults
 from missions.sweeps.ledger import DONE, FAILED, LEDGER
 from missions.sweeps.plan import seed_of
+from missions.sweeps.record import MetricRecord
 from missions.sweeps.study_file import StudyFile
 
+METRICS = (*CORE_METRICS, *MAPPING_METRICS)
+"""What the folders of the sweeps declare; without it they are as an older version wrote them."""
 SEVEN = ("remoras", "fixed-partition", "central", "contract-net", "status-broadcast", "cbba", "rendezvous-sync")
 TEN = tuple(round(0.1 * at, 1) for at in range(10))
 HORIZON_S = 7200.0
@@ -67,6 +73,7 @@ class Sweep:
     n_remaining: int = 0
     consistency: bool = False
     metrics: Sequence[str] = ()
+    declared: Sequence[Metric] = METRICS
     summary: Callable[..., dict[str, Any]] = law
 
     def write(self, folder: Path) -> SweepResults:
@@ -84,6 +91,8 @@ class Sweep:
         file = StudyFile.model_validate({"study": design, "grid": self.grid})
         digests = [hashlib.sha256(repr(cell).encode()).hexdigest() for cell in cells]
         study = {"version": "9.8.7", "study": file.model_dump(mode="json"), "scenario": {}, "digests": digests}
+        if self.declared:
+            study["metrics"] = [MetricRecord.of(metric).written() for metric in self.declared]
         (folder / STUDY).write_text(json.dumps(study), encoding="utf-8")
         lines = [
             self._line(f"{digest[:16]}{repeat:04}", repeat, *cell)

@@ -8,9 +8,8 @@ from missions.comparison.baseline import INTERVALS_OF_MEANS
 from missions.comparison.pairs import SIGNIFICANT
 from missions.comparison.ranking import are_too_few
 from missions.comparison.rows import Comparison, Rank
-from missions.metric import Better
+from missions.metric import Better, MetricRecord
 from missions.sweeps.folder import SweepResults
-from missions.sweeps.record import MetricRecord
 from visualisation import words
 from visualisation.sweeps.arrangement import Arrangement, Combination
 from visualisation.sweeps.measures import RANKED, Measure

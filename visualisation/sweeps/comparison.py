@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING
 from missions.comparison.baseline import compare
 from missions.comparison.ranking import ranks as ranked_by_metric
 from missions.comparison.rows import Comparison, Rank, write_csv
-from missions.metric import Better
+from missions.metric import Better, MetricRecord
 from missions.sweeps.folder import SweepResults
-from missions.sweeps.record import MetricRecord
 from visualisation.errors import DrawingError, unknown
 from visualisation.files import Drawn, check_format, write
 from visualisation.kinds import KINDS, SWEEP_KINDS
@@ -30,6 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_PANELS = 4
+DIRECTIONS = (Better.HIGHER, Better.LOWER)
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,8 @@ class Numbers:
     def lacking(self, kind: str) -> str:
         """Why there is nothing to draw for a kind; empty if there is."""
         if kind == "ranking":
-            if self.ranked_by.better is Better.NEITHER:
-                return f"of {self.ranked_by.name} neither the highest nor the lowest is best; name another metric"
+            if self.ranked_by.better not in DIRECTIONS:
+                return f"{self.ranked_by.name} has no value that is the best one, or this folder does not say which"
             enough = len(self.arrangement.series) > 1
             return "" if enough and self.ranks else "no values" if enough else "needs two strategies or policies"
         missing = [name for name in self.drawn_by(kind) if not self.rows.get(name)]
@@ -158,7 +158,7 @@ def _numbers(
     overview = tuple(name for name in results.compared if name in declared)[:MOST_IN_OVERVIEW]
     ranked_by = declared.get(ranked)
     ranks: Sequence[Rank] = ()
-    if "ranking" in asked and (ranked_by is None or ranked_by.better is not Better.NEITHER):
+    if "ranking" in asked and (ranked_by is None or ranked_by.better in DIRECTIONS):
         ranks = ranked_by_metric(results, ranked)  # says which metrics there are if this one is none
     if ranked_by is None:
         raise unknown("metric", ranked, declared)

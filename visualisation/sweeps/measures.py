@@ -11,15 +11,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from missions.comparison.rows import Comparison
-from missions.sweeps.record import MetricRecord
+from missions.metric import MetricRecord
 from visualisation import words
 from visualisation.errors import DrawingError
 from visualisation.kinds import SWEEP_KINDS
 
 RANKED = "mission_time_s"
-"""MetricRecord that a ranking is by if none is named."""
+"""Metric that a ranking is by if none is named."""
 RATE = "completed"
-"""MetricRecord that is a rate, with Wilson's intervals."""
+"""Metric that is a rate, with Wilson's intervals."""
 TRADE_OFF = ("n_bytes", RANKED)
 """Metrics of the trade-off: across, and up."""
 MOST_IN_OVERVIEW = 9

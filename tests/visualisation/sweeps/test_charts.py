@@ -6,14 +6,15 @@ import pytest
 from matplotlib.axes import Axes
 from synthetic_sweeps import FEW, SEVEN, Sweep, law, rows_of
 
-from missions.comparison.compare import Comparison
-from missions.metric import Better, Metric
+from missions.comparison import Comparison
+from missions.metric import Better
+from missions.sweeps.record import MetricRecord
 from visualisation import style
 from visualisation.sweeps import charts
 from visualisation.sweeps.arrangement import arranged
 from visualisation.sweeps.measures import measure
 
-TIME = Metric("mission_time_s", "s", Better.LOWER, "mission time", lambda run: 0.0)
+TIME = MetricRecord("mission_time_s", "s", Better.LOWER, "mission time")
 
 
 def chart(rows: list[Comparison]) -> Axes:

@@ -1,6 +1,7 @@
 """Figures of sweeps: legible, the same each time, with the numbers behind them and what they rest on."""
 
 import csv
+import functools
 import json
 import re
 import warnings
@@ -11,21 +12,20 @@ from pathlib import Path
 import pytest
 from legibility import check_texts
 from matplotlib.figure import Figure
-from synthetic_sweeps import FEW, SEVEN, SWEEPS, TEN, Sweep, law
+from synthetic_sweeps import FEW, METRICS, SEVEN, SWEEPS, TEN, Sweep, law
 
-from missions.comparison import compare as comparison_of_runs
-from missions.comparison.compare import compare, ranks
+from missions.comparison import compare, ranks
 from missions.errors import OutputError
 from missions.metric import Better, Metric
-from missions.runs.metrics import METRICS
-from missions.sweeps.runlog import SweepResults
+from missions.sweeps.folder import SweepResults
+from missions.sweeps.record import MetricRecord
 from visualisation import SWEEP_KINDS, style
 from visualisation.errors import DrawingError
 from visualisation.sweeps import draw
 from visualisation.sweeps.comparison import _charts, _file_name, _numbers
 from visualisation.sweeps.measures import RANKED, by_kind
 
-CHARTS = by_kind(METRICS)
+CHARTS = by_kind([MetricRecord.of(metric) for metric in METRICS])
 DRAWN = (
     "mission-time",
     "success-rate",
@@ -48,11 +48,13 @@ def no_warnings() -> "object":
         yield
 
 
+@functools.cache
 def figures(results: SweepResults) -> dict[str, Figure]:
     """Every figure of a sweep, by its kind and title."""
-    numbers = _numbers(results, [*CHARTS, *SWEEP_KINDS], CHARTS, RANKED, lambda done, total: None)
+    kinds = (*DRAWN, *SWEEP_KINDS)
+    numbers = _numbers(results, kinds, CHARTS, RANKED, lambda done, total: None)
     found = {}
-    for kind in (*CHARTS, *SWEEP_KINDS):
+    for kind in kinds:
         if not numbers.lacking(kind):
             for chart in _charts(kind, numbers):
                 found[f"{kind} {chart.title}"] = chart.figure()
@@ -88,7 +90,7 @@ def test_every_mean_is_inside_the_frame(sweeps: dict[str, SweepResults], name: s
 def test_the_same_sweep_gives_the_same_bytes(
     tmp_path: Path, seven: SweepResults, file_format: str, kinds: Sequence[str]
 ) -> None:
-    first, again = (draw(seven, kinds, tmp_path / name, METRICS, file_format) for name in ("first", "again"))
+    first, again = (draw(seven, kinds, tmp_path / name, file_format) for name in ("first", "again"))
     names = [path.name for path in first.files]
     drawn = kinds or (*DRAWN, *SWEEP_KINDS)
     assert set(names) >= {f"{kind}.{suffix}" for kind in drawn for suffix in (file_format, "csv", "txt")}
@@ -97,7 +99,7 @@ def test_the_same_sweep_gives_the_same_bytes(
 
 
 def test_all_kinds_are_those_with_values_and_notes_on_the_others(tmp_path: Path, seven: SweepResults) -> None:
-    drawn = draw(seven, (), tmp_path, METRICS, "svg")
+    drawn = draw(seven, (), tmp_path, "svg")
     missing = ("modem_energy_j", "p95_latency_s", "consistent_fraction", "mapping_time_s", "least_mapped_fraction")
     assert len(drawn.files) == 3 * (len(METRICS) - len(missing) + len(SWEEP_KINDS))
     assert len(drawn.notes) == len(missing)
@@ -106,7 +108,7 @@ def test_all_kinds_are_those_with_values_and_notes_on_the_others(tmp_path: Path,
 
 @pytest.mark.parametrize("kind", DRAWN)
 def test_the_numbers_are_the_rows_of_compare(tmp_path: Path, seven: SweepResults, kind: str) -> None:
-    draw(seven, [kind], tmp_path, METRICS)
+    draw(seven, [kind], tmp_path)
     rows = [{**asdict(row), "settings": json.dumps(row.settings)} for row in compare(seven, [CHARTS[kind].name])]
     wanted = [{key: "" if value is None else str(value) for key, value in row.items()} for row in rows]
     assert table(tmp_path / f"{kind}.csv") == wanted
@@ -114,7 +116,7 @@ def test_the_numbers_are_the_rows_of_compare(tmp_path: Path, seven: SweepResults
 
 
 def test_the_numbers_of_several_metrics_and_of_the_ranking(tmp_path: Path, seven: SweepResults) -> None:
-    draw(seven, ["overview", "ranking"], tmp_path, METRICS, ranked="n_bytes")
+    draw(seven, ["overview", "ranking"], tmp_path, ranked="n_bytes")
     metrics = dict.fromkeys(row["metric"] for row in table(tmp_path / "overview.csv"))
     assert list(metrics) == list(OVERVIEW)
     wanted = [(row.strategy, str(row.rank), str(row.among_best)) for row in ranks(seven, "n_bytes")]
@@ -125,7 +127,7 @@ def test_the_numbers_of_several_metrics_and_of_the_ranking(tmp_path: Path, seven
 @pytest.mark.parametrize("kind", [*DRAWN, *SWEEP_KINDS])
 def test_captions_say_what_the_figure_rests_on(tmp_path: Path, kind: str) -> None:
     results = Sweep(SEVEN[:2], channels=[("bernoulli", FEW, {})], repeats=4, n_failed=1, consistency=True)
-    draw(results.write(tmp_path / "sweep"), [kind], tmp_path / "out", METRICS)
+    draw(results.write(tmp_path / "sweep"), [kind], tmp_path / "out")
     text = (tmp_path / "out" / f"{kind}.txt").read_text(encoding="utf-8")
     for part in (
         "n = 2 to 3" if kind == "consistency-time" else "n = 3 to 4",
@@ -140,38 +142,38 @@ def test_captions_say_what_the_figure_rests_on(tmp_path: Path, kind: str) -> Non
 
 def test_a_metric_without_values_is_left_out_or_refused(tmp_path: Path, sweeps: dict[str, SweepResults]) -> None:
     results = sweeps["one strategy"]
-    drawn = draw(results, (), tmp_path / "all", METRICS, "svg")
+    drawn = draw(results, (), tmp_path / "all", "svg")
     assert "consistency-time is left out: no run has a value of consistency_time_s" in drawn.notes
     assert "consistency-time.svg" not in {path.name for path in drawn.files}
     with pytest.raises(DrawingError, match="consistency-time: no run has a value of consistency_time_s"):
-        draw(results, ["bytes", "consistency-time"], tmp_path / "named", METRICS)
+        draw(results, ["bytes", "consistency-time"], tmp_path / "named")
     assert not (tmp_path / "named").exists()
 
 
 def test_one_series_has_no_ranking(tmp_path: Path, sweeps: dict[str, SweepResults]) -> None:
     with pytest.raises(DrawingError, match="ranking: needs two strategies or policies"):
-        draw(sweeps["one point"], ["ranking"], tmp_path, METRICS)
+        draw(sweeps["one point"], ["ranking"], tmp_path)
 
 
 def test_an_unfinished_sweep_is_drawn_and_said_to_be(tmp_path: Path) -> None:
     results = Sweep(SEVEN[:2], channels=[("bernoulli", FEW, {})], repeats=2, n_remaining=3).write(tmp_path / "sweep")
-    drawn = draw(results, ["bytes", "ranking"], tmp_path / "out", METRICS, "svg")
+    drawn = draw(results, ["bytes", "ranking"], tmp_path / "out", "svg")
     assert drawn.notes == ["the sweep is not finished, 3 runs are missing in the figures"]
     assert "3 not made yet" in (tmp_path / "out" / "bytes.txt").read_text(encoding="utf-8")
 
 
 def test_what_cannot_be_drawn_is_refused(tmp_path: Path, seven: SweepResults) -> None:
     with pytest.raises(DrawingError, match=r"unknown kind of figure of a sweep 'misson-time'.*nearest: 'mission-time'"):
-        draw(seven, ["misson-time"], tmp_path / "out", METRICS)
+        draw(seven, ["misson-time"], tmp_path / "out")
     with pytest.raises(DrawingError, match="'roles' is a figure of a single run"):
-        draw(seven, ["roles"], tmp_path / "out", METRICS)
+        draw(seven, ["roles"], tmp_path / "out")
     with pytest.raises(DrawingError, match="unknown format 'bmp'"):
-        draw(seven, ["bytes"], tmp_path / "out", METRICS, "bmp")
+        draw(seven, ["bytes"], tmp_path / "out", "bmp")
     with pytest.raises(OutputError, match=r"'n_byte'.*did you mean 'n_bytes'"):
-        draw(seven, ["ranking"], tmp_path / "out", METRICS, ranked="n_byte")
+        draw(seven, ["ranking"], tmp_path / "out", ranked="n_byte")
     empty = Sweep(["remoras"], repeats=1, n_remaining=len(TEN)).write(tmp_path / "empty")
     with pytest.raises(OutputError, match="no run has finished"):
-        draw(empty, (), tmp_path / "out", METRICS)
+        draw(empty, (), tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
@@ -183,7 +185,7 @@ def test_up_to_four_combinations_share_a_figure_and_more_have_one_each(tmp_path:
         sweep = Sweep(
             ["remoras"], channels=[("bernoulli", [0.1, 0.2], {})], repeats=1, grid={"mission.mode": list(range(n))}
         )
-        drawn = draw(sweep.write(tmp_path / f"sweep{n}"), ["bytes"], tmp_path / f"out{n}", METRICS, "svg")
+        drawn = draw(sweep.write(tmp_path / f"sweep{n}"), ["bytes"], tmp_path / f"out{n}", "svg")
         assert {path.name for path in drawn.files} == names
     rows = table(tmp_path / "out5" / "bytes-mission.mode=3.csv")
     assert [json.loads(row["settings"]) for row in rows] == [{"mission.mode": "3"}] * 2
@@ -213,13 +215,15 @@ def depth_law(*what: object) -> dict[str, object]:
 
 @pytest.mark.parametrize(("better", "first"), [(Better.HIGHER, "remoras"), (Better.LOWER, "central")])
 def test_a_metric_that_a_mission_brings_is_drawn_ranked_and_captioned_by_its_declaration(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, better: Better, first: str
+    tmp_path: Path, better: Better, first: str
 ) -> None:
     depth = Metric("depth_m", "m", better, "depth reached", lambda run: 0.0, note="Dives above 10 m are left out.")
-    own_metric(monkeypatch, depth)
-    results = Sweep(["remoras", "central"], channels=[("bernoulli", FEW, {})], repeats=4, summary=depth_law)
-    swept = results.write(tmp_path / "sweep")
-    drawn = draw(swept, ["depth-reached", "ranking"], tmp_path / "out", (*METRICS, depth), "svg", ranked="depth_m")
+    results = Sweep(
+        ["remoras", "central"], channels=[("bernoulli", FEW, {})], repeats=4, summary=depth_law,
+        declared=(*METRICS, depth),
+    )  # fmt: skip
+    kinds = ["depth-reached", "ranking"]
+    drawn = draw(results.write(tmp_path / "sweep"), kinds, tmp_path / "out", "svg", ranked="depth_m")
     assert {path.name for path in drawn.files if path.suffix == ".svg"} == {"depth-reached.svg", "ranking-depth_m.svg"}
     text = (tmp_path / "out" / "depth-reached.txt").read_text(encoding="utf-8")
     assert text.startswith("Depth reached over packet error rate.")
@@ -232,14 +236,6 @@ def test_a_metric_that_a_mission_brings_is_drawn_ranked_and_captioned_by_its_dec
     assert ranks_of_first == ["1.0"] * len(FEW)
 
 
-def own_metric(monkeypatch: pytest.MonkeyPatch, metric: Metric) -> None:
-    """Let the comparison know a metric that a mission brings."""
-    monkeypatch.setattr(comparison_of_runs, "METRICS", (*comparison_of_runs.METRICS, metric.name))
-    if metric.better is Better.HIGHER:
-        higher = comparison_of_runs.HIGHER_IS_BETTER | {metric.name}
-        monkeypatch.setattr(comparison_of_runs, "HIGHER_IS_BETTER", higher)
-
-
 def test_the_overview_shows_the_metrics_of_the_study(tmp_path: Path) -> None:
     results = Sweep(
         SEVEN[:2], channels=[("bernoulli", FEW, {})], repeats=2, metrics=("n_packets", "energy_j", "distance_m")
@@ -250,13 +246,23 @@ def test_the_overview_shows_the_metrics_of_the_study(tmp_path: Path) -> None:
     assert titles == ["(a) packets", "(b) energy", "(c) distance"]
 
 
-def test_a_metric_without_direction_is_not_ranked(tmp_path: Path, seven: SweepResults) -> None:
-    metrics = [replace(metric, better=Better.NEITHER) if metric.name == "n_bytes" else metric for metric in METRICS]
-    with pytest.raises(DrawingError, match="ranking: of n_bytes neither the highest nor the lowest is best"):
-        draw(seven, ["ranking"], tmp_path / "out", metrics, ranked="n_bytes")
+def test_a_metric_without_direction_is_not_ranked(tmp_path: Path) -> None:
+    neither = [replace(metric, better=Better.NEITHER) if metric.name == "n_bytes" else metric for metric in METRICS]
+    for name, declared in (("neither", neither), ("older", ())):
+        results = Sweep(SEVEN[:2], channels=[("bernoulli", FEW, {})], repeats=2, declared=declared)
+        swept = results.write(tmp_path / name)
+        metric = "n_bytes" if declared else "coverage_fraction"
+        with pytest.raises(DrawingError, match=f"ranking: {metric} has no value that is the best one, or this folder"):
+            draw(swept, ["ranking"], tmp_path / "out", ranked=metric)
     assert not (tmp_path / "out").exists()
 
 
+def test_a_folder_that_declares_no_metrics_is_drawn(tmp_path: Path) -> None:
+    results = Sweep(SEVEN[:2], channels=[("bernoulli", FEW, {})], repeats=2, declared=()).write(tmp_path / "sweep")
+    drawn = draw(results, ["bytes", "coverage_fraction", "ranking"], tmp_path / "out", "svg")
+    assert [path.name for path in drawn.files[::3]] == ["bytes.svg", "coverage-fraction.svg", "ranking.svg"]
+
+
 def test_a_metric_is_drawn_by_the_name_of_its_field_too(tmp_path: Path, seven: SweepResults) -> None:
-    drawn = draw(seven, ["n_bytes", "bytes"], tmp_path, METRICS, "svg")
+    drawn = draw(seven, ["n_bytes", "bytes"], tmp_path, "svg")
     assert [path.name for path in drawn.files] == ["bytes.svg", "bytes.csv", "bytes.txt"]

@@ -6,12 +6,13 @@ from pathlib import Path
 import pytest
 from synthetic_sweeps import Sweep, rows_of
 
-from missions.comparison.compare import Comparison
-from missions.metric import Better, Metric
+from missions.comparison import Comparison
+from missions.metric import Better
+from missions.sweeps.record import MetricRecord
 from visualisation.errors import DrawingError
 from visualisation.sweeps.measures import by_kind, kind_of, measure
 
-ENERGY = Metric("energy_j", "J", Better.LOWER, "energy", lambda run: 0.0)
+ENERGY = MetricRecord("energy_j", "J", Better.LOWER, "energy")
 
 
 @pytest.fixture

@@ -1,7 +1,7 @@
 """The table of ranks."""
 
-from missions.comparison.compare import compare, ranks
-from missions.sweeps.runlog import SweepResults
+from missions.comparison import compare, ranks
+from missions.sweeps.folder import SweepResults
 from visualisation.sweeps import ranking
 from visualisation.sweeps.arrangement import arranged
 

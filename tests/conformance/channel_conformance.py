@@ -1,0 +1,167 @@
+"""What every channel model has to keep to, as checks of its class, or of an object with settings of its own.
+
+From a checkout: ``python tests/conformance/channel_conformance.py package.module:Class``; for a shipped model its name.
+From a test: call ``check``, or the checks one by one; each raises ``AssertionError`` with what is wrong.
+"""
+
+# ruff: noqa: E402  # run as a program, this file has to find the checkout before it imports from it
+
+import math
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from random import Random
+from typing import NamedTuple
+
+sys.path[:0] = [str(Path(__file__).resolve().parents[2])] if __name__ == "__main__" else []
+
+from exchange.acoustics import loss
+from exchange.acoustics.link import LinkModel
+from exchange.acoustics.models import ChannelModel
+from missions.scenarios.channel import model_named
+from remoras.errors import PluginError
+
+Model = type[ChannelModel] | ChannelModel
+
+NODES = {"A": 0, "B": 1, "C": 2, "D": 3}
+PAIRS = [(sender, receiver) for sender in NODES.values() for receiver in NODES.values() if sender != receiver]
+RANGE_M = 1000.0
+"""Distances are drawn evenly from 0 to this; what a model of range loses in the mean, it loses over these."""
+N_ASKED = 400
+N_SEEDS = 2000
+N_STANDARD_ERRORS = 4.0
+
+
+class Question(NamedTuple):
+    """One packet and one receiver."""
+
+    slot: int
+    sender: int
+    receiver: int
+    range_m: float
+
+
+def questions(n: int, seed: int = 1) -> Iterator[Question]:
+    """Packets of some slots, of all links evenly, at distances drawn evenly."""
+    dice = Random(seed)
+    for number in range(n):
+        sender, receiver = PAIRS[number % len(PAIRS)]
+        yield Question(dice.randrange(60) * len(NODES) + sender, sender, receiver, dice.uniform(0.0, RANGE_M))
+
+
+def links(model: Model, seed: int) -> LinkModel:
+    """The links of one run."""
+    return _settings(model).link_model(NODES, seed)
+
+
+def _settings(model: Model) -> ChannelModel:
+    return model() if isinstance(model, type) else model
+
+
+def check_declaration(model: Model) -> None:
+    """It can be named alone; every setting has a description, and a text of what the model does is there."""
+    kind = model if isinstance(model, type) else type(model)
+    assert issubclass(kind, ChannelModel), f"a subclass of ChannelModel is needed, not {kind.__name__}"
+    assert kind.title.strip(), "has no title"
+    for key, info in kind.model_fields.items():
+        assert not info.is_required(), f"setting {key} has no default"
+        assert info.description or _is_list_of_tables(info.annotation), f"setting {key} is not described"
+    for method in ("link_model", "mean_per"):
+        assert getattr(kind, method) is not getattr(ChannelModel, method), f"does not define {method}"
+
+
+def _is_list_of_tables(annotation: object) -> bool:
+    """True if a setting is a list of tables, whose keys have descriptions of their own."""
+    return any(hasattr(part, "model_fields") for part in getattr(annotation, "__args__", ()))
+
+
+def check_probabilities(model: Model) -> None:
+    """Every answer is a number from 0 to 1, also of a link of no length and of a very long one."""
+    mean = _settings(model).mean_per(len(NODES))
+    assert _is_probability(mean), f"mean_per is {mean!r}, no number from 0 to 1"
+    link = links(model, 1)
+    for question in [*questions(N_ASKED), Question(0, 0, 1, 0.0), Question(10**6, 1, 0, 1e6)]:
+        answer = link.p_loss(*question)
+        assert _is_probability(answer), f"{question}: {answer!r} is no number from 0 to 1"
+
+
+def _is_probability(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0.0 <= value <= 1.0
+
+
+def check_pure(model: Model) -> None:
+    """The answer follows from seed and question alone: made anew, or asked again, the model says the same."""
+    for seed in (0, 1, 2**61):
+        one, other = links(model, seed), links(model, seed)
+        asked = list(questions(N_ASKED))
+        first = [one.p_loss(*question) for question in asked]
+        again = [one.p_loss(*question) for question in asked]
+        anew = [other.p_loss(*question) for question in asked]
+        assert first == again, f"seed {seed}: asked again, the model answers otherwise"
+        assert first == anew, f"seed {seed}: made anew, the model answers otherwise"
+
+
+def check_order_does_not_matter(model: Model) -> None:
+    """Whatever was asked before, the answer is the same."""
+    asked = list(questions(N_ASKED))
+    in_order = links(model, 3)
+    expected = {question: in_order.p_loss(*question) for question in sorted(asked)}
+    for seed in range(3):
+        shuffled = Random(seed).sample(asked, len(asked))
+        link = links(model, 3)
+        for question in shuffled:
+            answer = link.p_loss(*question)
+            assert answer == expected[question], f"{question}: {answer} here, {expected[question]} asked in order"
+
+
+def check_mean_per(model: Model) -> None:
+    """As many packets are lost as ``mean_per`` says, within four standard errors over seeds.
+
+    Each seed gives one packet on each link, so that losses of one link are independent of each other. Those of one seed
+    may depend, so the error is that of the means of seeds.
+    """
+    mean = _settings(model).mean_per(len(NODES))
+    shares = []
+    for seed, of_seed in enumerate(_of_seeds()):
+        link = links(model, seed)
+        lost = [loss.uniform(seed, 0, q.slot, q.sender, q.receiver) < link.p_loss(*q) for q in of_seed]
+        shares.append(sum(lost) / len(lost))
+    found = sum(shares) / len(shares)
+    variance = sum((share - found) ** 2 for share in shares) / (len(shares) - 1)
+    error = math.sqrt(max(variance, mean * (1.0 - mean) / len(PAIRS)) / len(shares))
+    assert abs(found - mean) <= N_STANDARD_ERRORS * error, (
+        f"mean_per is {mean:g}, but {found:.4f} of {len(shares) * len(PAIRS)} packets are lost "
+        f"({abs(found - mean) / error if error else math.inf:.1f} standard errors away)"
+    )
+
+
+def _of_seeds() -> Iterator[list[Question]]:
+    """For each seed a packet on each link."""
+    for seed in range(N_SEEDS):
+        yield list(questions(len(PAIRS), seed))
+
+
+CHECKS: tuple[Callable[[Model], None], ...] = (
+    check_declaration,
+    check_probabilities,
+    check_pure,
+    check_order_does_not_matter,
+    check_mean_per,
+)
+
+
+def check(model: Model) -> None:
+    """Make every check of a channel model; raises AssertionError with what is wrong."""
+    for one in CHECKS:
+        one(model)
+
+
+if __name__ == "__main__":
+    sys.path[:0] = [str(Path.cwd())]
+    try:
+        asked_for = model_named(sys.argv[1])
+    except PluginError as error:
+        sys.exit(f"{sys.argv[1]}: {error}")
+    for passed in CHECKS:
+        passed(asked_for)
+        print(f"ok  {passed.__name__}")

@@ -1,0 +1,70 @@
+"""Every shipped channel model conforms, one from outside does, and each check finds a model that breaks its rule."""
+
+from collections.abc import Callable
+
+import channel_conformance as conformance
+import nonconforming_channels as broken
+import pytest
+
+from exchange.acoustics.models import CHANNELS, BernoulliChannel, GilbertElliottChannel, MatrixChannel
+from missions.scenarios.channel import model_named
+from remoras.errors import PluginError
+
+LINKS = [{"sender": "A", "receiver": "B", "per": 1.0}, {"sender": "C", "receiver": "A", "per": 0.4}]
+CONFORMING: dict[str, conformance.Model] = {
+    **CHANNELS,
+    "bernoulli of 0.3": BernoulliChannel(per=0.3),
+    "matrix of two links": MatrixChannel.model_validate({"per": 0.1, "link": LINKS}),
+    "long bursts": GilbertElliottChannel(p_good_to_bad=0.01, p_bad_to_good=0.02, per_good=0.0, per_bad=1.0),
+    "from outside": broken.Fading,
+}
+
+
+@pytest.mark.parametrize("name", CONFORMING)
+@pytest.mark.parametrize("check", conformance.CHECKS, ids=lambda check: check.__name__.removeprefix("check_"))
+def test_every_shipped_model_conforms(check: Callable[[conformance.Model], None], name: str) -> None:
+    check(CONFORMING[name])
+
+
+@pytest.mark.parametrize(
+    ("check", "model", "says"),
+    [
+        (conformance.check_declaration, broken.Untitled, "has no title"),
+        (conformance.check_declaration, broken.Unexplained, "setting haste is not described"),
+        (conformance.check_declaration, broken.Unset, "setting haste has no default"),
+        (conformance.check_declaration, broken.NoMean, "does not define mean_per"),
+        (conformance.check_probabilities, broken.Percent, r"20\.0 is no number from 0 to 1"),
+        (conformance.check_probabilities, broken.Wordy, "'few' is no number from 0 to 1"),
+        (conformance.check_pure, broken.Unrepeatable, "asked again, the model answers otherwise"),
+        (conformance.check_order_does_not_matter, broken.Streamed, "asked in order"),
+        (conformance.check_mean_per, broken.Optimist, r"mean_per is 0\.1, but 0\.\d+ of 24000 packets are lost"),
+    ],
+    ids=lambda value: getattr(value, "__name__", ""),
+)
+def test_a_model_that_breaks_a_rule_is_found_out(
+    check: Callable[[conformance.Model], None], model: conformance.Model, says: str
+) -> None:
+    with pytest.raises(AssertionError, match=says):
+        check(model)
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("Untitled", "lacks title"),
+        ("NoMean", "lacks mean_per"),
+        ("NO_CLASS", "a subclass of .*ChannelModel is needed, not the object of Bernoulli"),
+        ("ShortOfArguments", r"link_model.* cannot be called as link_model\(nodes, seed\)"),
+        ("NamesVehicle", "rename its setting blackout, a key of every channel"),
+        ("Unset", "haste without a default"),
+        ("Absent", "Absent"),
+    ],
+)
+def test_what_is_no_channel_model_is_refused_by_what_it_lacks(name: str, says: str) -> None:
+    with pytest.raises(PluginError, match=says):
+        model_named(f"nonconforming_channels:{name}")
+
+
+def test_a_shipped_model_that_is_misspelt_gets_the_names() -> None:
+    with pytest.raises(PluginError, match="allowed: perfect, bernoulli, matrix, gilbert-elliott; did you mean 'bern"):
+        model_named("bernouli")

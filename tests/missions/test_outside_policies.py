@@ -1,0 +1,79 @@
+"""An exchange policy from outside in a scenario and in the policy study, and what is refused of such."""
+
+import re
+
+import outside_policies
+import pytest
+from typer.testing import CliRunner
+
+from exchange.study.study import ExchangeStudy, run
+from missions.errors import ConfigurationError
+from missions.scenarios.loading import load
+from missions.scenarios.policy import policy_of
+
+SPARSE = "outside_policies:SPARSE"
+
+
+def test_a_scenario_names_a_policy_from_outside() -> None:
+    scenario = load("mapping-rendezvous", [("--policy", f"communication.policy={SPARSE}")])
+    assert policy_of(scenario.communication.policy) is outside_policies.SPARSE
+
+
+def test_a_mission_runs_under_a_policy_from_outside() -> None:
+    """Four vehicles: a header of 3 bits in even frames, of none in odd ones."""
+    from missions.runs.run import run as run_mission
+
+    scenario = load(
+        "mapping-rendezvous", [("--policy", f"communication.policy={SPARSE}"), ("--set", "scenario.duration_s=120")]
+    )
+    packets = run_mission(scenario, seed=1).recorder.rows("packets")
+    n_acks = {True: set(), False: set()}
+    for packet in packets:
+        n_acks[packet[0] // 4 % 2 == 0].add(packet[5])
+    assert max(n_acks[True]) > 0
+    assert len(packets) > 40
+
+
+def test_a_study_takes_a_policy_from_outside_beside_shipped_ones() -> None:
+    """Fewer acknowledgements, later ends: its origin knows later than under ACK-repeat, from the same losses."""
+    study = ExchangeStudy(nodes=3, per=(0.3,), policies=("ack-repeat", outside_policies.SPARSE), trials=200)
+    shipped, sparse = run(study)
+    assert [row.policy for row in (shipped, sparse)] == ["ack-repeat", "sparse-repeat"]
+    assert (sparse.acknowledgement, sparse.repeats, sparse.header_bits) == ("sparse", True, 2)
+    assert sparse.false_beliefs == 0
+    assert sparse.source_acked_slots is not None
+    assert shipped.source_acked_slots is not None
+    assert sparse.source_acked_slots.mean > shipped.source_acked_slots.mean
+
+
+def test_the_command_takes_a_policy_from_outside() -> None:
+    import remoras.cli.policies  # noqa: F401  # gives the command its name
+    from remoras.cli.app import app
+
+    arguments = ["exchange-study", "--policies", f"ack,{SPARSE}", "--nodes", "3", "--per", "0.3", "--trials", "5"]
+    done = CliRunner().invoke(app, arguments)
+    assert done.exit_code == 0, done.output
+    assert "sparse-repeat" in done.output
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("outside_policies:ONLY_A_KIND", "an exchange.AckPolicy is expected"),
+        ("outside_policies:DOUBLE", "the name ack is taken by a shipped policy"),
+        ("outside_policies:ANGRY", "its carries must answer for every bit of a header, but raised KeyError: 'frame'"),
+        ("outside_policies:NONE", "has no attribute 'NONE'"),
+        ("mps-ak", "allowed: ack, .*did you mean 'mps-ack'"),
+    ],
+)
+def test_what_is_no_policy_is_one_clear_message(name: str, says: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        load("mapping-rendezvous", [("--policy", f"communication.policy={name}")])
+    (fault,) = caught.value.faults
+    assert re.search(says, fault.allowed)
+
+
+def test_two_policies_of_one_name_are_refused() -> None:
+    other = outside_policies.AckPolicy(outside_policies.M_ACK._replace(name="sparse"), True)
+    with pytest.raises(Exception, match="two policies have the name sparse-repeat"):
+        ExchangeStudy(policies=(outside_policies.SPARSE, other))
