@@ -24,8 +24,8 @@ from exchange.codec import Codec, width
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment, InfluenceSignal, Packet
 from exchange.policies import ACK, POLICIES, AckPolicy, header_bits
-from missions.runs import run
-from missions.scenarios import load
+from missions.runs.setup import resolved
+from missions.scenarios.loading import load
 from worldmodel import Attribute, PropertyValue, TBox, Value, ValueKind
 from worldmodel.fields import Grid
 
@@ -37,10 +37,9 @@ POLICY_NAMES = st.sampled_from(sorted(POLICIES))
 def mission_codec() -> Codec:
     """The codec of the mapping and rendezvous mission: 4 vehicles, 2 groups, 8 roles, 3 areas, 2 rally points and
     2 missions are 21 instances."""
-    scenario = load("mapping-rendezvous")
-    named = run.instances_of(scenario, TBOX, ("Supervision", "AreaMapping"))
-    assert len(named) == 21
-    return run.codec_of(scenario, TBOX, named)
+    setup = resolved(load("mapping-rendezvous"))
+    assert len(setup.instances) == 21
+    return setup.codec
 
 
 def values_of(kind: Attribute, n_instances: int) -> st.SearchStrategy[Value]:
