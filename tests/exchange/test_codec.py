@@ -339,8 +339,10 @@ def test_width_tells_so_many_values_apart(n_values: int, size_bits: int):
 def test_acknowledgement_headers_have_the_sizes_of_the_paper(n_nodes: int):
     """A vector of N - 1 bits, a matrix of N (N - 1); and the packet grows by as much."""
     vector, matrix = codec_of(n_nodes, "ack"), codec_of(n_nodes, "m-ack")
-    assert vector.header_bits == n_nodes - 1
-    assert matrix.header_bits == codec_of(n_nodes, "mps-ack-repeat").header_bits == n_nodes * (n_nodes - 1)
+    assert vector.header.largest_bits == n_nodes - 1
+    assert (
+        matrix.header.largest_bits == codec_of(n_nodes, "mps-ack-repeat").header.largest_bits == n_nodes * (n_nodes - 1)
+    )
     assert matrix.overhead_bits - vector.overhead_bits == (n_nodes - 1) ** 2
 
 
@@ -422,8 +424,8 @@ def test_a_header_may_differ_from_frame_to_frame():
     """Four nodes: a vector of 3 bits in even frames, none in odd ones; both sides ask the same function."""
     kind = ACK._replace(name="sparse", carries=only_in_even_frames, period_frames=2)
     codec = Codec(TBOX, 8, 4, AckPolicy(kind, False), N_BLOCKS, DURATION_S)
-    assert [codec.header_bits_of(1, frame) for frame in range(4)] == [3, 0, 3, 0]
-    assert codec.header_bits == 3
+    assert [codec.header.size_bits(1, frame) for frame in range(4)] == [3, 0, 3, 0]
+    assert codec.header.largest_bits == 3
     rows = [0, 0b1101, 0, 0]
     for frame, heard in ((0, 0b1101), (1, 0), (6, 0b1101)):
         received = codec.decode(codec.encode(1, rows, [], [InfluenceSignal(0, 5)], frame), frame)
