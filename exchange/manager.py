@@ -79,6 +79,25 @@ class Reception(NamedTuple):
     fault: str | None = None
 
 
+def heaviest(queue: Sequence[Entry | LatestValue], room_bits: int) -> list[int]:
+    """Positions of the candidates that go into the packet; the weights of all are brought up to date."""
+    weights = [candidate.weight for candidate in queue]
+    chosen = [0] * len(queue)
+    n_chosen = select(
+        weights,
+        [candidate.priority for candidate in queue],
+        [candidate.size_bits for candidate in queue],
+        [1] * len(queue),
+        room_bits,
+        chosen,
+    )
+    for position in chosen[MAX_FRAGMENTS_PER_PACKET:n_chosen]:  # there is no room for their number
+        weights[position] = queue[position].weight + queue[position].priority
+    for candidate, weight in zip(queue, weights, strict=True):
+        candidate.weight = weight
+    return chosen[: min(n_chosen, MAX_FRAGMENTS_PER_PACKET)]
+
+
 class ExchangeManager:
     """Ledger, acknowledgement state and queue of one vehicle.
 
@@ -236,7 +255,7 @@ class ExchangeManager:
         self._open_slots_through(slot)
         signals = self._signals
         frame = self._frame(slot)
-        spared_bits = self._codec.header_bits - self._codec.header_bits_of(self._me, frame)
+        spared_bits = self._codec.header.largest_bits - self._codec.header.size_bits(self._me, frame)
         columns, wire = self._choose(self._room_bits + spared_bits - len(signals) * self._codec.signal_bits)
         entries = [self._ledger.entries[column] for column in columns]
         content = 0
@@ -251,30 +270,16 @@ class ExchangeManager:
             data,
             8 * len(data),
             tuple(entry.fragment.uid for entry in entries),
-            self._codec.n_acknowledged(self._me, rows, frame),
+            self._codec.header.n_set(self._me, rows, frame),
         )
 
     def _choose(self, room_bits: int) -> tuple[list[int], list[tuple[int, int]]]:
         """Columns of the items for this packet, and the wire form of all it carries, by the weighted queue."""
         queue: list[Entry | LatestValue] = [self._ledger.entries[column] for column in self._open]
         queue += [status for status in self._status.values() if status.fragment is not None]
-        weights = [candidate.weight for candidate in queue]
-        chosen = [0] * len(queue)
-        n_chosen = select(
-            weights,
-            [candidate.priority for candidate in queue],
-            [candidate.size_bits for candidate in queue],
-            [1] * len(queue),
-            room_bits,
-            chosen,
-        )
-        for position in chosen[MAX_FRAGMENTS_PER_PACKET:n_chosen]:  # there is no room for their number
-            weights[position] = queue[position].weight + queue[position].priority
-        for candidate, weight in zip(queue, weights, strict=True):
-            candidate.weight = weight
         columns: list[int] = []
         wire: list[tuple[int, int]] = []
-        for position in chosen[: min(n_chosen, MAX_FRAGMENTS_PER_PACKET)]:
+        for position in heaviest(queue, room_bits):
             candidate = queue[position]
             wire.append((candidate.bits, candidate.size_bits))
             if isinstance(candidate, LatestValue):
