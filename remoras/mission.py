@@ -1,8 +1,8 @@
 """The seam of missions: everything that a mission brings, in one class.
 
-A scenario names the class as ``package.module:Class``. ``missions/mapping`` is one; a how-to in docs writes another from
-outside. The class says what its scenarios and results may hold; ``from_scenario`` makes the mission of one scenario. The
-object then serves all vehicles of the fleet, so it keeps no state of a run.
+A scenario names the class as ``package.module:Class``. ``missions/mapping`` is one; a how-to in docs writes another
+from outside. The class says what its scenarios and results may hold; ``from_scenario`` makes the mission of one scenario.
+The object then serves all vehicles of the fleet, so it keeps no state of a run.
 
 Who calls what, and when:
 
@@ -228,8 +228,6 @@ class Mission(SocialPart, FunctionalPart, Protocol):
     """Metrics of its runs, ``missions.metric.Metric`` values: fields of the summary behind those of every run."""
     figures: ClassVar[tuple[Any, ...]] = ()
     """Figures of its runs, ``missions.figure.Figure`` values."""
-    instances_found_per_vehicle: ClassVar[int] = 0
-    """Most instances that the sensors of one vehicle create in a run; more makes packets a little larger."""
 
     @classmethod
     @abstractmethod
@@ -255,6 +253,11 @@ class Mission(SocialPart, FunctionalPart, Protocol):
     def instances(self) -> Sequence[tuple[str, str]]:
         """(class, name) of what the whole fleet has names for from the start, beside vehicles, groups and the like."""
         return ()
+
+    @property
+    def instances_found_per_vehicle(self) -> int:
+        """Most instances that the sensors of one vehicle create in a run; none by default."""
+        return 0
 
     @property
     def most_observations(self) -> int:

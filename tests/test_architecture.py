@@ -34,7 +34,8 @@ ROOMS: dict[str, set[str]] = {
         "missions.scenarios", "missions", "remoras", "remoras.strategies", "exchange", "exchange.acoustics",
         "worldmodel",
     },
-    "missions.mapping": {"missions.mapping", "missions.scenarios", "missions", "remoras"},
+    "missions.meeting": {"missions.meeting", "missions.scenarios", "missions", "remoras"},
+    "missions.mapping": {"missions.mapping", "missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.runs": {
         "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.social", "remoras.executive",
         "remoras.functional", "exchange", "exchange.acoustics", "worldmodel",

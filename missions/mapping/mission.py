@@ -21,7 +21,6 @@ Nothing in here says when a vehicle turns from one to another: that is decided b
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -39,19 +38,15 @@ from missions.mapping.sensors import Seabed, SwathSettings, seabed_of, swath_m
 from missions.mapping.survey import grid, zigzag
 from missions.mapping.tasks import Context, activity_domain, mapping_methods, supervision_methods
 from missions.mapping.truth import MappingTruth
+from missions.meeting.meeting import OBJECTIVES, Meeting, importance_of
 from missions.metric import Metric
 from missions.scenarios.parts import groups_of
 from missions.scenarios.tables import Raw
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import (
     Behaviour,
-    FollowingLeader,
-    Homing,
-    LeadingFollowers,
-    Planning,
     Positioning,
     Standing,
-    Supervision,
     Working,
 )
 from remoras.beliefs import Beliefs, Key
@@ -66,30 +61,16 @@ from remoras.recorder import Recorder
 from remoras.sensor import SensorSettings
 from remoras.work import Point
 
-HEARD_TOLERANCE_M = 1.0
-"""A position heard is rounded on the wire."""
-NEWS_FRAMES = 20.0
-"""A position heard more TDMA frames ago does not tell where a vehicle is: meanwhile it may have left for work.
-
-Of a vehicle that is heard in one frame of five, 0.8^20 = 1 % of such intervals bring nothing.
-"""
-COLLECTIVE = frozenset({"RendezVous", "MissionGathering", "GroupSupervision", "Positioning"})
+COLLECTIVE = frozenset({*OBJECTIVES, "Positioning"})
 
 ACTIVITY_TYPES = {
-    "OrganisationalPerformanceOptimiser": ActivityType.ORGANISATIONAL,
-    "MissionPlanner": ActivityType.PLANNING,
-    "LeaderInformationGathering": ActivityType.ORGANISATIONAL,
-    "PerformerSubordination": ActivityType.ORGANISATIONAL,
     "GlobalReactiveNavigation": ActivityType.NAVIGATION,
-    "LocalReactiveNavigation": ActivityType.NAVIGATION,
-    "Following": ActivityType.GUIDANCE,
-    "Homing": ActivityType.GUIDANCE,
     "Positioning": ActivityType.GUIDANCE,
     "ZigzagExploring": ActivityType.GUIDANCE,
     "Mapping": ActivityType.PRODUCTIVE,
 }
 
-LEADS_SET = ("Following", "Homing", "Positioning", "ZigzagExploring")
+LEADS_SET = ("Positioning", "ZigzagExploring")
 """Activities whose behaviour speaks for the set they are performed in."""
 
 ACTIVITY_NEEDS = {"Mapping": "ZigzagExploring"}
@@ -134,9 +115,18 @@ class MappingMission(Mission):
         self._cell_m = cell_m
         self._places = places
         self._jobs = {name: SurveyJob(name, corners) for name, corners in corners_m.items()}
+        self.meeting = Meeting(
+            self.groups,
+            rally_points_m,
+            settings.arrival_radius_m,
+            settings.follow_distance_m,
+            settings.patience_s,
+            settings.importance,
+        )
+        methods = supervision_methods(groups, self.meeting), mapping_methods(groups, self.meeting)
         self._social_domain = Domain.of(
             [Operator("GiveMission"), Operator("AllocateRoles"), Operator("AssignObjective")],
-            dict(zip(self.group_missions, (supervision_methods(groups), mapping_methods(groups)), strict=True)),
+            dict(zip(self.group_missions, methods, strict=True)),
         )
         self._activity_domain = activity_domain(ACTIVITY_TYPES)
 
@@ -203,12 +193,7 @@ class MappingMission(Mission):
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Heads supervise their groups."""
-        return [
-            Objective(group.name, role.name, "GroupSupervision", group.name)
-            for group in self.groups.values()
-            for role in group.roles
-            if role.head
-        ]
+        return self.meeting.founding_objectives()
 
     def is_individual(self, objective: Objective) -> bool:
         """True for exploring and mapping."""
@@ -218,6 +203,8 @@ class MappingMission(Mission):
         self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
         """Activities of Table II, by HTN and with the vehicle's own characteristics."""
+        if objective.name in OBJECTIVES:
+            return self.meeting.activity_sets(objective, facts)
         found = plan(self._activity_domain, facts, Task(f"Pursue{objective.name}", (Context(objective, data),)))
         if not isinstance(found, Plan):
             raise PlanningError(f"{data.name} has no way to pursue {objective}")
@@ -235,15 +222,9 @@ class MappingMission(Mission):
             activities.sort(key=lambda activity: activity.name not in LEADS_SET)
             kind = ActivityKind.INDIVIDUAL if self.is_individual(objective) else ActivityKind.COLLECTIVE
             needs = next((ACTIVITY_NEEDS[name] for name in names if name in ACTIVITY_NEEDS), None)
-            importance = self._importance(objective)
-            if "MissionPlanner" in names:
-                importance = 1.0  # to plan what is due comes before everything but survival
+            importance = importance_of(self.settings.importance, objective)
             sets.append(ActivitySet(objective, kind, tuple(activities), importance, needs))
         return tuple(sets), frozenset(rests_on)
-
-    def _importance(self, objective: Objective) -> float:
-        table = self.settings.importance
-        return table.get(f"{objective.role}.{objective.name}", table.get(objective.name, 0.0))
 
     def _parameters(
         self, name: str, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point
@@ -257,15 +238,6 @@ class MappingMission(Mission):
                 inset_m = min(width_m, self._cell_m) / 2.0
                 waypoints = zigzag(self.corners_m[objective.argument], width_m, position_m, inset_m)
                 return (tuple(waypoints), grid(waypoints, width_m)), set()
-            case "Homing":
-                return (self.rally_points_m[objective.argument], group.name), set()
-            case "Following" if objective.name == "MissionGathering":
-                return ("follower", facts.get(head_key)), {head_key}
-            case "Following":
-                keys = {("members", group.path(role.name)) for role in group.roles if role.founding}
-                keys.discard(head_key)
-                followers = sorted({name for key in keys for name in facts.get(key)})
-                return ("leader", tuple(followers), group.name), keys
             case "Positioning":
                 place = self._formation.get((group.name, objective.role), ("top", "middle"))
                 return (place, facts.get(head_key), group.name), {head_key}
@@ -273,22 +245,14 @@ class MappingMission(Mission):
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """The behaviour that carries out the set which ``activity`` leads."""
+        if (found := self.meeting.behaviour(activity, data)) is not None:
+            return found
         settings, parameters = self.settings, activity.parameters
         match activity.name:
-            case "OrganisationalPerformanceOptimiser":
-                return Planning()
-            case "LeaderInformationGathering":
-                return Supervision(settings.patience_s)
             case "Mapping":
                 return Working(settings.patience_s)
             case "ZigzagExploring":
                 return ZigzagExploring(parameters[0], data)
-            case "Homing":
-                return Homing(parameters[0], settings.arrival_radius_m, parameters[1], data)
-            case "Following" if parameters[0] == "follower":
-                return FollowingLeader(parameters[1], settings.follow_distance_m, data)
-            case "Following":
-                return LeadingFollowers(parameters[1], parameters[2], 2.0 * settings.follow_distance_m)
             case "Positioning":
                 (row, side), leaders, group = parameters
                 ahead = {"top": 0.0, "bottom": -settings.formation_spacing_m}[row]
@@ -303,23 +267,7 @@ class MappingMission(Mission):
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
         """A head at the rally point that has lately heard all others there takes the group for gathered."""
-        if group.rally_point is None or group.name in picture.groups.gathered:
-            return ()
-        x_m, y_m = self.rally_points_m[group.rally_point]
-        radius_m = self.settings.arrival_radius_m
-        if math.hypot(motion.x_m - x_m, motion.y_m - y_m) > radius_m:
-            return ()
-        for name in set(organisation.members(group.name)).difference(organisation.heads(group.name)):
-            observed_s, position = beliefs.observed_s(("position", name)), picture.peers.positions_m.get(name)
-            if (
-                observed_s is None
-                or position is None
-                or picture.body.now_s - observed_s > NEWS_FRAMES * picture.frame_s
-            ):
-                return ()
-            if math.hypot(position[0] - x_m, position[1] - y_m) > radius_m + HEARD_TOLERANCE_M:
-                return ()
-        return (Finding(group.name, "gatheredAt", group.rally_point),)
+        return self.meeting.findings(group, organisation, beliefs, picture, motion)
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
         """An area that is explored is done."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 
 from missions.mapping.sensors import swath_m
+from missions.meeting.meeting import Meeting
 from remoras.activities import Objective
 from remoras.database import VehicleData
 from remoras.htn import Domain, FactsLike, Method, Operator, Task
@@ -19,30 +20,18 @@ class Context:
         self.data = data
 
 
-def supervision_methods(groups: Sequence[Group]) -> list[Method]:
+def supervision_methods(groups: Sequence[Group], meeting: Meeting) -> list[Method]:
     """Supervision: the other groups get their missions, then the own group meets."""
 
     def delegate(facts: FactsLike, group: str) -> list[Task]:
         own = next(g for g in groups if g.name == group)
         others = [g for g in groups if g.name != group]
-        return [*(Task("GiveMission", (g.name, "AreaMapping")) for g in others), *_meeting(own)]
+        return [*(Task("GiveMission", (g.name, "AreaMapping")) for g in others), *meeting.tasks(own)]
 
     return [Method("delegate the mapping", delegate)]
 
 
-def _meeting(group: Group) -> list[Task]:
-    """Objectives by which a group comes together: the head supervises, its other founding roles gather."""
-    tasks = []
-    for role in group.roles:
-        if role.founding:
-            if not role.head:
-                tasks.append(Task("AssignObjective", (group.name, role.name, "MissionGathering", group.name)))
-            if group.rally_point is not None:
-                tasks.append(Task("AssignObjective", (group.name, role.name, "RendezVous", group.rally_point)))
-    return tasks
-
-
-def mapping_methods(groups: Sequence[Group]) -> list[Method]:
+def mapping_methods(groups: Sequence[Group], meeting: Meeting) -> list[Method]:
     """AreaMapping: roles are allocated, every area is explored, then the group meets."""
     by_name = {group.name: group for group in groups}
 
@@ -64,12 +53,12 @@ def mapping_methods(groups: Sequence[Group]) -> list[Method]:
         for role in by_name[group].roles:
             if not role.founding and role.job is None:
                 tasks.append(Task("AssignObjective", (group, role.name, "Mapping", group)))
-        return [*tasks, *_meeting(by_name[group])]
+        return [*tasks, *meeting.tasks(by_name[group])]
 
     return [
         Method("stay together", lambda facts, group: [], together),
         Method("explore, then meet", explore, lambda facts, group: bool(unfinished(facts, by_name[group]))),
-        Method("meet", lambda facts, group: _meeting(by_name[group])),
+        Method("meet", lambda facts, group: meeting.tasks(by_name[group])),
     ]
 
 
@@ -92,18 +81,6 @@ def activity_domain(activity_names: Iterable[str]) -> Domain:
         return swath_m(context.data) > 0.0
 
     methods: dict[str, list[Method]] = {
-        "PursueGroupSupervision": [
-            Method("supervise", activities("Organising", "Watching", "Leading"))
-        ],
-        "Organising": [
-            Method("optimise and plan", activities("OrganisationalPerformanceOptimiser", "MissionPlanner"))
-        ],
-        "Watching": [Method("gather information", activities("LeaderInformationGathering"))],
-        "Leading": [Method("lead", activities("GlobalReactiveNavigation", "Following"))],
-        "PursueMissionGathering": [Method("follow", activities("Obeying", "KeepingContact"))],
-        "Obeying": [Method("obey", activities("PerformerSubordination"))],
-        "KeepingContact": [Method("follow the leader", activities("LocalReactiveNavigation", "Following"))],
-        "PursueRendezVous": [Method("home", activities("GlobalReactiveNavigation", "Homing"))],
         "PursueExploring": [
             Method(
                 "zigzag",

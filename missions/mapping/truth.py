@@ -1,88 +1,34 @@
-"""Truth of the mapping and rendezvous mission: watches a run from outside and notes its milestones.
-
-A group that was given its mission from the start supervises the others: it counts as gathered only when they have.
-"""
+"""Truth of the mapping and rendezvous mission: notes when vehicles finish or give up, beside what every meeting has."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 
+from missions.meeting.truth import MeetingTruth
 from remoras.activities import Objective
 from remoras.mission import FleetView, Milestone
 from remoras.organisation import Group
 from remoras.work import Point
 
 
-class MappingTruth:
+class MappingTruth(MeetingTruth):
     """Watches the run: when consultation ends, who finishes or gives up, which group is together."""
 
     def __init__(self, groups: Iterable[Group], rally_points_m: Mapping[str, Point], radius_m: float) -> None:
-        self.milestones: list[Milestone] = []
-        self._rally_points_m = rally_points_m
-        self._radius_m = radius_m
-        self._consulted = False
+        super().__init__(groups, rally_points_m, radius_m)
         self._last_performed: dict[str, tuple[str, ...]] = {}
         self._exploring: dict[str, bool] = {}
         self._stopped: dict[str, Milestone] = {}
         self._finished: set[Objective] = set()
-        together_first = sorted(groups, key=lambda group: group.mission is not None)
-        self._apart = [group for group in together_first if group.rally_point is not None]
-
-    def observe(self, fleet: FleetView, now_s: float) -> bool:
-        """Note what has happened; True once the last group is together."""
-        if not self._consulted:
-            if not self._is_consulted(fleet):
-                return False
-            self._consulted = True
-            self.milestones.append(Milestone(now_s, "consultation_done"))
-        self._watch_mapping(fleet, now_s)
-        for group in list(self._apart):
-            waits_for_others = group.mission is not None and self._apart[0].mission is None
-            if not waits_for_others and self._is_together(fleet, group):
-                self._apart.remove(group)
-                self.milestones.append(Milestone(now_s, "gathered", group=group.name))
-        if self._apart:
-            return False
-        self.milestones.append(Milestone(now_s, "mission_complete"))
-        return True
 
     def close(self, fleet: FleetView, now_s: float) -> str:
-        """Say who is missing where."""
+        """Add who gave up, and say who is missing where."""
         self.milestones += self._stopped.values()
         self.milestones.sort(key=lambda milestone: milestone.time_s)
-        if not self._consulted:
-            return f"consultation had not ended after {now_s:.0f} s"
-        if self._apart:
-            names = ", ".join(
-                f"{group.name} (without {' and '.join(lacking)})"
-                if (lacking := self._lacking(fleet, group))
-                else group.name
-                for group in self._apart
-            )
-            exhausted = [v.name for v in fleet.vehicles if not v.is_alive]
-            why = f"; battery exhausted: {', '.join(exhausted)}" if exhausted else ""
-            return f"not together after {now_s:.0f} s: {names}{why}"
-        return ""
+        return super().close(fleet, now_s)
 
-    @staticmethod
-    def _is_consulted(fleet: FleetView) -> bool:
-        """True once every mission is planned, and everything assigned counts where it was meant to."""
-        by_name = {vehicle.name: vehicle for vehicle in fleet.vehicles}
-        for vehicle in fleet.vehicles:
-            for group in vehicle.organisation.groups:
-                if vehicle.leads(group) and not vehicle.has_planned(group):
-                    return False
-            for a in vehicle.issued:
-                if not by_name[a.vehicle].organisation.plays(a.vehicle, a.group, a.role):
-                    return False
-            for objective in vehicle.issued_objectives:
-                for holder in vehicle.organisation.members(objective.group, objective.role):
-                    if objective not in by_name[holder].objectives_of(holder):
-                        return False
-        return True
-
-    def _watch_mapping(self, fleet: FleetView, now_s: float) -> None:
+    def watch(self, fleet: FleetView, now_s: float) -> None:
+        """Note who finishes an area, and who turns away from one."""
         for vehicle in fleet.vehicles:
             performed = vehicle.performed
             if performed is self._last_performed.get(vehicle.name):
@@ -99,26 +45,3 @@ class MappingTruth:
                     self._finished.add(objective)
                     self._stopped.pop(vehicle.name, None)
                     self.milestones.append(Milestone(now_s, "mapping_done", vehicle.name))
-
-    def _is_together(self, fleet: FleetView, group: Group) -> bool:
-        """True if all members are at the rally point, no work is left to give out, and founding roles are filled."""
-        x_m, y_m = self._rally_points_m[group.rally_point or ""]
-        for vehicle in fleet.vehicles:
-            if vehicle.organisation.is_member(vehicle.name, group.name):
-                own_x_m, own_y_m = vehicle.position_m
-                if math.hypot(own_x_m - x_m, own_y_m - y_m) > self._radius_m:
-                    return False
-                if vehicle.leads(group.name) and vehicle.gives_out(group.name):
-                    return False
-        return not self._lacking(fleet, group)
-
-    @staticmethod
-    def _lacking(fleet: FleetView, group: Group) -> list[str]:
-        """Founding roles that too few vehicles still play, as each vehicle sees itself."""
-        return [
-            role.name
-            for role in group.roles
-            if role.founding
-            and sum(v.organisation.plays(v.name, group.name, role.name) for v in fleet.vehicles if v.is_alive)
-            < role.minimum
-        ]

@@ -1,0 +1,203 @@
+"""A mission of jobs: the strategy divides them among the vehicles of a group, and then the group meets.
+
+A subclass says what there is to do: its jobs, and the behaviour by which a vehicle does one. The rest has a default::
+
+    class Buoys(JobMission):
+        Scenario = BuoyScenario                  # a JobScenario with tables of its own
+        group_missions = ("BuoyService",)
+        objective = "Servicing"                  # of a role with a job; the vocabulary has objectiveServicing
+        kind = "Buoy"                            # class of the jobs' instances in the vocabulary
+        needs = (*JobMission.needs, "objectiveServicing")
+        vocabulary = (Path(__file__).with_name("buoys.ttl"),)
+
+        @classmethod
+        def from_scenario(cls, scenario):
+            return cls(scenario, [Service(buoy.name, buoy.place_m) for buoy in scenario.buoy])
+
+        def behaviour_at(self, job, data):
+            return Servicing(job, data)
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Annotated, ClassVar
+
+from pydantic import Field, field_validator
+
+from missions.figure import Place
+from missions.meeting.meeting import GATHERING, NEEDS, OBJECTIVES, RENDEZ_VOUS, ROAMING, SUPERVISION, Meeting, Pursuit
+from missions.meeting.meeting import importance_of as importance_in
+from missions.meeting.truth import MeetingTruth
+from missions.scenarios.parts import groups_of
+from missions.scenarios.scenario import Scenario
+from missions.scenarios.tables import Table
+from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
+from remoras.behaviours import Behaviour
+from remoras.beliefs import Beliefs
+from remoras.database import VehicleData
+from remoras.htn import Domain, FactsLike, Method, Operator, Task
+from remoras.mission import Finding, Mission
+from remoras.motion import Motion
+from remoras.organisation import Group, Organisation
+from remoras.picture import Picture
+from remoras.recorder import Recorder
+from remoras.work import Job, Point
+
+WORK = "Work"
+"""Key of an importance: of every job's objective, unless its own name is listed."""
+IMPORTANCE = {WORK: 0.6, RENDEZ_VOUS: 0.3, GATHERING: 0.18, SUPERVISION: 0.1}
+
+
+class JobSettings(Table):
+    """The ``[mission]`` table; a mission with settings of its own subclasses it."""
+
+    arrival_radius_m: float = Field(20.0, gt=0.0, description="a vehicle this near to a rally point has arrived")
+    follow_distance_m: float = Field(40.0, gt=0.0, description="a follower lets its leader get this far ahead")
+    patience_s: float = Field(60.0, gt=0.0, description="a leader is content if news came in this time")
+    importance: dict[str, Annotated[float, Field(ge=0.0, le=1.0)]] = Field(
+        IMPORTANCE,
+        description=f"importance of objectives, by Role.Objective or by Objective: {', '.join(IMPORTANCE)}",
+    )
+
+    @field_validator("importance")
+    @classmethod
+    def _beside_the_others(cls, importance: dict[str, float]) -> dict[str, float]:
+        return {**IMPORTANCE, **importance}
+
+
+class JobScenario(Scenario):
+    """The whole input of a run of a mission of jobs; a mission with tables of its own subclasses it."""
+
+    mission: JobSettings = JobSettings()
+
+
+class JobMission(Mission):
+    """A mission of jobs; see the text of this module.
+
+    Args:
+        scenario: of the mission.
+        jobs: what there is to do.
+    """
+
+    Scenario = JobScenario
+    needs = NEEDS
+    objective: ClassVar[str]
+    """Objective of every role with a job, and its activity; ``objective`` + this is an attribute from Role to Job."""
+    kind: ClassVar[str] = "Job"
+    """Class of the jobs' instances."""
+
+    def __init__(self, scenario: JobScenario, jobs: Iterable[Job]) -> None:
+        self.settings = scenario.mission
+        self._jobs = {job.name: job for job in jobs}
+        self._groups = {group.name: group for group in groups_of(scenario)}
+        self._rally_points_m = {point.name: point.position_m for point in scenario.rally_point}
+        self.meeting = Meeting(
+            self._groups,
+            self._rally_points_m,
+            self.settings.arrival_radius_m,
+            self.settings.follow_distance_m,
+            self.settings.patience_s,
+            self.settings.importance,
+        )
+        operators = [Operator("GiveMission"), Operator("AllocateRoles"), Operator("AssignObjective")]
+        self._domain = Domain.of(operators, dict.fromkeys(self.group_missions, self._methods()))
+
+    # What a subclass says ------------------------------------------------------------------------
+
+    @abstractmethod
+    def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
+        """A new behaviour by which the vehicle does a job: it goes there, and says when it is done."""
+        ...
+
+    def switched_on(self, job: Job, data: VehicleData) -> tuple[str, ...]:
+        """Names of the sensors that the vehicle switches on for a job; all of them by default."""
+        return tuple(sensor.name for sensor in data.sensors)
+
+    # What follows --------------------------------------------------------------------------------
+
+    @property
+    def jobs(self) -> Mapping[str, Job]:
+        """The jobs by name."""
+        return self._jobs
+
+    @property
+    def instances(self) -> Sequence[tuple[str, str]]:
+        """The jobs."""
+        return [(self.kind, name) for name in self._jobs]
+
+    @property
+    def places(self) -> Sequence[Place]:
+        """Rally points, and where the jobs are."""
+        points = [Place(name, "rally point", (at_m,)) for name, at_m in self._rally_points_m.items()]
+        return [*points, *(Place(job.name, self.kind.lower(), (job.place_m,)) for job in self._jobs.values())]
+
+    @property
+    def social_domain(self) -> Domain:
+        """The mission of a group into roles, objectives of roles, and a meeting."""
+        return self._domain
+
+    def _methods(self) -> list[Method]:
+        def unfinished(facts: FactsLike, group: str) -> list[tuple[str, str]]:
+            roles = [(role.name, role.job) for role in self._groups[group].roles if role.job is not None]
+            return [(role, job) for role, job in roles if facts.get(self._jobs[job].done) is None]
+
+        def together(facts: FactsLike, group: str) -> bool:
+            return facts.get(("gatheredAt", group)) is not None
+
+        def work(facts: FactsLike, group: str) -> list[Task]:
+            given = [
+                Task("AssignObjective", (group, role, self.objective, job)) for role, job in unfinished(facts, group)
+            ]
+            return [Task("AllocateRoles", (group,)), *given, *self.meeting.tasks(self._groups[group])]
+
+        return [
+            Method("stay together", lambda facts, group: [], together),
+            Method("work, then meet", work, lambda facts, group: bool(unfinished(facts, group))),
+            Method("meet", lambda facts, group: self.meeting.tasks(self._groups[group])),
+        ]
+
+    def founding_objectives(self) -> Sequence[Objective]:
+        """Heads supervise their groups."""
+        return self.meeting.founding_objectives()
+
+    def is_individual(self, objective: Objective) -> bool:
+        """True for a job."""
+        return objective.name not in OBJECTIVES
+
+    def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
+        """Those of the meeting; a job is one activity that guides, until it is done or the group is together."""
+        if objective.name in OBJECTIVES:
+            return self.meeting.activity_sets(objective, facts)
+        job = self._jobs[objective.argument]
+        ends = frozenset({job.done, ("gatheredAt", objective.group)})
+        if any(facts.get(key) is not None for key in ends):
+            return (), ends
+        doing = Activity(self.objective, ActivityType.GUIDANCE, (job.name,), self.switched_on(job, data))
+        importance = importance_in(
+            {self.objective: self.settings.importance[WORK], **self.settings.importance}, objective
+        )
+        return (ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing, ROAMING), importance),), ends
+
+    def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
+        """What ``behaviour_at`` says for a job; the behaviours of the meeting else."""
+        found = self.meeting.behaviour(activity, data)
+        return self.behaviour_at(self._jobs[activity.parameters[0]], data) if found is None else found
+
+    def completion(self, objective: Objective, vehicle: str) -> Finding | None:
+        """A job that a vehicle has done is done by it."""
+        if objective.name != self.objective:
+            return None
+        attribute, job = self._jobs[objective.argument].done
+        return Finding(job, attribute, vehicle)
+
+    def findings(
+        self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
+    ) -> Sequence[Finding]:
+        """A head at the rally point that has lately heard all others there takes the group for gathered."""
+        return self.meeting.findings(group, organisation, beliefs, picture, motion)
+
+    def truth(self, recorder: Recorder) -> MeetingTruth:
+        """Watches for the meetings; a mission that wants to know more gives a subclass of it."""
+        return MeetingTruth(self._groups.values(), self._rally_points_m, self.settings.arrival_radius_m)

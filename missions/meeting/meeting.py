@@ -1,0 +1,172 @@
+"""Meeting: what the vehicles of a group do beside their jobs, and how they come together at the end.
+
+Three objectives, and the activities by which they are pursued (Table II of the REMORAS paper)::
+
+    GroupSupervision  -> OrganisationalPerformanceOptimiser + MissionPlanner | LeaderInformationGathering
+                         | GlobalReactiveNavigation + Following (Leader to ...)
+    MissionGathering  -> PerformerSubordination | LocalReactiveNavigation + Following (Follower to ...)
+    RendezVous(p)     -> GlobalReactiveNavigation + Homing(p)
+
+The head of a group has the first from the start; the mission's plan assigns the others, see ``Meeting.tasks``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
+from remoras.behaviours import (
+    Behaviour,
+    FollowingLeader,
+    Homing,
+    LeadingFollowers,
+    Planning,
+    Standing,
+    Supervision,
+)
+from remoras.beliefs import Beliefs, Key
+from remoras.database import VehicleData
+from remoras.htn import FactsLike, Task
+from remoras.mission import Finding
+from remoras.motion import Motion
+from remoras.organisation import Group, Organisation
+from remoras.picture import Picture
+from remoras.work import Point
+
+SUPERVISION, GATHERING, RENDEZ_VOUS = "GroupSupervision", "MissionGathering", "RendezVous"
+OBJECTIVES = (SUPERVISION, GATHERING, RENDEZ_VOUS)
+"""Objectives that ``Meeting`` brings; each is an attribute of the core ontology, behind ``objective``."""
+NEEDS = (
+    "playsRole", "leftRole", "position", "gatheredAt", *(f"objective{name}" for name in OBJECTIVES)
+)  # fmt: skip
+"""Attributes without which a group does not come together."""
+HEARD_TOLERANCE_M = 1.0
+"""A position heard is rounded on the wire."""
+NEWS_FRAMES = 20.0
+"""A position heard more TDMA frames ago does not tell where a vehicle is: meanwhile it may have left for work.
+
+Of a vehicle that is heard in one frame of five, 0.8^20 = 1 % of such intervals bring nothing.
+"""
+ROAMING = Activity("GlobalReactiveNavigation", ActivityType.NAVIGATION)
+
+Pursuit = tuple[tuple[ActivitySet, ...], frozenset[Key]]
+"""Activities for an objective, and the facts that this choice rests on."""
+
+
+def importance_of(table: Mapping[str, float], objective: Objective) -> float:
+    """Importance of an objective in a table by ``Role.Objective`` or by ``Objective``; 0 where neither is listed."""
+    return table.get(f"{objective.role}.{objective.name}", table.get(objective.name, 0.0))
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """The part of a mission that brings groups together; a mission asks it for what it is asked itself.
+
+    Attributes:
+        groups: by name; rally_points_m: by name.
+        arrival_radius_m: a vehicle this near to a rally point has arrived.
+        follow_distance_m: a follower lets its leader get this far ahead.
+        patience_s: a leader is content if news came in this time.
+        importance: of objectives, by ``Role.Objective`` or by ``Objective``.
+    """
+
+    groups: Mapping[str, Group]
+    rally_points_m: Mapping[str, Point]
+    arrival_radius_m: float
+    follow_distance_m: float
+    patience_s: float
+    importance: Mapping[str, float]
+
+    def founding_objectives(self) -> list[Objective]:
+        """Heads supervise their groups from the start."""
+        return [
+            Objective(group.name, role.name, SUPERVISION, group.name)
+            for group in self.groups.values()
+            for role in group.roles
+            if role.head
+        ]
+
+    def tasks(self, group: Group) -> list[Task]:
+        """Objectives by which a group comes together: its founding roles follow the head and go to the rally point."""
+        tasks = []
+        for role in group.roles:
+            if role.founding:
+                if not role.head:
+                    tasks.append(Task("AssignObjective", (group.name, role.name, GATHERING, group.name)))
+                if group.rally_point is not None:
+                    tasks.append(Task("AssignObjective", (group.name, role.name, RENDEZ_VOUS, group.rally_point)))
+        return tasks
+
+    def activity_sets(self, objective: Objective, facts: FactsLike) -> Pursuit:
+        """Activities for one of the three objectives, and the facts that this choice rests on."""
+        group = self.groups[objective.group]
+        head_key = "members", f"{group.name}.{group.head_role}"
+        match objective.name:
+            case "GroupSupervision":
+                keys = {("members", group.path(role.name)) for role in group.roles if role.founding} - {head_key}
+                followers = tuple(sorted({name for key in keys for name in facts.get(key)}))
+                following = Activity("Following", ActivityType.GUIDANCE, ("leader", followers, group.name))
+                optimiser = Activity("OrganisationalPerformanceOptimiser", ActivityType.ORGANISATIONAL)
+                planner = Activity("MissionPlanner", ActivityType.PLANNING)
+                watching = Activity("LeaderInformationGathering", ActivityType.ORGANISATIONAL)
+                # To plan what is due comes before everything but survival.
+                planning = ActivitySet(objective, ActivityKind.COLLECTIVE, (optimiser, planner), 1.0)
+                return (planning, self._set(objective, watching), self._set(objective, following, ROAMING)), frozenset(
+                    keys
+                )
+            case "MissionGathering":
+                obeying = Activity("PerformerSubordination", ActivityType.ORGANISATIONAL)
+                following = Activity("Following", ActivityType.GUIDANCE, ("follower", facts.get(head_key)))
+                near = Activity("LocalReactiveNavigation", ActivityType.NAVIGATION)
+                sets = self._set(objective, obeying), self._set(objective, following, near)
+                return sets, frozenset({head_key})
+        point_m = self.rally_points_m[objective.argument]
+        homing = Activity("Homing", ActivityType.GUIDANCE, (point_m, group.name))
+        return (self._set(objective, homing, ROAMING),), frozenset()
+
+    def _set(self, objective: Objective, *activities: Activity) -> ActivitySet:
+        importance = importance_of(self.importance, objective)
+        return ActivitySet(objective, ActivityKind.COLLECTIVE, activities, importance)
+
+    def behaviour(self, activity: Activity, data: VehicleData) -> Behaviour | None:
+        """The behaviour of an activity of the meeting; None if the activity is none of them."""
+        match activity.name:
+            case "OrganisationalPerformanceOptimiser":
+                return Planning()
+            case "LeaderInformationGathering":
+                return Supervision(self.patience_s)
+            case "PerformerSubordination":
+                return Standing()
+            case "Homing":
+                point_m, group = activity.parameters
+                return Homing(point_m, self.arrival_radius_m, group, data)
+            case "Following" if activity.parameters[0] == "follower":
+                return FollowingLeader(activity.parameters[1], self.follow_distance_m, data)
+            case "Following":
+                _, followers, group = activity.parameters
+                return LeadingFollowers(followers, group, 2.0 * self.follow_distance_m)
+        return None
+
+    def findings(
+        self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
+    ) -> Sequence[Finding]:
+        """A head at the rally point that has lately heard all others there takes the group for gathered."""
+        if group.rally_point is None or group.name in picture.groups.gathered:
+            return ()
+        x_m, y_m = self.rally_points_m[group.rally_point]
+        radius_m = self.arrival_radius_m
+        if math.hypot(motion.x_m - x_m, motion.y_m - y_m) > radius_m:
+            return ()
+        for name in set(organisation.members(group.name)).difference(organisation.heads(group.name)):
+            observed_s, position = beliefs.observed_s(("position", name)), picture.peers.positions_m.get(name)
+            if (
+                observed_s is None
+                or position is None
+                or picture.body.now_s - observed_s > NEWS_FRAMES * picture.frame_s
+            ):
+                return ()
+            if math.hypot(position[0] - x_m, position[1] - y_m) > radius_m + HEARD_TOLERANCE_M:
+                return ()
+        return (Finding(group.name, "gatheredAt", group.rally_point),)

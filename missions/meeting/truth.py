@@ -1,0 +1,108 @@
+"""Truth of missions that end with a meeting: watches a run from outside and notes its milestones.
+
+A group that was given its mission from the start supervises the others: it counts as gathered only when they have.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+from remoras.mission import FleetView, Milestone
+from remoras.organisation import Group
+from remoras.work import Point
+
+
+class MeetingTruth:
+    """Watches the run: when consultation ends and which group is together; a mission adds what it does at work.
+
+    Args:
+        groups: of the scenario.
+        rally_points_m: by name.
+        radius_m: a vehicle this near to a rally point has arrived.
+    """
+
+    def __init__(self, groups: Iterable[Group], rally_points_m: Mapping[str, Point], radius_m: float) -> None:
+        self.milestones: list[Milestone] = []
+        self._rally_points_m = rally_points_m
+        self._radius_m = radius_m
+        self._consulted = False
+        together_first = sorted(groups, key=lambda group: group.mission is not None)
+        self._apart = [group for group in together_first if group.rally_point is not None]
+
+    def watch(self, fleet: FleetView, now_s: float) -> None:
+        """Note what the mission wants to know; called after each tick and each round once all is agreed."""
+
+    def observe(self, fleet: FleetView, now_s: float) -> bool:
+        """Note what has happened; True once the last group is together."""
+        if not self._consulted:
+            if not self._is_consulted(fleet):
+                return False
+            self._consulted = True
+            self.milestones.append(Milestone(now_s, "consultation_done"))
+        self.watch(fleet, now_s)
+        for group in list(self._apart):
+            waits_for_others = group.mission is not None and self._apart[0].mission is None
+            if not waits_for_others and self._is_together(fleet, group):
+                self._apart.remove(group)
+                self.milestones.append(Milestone(now_s, "gathered", group=group.name))
+        if self._apart:
+            return False
+        self.milestones.append(Milestone(now_s, "mission_complete"))
+        return True
+
+    def close(self, fleet: FleetView, now_s: float) -> str:
+        """Say who is missing where."""
+        if not self._consulted:
+            return f"consultation had not ended after {now_s:.0f} s"
+        if self._apart:
+            names = ", ".join(
+                f"{group.name} (without {' and '.join(lacking)})"
+                if (lacking := self._lacking(fleet, group))
+                else group.name
+                for group in self._apart
+            )
+            exhausted = [v.name for v in fleet.vehicles if not v.is_alive]
+            why = f"; battery exhausted: {', '.join(exhausted)}" if exhausted else ""
+            return f"not together after {now_s:.0f} s: {names}{why}"
+        return ""
+
+    @staticmethod
+    def _is_consulted(fleet: FleetView) -> bool:
+        """True once every mission is planned, and everything assigned counts where it was meant to."""
+        by_name = {vehicle.name: vehicle for vehicle in fleet.vehicles}
+        for vehicle in fleet.vehicles:
+            for group in vehicle.organisation.groups:
+                if vehicle.leads(group) and not vehicle.has_planned(group):
+                    return False
+            for a in vehicle.issued:
+                if not by_name[a.vehicle].organisation.plays(a.vehicle, a.group, a.role):
+                    return False
+            for objective in vehicle.issued_objectives:
+                for holder in vehicle.organisation.members(objective.group, objective.role):
+                    if objective not in by_name[holder].objectives_of(holder):
+                        return False
+        return True
+
+    def _is_together(self, fleet: FleetView, group: Group) -> bool:
+        """True if all members are at the rally point, no work is left to give out, and founding roles are filled."""
+        x_m, y_m = self._rally_points_m[group.rally_point or ""]
+        for vehicle in fleet.vehicles:
+            if vehicle.organisation.is_member(vehicle.name, group.name):
+                own_x_m, own_y_m = vehicle.position_m
+                if math.hypot(own_x_m - x_m, own_y_m - y_m) > self._radius_m:
+                    return False
+                if vehicle.leads(group.name) and vehicle.gives_out(group.name):
+                    return False
+        return not self._lacking(fleet, group)
+
+    @staticmethod
+    def _lacking(fleet: FleetView, group: Group) -> list[str]:
+        """Founding roles that too few vehicles still play, as each vehicle sees itself."""
+        return [
+            role.name
+            for role in group.roles
+            if role.founding
+            and sum(v.organisation.plays(v.name, group.name, role.name) for v in fleet.vehicles if v.is_alive)
+            < role.minimum
+        ]
