@@ -220,18 +220,11 @@ class ExchangeManager:
             content |= 1 << column
         state = self._state
         before = [state.believes[peer] for peer in range(self._n_nodes)]
+        frame, origins = self._frame(slot), self._ledger.origins
         ack.absorb(
-            self._kind,
-            self._carrier_evidence,
-            state,
-            self._n_nodes,
-            self._frame(slot),
-            self._me,
-            packet.sender,
-            packet.rows,
-            (content,),
-            self._ledger.origins,
-        )
+            self._kind, self._carrier_evidence, state, self._n_nodes, frame, self._me, packet.sender, packet.rows,
+            (content,), origins,
+        )  # fmt: skip
         beliefs = tuple(
             (peer, uid)
             for peer in range(self._n_nodes)
@@ -249,15 +242,13 @@ class ExchangeManager:
         """The packet for the own slot that opens at ``now_s``."""
         slot = self._schedule.slot_at(now_s)
         if self._schedule.owner(slot) != self._me:
-            raise ConfigurationError(
-                f"slot {slot} at {now_s} s belongs to node {self._schedule.owner(slot)}, not to node {self._me}"
-            )
+            owner = self._schedule.owner(slot)
+            raise ConfigurationError(f"slot {slot} at {now_s} s belongs to node {owner}, not to node {self._me}")
         self._open_slots_through(slot)
         signals = self._signals
         frame = self._frame(slot)
         spared_bits = self._codec.header.largest_bits - self._codec.header.size_bits(self._me, frame)
         columns, wire = self._choose(self._room_bits + spared_bits - len(signals) * self._codec.signal_bits)
-        entries = [self._ledger.entries[column] for column in columns]
         content = 0
         for column in columns:
             content |= 1 << column
@@ -269,7 +260,7 @@ class ExchangeManager:
             slot,
             data,
             8 * len(data),
-            tuple(entry.fragment.uid for entry in entries),
+            tuple(self._uid(column) for column in columns),
             self._codec.header.n_set(self._me, rows, frame),
         )
 
