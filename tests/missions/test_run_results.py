@@ -275,9 +275,9 @@ def test_another_seed_gives_another_sea(finished: Run, tmp_path: Path):
 def test_the_areas_count_as_mapped_at_95_percent() -> None:
     """Of 20 cells the 19th that is new decides; what is mapped again does not count."""
     recorder = Recorder()
-    recorder.coverage += [(float(10 * number), "AUV01", number, 0) for number in range(18)]
-    recorder.coverage.append((200.0, "AUV02", 3, 0))
+    recorder.rows("coverage").extend([(float(10 * number), "AUV01", number, 0) for number in range(18)])
+    recorder.rows("coverage").append((200.0, "AUV02", 3, 0))
     assert mapping_time_s(recorder, 20) is None
-    recorder.coverage += [(300.0, "AUV02", 18, 0), (400.0, "AUV02", 19, 0)]
+    recorder.rows("coverage").extend([(300.0, "AUV02", 18, 0), (400.0, "AUV02", 19, 0)])
     assert mapping_time_s(recorder, 20) == 300.0
     assert mapping_time_s(Recorder(), 0) is None

@@ -16,7 +16,7 @@ class Speechless:
 
     name = "speechless"
     form = staticmethod(Remoras.form)
-    adapt = Remoras.adapt
+    adapt = staticmethod(Remoras.adapt)
 
 
 SPEECHLESS = Speechless()

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from missions.runs.setup import assemble
+from missions.runs.setup import assemble, resolved
 from missions.scenarios import load
 from remoras.activities import Activity, ActivityType, Objective
 from remoras.fleet import Fleet
@@ -63,7 +63,7 @@ def fleet() -> Iterator[Fleet]:
     """The fleet at the first tick after consultation."""
     scenario = load("mapping-rendezvous")
     assert scenario.channel.per == 0.0
-    assembled = assemble(scenario, seed=1)
+    assembled = assemble(resolved(scenario), seed=1)
     while not assembled.truth.milestones and assembled.now_s < 60.0:
         assembled.step()
     yield assembled
