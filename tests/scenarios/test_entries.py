@@ -1,7 +1,7 @@
 """The walks of a reader: which files a packet heard, and a scenario, lead through, and how often one comes to each.
 
-A file is entered once for every file from which it is called. Values that everybody reads (facts, positions, groups) and
-plug-ins (the mission, the strategy) are no places of a walk: they are asked, and ask back, wherever one stands.
+A file is entered once for every file from which it is called. Values that everybody reads (facts, positions, groups)
+and plug-ins (the mission, the strategy) are no places of a walk: they are asked, and ask back, wherever one stands.
 """
 
 import sys
