@@ -37,8 +37,18 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     checks = (_names, _slots, _times, _world, _choices, channel_faults, _groups, _played_by, _vehicles)
     faults = [fault for check in checks for fault in check(raw)]
     if mission is not None:
-        faults += [*_needs(raw, mission), *_missions(raw, mission), *mission.check(raw)]
+        faults += [*_needs(raw, mission), *_missions(raw, mission), *_own_faults(raw, mission)]
     return faults
+
+
+def _own_faults(raw: Raw, mission: type[Mission]) -> list[ConfigurationFault]:
+    """What the mission itself finds wrong."""
+    try:
+        return list(mission.check(raw))
+    except Exception as error:  # it may be somebody else's class
+        reference = table_of(raw, "scenario").get("mission")
+        allowed = f"its check must pass malformed values over, but raised {type(error).__name__}: {error}"
+        return [ConfigurationFault("scenario.mission", f'"{reference}"', allowed)]
 
 
 def job_faults(scenario: Scenario, mission: type[Mission]) -> list[ConfigurationFault]:
