@@ -13,8 +13,8 @@ from exchange.manager import ExchangeManager
 from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.metric import Metric
-from missions.runs.metrics import metrics_of
+from missions.metric import Metric, collected
+from missions.runs.metrics import CORE_METRICS
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import policy_of
 from missions.scenarios.scenario import Scenario, StrategyTable
@@ -126,7 +126,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         codec=_codec(scenario, mission, strategy, policy, tbox, len(instances), schedule),
         needs=_needs(scenario, strategy, mission, tbox),
         decision=scenario.decision.constants(schedule.frame_s),
-        metrics=metrics_of(scenario),
+        metrics=collected(scenario.scenario.mission, (*CORE_METRICS, *mission_type.metrics)),
     )
 
 
