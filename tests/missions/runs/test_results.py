@@ -5,20 +5,25 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 from dataclasses import replace
 from pathlib import Path
 
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from small_mission import SMALL
 
 from missions.errors import OutputError
 from missions.runs.metrics import quantile
-from missions.runs.results import LIBRARIES, Results, write
+from missions.runs.results import LIBRARIES, MemoryResults, Results, write
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
 from missions.runs.summary import summary
 from missions.scenarios import load
-from remoras.recorder import Recorder
+from remoras.recorder import TABLES, TIME, VEHICLE, Column, Recorder, Table
 
 SUMMARY = """scenario, strategy, policy, channel, per, seed, n_vehicles, completed, reason, mission_time_s,
 distance_m, energy_j, modem_energy_j, n_packets, n_bytes,
@@ -170,6 +175,107 @@ def test_with_nobody_heard_there_is_no_ratio_and_no_latency_instead_of_nan(tmp_p
 def test_quantiles_are_linear_between_values(share: float, value: float):
     assert quantile([float(number) for number in range(11)], share) == pytest.approx(value)
     assert quantile([3.0], share) == 3.0
+
+
+# What is read -------------------------------------------------------------------------------------
+
+
+def copy_of(folder: Path, target: Path) -> Path:
+    target.mkdir()
+    for path in folder.iterdir():
+        (target / path.name).write_bytes(path.read_bytes())
+    return target
+
+
+@pytest.mark.parametrize("table", COLUMNS)
+def test_a_folder_that_lacks_a_table_is_read(folder: Path, tmp_path: Path, table: str) -> None:
+    """An older version, or another mission, did not write it."""
+    partly = copy_of(folder, tmp_path / "partly")
+    (partly / f"{table}.parquet").unlink()
+    results = Results.read(partly)
+    assert results.tables == tuple(sorted(set(COLUMNS) - {table}))
+    assert not results.has(table)
+    assert results.summary == Results.read(folder).summary
+    with pytest.raises(OutputError, match=rf"no table '{table}'; there are .*"):
+        results.table(table)
+    other = next(name for name in COLUMNS if name != table)
+    assert results.table(other) == Results.read(folder).table(other)
+
+
+def test_a_table_that_this_version_does_not_know_is_read_as_it_is(folder: Path, tmp_path: Path) -> None:
+    more = copy_of(folder, tmp_path / "more")
+    pq.write_table(pa.table({"depth_ft": [3.0]}), more / "soundings.parquet")
+    assert Results.read(more).table("soundings").column_names == ["depth_ft"]
+
+
+def test_a_table_of_an_unknown_schema_is_refused_with_its_columns(folder: Path, tmp_path: Path) -> None:
+    """Of a column too many nothing is said: a later version may have added it."""
+    other = copy_of(folder, tmp_path / "other")
+    packets = pq.read_table(folder / "packets.parquet")
+    pq.write_table(packets.drop_columns(["sender", "acks"]).append_column("who", packets["sender"]), other / "packets.parquet")
+    with pytest.raises(OutputError, match=r"packets\.parquet: a table of an unknown schema") as caught:
+        Results.read(other).table("packets")
+    said = str(caught.value)
+    assert "lacks sender, acks" in said
+    assert "has slot, time_s, size_bits, items, receivers, lost_by, who" in said
+    assert "run the scenario again" in said
+    pq.write_table(packets.append_column("who", packets["sender"]), other / "packets.parquet")
+    assert Results.read(other).table("packets").drop_columns(["who"]) == packets
+
+
+def test_a_damaged_table_is_told_with_its_file(folder: Path, tmp_path: Path) -> None:
+    broken = copy_of(folder, tmp_path / "broken")
+    (broken / "roles.parquet").write_bytes(b"no Parquet")
+    with pytest.raises(OutputError, match=r"roles\.parquet: damaged"):
+        Results.read(broken).table("roles")
+
+
+def test_the_nearest_name_of_a_table_is_proposed(folder: Path, finished: Run) -> None:
+    for results in (Results.read(folder), MemoryResults(finished)):
+        with pytest.raises(OutputError, match=r"no table 'package'; there are .*; did you mean 'packets'\?"):
+            results.table("package")
+
+
+# In memory ----------------------------------------------------------------------------------------
+
+
+def alike(memory: MemoryResults, written: Results) -> None:
+    """What the one answers the other answers, to the digits that are kept."""
+    assert memory.tables == written.tables
+    for name in memory.tables:
+        assert memory.has(name)
+        assert memory.table(name) == written.table(name)
+        assert memory.units(name) == written.units(name)
+    assert memory.scenario == written.scenario
+    assert memory.manifest == written.manifest
+    assert json.loads(json.dumps(memory.summary)) == written.summary
+
+
+def test_results_in_memory_answer_as_those_of_the_same_run_written(folder: Path, finished: Run) -> None:
+    alike(MemoryResults(finished), Results.read(folder))
+
+
+FINITE = st.floats(-1e6, 1e6)
+VALUES = {"float": FINITE, "int": st.integers(-(2**31), 2**31), "str": st.text(), "list": st.lists(st.text(), max_size=3)}
+OWN = Table(
+    "own",
+    (TIME, VEHICLE, Column("depth_m", "float", "m"), Column("share", "float", "1"), Column("n", "int"),
+     Column("heard", "list"), Column("temperature_c", "float", "degC")),
+)  # fmt: skip
+
+
+@settings(max_examples=25)
+@given(st.data())
+def test_any_rows_of_any_table_are_in_memory_what_they_are_on_disk(finished: Run, data: st.DataObject) -> None:
+    recorder = Recorder([OWN])
+    recorder.trajectories.append(finished.recorder.trajectories[-1])  # the energy of the summary is from its last rows
+    for table in (OWN, *(table for table in TABLES if table.name in ("roles", "activities", "faults"))):
+        row = st.tuples(*(VALUES[column.kind] for column in table.columns))
+        recorder.rows(table.name).extend(data.draw(st.lists(row, max_size=4), label=table.name))
+    mine = replace(finished, recorder=recorder)
+    with tempfile.TemporaryDirectory() as made:
+        write(mine, Path(made) / "out")
+        alike(MemoryResults(mine), Results.read(Path(made) / "out"))
 
 
 # Nothing is lost ----------------------------------------------------------------------------------
