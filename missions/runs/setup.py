@@ -27,8 +27,8 @@ from remoras.fleet import Fleet
 from remoras.functional.layer import FunctionalLayer
 from remoras.mission import Mission
 from remoras.picture import Picture
-from remoras.radio import Radio
 from remoras.plugins import faults_of
+from remoras.radio import Radio
 from remoras.recorder import Recorder, Table
 from remoras.sensor import Sensor
 from remoras.social.agreement import Agreement, agree

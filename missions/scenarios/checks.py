@@ -16,7 +16,7 @@ from missions.scenarios.channel import channel_faults
 from missions.scenarios.parts import database_of, groups_of, strategy_named
 from missions.scenarios.policy import policy_faults
 from missions.scenarios.scenario import Scenario
-from missions.scenarios.tables import Raw, bounds_of, entries, names_of, one_of, point_of, table_of
+from missions.scenarios.tables import Raw, bounds_of, entries, list_of, names_of, one_of, point_of, table_of
 from remoras.errors import PluginError, StrategyError
 from remoras.mission import Mission
 from remoras.strategies import configured
@@ -239,7 +239,7 @@ def _played_by(raw: Raw) -> Iterator[ConfigurationFault]:
             if not isinstance(other, str) or "." not in other:
                 continue
             names = {str(role.get("name")), other.split(".", 1)[1]}
-            if not any(names <= set(map(str, v.get("playable_roles") or ())) for v in entries(raw, "vehicle")):
+            if not any(names <= set(map(str, list_of(v, "playable_roles"))) for v in entries(raw, "vehicle")):
                 key = f"group.{group.get('name')}.role.{role.get('name')}.played_by"
                 yield ConfigurationFault(key, f'"{other}"', "no vehicle is able to play both roles")
 

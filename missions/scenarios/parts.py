@@ -52,9 +52,10 @@ def mission_class(reference: str) -> type[Mission]:
         raise PluginError("its Scenario must be missions.scenarios.Scenario or a subclass of it")
     if faults := list(faults_of(found, Mission, COMPULSORY_OF_MISSION)):
         raise PluginError(f"a mission: {'; '.join(faults)}")
-    if faults := [*_wrongly_held(found), *_wrong_sensors(found.sensors)]:
+    mission: type[Mission] = found
+    if faults := [*_wrongly_held(mission), *_wrong_sensors(mission.sensors)]:
         raise PluginError(f"a mission: {'; '.join(faults)}")
-    return found
+    return mission
 
 
 def _wrongly_held(mission: type[Mission]) -> Iterator[str]:

@@ -7,6 +7,7 @@ from typing import Any, ClassVar, Protocol
 import pytest
 
 from remoras.errors import PluginError
+from remoras.mission import Mission
 from remoras.plugins import answer, broken_promise, faults_of, named_object
 
 
@@ -68,7 +69,6 @@ def test_what_is_missing_is_named_at_once_with_the_seam() -> None:
 
 def test_a_subclass_of_the_seam_that_leaves_an_abstract_part_out_lacks_it() -> None:
     """Its attributes are there, inherited, and do nothing."""
-    from remoras.mission import Mission
 
     class Half(Mission):
         """Only its tables."""

@@ -45,9 +45,11 @@ def test_what_several_declare_alike_is_declared_once_and_shared() -> None:
 
 @pytest.mark.parametrize("columns", [DEPTHS.columns[:2], (*DEPTHS.columns[:2], Column("depth_m", "float", "ft"))])
 def test_two_tables_of_one_name_with_other_columns_or_units_are_refused(columns: tuple[Column, ...]) -> None:
-    with pytest.raises(PluginError, match=r"table 'depths' is declared twice, once with the columns time_s, vehicle, d"):
+    with pytest.raises(
+        PluginError, match=r"table 'depths' is declared twice, once with the columns time_s, vehicle, d"
+    ):
         Recorder([DEPTHS, Table("depths", columns)])
-    with pytest.raises(PluginError, match="table 'packets' is declared twice.*rename one"):
+    with pytest.raises(PluginError, match=r"table 'packets' is declared twice.*rename one"):
         Recorder([Table("packets", columns)])
 
 

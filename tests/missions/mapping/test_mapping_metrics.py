@@ -23,9 +23,7 @@ from remoras.recorder import Recorder
 
 GROUP = SimpleNamespace(
     name="G",
-    role=[
-        SimpleNamespace(name=name, job=job) for name, job in (("Left", "west"), ("Right", "east"), ("Leader", None))
-    ],
+    role=[SimpleNamespace(name=name, job=job) for name, job in (("Left", "west"), ("Right", "east"), ("Leader", None))],
 )
 SCENARIO = SimpleNamespace(group=[GROUP])
 

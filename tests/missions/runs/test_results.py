@@ -212,7 +212,9 @@ def test_a_table_of_an_unknown_schema_is_refused_with_its_columns(folder: Path, 
     """Of a column too many nothing is said: a later version may have added it."""
     other = copy_of(folder, tmp_path / "other")
     packets = pq.read_table(folder / "packets.parquet")
-    pq.write_table(packets.drop_columns(["sender", "acks"]).append_column("who", packets["sender"]), other / "packets.parquet")
+    pq.write_table(
+        packets.drop_columns(["sender", "acks"]).append_column("who", packets["sender"]), other / "packets.parquet"
+    )
     with pytest.raises(OutputError, match=r"packets\.parquet: a table of an unknown schema") as caught:
         Results.read(other).table("packets")
     said = str(caught.value)
@@ -256,7 +258,12 @@ def test_results_in_memory_answer_as_those_of_the_same_run_written(folder: Path,
 
 
 FINITE = st.floats(-1e6, 1e6)
-VALUES = {"float": FINITE, "int": st.integers(-(2**31), 2**31), "str": st.text(), "list": st.lists(st.text(), max_size=3)}
+VALUES = {
+    "float": FINITE,
+    "int": st.integers(-(2**31), 2**31),
+    "str": st.text(),
+    "list": st.lists(st.text(), max_size=3),
+}
 OWN = Table(
     "own",
     (TIME, VEHICLE, Column("depth_m", "float", "m"), Column("share", "float", "1"), Column("n", "int"),

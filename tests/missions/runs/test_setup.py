@@ -80,9 +80,7 @@ def test_in_one_run_everything_is_resolved_once(scenario: Scenario, monkeypatch:
     assert finished.setup.mission is finished.mission
 
 
-def test_in_one_run_no_object_is_looked_up_by_name_twice(
-    scenario: Scenario, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_in_one_run_no_object_is_looked_up_by_name_twice(scenario: Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
     calls: Counter[str] = Counter()
     counted(monkeypatch, parts, "named_object", calls)
     summary(run(scenario))
@@ -163,8 +161,10 @@ def test_a_sensor_that_cannot_be_made_is_named_with_its_vehicle(pond: Setup, mon
 
 
 def test_a_group_that_nobody_comes_to_lead_is_a_fault(tmp_path: Path) -> None:
-    """The Skipper must also be Scout, which only the Diver is able to play, and the Diver is no Skipper."""
-    with pytest.raises(ConfigurationError, match=r"group\.Team\.role\.Skipper"):
-        file = tmp_path / "pond.toml"
-        file.write_text(SMALL.replace("head = true", 'head = true\n  played_by = "Team.Hand"'), encoding="utf-8")
-        resolved(load(str(file)))
+    """The Skipper must also be Scout, a role that is not played before the mission."""
+    file = tmp_path / "pond.toml"
+    text = SMALL.replace("head = true", 'head = true\n  played_by = "Team.Scout"')
+    file.write_text(text.replace('["Skipper"]', '["Skipper", "Scout"]'), encoding="utf-8")
+    scenario = load(str(file))
+    with pytest.raises(ConfigurationError, match=r"group\.Team\.role\.Skipper: nobody came to play it before"):
+        resolved(scenario)

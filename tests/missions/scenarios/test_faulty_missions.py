@@ -79,7 +79,9 @@ MISSIONS = [
 
 
 @pytest.mark.parametrize(("name", "says"), MISSIONS)
-def test_a_mission_that_does_not_keep_to_its_seam_is_one_fault_of_the_file(tmp_path: Path, name: str, says: str) -> None:
+def test_a_mission_that_does_not_keep_to_its_seam_is_one_fault_of_the_file(
+    tmp_path: Path, name: str, says: str
+) -> None:
     text = with_mission(name)
     for said in refused(tmp_path, text, "validate", "run"):
         assert re.search(says, said), said

@@ -84,7 +84,13 @@ def test_two_sensors_of_one_kind_need_names(tmp_path: Path) -> None:
         ("  swath_m = 10.0\n", "", "swath_m", "", "missing"),
         ("swath_m = 10.0", 'type = "maping"\n  swath_m = 10.0', "type", '"maping"', "mean 'mapping'"),
         ("swath_m = 10.0", 'type = "os:nothing"\n  swath_m = 10.0', "type", '"os:nothing"', "can be imported"),
-        ("swath_m = 10.0", 'type = "os:getcwd"\n  swath_m = 10.0', "type", '"os:getcwd"', "a subclass of remoras.Sensor"),
+        (
+            "swath_m = 10.0",
+            'type = "os:getcwd"\n  swath_m = 10.0',
+            "type",
+            '"os:getcwd"',
+            "a subclass of remoras.Sensor",
+        ),
         ("swath_m = 10.0", 'type = "faulty_missions:Bare"\n  swath_m = 1', "type", '"faulty_missions:Bare"', "make"),
     ],
 )
