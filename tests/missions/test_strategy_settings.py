@@ -16,7 +16,7 @@ class Speechless:
 
     name = "speechless"
     form = staticmethod(Remoras.form)
-    adapt = staticmethod(Remoras.adapt)
+    adapt = Remoras.adapt
 
 
 SPEECHLESS = Speechless()

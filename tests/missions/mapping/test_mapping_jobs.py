@@ -3,32 +3,13 @@
 import math
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mapping_vehicles import AUV, WITHOUT_SENSOR
 
 from missions.mapping.jobs import SurveyJob
-from missions.mapping.sensors import SwathSettings
-from remoras.database import VehicleData
 from remoras.work import Outlook
 
-AUV = VehicleData(
-    name="AUV00",
-    vehicle_type="AUV",
-    node=0,
-    social_layer=True,
-    start_m=(0.0, 0.0),
-    depth_m=20.0,
-    depth_limit_m=100.0,
-    transit_speed_mps=2.0,
-    survey_speed_mps=1.5,
-    turn_rate_radps=0.5,
-    acceleration_mps2=0.5,
-    energy_j=1.0e6,
-    hotel_w=40.0,
-    drag_w_per_mps3=15.0,
-    transmit_j_per_bit=0.01,
-    playable_roles=(),
-    sensors=(SwathSettings(swath_m=25.0, speed_limit_mps=1.25),),
-)
-BLIND = VehicleData(**{name: getattr(AUV, name) for name in AUV.__dataclass_fields__} | {"sensors": ()})
 SQUARE = SurveyJob("square", ((100.0, 100.0), (100.0, 350.0), (350.0, 350.0), (350.0, 100.0)))
 
 
@@ -48,10 +29,30 @@ def test_it_begins_at_the_nearest_end() -> None:
 
 def test_who_has_no_sensor_is_not_able() -> None:
     assert SQUARE.is_able(AUV)
-    assert not SQUARE.is_able(BLIND)
-    assert SQUARE.after(Outlook(0.0, (0.0, 0.0)), BLIND) is None
+    assert not SQUARE.is_able(WITHOUT_SENSOR)
+    assert SQUARE.after(Outlook(0.0, (0.0, 0.0)), WITHOUT_SENSOR) is None
 
 
 def test_what_says_that_it_is_done_and_where_it_is() -> None:
     assert SQUARE.done == ("areaDone", "square")
     assert SQUARE.place_m == (225.0, 225.0)
+    assert SQUARE.needs == ()
+
+
+@given(st.tuples(st.floats(-500, 1000), st.floats(-500, 1000)), st.floats(0.0, 1e4))
+def test_a_survey_takes_its_own_time_and_the_way_to_it_wherever_it_begins(
+    place_m: tuple[float, float], s: float
+) -> None:
+    """2475 m at 1.25 m/s, and the way to the nearest of the square's four ends at 2 m/s."""
+    then = SQUARE.after(Outlook(s, place_m), AUV)
+    assert then is not None
+    way_m = min(math.dist(place_m, (x, y)) for x in (112.5, 337.5) for y in (112.5, 337.5))
+    assert then.free_s - s == pytest.approx(way_m / 2.0 + 1980.0)
+
+
+@given(st.floats(0.9, 1.1))
+def test_a_vehicle_that_is_faster_by_a_share_is_done_sooner_by_that_share(factor: float) -> None:
+    usual, faster = (SQUARE.after(Outlook(0.0, (0.0, 0.0)), data) for data in (AUV, AUV.faster(factor)))
+    assert usual is not None
+    assert faster is not None
+    assert faster.free_s == pytest.approx(usual.free_s / factor)
