@@ -184,7 +184,7 @@ class MappingMission(Mission):
 
     def truth(self, recorder: Recorder) -> MappingTruth:
         """Watches for the ends of surveys and for meetings."""
-        return MappingTruth(self.groups.values(), self.rally_points_m, self.settings.arrival_radius_m)
+        return MappingTruth(self.meeting)
 
     @property
     def places(self) -> Sequence[Place]:

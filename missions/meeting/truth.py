@@ -6,28 +6,25 @@ A group that was given its mission from the start supervises the others: it coun
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
 
+from missions.meeting.meeting import Meeting
 from remoras.mission import FleetView, Milestone
 from remoras.organisation import Group
-from remoras.work import Point
 
 
 class MeetingTruth:
     """Watches the run: when consultation ends and which group is together; a mission adds what it does at work.
 
     Args:
-        groups: of the scenario.
-        rally_points_m: by name.
-        radius_m: a vehicle this near to a rally point has arrived.
+        meeting: of the mission.
     """
 
-    def __init__(self, groups: Iterable[Group], rally_points_m: Mapping[str, Point], radius_m: float) -> None:
+    def __init__(self, meeting: Meeting) -> None:
         self.milestones: list[Milestone] = []
-        self._rally_points_m = rally_points_m
-        self._radius_m = radius_m
+        self._rally_points_m = meeting.rally_points_m
+        self._radius_m = meeting.arrival_radius_m
         self._consulted = False
-        together_first = sorted(groups, key=lambda group: group.mission is not None)
+        together_first = sorted(meeting.groups.values(), key=lambda group: group.mission is not None)
         self._apart = [group for group in together_first if group.rally_point is not None]
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
