@@ -17,14 +17,14 @@ A value out of range is refused with its name: it is never sent as something els
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import product
 
 from exchange.errors import ConfigurationError, PeerFault
+from exchange.header import AckHeader
 from exchange.packets import Fragment, InfluenceSignal, Packet
-from exchange.policies import AckPolicy, header_bits
+from exchange.policies import AckPolicy
 from worldmodel import Attribute, Field, PropertyValue, TBox, ValueKind
 
 HASH_BITS = 8
@@ -56,6 +56,20 @@ class FieldSize:
     field: str
     size_bits: int
     note: str = ""
+
+
+def values_in_words(attribute: Attribute, n_values: Mapping[ValueKind, int]) -> str:
+    """What a value of the attribute may be; ``n_values`` has the numbers of instances and classes."""
+    if attribute.kind in n_values:
+        of = "instances" if attribute.kind is ValueKind.LINK else "classes"
+        return f"one of {n_values[attribute.kind]} {of}"
+    if attribute.symbols:
+        return " or ".join(attribute.symbols)
+    ranges = [
+        f"{field.minimum:g} to {field.maximum:g} {field.unit}".rstrip() + f", steps of {field.resolution:g}"
+        for field in attribute.fields
+    ]
+    return "; ".join(dict.fromkeys(ranges)) or "true or false"
 
 
 class _Reader:
@@ -112,14 +126,9 @@ class Codec:
         self._layouts = [self._layout_of(tbox, attribute) for attribute in tbox.attributes]
         self._value_bits = [sum(layout) for layout in self._layouts]
         self._n_values = {ValueKind.LINK: n_instances, ValueKind.TYPE: len(tbox.classes)}
-        self._headers = [
-            [self._carried(frame, sender) for sender in range(n_nodes)]
-            for frame in range(policy.acknowledgement.period_frames)
-        ]
-        self._masks = [[self._mask(header) for header in of_frame] for of_frame in self._headers]
-        self.header_bits = header_bits(policy, n_nodes)
-        """Size of the largest acknowledgement header, in bits."""
-        shape = tbox.hash, n_instances, n_nodes, n_blocks, self.header_bits, duration_s, time_resolution_s
+        self.header = AckHeader(policy.acknowledgement, n_nodes)
+        """Layout of the acknowledgements."""
+        shape = tbox.hash, n_instances, n_nodes, n_blocks, self.header.largest_bits, duration_s, time_resolution_s
         self._hash = zlib.crc32(repr(shape).encode()) & ((1 << HASH_BITS) - 1)
         self.decode = lru_cache(maxsize=32)(self._decode)
         """``decode(data, frame=0) -> Packet``; every receiver of one broadcast decodes the same bytes."""
@@ -138,32 +147,10 @@ class Codec:
             case _:
                 return tuple(field.size_bits for field in attribute.fields)
 
-    def _carried(self, frame: int, sender: int) -> list[tuple[int, int]]:
-        """``(row, column)`` of every acknowledgement bit that ``sender`` sends in a frame, in order."""
-        n_nodes, carries = self._n_nodes, self._policy.acknowledgement.carries
-        pairs = product(range(n_nodes), repeat=2)
-        return [(i, j) for i, j in pairs if i != j and carries(n_nodes, frame, sender, i, j)]
-
-    def _mask(self, header: Sequence[tuple[int, int]]) -> list[int]:
-        """The bits that a header carries as a word per row."""
-        mask = [0] * self._n_nodes
-        for i, j in header:
-            mask[i] |= 1 << j
-        return mask
-
-    def n_acknowledged(self, sender: int, rows: Sequence[int], frame: int = 0) -> int:
-        """Acknowledgement bits that are set in the header that carries these rows."""
-        masks = self._masks[frame % len(self._masks)][sender]
-        return sum((row & mask).bit_count() for row, mask in zip(rows, masks, strict=True))
-
-    def header_bits_of(self, sender: int, frame: int = 0) -> int:
-        """Size of the acknowledgement header that ``sender`` sends in a TDMA frame."""
-        return len(self._headers[frame % len(self._headers)][sender])
-
     @property
     def overhead_bits(self) -> int:
         """Bits of a packet without fragments and signals, with the largest header of acknowledgements."""
-        return HASH_BITS + self._node_bits + self.header_bits + FRAGMENT_COUNT_BITS + SIGNAL_COUNT_BITS
+        return HASH_BITS + self._node_bits + self.header.largest_bits + FRAGMENT_COUNT_BITS + SIGNAL_COUNT_BITS
 
     @property
     def signal_bits(self) -> int:
@@ -185,17 +172,17 @@ class Codec:
         it: subject and attribute, the value of that attribute, and whether another follows.
         """
         part = "if part of a larger block"
-        named = f"policy {self._policy.name}" + (", the largest" if len(self._headers) > 1 else "")
+        named = f"policy {self._policy.name}" + (", the largest" if self.header.varies else "")
         times = f"{self._time.minimum:g} to {self._time.maximum:g} s, steps of {self._time.resolution:g} s"
         instances = f"one of {self._n_instances} instances"
         values = [
-            FieldSize("fact", attribute.name, bits, self._values_of(attribute))
+            FieldSize("fact", attribute.name, bits, values_in_words(attribute, self._n_values))
             for attribute, bits in zip(self._attributes, self._value_bits, strict=True)
         ]
         return (
             FieldSize("packet", "definition hash", HASH_BITS, "differs where TBox, fleet or policy differ"),
             FieldSize("packet", "sender", self._node_bits, f"one of {self._n_nodes} nodes"),
-            FieldSize("packet", "acknowledgements", self.header_bits, named),
+            FieldSize("packet", "acknowledgements", self.header.largest_bits, named),
             FieldSize("packet", "number of fragments", FRAGMENT_COUNT_BITS, f"up to {MAX_FRAGMENTS_PER_PACKET}"),
             FieldSize("packet", "number of signals", SIGNAL_COUNT_BITS, f"up to {MAX_SIGNALS}"),
             FieldSize("fragment", "relayed", 1),
@@ -214,19 +201,6 @@ class Codec:
             FieldSize("signal", "role", self._subject_bits, instances),
             FieldSize("signal", "value", SIGNAL_VALUE_BITS, "-128 to 127"),
         )
-
-    def _values_of(self, attribute: Attribute) -> str:
-        """What a value of the attribute may be, in words."""
-        if attribute.kind in self._n_values:
-            of = "instances" if attribute.kind is ValueKind.LINK else "classes"
-            return f"one of {self._n_values[attribute.kind]} {of}"
-        if attribute.symbols:
-            return " or ".join(attribute.symbols)
-        ranges = [
-            f"{f.minimum:g} to {f.maximum:g} {f.unit}".strip() + f", steps of {f.resolution:g}"
-            for f in attribute.fields
-        ]
-        return "; ".join(dict.fromkeys(ranges)) or "true or false"
 
     def encode_fragment(self, fragment: Fragment, sender: int) -> tuple[int, int]:
         """``(bits, size_bits)`` of a fragment as ``sender`` says it; fixed for the fragment's life."""
@@ -291,11 +265,10 @@ class Codec:
                 f"{MAX_FRAGMENTS_PER_PACKET} and {MAX_SIGNALS}"
             )
         bits = self._hash << self._node_bits | sender
-        header = self._headers[frame % len(self._headers)][sender]
-        for i, j in header:
-            bits = bits << 1 | (rows[i] >> j & 1)
+        header_bits = self.header.size_bits(sender, frame)
+        bits = bits << header_bits | self.header.encode(sender, rows, frame)
         bits = bits << FRAGMENT_COUNT_BITS | len(fragments)
-        size = HASH_BITS + self._node_bits + len(header) + FRAGMENT_COUNT_BITS
+        size = HASH_BITS + self._node_bits + header_bits + FRAGMENT_COUNT_BITS
         for fragment, fragment_size in fragments:
             bits = bits << fragment_size | fragment
             size += fragment_size
@@ -317,14 +290,12 @@ class Codec:
         sender = reader.take(self._node_bits)
         if sender >= self._n_nodes:
             raise PeerFault(f"sender {sender} is not one of {self._n_nodes} nodes")
-        rows = [0] * self._n_nodes
-        for i, j in self._headers[frame % len(self._headers)][sender]:
-            rows[i] |= reader.take(1) << j
+        rows = self.header.decode(sender, frame, reader.take)
         fragments = tuple(self._decode_fragment(reader, sender) for _ in range(reader.take(FRAGMENT_COUNT_BITS)))
         signals = tuple(self._decode_signal(reader) for _ in range(reader.take(SIGNAL_COUNT_BITS)))
         if not reader.padding_is_clean():
             raise PeerFault("bits left over behind the packet")
-        return Packet(sender, tuple(rows), fragments, signals)
+        return Packet(sender, rows, fragments, signals)
 
     def _decode_signal(self, reader: _Reader) -> InfluenceSignal:
         role = reader.take(self._subject_bits)

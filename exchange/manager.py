@@ -79,6 +79,25 @@ class Reception(NamedTuple):
     fault: str | None = None
 
 
+def heaviest(queue: Sequence[Entry | LatestValue], room_bits: int) -> list[int]:
+    """Positions of the candidates that go into the packet; the weights of all are brought up to date."""
+    weights = [candidate.weight for candidate in queue]
+    chosen = [0] * len(queue)
+    n_chosen = select(
+        weights,
+        [candidate.priority for candidate in queue],
+        [candidate.size_bits for candidate in queue],
+        [1] * len(queue),
+        room_bits,
+        chosen,
+    )
+    for position in chosen[MAX_FRAGMENTS_PER_PACKET:n_chosen]:  # there is no room for their number
+        weights[position] = queue[position].weight + queue[position].priority
+    for candidate, weight in zip(queue, weights, strict=True):
+        candidate.weight = weight
+    return chosen[: min(n_chosen, MAX_FRAGMENTS_PER_PACKET)]
+
+
 class ExchangeManager:
     """Ledger, acknowledgement state and queue of one vehicle.
 
@@ -201,18 +220,11 @@ class ExchangeManager:
             content |= 1 << column
         state = self._state
         before = [state.believes[peer] for peer in range(self._n_nodes)]
+        frame, origins = self._frame(slot), self._ledger.origins
         ack.absorb(
-            self._kind,
-            self._carrier_evidence,
-            state,
-            self._n_nodes,
-            self._frame(slot),
-            self._me,
-            packet.sender,
-            packet.rows,
-            (content,),
-            self._ledger.origins,
-        )
+            self._kind, self._carrier_evidence, state, self._n_nodes, frame, self._me, packet.sender, packet.rows,
+            (content,), origins,
+        )  # fmt: skip
         beliefs = tuple(
             (peer, uid)
             for peer in range(self._n_nodes)
@@ -230,15 +242,13 @@ class ExchangeManager:
         """The packet for the own slot that opens at ``now_s``."""
         slot = self._schedule.slot_at(now_s)
         if self._schedule.owner(slot) != self._me:
-            raise ConfigurationError(
-                f"slot {slot} at {now_s} s belongs to node {self._schedule.owner(slot)}, not to node {self._me}"
-            )
+            owner = self._schedule.owner(slot)
+            raise ConfigurationError(f"slot {slot} at {now_s} s belongs to node {owner}, not to node {self._me}")
         self._open_slots_through(slot)
         signals = self._signals
         frame = self._frame(slot)
-        spared_bits = self._codec.header_bits - self._codec.header_bits_of(self._me, frame)
+        spared_bits = self._codec.header.largest_bits - self._codec.header.size_bits(self._me, frame)
         columns, wire = self._choose(self._room_bits + spared_bits - len(signals) * self._codec.signal_bits)
-        entries = [self._ledger.entries[column] for column in columns]
         content = 0
         for column in columns:
             content |= 1 << column
@@ -250,31 +260,17 @@ class ExchangeManager:
             slot,
             data,
             8 * len(data),
-            tuple(entry.fragment.uid for entry in entries),
-            self._codec.n_acknowledged(self._me, rows, frame),
+            tuple(self._uid(column) for column in columns),
+            self._codec.header.n_set(self._me, rows, frame),
         )
 
     def _choose(self, room_bits: int) -> tuple[list[int], list[tuple[int, int]]]:
         """Columns of the items for this packet, and the wire form of all it carries, by the weighted queue."""
         queue: list[Entry | LatestValue] = [self._ledger.entries[column] for column in self._open]
         queue += [status for status in self._status.values() if status.fragment is not None]
-        weights = [candidate.weight for candidate in queue]
-        chosen = [0] * len(queue)
-        n_chosen = select(
-            weights,
-            [candidate.priority for candidate in queue],
-            [candidate.size_bits for candidate in queue],
-            [1] * len(queue),
-            room_bits,
-            chosen,
-        )
-        for position in chosen[MAX_FRAGMENTS_PER_PACKET:n_chosen]:  # there is no room for their number
-            weights[position] = queue[position].weight + queue[position].priority
-        for candidate, weight in zip(queue, weights, strict=True):
-            candidate.weight = weight
         columns: list[int] = []
         wire: list[tuple[int, int]] = []
-        for position in chosen[: min(n_chosen, MAX_FRAGMENTS_PER_PACKET)]:
+        for position in heaviest(queue, room_bits):
             candidate = queue[position]
             wire.append((candidate.bits, candidate.size_bits))
             if isinstance(candidate, LatestValue):

@@ -38,6 +38,7 @@ class Fragment:
 
     @property
     def uid(self) -> ItemUid:
+        """Name of the exchange item that it is."""
         return ItemUid(self.origin, self.sequence, self.index)
 
 

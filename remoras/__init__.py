@@ -4,9 +4,9 @@
 >>> run = remoras.run("mapping-rendezvous", per=0.6, seed=3)  # doctest: +SKIP
 >>> run.summary["mission_time_s"], run.table("roles"), run.plot("trajectories")  # doctest: +SKIP
 
-``load`` and ``run`` take a scenario; ``open`` reads what was written; ``sweep`` makes the runs of a study; ``exchange_study``
-compares acknowledgement policies without a mission. The other names are the seams: what one writes to add a mission, a
-strategy, a sensor, a metric or a figure. Everything is loaded when it is first used.
+``load`` and ``run`` take a scenario; ``open`` reads what was written; ``sweep`` makes the runs of a study, ``compare``
+sets them side by side; ``exchange_study`` compares acknowledgement policies without a mission. The other names are the
+seams: what one needs to add a mission, a strategy, a sensor, a metric or a figure. All is loaded when it is first used.
 """
 
 from importlib import import_module

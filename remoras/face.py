@@ -1,7 +1,7 @@
 """The Python face: what ``import remoras`` offers to scripts and notebooks.
 
-A ``Run`` is a finished run, in memory or in a folder; a ``Sweep`` is the folder of a study. Tables come as pandas data frames
-with the units of their columns in ``.attrs["units"]``, figures as Matplotlib figures that a notebook shows by itself.
+A ``Run`` is a finished run, in memory or in a folder; a ``Sweep`` is the folder of a study. Tables come as pandas data
+frames with the units of their columns in ``.attrs["units"]``, figures as Matplotlib figures that a notebook shows.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from missions.document import toml_value
 from missions.errors import OutputError
 from missions.runs.results import MemoryResults, Results
 from missions.scenarios import Scenario
@@ -48,22 +49,15 @@ def load(
     >>> load("mapping-rendezvous", per=0.6).channel.per
     0.6
     """
-    named = {"strategy.name": strategy, "communication.policy": policy, "channel.name": channel, "channel.per": per}
-    sources = {
-        "strategy.name": "strategy",
-        "communication.policy": "policy",
-        "channel.name": "channel",
-        "channel.per": "per",
-    }
-    overrides = [(sources[key], f"{key}={_toml(value)}") for key, value in named.items() if value is not None]
-    overrides += [("set", f"{key}={_toml(value)}") for key, value in (set or {}).items()]
+    given = (
+        ("strategy", "strategy.name", strategy),
+        ("policy", "communication.policy", policy),
+        ("channel", "channel.name", channel),
+        ("per", "channel.per", per),
+    )
+    overrides = [(name, f"{key}={toml_value(value)}") for name, key, value in given if value is not None]
+    overrides += [("set", f"{key}={toml_value(value)}") for key, value in (set or {}).items()]
     return load_scenario(str(scenario), overrides)
-
-
-def _toml(value: Any) -> str:
-    from missions.document import toml_value
-
-    return toml_value(value)
 
 
 def run(

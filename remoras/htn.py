@@ -221,6 +221,8 @@ def plan(domain: Domain, facts: FactsLike, task: Task, max_expansions: int = 100
     dead_ends: list[Task] = []
     agenda: _Open | None = _Open(task, None, None)
     next_method = 0
+    # One loop in place of recursion: a plan may be deeper than Python's stack, and after a dead end steps and effects
+    # are undone together. The cases stand side by side since they share agenda, steps, logs and choices.
     for _ in range(max_expansions):
         if agenda is None:
             return Plan(tuple(_step(*step) for step in steps), frozenset(view.read))

@@ -1,8 +1,8 @@
 """The seam of missions: everything that a mission brings, in one class.
 
-A scenario names the class as ``package.module:Class``. ``missions/mapping`` is one; the how-to in docs writes another from
-outside. The class says what its scenarios may hold and what its results hold; ``from_scenario`` makes the mission of
-one scenario; the object then serves all vehicles of the fleet, so it keeps no state of a run.
+A scenario names the class as ``package.module:Class``. ``missions/mapping`` is one; a how-to writes another. The class
+says what its scenarios and results may hold; ``from_scenario`` makes the mission of one scenario. The object then
+serves all vehicles of the fleet, so it keeps no state of a run.
 
 Who calls what, and when:
 

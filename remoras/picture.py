@@ -1,4 +1,4 @@
-"""What a vehicle knows at this moment that its behaviours look at. Each part has one owner, and only that one writes it."""
+"""What a vehicle knows at this moment that its behaviours look at; each part has one owner that alone writes it."""
 
 from __future__ import annotations
 

@@ -8,7 +8,6 @@ roles that this vehicle gave out, and records the walk of every item.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from exchange.manager import ExchangeManager, Reception, Transmission
@@ -24,29 +23,28 @@ JOB = "Job"
 """Class of the core ontology; what a peer says of a job is news of the mission."""
 
 
-class SignalHeard(NamedTuple):
-    """An influence signal of a peer: ``value`` -128..127 for its ``role``, and the roles that this role addresses."""
+class Signalling(NamedTuple):
+    """A role whose holders send influence signals, and the roles of its group that these address."""
 
-    emitter: str
     group: str
     role: str
     addressed: tuple[str, ...]
-    value: int
 
 
-@dataclass(frozen=True, slots=True)
-class Heard:
+class Heard(NamedTuple):
     """What came of one packet.
 
     Attributes:
         reception: what the exchange manager says of it.
+        emitter: name of the vehicle that sent it.
         changes: of the world model.
-        signals: influence signals for roles that exist.
+        signals: influence signals of the emitter, -128..127, by the role that each speaks of.
     """
 
     reception: Reception
+    emitter: str = ""
     changes: tuple[Change, ...] = ()
-    signals: tuple[SignalHeard, ...] = ()
+    signals: tuple[tuple[Signalling, int], ...] = ()
 
 
 def _news_attributes(tbox: TBox) -> frozenset[int]:
@@ -88,8 +86,8 @@ class Radio:
         self._recorder = recorder
         self._position = beliefs.model.tbox.attribute_named("position").uid
         self._news = _news_attributes(beliefs.model.tbox)
-        self._role_signalled = {
-            beliefs.uid(group.path(role.name)): (group.name, role.name, role.influences)
+        self._signalling = {
+            beliefs.uid(group.path(role.name)): Signalling(group.name, role.name, role.influences)
             for group in groups
             for role in group.roles
         }
@@ -142,12 +140,9 @@ class Radio:
         emitter = self._names[reception.sender]
         self._peers.heard_s[emitter] = now_s
         changes = self._merged(reception.blocks, now_s)
-        signals = (
-            SignalHeard(emitter, *self._role_signalled[signal.role], signal.value)
-            for signal in reception.signals
-            if signal.role in self._role_signalled
-        )
-        return Heard(reception, changes, tuple(signals))
+        known = self._signalling
+        signals = tuple([(known[one.role], one.value) for one in reception.signals if one.role in known])
+        return Heard(reception, emitter, changes, signals)
 
     def _merged(self, blocks: Sequence[Block], now_s: float) -> tuple[Change, ...]:
         merged = merge(self._beliefs.model, blocks)

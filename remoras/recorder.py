@@ -49,7 +49,8 @@ TRAJECTORIES = Table("trajectories", (
 ))  # fmt: skip
 ROLES = Table("roles", (TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("event", "str")))
 ACTIVITIES = Table("activities", (
-    TIME, VEHICLE, Column("type", "str"), Column("name", "str"), Column("role", "str"), Column("motivation", "float", "1"),
+    TIME, VEHICLE, Column("type", "str"), Column("name", "str"), Column("role", "str"),
+    Column("motivation", "float", "1"),
 ))  # fmt: skip
 SATISFACTION = Table("satisfaction", (
     TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("value", "int", "-128..127"),

@@ -229,10 +229,7 @@ def _is_move(found: Any) -> bool:
 
 
 def _is_statable(fact: Any) -> bool:
-    return (
-        isinstance(fact, tuple)
-        and len(fact) == 3
-        and isinstance(fact[0], str)
-        and isinstance(fact[1], str)
-        and isinstance(fact[2], str | float | int)
-    )
+    match fact:
+        case (str(), str(), str() | float() | int()):
+            return isinstance(fact, tuple)
+    return False

@@ -207,18 +207,18 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         """Take in a packet; None from a vehicle without energy."""
         if self.functional.exhausted:
             return None
-        heard = self.radio.hear(data, now_s)
-        if heard.reception.fault is not None:
-            return heard.reception
-        self._consider(heard.changes)
+        reception, emitter, changes, signals = self.radio.hear(data, now_s)
+        if reception.fault is not None:
+            return reception
+        self._consider(changes)
         organisation = self.social.organisation
-        for one in heard.signals:
-            if organisation.is_member(self.name, one.group) and organisation.is_member(one.emitter, one.group):
-                for addressed in one.addressed:
-                    self.executive.hear((one.group, addressed), one.emitter, one.role, one.value, now_s)
+        for (group, role, addressed), value in signals:
+            if organisation.is_member(self.name, group) and organisation.is_member(emitter, group):
+                for one in addressed:
+                    self.executive.hear((group, one), emitter, role, value, now_s)
         if self.social.planner.is_due:
             self.think(now_s, 0.0)
-        return heard.reception
+        return reception
 
     # What the vehicle knows anew -----------------------------------------------------------------
 

@@ -1,8 +1,8 @@
-"""The plan of the house, read from the sources themselves: who may import whom, which words stand where, how large rooms are.
+"""The plan of the house, read from the sources themselves: imports, words, sizes of rooms.
 
-A room is a package or a folder of one. Kernels and seams stand at the root of a package, parts in folders; no folder looks
-into a sibling. The hull (vehicle, radio, view, fleet) alone knows all three layers; the face and the command line alone may
-import everything. Nothing outside a mission's folder knows the words of that mission.
+A room is a package or a folder of one. Kernels and seams stand at the root of a package, parts in folders; no folder
+looks into a sibling. The hull (vehicle, radio, view, fleet) alone knows all three layers; the face and the command line
+alone may import everything. Nothing outside a mission's folder knows the words of that mission.
 """
 
 import ast
@@ -31,7 +31,8 @@ ROOMS: dict[str, set[str]] = {
     "remoras.strategies": {"remoras.strategies", "remoras", "worldmodel"},
     "missions": {"missions", "worldmodel"},
     "missions.scenarios": {
-        "missions.scenarios", "missions", "remoras", "remoras.strategies", "exchange", "exchange.acoustics", "worldmodel",
+        "missions.scenarios", "missions", "remoras", "remoras.strategies", "exchange", "exchange.acoustics",
+        "worldmodel",
     },
     "missions.meeting": {"missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.mapping": {"missions.mapping", "missions.meeting", "missions.scenarios", "missions", "remoras"},
@@ -362,9 +363,8 @@ def test_other_words_pass(line: str) -> None:
 
 
 def test_a_name_without_explanation_is_seen() -> None:
-    assert undocumented('"""Text."""\ndef f(): ...\nclass C:\n    """Text."""\n    def g(self): ...\n    def _h(self): ...') == [
-        "f", "C.g",
-    ]  # fmt: skip
+    source = '"""Text."""\ndef f(): ...\nclass C:\n    """Text."""\n    def g(self): ...\n    def _h(self): ...'
+    assert undocumented(source) == ["f", "C.g"]
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
-from exchange.study.study import StudyRow, TrialMean
+from exchange.study.study import KINDS, StudyRow, TrialMean
 from visualisation import style, words
 from visualisation.errors import DrawingError, unknown
 from visualisation.files import check_format
@@ -28,7 +28,11 @@ LEFT_IN, GAP_IN, RIGHT_IN, TOP_IN, BODY_IN, AXIS_IN = 0.5, 0.62, 0.1, 0.24, 2.3,
 LOADED_BODY_IN, ROW_GAP_IN = 1.75, 0.3
 LEGEND_COLUMNS = 3
 
-ACKNOWLEDGEMENTS = {"ack": (style.BLUE, "o"), "m-ack": (style.VERMILLION, "s"), "mps-ack": (style.GREEN, "^")}
+LOOKS = (
+    (style.BLUE, "o"), (style.VERMILLION, "s"), (style.GREEN, "^"), (style.PURPLE, "D"), (style.ORANGE, "v"),
+    (style.SKY_BLUE, "P"),
+)  # fmt: skip
+"""Colour and marker of each acknowledgement: of the shipped ones in their order, then of those from outside."""
 REPEATING = (0, (4, 1.2))
 
 
@@ -180,30 +184,33 @@ def _offered(row: StudyRow) -> float:
 
 def _series(axes: Axes, rows: Sequence[StudyRow], x_of: Any, field: str) -> None:
     """A line with its band for every policy, over the rows that have the estimate."""
-    for policy in dict.fromkeys(row.policy for row in rows):
+    for policy, look in _looks(rows).items():
         points: list[tuple[float, TrialMean]] = sorted(
             (x_of(row), getattr(row, field)) for row in rows if row.policy == policy and getattr(row, field) is not None
         )
         xs = [x for x, _ in points]
-        look = _look(policy)
         low = [estimate.mean if estimate.ci95_low is None else estimate.ci95_low for _, estimate in points]
         high = [estimate.mean if estimate.ci95_high is None else estimate.ci95_high for _, estimate in points]
         axes.fill_between(xs, low, high, color=look["color"], alpha=0.2, linewidth=0)
         axes.plot(xs, [estimate.mean for _, estimate in points], **look)
 
 
-def _look(policy: str) -> dict[str, Any]:
-    colour, marker = ACKNOWLEDGEMENTS[policy.removesuffix("-repeat")]
-    repeats = policy.endswith("-repeat")
-    return {
-        "color": colour, "marker": marker, "linestyle": REPEATING if repeats else "-", "markeredgewidth": 0.8,
-        "markerfacecolor": "white" if repeats else colour, "label": policy,
-    }  # fmt: skip
+def _looks(rows: Sequence[StudyRow]) -> dict[str, dict[str, Any]]:
+    """How the line of each policy looks, in the order of the rows."""
+    kinds = list(dict.fromkeys([*KINDS, *(row.acknowledgement for row in rows)]))
+    looks: dict[str, dict[str, Any]] = {}
+    for row in rows:
+        colour, marker = LOOKS[kinds.index(row.acknowledgement) % len(LOOKS)]
+        looks[row.policy] = {
+            "color": colour, "marker": marker, "linestyle": REPEATING if row.repeats else "-", "markeredgewidth": 0.8,
+            "markerfacecolor": "white" if row.repeats else colour, "label": row.policy,
+        }  # fmt: skip
+    return looks
 
 
 def _panels(rows: Sequence[StudyRow], n_rows: int, body_in: float) -> tuple[Figure, list[list[Axes]]]:
     """A page with two panels in each row, letters above them, and the legend below."""
-    entries = tuple(Line2D([], [], **_look(policy)) for policy in dict.fromkeys(row.policy for row in rows))
+    entries = tuple(Line2D([], [], **look) for look in _looks(rows).values())
     legend = Legend(entries, style.PAGE_IN, most=LEGEND_COLUMNS)
     grid = Grid(2 * n_rows, 2, style.PAGE_IN, LEFT_IN, RIGHT_IN, TOP_IN, body_in, GAP_IN, ROW_GAP_IN)
     page = Page(style.PAGE_IN, grid.height_in + AXIS_IN + legend.height_in + 0.08)

@@ -30,7 +30,7 @@ from worldmodel.turtle import RM, SIT
 RUN = Namespace("https://w3id.org/remoras/run/")
 
 Triple = tuple[Node, Node, Node]
-Cell = str | float | bool | None
+Answer = str | float | bool | None
 """A value of a query's answer."""
 Pattern = tuple[Node | None, Node | None, Node | None]
 
@@ -205,7 +205,7 @@ def as_graph(model: Store) -> Graph:
     return Graph(store=RdfView(model))
 
 
-def query(models: Store | Mapping[str, Store], sparql: str) -> tuple[tuple[str, ...], list[tuple[Cell, ...]]]:
+def query(models: Store | Mapping[str, Store], sparql: str) -> tuple[tuple[str, ...], list[tuple[Answer, ...]]]:
     """Ask one world model, or each of several, in SPARQL.
 
     The prefixes of the ontology files are bound, and ``sit:``, ``rm:`` and ``run:`` in any case. Several world
@@ -233,7 +233,7 @@ def query(models: Store | Mapping[str, Store], sparql: str) -> tuple[tuple[str, 
         return _answer(models, sparql, {})
     names = {model.owner: vehicle for vehicle, model in models.items()}
     columns: tuple[str, ...] = ()
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[Answer, ...]] = []
     for vehicle, model in models.items():
         columns, found = _answer(model, sparql, names)
         if "vehicle" in columns:
@@ -245,7 +245,7 @@ def query(models: Store | Mapping[str, Store], sparql: str) -> tuple[tuple[str, 
     return ("vehicle", *columns), rows
 
 
-def _answer(model: Store, sparql: str, vehicles: Mapping[int, str]) -> tuple[tuple[str, ...], list[tuple[Cell, ...]]]:
+def _answer(model: Store, sparql: str, vehicles: Mapping[int, str]) -> tuple[tuple[str, ...], list[tuple[Answer, ...]]]:
     graph = as_graph(model)
     try:
         result = graph.query(sparql)
@@ -256,7 +256,7 @@ def _answer(model: Store, sparql: str, vehicles: Mapping[int, str]) -> tuple[tup
         columns = tuple(str(variable) for variable in result.vars or ())
         bindings = [{str(name): term for name, term in found.items()} for found in result.bindings]
         return columns, [
-            tuple(_cell(model, vehicles, graph, binding.get(name)) for name in columns) for binding in bindings
+            tuple(_answered(model, vehicles, graph, binding.get(name)) for name in columns) for binding in bindings
         ]
     except QueryError:
         raise
@@ -268,7 +268,7 @@ def _answer(model: Store, sparql: str, vehicles: Mapping[int, str]) -> tuple[tup
         ) from error
 
 
-def _cell(model: Store, vehicles: Mapping[int, str], graph: Graph, term: Node | None) -> Cell:
+def _answered(model: Store, vehicles: Mapping[int, str], graph: Graph, term: Node | None) -> Answer:
     if isinstance(term, URIRef):
         origin = _number_after(_ORIGIN, term)
         if origin is not None and origin in vehicles:

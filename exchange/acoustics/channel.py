@@ -70,6 +70,7 @@ class BroadcastChannel:
     def transmit(
         self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
     ) -> list[Arrival]:
+        """Arrivals at all who are within range, are not blacked out and do not lose the packet."""
         cut_off = {b.node for b in self.blackouts if b.from_s <= now_s < b.until_s}
         if None in cut_off or sender in cut_off:
             return []

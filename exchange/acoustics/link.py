@@ -36,6 +36,7 @@ class Perfect:
     """Every packet arrives: the bound from above."""
 
     def p_loss(self, slot: int, sender: int, receiver: int, range_m: float) -> float:
+        """No packet is lost."""
         return 0.0
 
 
@@ -46,6 +47,7 @@ class Bernoulli:
     per: float
 
     def p_loss(self, slot: int, sender: int, receiver: int, range_m: float) -> float:
+        """The same for every packet."""
         return self.per
 
 
@@ -62,6 +64,7 @@ class Matrix:
     per_of: Mapping[tuple[int, int], float]
 
     def p_loss(self, slot: int, sender: int, receiver: int, range_m: float) -> float:
+        """The rate of the link."""
         return self.per_of.get((sender, receiver), self.per)
 
 
@@ -127,4 +130,5 @@ class GilbertElliott:
         return bad
 
     def p_loss(self, slot: int, sender: int, receiver: int, range_m: float) -> float:
+        """The rate of the state that the link is in."""
         return self.per_bad if self.is_bad(slot, sender, receiver) else self.per_good

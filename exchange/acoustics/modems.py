@@ -28,6 +28,7 @@ class Modem:
 
     @property
     def payload_bits(self) -> int:
+        """Largest packet, in bits."""
         return 8 * self.payload_bytes
 
     def packet_s(self, size_bits: int) -> float:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from exchange.errors import ConfigurationError
-from exchange.policies import POLICIES
+from exchange.policies import ACKNOWLEDGEMENTS, POLICIES
 from exchange.study import trial
 from exchange.study.estimates import TrialMean
 from exchange.study.parameters import ExchangeStudy, LoadKind, Workload, workload_named
@@ -19,6 +19,7 @@ from exchange.study.rows import StudyRow, row_of
 from exchange.study.trial import Floats
 
 __all__ = [
+    "KINDS",
     "LOADED_RATES",
     "PAPER_PER",
     "ExchangeStudy",
@@ -33,6 +34,9 @@ __all__ = [
 ]
 
 BASELINE = POLICIES["ack"]
+
+KINDS = tuple(kind.name for kind in ACKNOWLEDGEMENTS)
+"""Names of the shipped acknowledgements, in the order of lists and figures; `StudyRow.acknowledgement` is one."""
 
 PAPER_PER = tuple(step / 20 for step in range(1, 17))
 """Loss rates of figures 3 to 5: 0.05 to 0.8."""

@@ -1,4 +1,7 @@
-"""The mission of the REMORAS paper: vehicles map areas together, then meet (``mapping-rendezvous``, ``mapping-patches``)."""
+"""The mission of the REMORAS paper: vehicles map areas together, then meet.
+
+Its scenarios are ``mapping-rendezvous``, that of the paper, and ``mapping-patches``, with more areas than vehicles.
+"""
 
 from missions.mapping.mission import MappingMission
 

@@ -54,9 +54,9 @@ def area_roles(scenario: Scenario) -> set[tuple[str, str]]:
 def least_mapped_fraction(run: Run) -> float | None:
     """Utility of the worst vehicle: the smallest share of the mapped cells that was first mapped by one vehicle.
 
-    Over the vehicles that held a role with an area at any time. With n of them it is 1/n if they shared the work equally
-    and 0 if one did nothing; None if nobody held such a role or nothing was mapped. (Egalitarian welfare: Brandt
-    et al., Handbook of Computational Social Choice, 2016, chapter 12.)
+    Over the vehicles that held a role with an area at any time. With n of them it is 1/n if they shared the work
+    equally and 0 if one did nothing; None if nobody held such a role or nothing was mapped. (Egalitarian welfare:
+    Brandt et al., Handbook of Computational Social Choice, 2016, chapter 12.)
     """
     recorder, roles = run.recorder, area_roles(run.scenario)
     first: dict[tuple[int, int], str] = {}

@@ -21,6 +21,8 @@ class Context:
 
 
 def supervision_methods(groups: Sequence[Group], meeting: Meeting) -> list[Method]:
+    """Supervision: the other groups get their missions, then the own group meets."""
+
     def delegate(facts: FactsLike, group: str) -> list[Task]:
         own = next(g for g in groups if g.name == group)
         others = [g for g in groups if g.name != group]
@@ -30,6 +32,7 @@ def supervision_methods(groups: Sequence[Group], meeting: Meeting) -> list[Metho
 
 
 def mapping_methods(groups: Sequence[Group], meeting: Meeting) -> list[Method]:
+    """AreaMapping: roles are allocated, every area is explored, then the group meets."""
     by_name = {group.name: group for group in groups}
 
     def unfinished(facts: FactsLike, group: Group) -> list[tuple[str, str]]:

@@ -5,6 +5,6 @@ from missions.scenarios.scenario import GroupTable, Role, Scenario, VehicleTable
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Probability, Table
 
 __all__ = [
-    "GroupTable", "Name", "NotNegative", "PointM", "Positive", "Probability", "Role", "Scenario", "Table", "VehicleTable",
-    "World", "load", "shipped",
+    "GroupTable", "Name", "NotNegative", "PointM", "Positive", "Probability", "Role", "Scenario", "Table",
+    "VehicleTable", "World", "load", "shipped",
 ]  # fmt: skip

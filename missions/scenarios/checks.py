@@ -42,7 +42,7 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
 
 
 def job_faults(scenario: Scenario, mission: type[Mission]) -> list[ConfigurationFault]:
-    """What is wrong between roles and the jobs that the mission makes of the scenario; nothing else is wrong with it."""
+    """What is wrong between roles and the jobs of a scenario that has no other faults."""
     try:
         made = mission.from_scenario(scenario)
         jobs: Mapping[str, Job] = made.jobs

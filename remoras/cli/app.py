@@ -75,6 +75,7 @@ def _is_users_fault(error: Exception) -> bool:
 
 
 def show_json(value: Any) -> None:
+    """Print one JSON value on the standard output."""
     print(json.dumps(value, indent=2, allow_nan=False))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -133,9 +134,18 @@ def _explained(key: str, known: dict[str, tuple[str, str]]) -> dict[str, tuple[s
 
 @command("explain")
 def explain(
-    key: Annotated[str, typer.Argument(help="A key such as communication.policy; a table for all its keys.")] = "",
+    key: Annotated[
+        str, typer.Argument(help="A key such as communication.policy; a table for all its keys; codec for a packet.")
+    ] = "",
+    scenario: Annotated[
+        str, typer.Option(help="Scenario whose packets `explain codec` lays out.")
+    ] = "mapping-rendezvous",
+    as_json: Json = False,
 ) -> None:
-    """Say what a key of a scenario or of a study means: type, range, default."""
+    """Say what a key of a scenario or of a study means: type, range, default; or what a packet holds, bit by bit."""
+    if key == "codec":
+        _explain_codec(scenario, as_json)
+        return
     from missions.scenarios.explanations import explanations
     from missions.sweeps.study import study_explanations
     from worldmodel import suggestion
@@ -147,8 +157,27 @@ def explain(
         found = _explained(f"{table}.{rest}", known)
     if not found:
         fail(f"key {key!r} is in no scenario and no study{suggestion(key, known)}; `remoras explain` lists all keys")
+    if as_json:
+        show_json([{"key": name, "type": kind, "meaning": meaning} for name, (kind, meaning) in found.items()])
+        return
     for name, (kind, meaning) in found.items():
         print(f"{name}  ({kind})\n    {meaning}")
+
+
+def _explain_codec(scenario: str, as_json: bool) -> None:
+    """The fields of a packet in the order of the wire, with their sizes in that scenario's fleet."""
+    from missions.runs.setup import resolved
+    from missions.scenarios import load
+
+    setup = resolved(load(scenario))
+    fields = setup.codec.listing()
+    if as_json:
+        show_json([asdict(field) for field in fields])
+        return
+    print(f"{scenario}: a packet of modem {setup.modem.name} has {setup.modem.payload_bits} bits")
+    width = max(len(field.field) for field in fields)
+    for field in fields:
+        print(f"  {field.group:<9} {field.field:<{width}} {field.size_bits:>4}  {field.note}".rstrip())
 
 
 @command("doctor")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from remoras.activities import ActivitySet, ActivityType
@@ -20,6 +20,8 @@ from remoras.sensor import Observation, Pose, Sensor
 
 RESERVE_MARGIN = 1.25
 """Energy kept for the way home, as a multiple of what the way takes."""
+OBSERVATIONS = "a list of Observation"
+REFERENCE = "None, or a Reference with a finite target_m and a speed_mps of 0 or more"
 
 
 class Sensed(NamedTuple):
@@ -154,7 +156,7 @@ class FunctionalLayer:
 
     # Every tick and every decision ---------------------------------------------------------------
 
-    def sense(self, now_s: float, neighbours: Iterable[Neighbour]) -> list[Sensed]:
+    def sense(self, now_s: float, neighbours: Sequence[Neighbour]) -> list[Sensed]:
         """Watch over the vehicle itself and ask the sensors that are on.
 
         Args:
@@ -170,7 +172,7 @@ class FunctionalLayer:
         body.reserve = home_m * self._reserve_per_m
         x_min, y_min, x_max, y_max = self._bounds_m
         body.outside_m = max(x_min - motion.x_m, motion.x_m - x_max, y_min - motion.y_m, motion.y_m - y_max, 0.0)
-        body.collision = most_urgent(neighbours, motion)
+        body.collision = most_urgent(neighbours, motion) if neighbours else None
         if not self._on:
             return []
         pose = Pose(motion.x_m, motion.y_m, data.depth_m, motion.heading_rad, motion.speed_mps)
@@ -182,15 +184,17 @@ class FunctionalLayer:
         return found
 
     def _observed(self, name: str, sensor: Sensor, pose: Pose, now_s: float) -> Sequence[Observation]:
-        where, expected = f"sensor {name} of {self.data.name}", "a list of Observation"
         try:
             found = tuple(sensor.sense(pose, self._world, now_s))
-            sound = all(isinstance(one, Observation) for one in found)
         except Exception as error:
-            raise broken_promise(where, "sense", expected, error) from error
-        if not sound:
-            raise broken_promise(where, "sense", expected, found)
+            raise broken_promise(self._sensor(name), "sense", OBSERVATIONS, error) from error
+        for one in found:
+            if not isinstance(one, Observation):
+                raise broken_promise(self._sensor(name), "sense", OBSERVATIONS, found)
         return found
+
+    def _sensor(self, name: str) -> str:
+        return f"sensor {name} of {self.data.name}"
 
     def perceive(self, performed: Sequence[int]) -> list[Perception]:
         """Stimulus and advance of every activity set.
@@ -227,14 +231,13 @@ class FunctionalLayer:
             self.motion.speed_mps = 0.0
 
     def _reference(self, index: int) -> Reference | None:
-        expected = "None, or a Reference with a finite target_m and a speed_mps of 0 or more"
         try:
             reference = self._behaviours[index].reference(self.motion, self.picture)
             sound = reference is None or _is_reference(reference)
         except Exception as error:
-            raise self._broken(index, "reference", expected, error) from error
+            raise self._broken(index, "reference", REFERENCE, error) from error
         if not sound:
-            raise self._broken(index, "reference", expected, reference)
+            raise self._broken(index, "reference", REFERENCE, reference)
         return reference
 
 

@@ -36,6 +36,7 @@ rm:objectiveVisiting a owl:ObjectProperty ; rdfs:label "objective: visiting"@en 
 FOLDER = Path(tempfile.mkdtemp(prefix="visiting-mission-"))
 VOCABULARY = FOLDER / "visiting.ttl"
 VOCABULARY.write_text(WORDS, encoding="utf-8")
+HEARD = ("playsRole", "leftRole", "objectiveVisiting", "jobDone", "gatheredAt", "position")
 STAY_S = 40.0
 PLACES_M = ((60.0, 60.0), (120.0, -60.0), (-60.0, 120.0), (-120.0, -60.0), (0.0, 150.0))
 NEEDS = {1: ("place 0",), 2: ("place 0", "place 1"), 4: ("place 3",)}

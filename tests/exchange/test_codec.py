@@ -24,8 +24,8 @@ from exchange.codec import Codec, width
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment, InfluenceSignal, Packet
 from exchange.policies import ACK, POLICIES, AckPolicy, header_bits
-from missions.runs import run
-from missions.scenarios import load
+from missions.runs.setup import resolved
+from missions.scenarios.loading import load
 from worldmodel import Attribute, PropertyValue, TBox, Value, ValueKind
 from worldmodel.fields import Grid
 
@@ -37,10 +37,9 @@ POLICY_NAMES = st.sampled_from(sorted(POLICIES))
 def mission_codec() -> Codec:
     """The codec of the mapping and rendezvous mission: 4 vehicles, 2 groups, 8 roles, 3 areas, 2 rally points and
     2 missions are 21 instances."""
-    scenario = load("mapping-rendezvous")
-    named = run.instances_of(scenario, TBOX, ("Supervision", "AreaMapping"))
-    assert len(named) == 21
-    return run.codec_of(scenario, TBOX, named)
+    setup = resolved(load("mapping-rendezvous"))
+    assert len(setup.instances) == 21
+    return setup.codec
 
 
 def values_of(kind: Attribute, n_instances: int) -> st.SearchStrategy[Value]:
@@ -340,8 +339,10 @@ def test_width_tells_so_many_values_apart(n_values: int, size_bits: int):
 def test_acknowledgement_headers_have_the_sizes_of_the_paper(n_nodes: int):
     """A vector of N - 1 bits, a matrix of N (N - 1); and the packet grows by as much."""
     vector, matrix = codec_of(n_nodes, "ack"), codec_of(n_nodes, "m-ack")
-    assert vector.header_bits == n_nodes - 1
-    assert matrix.header_bits == codec_of(n_nodes, "mps-ack-repeat").header_bits == n_nodes * (n_nodes - 1)
+    assert vector.header.largest_bits == n_nodes - 1
+    assert (
+        matrix.header.largest_bits == codec_of(n_nodes, "mps-ack-repeat").header.largest_bits == n_nodes * (n_nodes - 1)
+    )
     assert matrix.overhead_bits - vector.overhead_bits == (n_nodes - 1) ** 2
 
 
@@ -423,8 +424,8 @@ def test_a_header_may_differ_from_frame_to_frame():
     """Four nodes: a vector of 3 bits in even frames, none in odd ones; both sides ask the same function."""
     kind = ACK._replace(name="sparse", carries=only_in_even_frames, period_frames=2)
     codec = Codec(TBOX, 8, 4, AckPolicy(kind, False), N_BLOCKS, DURATION_S)
-    assert [codec.header_bits_of(1, frame) for frame in range(4)] == [3, 0, 3, 0]
-    assert codec.header_bits == 3
+    assert [codec.header.size_bits(1, frame) for frame in range(4)] == [3, 0, 3, 0]
+    assert codec.header.largest_bits == 3
     rows = [0, 0b1101, 0, 0]
     for frame, heard in ((0, 0b1101), (1, 0), (6, 0b1101)):
         received = codec.decode(codec.encode(1, rows, [], [InfluenceSignal(0, 5)], frame), frame)

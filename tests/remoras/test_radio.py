@@ -11,6 +11,7 @@ import pytest
 from missions.runs.setup import assemble, resolved
 from missions.scenarios import load
 from remoras.fleet import Fleet
+from remoras.radio import Signalling
 from remoras.recorder import Recorder
 from remoras.vehicle import Vehicle
 
@@ -117,5 +118,6 @@ def test_signals_name_the_roles_that_they_address(fleet: Fleet) -> None:
     sent = sender.radio.speak([(("Operational", "Performer"), -40)], schedule.start_s(node))
     heard = listener.radio.hear(sent.data, 0.5 * (schedule.start_s(node) + schedule.start_s(node + 1)))
     influences = SETUP.agreement.organisation.groups["Operational"].role("Performer").influences
-    assert [tuple(one) for one in heard.signals] == [("AUV01", "Operational", "Performer", influences, -40)]
+    assert heard.emitter == "AUV01"
+    assert heard.signals == ((Signalling("Operational", "Performer", influences), -40),)
     assert fleet.recorder.satisfaction == [(schedule.start_s(node), "AUV01", "Operational", "Performer", -40)]

@@ -14,12 +14,11 @@ import numpy as np
 from missions.comparison.baseline import compare
 from missions.comparison.rows import Comparison
 from missions.mapping.metrics import METRICS as MAPPING_METRICS
-from missions.metric import Metric
+from missions.metric import Metric, MetricRecord
 from missions.runs.metrics import CORE_METRICS
 from missions.sweeps.folder import STUDY, SweepResults
 from missions.sweeps.ledger import DONE, FAILED, LEDGER
 from missions.sweeps.plan import seed_of
-from missions.sweeps.record import MetricRecord
 from missions.sweeps.study_file import StudyFile
 
 METRICS = (*CORE_METRICS, *MAPPING_METRICS)

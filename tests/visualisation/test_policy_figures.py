@@ -1,11 +1,13 @@
 """Figures of the policy study: the files, the numbers behind them, and what is refused."""
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from exchange.study.study import ExchangeStudy, StudyRow, Workload, loaded_studies, run
+from visualisation import policies
 from visualisation.errors import DrawingError
 from visualisation.policies import caption, loaded_figure, unloaded_figure, write
 
@@ -83,3 +85,12 @@ def test_what_cannot_be_drawn_is_refused(rows: list[StudyRow], tmp_path: Path) -
         write([], "source", tmp_path, "x")
     with pytest.raises(DrawingError, match="needs rows of Poisson load"):
         write(rows, "loaded", tmp_path, "x")
+
+
+def test_a_policy_from_outside_is_drawn_with_a_look_of_its_own(rows: list[StudyRow], tmp_path: Path) -> None:
+    """Its acknowledgement has a colour that no shipped one has; nothing has to be told to the figures."""
+    outside = [replace(row, policy="sparse", acknowledgement="sparse", repeats=False) for row in rows[:1]]
+    write([*rows, *outside], "source", tmp_path, "outside")
+    looks = policies._looks([*rows, *outside])
+    assert looks["sparse"]["color"] not in {look["color"] for name, look in looks.items() if name != "sparse"}
+    assert looks["sparse"]["label"] == "sparse"

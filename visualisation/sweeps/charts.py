@@ -91,7 +91,7 @@ def metric(
             _curves(axes, arrangement, own, measure)
         _scale(panels, [row for own in shown for row in own], measure, "y")
         for axes in panels[:: _columns(panels)]:
-            axes.set_ylabel(measure.label, labelpad=3)
+            axes.set_ylabel(_label(measure, BODY_IN), labelpad=3)
     return page.figure
 
 
@@ -115,7 +115,7 @@ def overview(
         for axes, measure in zip(panels, measures, strict=True):
             own = arrangement.of(combination, rows[measure.metric.name])
             _curves(axes, arrangement, own, measure, 0.75)
-            axes.set_ylabel(measure.label, labelpad=3)
+            axes.set_ylabel(_label(measure, OVERVIEW_BODY_IN), labelpad=3)
             if own:
                 _scale([axes], own, measure, "y")
             else:
@@ -150,7 +150,7 @@ def trade_off(
         for number, (measure, along) in enumerate(((across, "x"), (up, "y"))):
             _scale(panels, [row for pair in shown for row in pair[number]], measure, along)
         for axes in panels[:: _columns(panels)]:
-            axes.set_ylabel(up.label, labelpad=3)
+            axes.set_ylabel(_label(up, TRADE_OFF_BODY_IN), labelpad=3)
         for axes, (named, points) in zip(panels, ends, strict=True):
             if len({label.text for label in named}) > 1:  # else the largest markers say it
                 labels.place(axes, named, points)
@@ -307,6 +307,12 @@ def _limits(
         return 0.0, 1.05 * high or 1.0
     margin = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
     return max(floor, low - margin), high + margin
+
+
+def _label(measure: Measure, room_in: float) -> str:
+    """Text of an axis of that length; a long label is cut before its unit."""
+    unit = measure.label.removeprefix(measure.metric.label)
+    return style.fitted(measure.metric.label, room_in - style.width_in(unit, style.TEXT_PT), style.TEXT_PT) + unit
 
 
 def _columns(panels: Sequence[Axes]) -> int:

@@ -1,14 +1,15 @@
 """Looks of series, scales of axes, places of points."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from legibility import check_texts
 from matplotlib.axes import Axes
 from synthetic_sweeps import FEW, SEVEN, Sweep, law, rows_of
 
 from missions.comparison import Comparison
-from missions.metric import Better
-from missions.sweeps.record import MetricRecord
+from missions.metric import Better, MetricRecord
 from visualisation import style
 from visualisation.sweeps import charts
 from visualisation.sweeps.arrangement import arranged
@@ -109,3 +110,15 @@ def test_a_large_spread_has_a_logarithmic_axis(tmp_path: Path) -> None:
     assert axes.get_yscale() == "log"
     assert axes.get_ylabel() == "mission time (s)"
     assert axes.figure.get_figwidth() == style.COLUMN_IN
+
+
+def test_a_long_label_is_cut_before_its_unit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = rows_of(tmp_path, Sweep(["remoras"], channels=[("bernoulli", FEW, {})], repeats=2))
+    long = measure(replace(TIME, label="mean time that a vehicle waits for those that it has to meet"), rows)
+    arrangement = arranged(rows)
+    for figure in (
+        charts.metric(arrangement, list(arrangement.titles), rows, long),
+        charts.overview(arrangement, next(iter(arrangement.titles)), [long] * 6, {TIME.name: rows}),
+    ):
+        assert {axes.get_ylabel()[-5:] for axes in figure.axes} == {"\u2026 (s)"}
+        check_texts(figure, monkeypatch)

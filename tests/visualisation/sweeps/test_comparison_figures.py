@@ -16,9 +16,8 @@ from synthetic_sweeps import FEW, METRICS, SEVEN, SWEEPS, TEN, Sweep, law
 
 from missions.comparison import compare, ranks
 from missions.errors import OutputError
-from missions.metric import Better, Metric
+from missions.metric import Better, Metric, MetricRecord
 from missions.sweeps.folder import SweepResults
-from missions.sweeps.record import MetricRecord
 from visualisation import SWEEP_KINDS, style
 from visualisation.errors import DrawingError
 from visualisation.sweeps import draw
@@ -37,8 +36,8 @@ DRAWN = (
     "consistency-time",
 )
 """Charts of metrics that the made-up runs have."""
-OVERVIEW = ("mission_time_s", "completed", "coverage_fraction", "duplicate_fraction", "energy_j", "n_bytes")
-"""Metrics of a study that names none."""
+OVERVIEW = ("completed", "mission_time_s", "energy_j", "n_bytes", "coverage_fraction", "duplicate_fraction")
+"""Headline metrics, which a study that names none has, in the order of their declaration."""
 
 
 @pytest.fixture(autouse=True)

@@ -7,8 +7,7 @@ import pytest
 from synthetic_sweeps import Sweep, rows_of
 
 from missions.comparison import Comparison
-from missions.metric import Better
-from missions.sweeps.record import MetricRecord
+from missions.metric import Better, MetricRecord
 from visualisation.errors import DrawingError
 from visualisation.sweeps.measures import by_kind, kind_of, measure
 

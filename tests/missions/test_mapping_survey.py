@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from remoras.sensors import Seabed
 
+from missions.mapping.sensors import Seabed
 from missions.mapping.survey import Point, contains, grid, length_m, rows, zigzag
 
 MIDFIELD = [(100.0, 100.0), (100.0, 350.0), (350.0, 350.0), (350.0, 100.0)]

@@ -1,0 +1,145 @@
+"""The Python face: what ``import remoras`` offers, in a script and in a notebook."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import remoras
+from missions.errors import ConfigurationError, OutputError
+from remoras.strategies.central import Central
+from visualisation.errors import DrawingError
+
+SHORT = {"scenario.duration_s": 60.0}
+
+
+@pytest.fixture(scope="module")
+def short() -> remoras.Run:
+    return remoras.run("mapping-rendezvous", per=0.4, seed=3, set=SHORT, keep_models=True)
+
+
+def test_every_promised_name_is_there() -> None:
+    assert [name for name in remoras.__all__ if getattr(remoras, name, None) is None] == []
+    assert set(remoras.__all__) <= set(dir(remoras))
+    with pytest.raises(AttributeError, match="no attribute 'walk'"):
+        _ = remoras.walk  # type: ignore[attr-defined]
+
+
+def test_importing_it_loads_nothing_heavy() -> None:
+    program = (
+        "import sys, remoras; heavy = {'mesa', 'numpy', 'pandas', 'pyarrow', 'rdflib', 'matplotlib', 'pydantic'};"
+        "print(*sorted(heavy & sys.modules.keys()))"
+    )
+    assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout == "\n"
+
+
+def test_a_run_says_what_it_is_in_a_line(short: remoras.Run) -> None:
+    assert repr(short) == "<Run of mapping-rendezvous, seed 3: not completed: " + short.summary["reason"] + ", 60.0 s>"
+    assert len(repr(short)) < 200
+
+
+def test_options_are_those_of_the_command_line(short: remoras.Run) -> None:
+    assert (short.summary["per"], short.summary["seed"], short.scenario.scenario.duration_s) == (0.4, 3, 60.0)
+    loaded = remoras.load("mapping-rendezvous", strategy="cbba", policy="mps-ack", channel="perfect", set=SHORT)
+    assert (loaded.strategy.name, loaded.communication.policy, loaded.channel.name) == ("cbba", "mps-ack", "perfect")
+
+
+def test_tables_are_data_frames_with_units(short: remoras.Run) -> None:
+    frame = short.table("trajectories")
+    assert frame.attrs["units"] == {
+        "time_s": "s", "x_m": "m", "y_m": "m", "heading_rad": "rad", "speed_mps": "m/s", "energy_j": "J",
+    }  # fmt: skip
+    assert set(frame["vehicle"]) == {"ASV00", "AUV00", "AUV01", "AUV02"}
+    with pytest.raises(OutputError, match="did you mean 'trajectories'"):
+        short.table("trajectory")
+
+
+def test_what_is_saved_and_opened_answers_alike(short: remoras.Run, tmp_path: Path) -> None:
+    short.save(tmp_path / "run")
+    opened = remoras.open(tmp_path / "run")
+    assert isinstance(opened, remoras.Run)
+    assert opened.tables == short.tables
+    for name in short.tables:
+        assert opened.table(name).equals(short.table(name))
+    assert opened.milestones == short.milestones
+    assert opened.scenario == short.scenario
+    with pytest.raises(OutputError, match="not empty"):
+        short.save(tmp_path / "run")
+    with pytest.raises(OutputError, match="already"):
+        opened.save(tmp_path / "copy")
+
+
+def test_a_strategy_may_be_an_object() -> None:
+    by_object = remoras.run("mapping-rendezvous", strategy=Central(queue=1), set=SHORT)
+    by_name = remoras.run("mapping-rendezvous", strategy="central", set={**SHORT, "strategy.parameters.queue": 1})
+    assert by_object.summary["strategy"] == "central"
+    assert by_object.table("packets").equals(by_name.table("packets"))
+
+
+def test_a_loaded_scenario_takes_no_options() -> None:
+    loaded = remoras.load("mapping-rendezvous", set=SHORT)
+    with pytest.raises(TypeError, match="give them to load"):
+        remoras.run(loaded, per=0.5)
+
+
+def test_faults_name_the_argument() -> None:
+    with pytest.raises(ConfigurationError, match=r"per \(channel.per\) = 1.5"):
+        remoras.run("mapping-rendezvous", per=1.5)
+    with pytest.raises(ConfigurationError, match="did you mean 'mapping-rendezvous'"):
+        remoras.load("mapping-rendezvouz")
+
+
+def test_a_run_is_drawn_from_memory(short: remoras.Run) -> None:
+    figure = short.plot("trajectories")
+    assert figure._repr_png_()[:4] == b"\x89PNG"  # type: ignore[attr-defined]
+    assert short.plot("coverage").axes  # a figure of the mission
+    with pytest.raises(DrawingError, match="known"):
+        short.plot("trajectory")
+
+
+def test_what_vehicles_knew_can_be_asked(short: remoras.Run) -> None:
+    found = short.query("SELECT ?role WHERE { ?vehicle0 rm:playsRole ?role }")
+    assert list(found.columns) == ["vehicle", "role"]
+    assert set(found["vehicle"]) == {"ASV00", "AUV00", "AUV01", "AUV02"}
+    with pytest.raises(OutputError, match="keep-models"):
+        remoras.run("mapping-rendezvous", set={"scenario.duration_s": 10.0}).query("ASK {}")
+
+
+def test_the_exchange_study_is_a_data_frame() -> None:
+    rows = remoras.exchange_study(nodes=3, per=[0.1], policies=["ack", "mps-ack"], trials=50)
+    assert list(rows["policy"]) == ["ack", "mps-ack"]
+    assert (rows["source_acked_slots.mean"] > 3).all()
+
+
+def test_a_sweep_is_made_opened_and_compared(tmp_path: Path) -> None:
+    study = tmp_path / "tiny.toml"
+    study.write_text(
+        '[study]\nname = "tiny"\nscenario = "mapping-rendezvous"\nstrategies = ["central", "remoras"]\nrepeats = 2\n'
+        '[set]\n"scenario.duration_s" = 30.0\n',
+        encoding="utf-8",
+    )
+    made = remoras.sweep(study, out=tmp_path / "out")
+    assert repr(made) == f"<Sweep in {tmp_path / 'out'}: 4 of 4 runs done, 0 failed>"
+    found = remoras.compare(tmp_path / "out", "mission_time_s")
+    assert list(found["strategy"]) == ["central", "remoras"]
+    assert found.equals(made.compare("mission_time_s"))
+    assert len(made.runs()) == made.status["done"] == 4
+
+
+def test_a_notebook_shows_what_it_promises() -> None:
+    """Cells as a user types them: a frame as a table, a figure as a picture, a run in a line."""
+    nbclient = pytest.importorskip("nbclient")
+    nbformat = pytest.importorskip("nbformat")
+    cells = [
+        "import remoras\nshort = {'scenario.duration_s': 30.0}\n"
+        "run = remoras.run('mapping-rendezvous', per=0.6, seed=3, set=short)\nrun",
+        "run.table('roles').head()",
+        "run.plot('trajectories')",
+    ]
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
+    nbclient.NotebookClient(notebook, timeout=120, kernel_name="python3").execute()
+    line, table, picture = (cell["outputs"][-1]["data"] for cell in notebook.cells)
+    assert line["text/plain"].startswith("<Run of mapping-rendezvous, seed 3")
+    assert "<table" in table["text/html"]
+    assert len(picture["image/png"]) > 10_000
