@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from exchange.policies import AckPolicy
     from missions.figure import Figure, Layer, Mark, Place
-    from missions.meeting import JobMission, JobScenario, JobSettings, Meeting, MeetingTruth
+    from missions.meeting import JobMission, JobScenario, JobSettings, JobTruth, Meeting, MeetingTruth
     from missions.metric import Better, Metric
     from missions.scenarios import Scenario
     from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Advance, Objective
@@ -50,6 +50,7 @@ _HOMES = {
         "JobMission",
         "JobScenario",
         "JobSettings",
+        "JobTruth",
         "Meeting",
         "MeetingTruth",
     ),
@@ -85,11 +86,12 @@ _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 __all__ = [
     "ADVANCING", "DONE", "DUE", "IDLE", "SELF", "TIME", "VEHICLE", "AckPolicy", "Activity", "ActivityKind",
     "ActivitySet", "ActivityType", "Advance", "Approach", "Behaviour", "Better", "Column", "Declaration", "Figure",
-    "Finding", "FleetView", "Group", "Job", "JobMission", "JobScenario", "JobSettings", "Layer", "Mark", "Meeting",
-    "MeetingTruth", "Metric", "Milestone", "Mission", "Motion", "Move", "Negotiator", "Objective", "Observation",
-    "Outlook", "Perception", "Picture", "Place", "Pose", "Recorder", "Reference", "RemorasError", "Run", "Scenario",
-    "Sensor", "SensorSettings", "Situation", "Statement", "Strategy", "Sweep", "Table", "Truth", "VehicleData",
-    "VehicleView", "Work", "attracted", "compare", "distance_m", "exchange_study", "load", "open", "run", "sweep",
+    "Finding", "FleetView", "Group", "Job", "JobMission", "JobScenario", "JobSettings", "JobTruth", "Layer", "Mark",
+    "Meeting", "MeetingTruth", "Metric", "Milestone", "Mission", "Motion", "Move", "Negotiator", "Objective",
+    "Observation", "Outlook", "Perception", "Picture", "Place", "Pose", "Recorder", "Reference", "RemorasError",
+    "Run", "Scenario", "Sensor", "SensorSettings", "Situation", "Statement", "Strategy", "Sweep", "Table", "Truth",
+    "VehicleData", "VehicleView", "Work", "attracted", "compare", "distance_m", "exchange_study", "load", "open",
+    "run", "sweep",
 ]  # fmt: skip
 
 

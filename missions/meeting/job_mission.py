@@ -28,7 +28,7 @@ from pydantic import Field, field_validator
 from missions.figure import Place
 from missions.meeting.meeting import GATHERING, NEEDS, OBJECTIVES, RENDEZ_VOUS, ROAMING, SUPERVISION, Meeting, Pursuit
 from missions.meeting.meeting import importance_of as importance_in
-from missions.meeting.truth import MeetingTruth
+from missions.meeting.truth import JOBS, JobTruth
 from missions.scenarios.parts import groups_of
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.tables import Table
@@ -81,6 +81,7 @@ class JobMission(Mission):
 
     Scenario = JobScenario
     needs = NEEDS
+    tables = (JOBS,)
     objective: ClassVar[str]
     """Objective of every role with a job, and its activity; ``objective`` + this is an attribute from Role to Job."""
     kind: ClassVar[str] = "Job"
@@ -207,6 +208,6 @@ class JobMission(Mission):
         """A head at the rally point that has lately heard all others there takes the group for gathered."""
         return self.meeting.findings(group, organisation, beliefs, picture, motion)
 
-    def truth(self, recorder: Recorder) -> MeetingTruth:
-        """Watches for the meetings; a mission that wants to know more gives a subclass of it."""
-        return MeetingTruth(self.meeting)
+    def truth(self, recorder: Recorder) -> JobTruth:
+        """Notes jobs and meetings; a mission that wants to know more gives a subclass of it."""
+        return JobTruth(self.meeting, self.objective, recorder)

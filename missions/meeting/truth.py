@@ -10,6 +10,10 @@ import math
 from missions.meeting.meeting import Meeting
 from remoras.mission import FleetView, Milestone
 from remoras.organisation import Group
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+
+JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
+"""When a vehicle had done a job; a job that two vehicles do has two rows."""
 
 
 class MeetingTruth:
@@ -103,3 +107,29 @@ class MeetingTruth:
             and sum(v.organisation.plays(v.name, group.name, role.name) for v in fleet.vehicles if v.is_alive)
             < role.minimum
         ]
+
+
+class JobTruth(MeetingTruth):
+    """Notes who has done which job when, in the table ``jobs`` and as milestones ``job_done``.
+
+    Args:
+        meeting: of the mission.
+        objective: of roles with a job.
+        recorder: takes the rows.
+    """
+
+    def __init__(self, meeting: Meeting, objective: str, recorder: Recorder) -> None:
+        super().__init__(meeting)
+        self._objective = objective
+        self._rows = recorder.rows(JOBS.name)
+        self._noted: set[tuple[str, str]] = set()
+
+    def watch(self, fleet: FleetView, now_s: float) -> None:
+        """Note the jobs done since the last look."""
+        for vehicle in fleet.vehicles:
+            for objective in vehicle.finished:
+                done = vehicle.name, objective.argument
+                if objective.name == self._objective and done not in self._noted:
+                    self._noted.add(done)
+                    self._rows.append((now_s, *done))
+                    self.milestones.append(Milestone(now_s, "job_done", vehicle.name))
