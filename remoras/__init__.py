@@ -15,41 +15,83 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from exchange.policies import AckPolicy
     from missions.figure import Figure, Layer, Mark, Place
+    from missions.meeting import JobMission, JobScenario, JobSettings, JobTruth, Meeting, MeetingTruth
     from missions.metric import Better, Metric
     from missions.scenarios import Scenario
-    from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
-    from remoras.behaviours import Behaviour, Perception, Reference
+    from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Advance, Objective
+    from remoras.behaviours import (
+        ADVANCING,
+        DONE,
+        DUE,
+        IDLE,
+        Approach,
+        Behaviour,
+        Perception,
+        Reference,
+        attracted,
+        distance_m,
+    )
+    from remoras.database import VehicleData
     from remoras.errors import RemorasError
     from remoras.face import Run, Sweep, compare, exchange_study, load, open, run, sweep
     from remoras.mission import Finding, FleetView, Milestone, Mission, Truth, VehicleView
-    from remoras.recorder import Column, Table
-    from remoras.sensor import Observation, Pose, Sensor, SensorSettings
+    from remoras.motion import Motion
+    from remoras.organisation import Group
+    from remoras.picture import Picture
+    from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+    from remoras.sensor import SELF, Observation, Pose, Sensor, SensorSettings
     from remoras.strategy import Declaration, Move, Negotiator, Situation, Statement, Strategy
     from remoras.work import Job, Outlook, Work
 
 _HOMES = {
     "remoras.face": ("Run", "Sweep", "compare", "exchange_study", "load", "open", "run", "sweep"),
     "missions.scenarios": ("Scenario",),
+    "missions.meeting": (
+        "JobMission",
+        "JobScenario",
+        "JobSettings",
+        "JobTruth",
+        "Meeting",
+        "MeetingTruth",
+    ),
     "missions.metric": ("Better", "Metric"),
     "missions.figure": ("Figure", "Layer", "Mark", "Place"),
     "exchange.policies": ("AckPolicy",),
-    "remoras.activities": ("Activity", "ActivityKind", "ActivitySet", "ActivityType", "Objective"),
-    "remoras.behaviours": ("Behaviour", "Perception", "Reference"),
+    "remoras.activities": ("Activity", "ActivityKind", "ActivitySet", "ActivityType", "Advance", "Objective"),
+    "remoras.behaviours": (
+        "ADVANCING",
+        "DONE",
+        "DUE",
+        "IDLE",
+        "Approach",
+        "Behaviour",
+        "Perception",
+        "Reference",
+        "attracted",
+        "distance_m",
+    ),
+    "remoras.database": ("VehicleData",),
     "remoras.errors": ("RemorasError",),
     "remoras.mission": ("Finding", "FleetView", "Milestone", "Mission", "Truth", "VehicleView"),
-    "remoras.recorder": ("Column", "Table"),
-    "remoras.sensor": ("Observation", "Pose", "Sensor", "SensorSettings"),
+    "remoras.motion": ("Motion",),
+    "remoras.organisation": ("Group",),
+    "remoras.picture": ("Picture",),
+    "remoras.recorder": ("TIME", "VEHICLE", "Column", "Recorder", "Table"),
+    "remoras.sensor": ("SELF", "Observation", "Pose", "Sensor", "SensorSettings"),
     "remoras.strategy": ("Declaration", "Move", "Negotiator", "Situation", "Statement", "Strategy"),
     "remoras.work": ("Job", "Outlook", "Work"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "AckPolicy", "Activity", "ActivityKind", "ActivitySet", "ActivityType", "Behaviour", "Better", "Column",
-    "Declaration", "Figure", "Finding", "FleetView", "Job", "Layer", "Mark", "Metric", "Milestone", "Mission", "Move",
-    "Negotiator", "Objective", "Observation", "Outlook", "Perception", "Place", "Pose", "Reference", "RemorasError",
+    "ADVANCING", "DONE", "DUE", "IDLE", "SELF", "TIME", "VEHICLE", "AckPolicy", "Activity", "ActivityKind",
+    "ActivitySet", "ActivityType", "Advance", "Approach", "Behaviour", "Better", "Column", "Declaration", "Figure",
+    "Finding", "FleetView", "Group", "Job", "JobMission", "JobScenario", "JobSettings", "JobTruth", "Layer", "Mark",
+    "Meeting", "MeetingTruth", "Metric", "Milestone", "Mission", "Motion", "Move", "Negotiator", "Objective",
+    "Observation", "Outlook", "Perception", "Picture", "Place", "Pose", "Recorder", "Reference", "RemorasError",
     "Run", "Scenario", "Sensor", "SensorSettings", "Situation", "Statement", "Strategy", "Sweep", "Table", "Truth",
-    "VehicleView", "Work", "compare", "exchange_study", "load", "open", "run", "sweep",
+    "VehicleData", "VehicleView", "Work", "attracted", "compare", "distance_m", "exchange_study", "load", "open",
+    "run", "sweep",
 ]  # fmt: skip
 
 

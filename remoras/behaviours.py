@@ -44,6 +44,9 @@ CAPTURE_M = 1.0
 STEADY_M = 0.05
 """A vehicle that comes nearer by less than this between two decisions stands still."""
 
+FAR_M = 10_000.0
+"""At this distance a place where nothing has been begun is half the stimulus that it is nearby."""
+
 
 class Perception(NamedTuple):
     """What an activity perceives of itself.
@@ -105,6 +108,15 @@ def distance_m(motion: Motion, point: Point) -> float:
     """Distance from the vehicle to a point (m)."""
     dx_m, dy_m = point[0] - motion.x_m, point[1] - motion.y_m
     return math.sqrt(dx_m * dx_m + dy_m * dy_m)
+
+
+def attracted(to_go_m: float) -> Perception:
+    """Due, but the less the farther away (m): so a vehicle that may go to several places begins with the nearest.
+
+    >>> attracted(0.0).stimulus, attracted(10_000.0).stimulus
+    (1.0, 0.5)
+    """
+    return Perception(1.0 / (1.0 + to_go_m / FAR_M))
 
 
 class Approach:

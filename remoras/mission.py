@@ -55,7 +55,7 @@ class Finding:
 
     subject: str
     attribute: str
-    value: str | float | bool
+    value: str | float | bool | Point
 
 
 class VehicleView(Protocol):

@@ -36,8 +36,9 @@ from remoras.recorder import Table
 if TYPE_CHECKING:
     from remoras.database import VehicleData
 
-Fact = tuple[str, str, str | float | bool]
-"""(subject, attribute, value), by names; the value of a link is the name of the instance it points to."""
+Fact = tuple[str, str, str | float | bool | tuple[float, float]]
+"""(subject, attribute, value), by names; the value of a link is the name of the instance it points to, that of a point
+(x, y)."""
 
 SELF = ""
 """Subject of a fact about the instance that the observation has found."""

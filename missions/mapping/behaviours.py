@@ -14,15 +14,13 @@ from remoras.behaviours import (
     Behaviour,
     Perception,
     Reference,
+    attracted,
     distance_m,
 )
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.work import Point
-
-FAR_M = 10_000.0
-"""At this distance an area that nobody has begun is half the stimulus that it is nearby."""
 
 
 class ZigzagExploring(Behaviour):
@@ -56,7 +54,7 @@ class ZigzagExploring(Behaviour):
         to_go_m = distance_m(motion, self._waypoints[self._next])
         perceived = self._approach.judge(to_go_m, performed)
         if self._next == 0 and not performed:
-            return Perception(1.0 / (1.0 + to_go_m / FAR_M))
+            return attracted(to_go_m)
         return ADVANCING if perceived is RETREATING else perceived  # turning at the end of a row is progress
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:

@@ -184,7 +184,7 @@ class MappingMission(Mission):
 
     def truth(self, recorder: Recorder) -> MappingTruth:
         """Watches for the ends of surveys and for meetings."""
-        return MappingTruth(self.groups.values(), self.rally_points_m, self.settings.arrival_radius_m)
+        return MappingTruth(self.meeting)
 
     @property
     def places(self) -> Sequence[Place]:
@@ -275,6 +275,7 @@ class MappingMission(Mission):
 
 
 def _switched_on(activity: str, data: VehicleData) -> tuple[str, ...]:
-    """Names of the sensors that an activity of the vehicle switches on."""
-    sensor = data.sensor(SwathSettings)
-    return (sensor.name,) if activity == "Mapping" and sensor is not None else ()
+    """Names of the sensors that an activity of the vehicle switches on: all that it has, while it maps."""
+    if activity != "Mapping" or data.sensor(SwathSettings) is None:
+        return ()
+    return tuple(sensor.name for sensor in data.sensors)

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-
+from missions.meeting.meeting import Meeting
 from missions.meeting.truth import MeetingTruth
 from remoras.activities import Objective
 from remoras.mission import FleetView, Milestone
-from remoras.organisation import Group
-from remoras.work import Point
 
 
 class MappingTruth(MeetingTruth):
     """Watches the run: when consultation ends, who finishes or gives up, which group is together."""
 
-    def __init__(self, groups: Iterable[Group], rally_points_m: Mapping[str, Point], radius_m: float) -> None:
-        super().__init__(groups, rally_points_m, radius_m)
+    def __init__(self, meeting: Meeting) -> None:
+        super().__init__(meeting)
         self._last_performed: dict[str, tuple[str, ...]] = {}
         self._exploring: dict[str, bool] = {}
         self._stopped: dict[str, Milestone] = {}

@@ -6,6 +6,6 @@ its parts, for missions that have more of their own, as ``missions.mapping`` has
 
 from missions.meeting.job_mission import JobMission, JobScenario, JobSettings
 from missions.meeting.meeting import Meeting
-from missions.meeting.truth import MeetingTruth
+from missions.meeting.truth import JobTruth, MeetingTruth
 
-__all__ = ["JobMission", "JobScenario", "JobSettings", "Meeting", "MeetingTruth"]
+__all__ = ["JobMission", "JobScenario", "JobSettings", "JobTruth", "Meeting", "MeetingTruth"]

@@ -10,9 +10,8 @@ A subclass says what there is to do: its jobs, and the behaviour by which a vehi
         needs = (*JobMission.needs, "objectiveServicing")
         vocabulary = (Path(__file__).with_name("buoys.ttl"),)
 
-        @classmethod
-        def from_scenario(cls, scenario):
-            return cls(scenario, [Service(buoy.name, buoy.place_m) for buoy in scenario.buoy])
+        def jobs_of(self, scenario):
+            return [Service(buoy.name, buoy.place_m) for buoy in scenario.buoy]
 
         def behaviour_at(self, job, data):
             return Servicing(job, data)
@@ -22,14 +21,14 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, field_validator
 
 from missions.figure import Place
 from missions.meeting.meeting import GATHERING, NEEDS, OBJECTIVES, RENDEZ_VOUS, ROAMING, SUPERVISION, Meeting, Pursuit
 from missions.meeting.meeting import importance_of as importance_in
-from missions.meeting.truth import MeetingTruth
+from missions.meeting.truth import JOBS, JobTruth
 from missions.scenarios.parts import groups_of
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.tables import Table
@@ -77,34 +76,40 @@ class JobMission(Mission):
     """A mission of jobs; see the text of this module.
 
     Args:
-        scenario: of the mission.
-        jobs: what there is to do.
+        scenario: that it is made from, which has passed every check.
     """
 
     Scenario = JobScenario
     needs = NEEDS
+    tables = (JOBS,)
     objective: ClassVar[str]
     """Objective of every role with a job, and its activity; ``objective`` + this is an attribute from Role to Job."""
     kind: ClassVar[str] = "Job"
     """Class of the jobs' instances."""
 
-    def __init__(self, scenario: JobScenario, jobs: Iterable[Job]) -> None:
-        self.settings = scenario.mission
-        self._jobs = {job.name: job for job in jobs}
+    def __init__(self, scenario: JobScenario) -> None:
+        self.scenario = scenario
+        self._jobs = {job.name: job for job in self.jobs_of(scenario)}
         self._groups = {group.name: group for group in groups_of(scenario)}
         self._rally_points_m = {point.name: point.position_m for point in scenario.rally_point}
+        settings = scenario.mission
         self.meeting = Meeting(
             self._groups,
             self._rally_points_m,
-            self.settings.arrival_radius_m,
-            self.settings.follow_distance_m,
-            self.settings.patience_s,
-            self.settings.importance,
+            settings.arrival_radius_m,
+            settings.follow_distance_m,
+            settings.patience_s,
+            settings.importance,
         )
         operators = [Operator("GiveMission"), Operator("AllocateRoles"), Operator("AssignObjective")]
         self._domain = Domain.of(operators, dict.fromkeys(self.group_missions, self._methods()))
 
     # What a subclass says ------------------------------------------------------------------------
+
+    @abstractmethod
+    def jobs_of(self, scenario: Any) -> Iterable[Job]:
+        """What there is to do in a scenario; called once."""
+        ...
 
     @abstractmethod
     def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
@@ -116,6 +121,11 @@ class JobMission(Mission):
         return tuple(sensor.name for sensor in data.sensors)
 
     # What follows --------------------------------------------------------------------------------
+
+    @classmethod
+    def from_scenario(cls, scenario: JobScenario) -> Self:
+        """The mission of a scenario."""
+        return cls(scenario)
 
     @property
     def jobs(self) -> Mapping[str, Job]:
@@ -176,7 +186,7 @@ class JobMission(Mission):
             return (), ends
         doing = Activity(self.objective, ActivityType.GUIDANCE, (job.name,), self.switched_on(job, data))
         importance = importance_in(
-            {self.objective: self.settings.importance[WORK], **self.settings.importance}, objective
+            {self.objective: self.meeting.importance[WORK], **self.meeting.importance}, objective
         )
         return (ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing, ROAMING), importance),), ends
 
@@ -198,6 +208,6 @@ class JobMission(Mission):
         """A head at the rally point that has lately heard all others there takes the group for gathered."""
         return self.meeting.findings(group, organisation, beliefs, picture, motion)
 
-    def truth(self, recorder: Recorder) -> MeetingTruth:
-        """Watches for the meetings; a mission that wants to know more gives a subclass of it."""
-        return MeetingTruth(self._groups.values(), self._rally_points_m, self.settings.arrival_radius_m)
+    def truth(self, recorder: Recorder) -> JobTruth:
+        """Notes jobs and meetings; a mission that wants to know more gives a subclass of it."""
+        return JobTruth(self.meeting, self.objective, recorder)

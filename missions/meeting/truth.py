@@ -6,28 +6,29 @@ A group that was given its mission from the start supervises the others: it coun
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
 
+from missions.meeting.meeting import Meeting
 from remoras.mission import FleetView, Milestone
 from remoras.organisation import Group
-from remoras.work import Point
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+
+JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
+"""When a vehicle had done a job; a job that two vehicles do has two rows."""
 
 
 class MeetingTruth:
     """Watches the run: when consultation ends and which group is together; a mission adds what it does at work.
 
     Args:
-        groups: of the scenario.
-        rally_points_m: by name.
-        radius_m: a vehicle this near to a rally point has arrived.
+        meeting: of the mission.
     """
 
-    def __init__(self, groups: Iterable[Group], rally_points_m: Mapping[str, Point], radius_m: float) -> None:
+    def __init__(self, meeting: Meeting) -> None:
         self.milestones: list[Milestone] = []
-        self._rally_points_m = rally_points_m
-        self._radius_m = radius_m
+        self._rally_points_m = meeting.rally_points_m
+        self._radius_m = meeting.arrival_radius_m
         self._consulted = False
-        together_first = sorted(groups, key=lambda group: group.mission is not None)
+        together_first = sorted(meeting.groups.values(), key=lambda group: group.mission is not None)
         self._apart = [group for group in together_first if group.rally_point is not None]
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
@@ -106,3 +107,29 @@ class MeetingTruth:
             and sum(v.organisation.plays(v.name, group.name, role.name) for v in fleet.vehicles if v.is_alive)
             < role.minimum
         ]
+
+
+class JobTruth(MeetingTruth):
+    """Notes who has done which job when, in the table ``jobs`` and as milestones ``job_done``.
+
+    Args:
+        meeting: of the mission.
+        objective: of roles with a job.
+        recorder: takes the rows.
+    """
+
+    def __init__(self, meeting: Meeting, objective: str, recorder: Recorder) -> None:
+        super().__init__(meeting)
+        self._objective = objective
+        self._rows = recorder.rows(JOBS.name)
+        self._noted: set[tuple[str, str]] = set()
+
+    def watch(self, fleet: FleetView, now_s: float) -> None:
+        """Note the jobs done since the last look."""
+        for vehicle in fleet.vehicles:
+            for objective in vehicle.finished:
+                done = vehicle.name, objective.argument
+                if objective.name == self._objective and done not in self._noted:
+                    self._noted.add(done)
+                    self._rows.append((now_s, *done))
+                    self.milestones.append(Milestone(now_s, "job_done", vehicle.name))

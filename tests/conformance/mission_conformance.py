@@ -1,0 +1,334 @@
+"""What every mission has to keep to, as one check of its class and a scenario of it.
+
+From a checkout: ``python tests/conformance/mission_conformance.py SCENARIO``, a shipped name or a TOML file. From a test:
+``check(mission_class, scenario)``; it raises ``AssertionError`` with what is wrong.
+"""
+
+# ruff: noqa: E402  # run as a program, this file has to find the checkout before it imports from it
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+sys.path[:0] = [str(Path(__file__).resolve().parents[2])] if __name__ == "__main__" else []
+
+from behaviour_conformance import check as check_behaviour
+
+from missions.runs.metrics import metrics_of
+from missions.runs.run import Run, run
+from missions.runs.setup import Setup, assemble, resolved
+from missions.runs.summary import summary
+from missions.scenarios import Scenario, load
+from missions.scenarios.parts import mission_class
+from remoras.activities import Activity, Objective
+from remoras.database import VehicleData
+from remoras.errors import PluginError
+from remoras.fleet import Fleet
+from remoras.htn import NoPlan, Task, plan
+from remoras.mission import FleetView, Milestone, Mission
+from remoras.recorder import TABLES
+from worldmodel import UnknownNameError
+
+SEED = 1
+OPERATORS = {"AllocateRoles", "GiveMission", "AssignObjective"}
+HASH_SEEDS = ("1", "2")
+KINDS: dict[str, type | tuple[type, ...]] = {"float": (float, int), "int": int, "str": str, "list": list}
+MAX_DEPTH = 12
+
+Rows = dict[str, list[tuple[Any, ...]]]
+
+
+def check(mission: type[Mission], scenario: Scenario) -> None:
+    """Hold a mission against the seam; see ``conforms`` for what is looked at."""
+    for _ in conforms(mission, scenario):
+        pass
+
+
+def conforms(mission: type[Mission], scenario: Scenario) -> Iterator[str]:
+    """Make every check of a mission; yields in words what has been found to be so.
+
+    Raises:
+        AssertionError: it is not so.
+    """
+    reference = f"{mission.__module__}:{mission.__qualname__}"
+    try:
+        mission_class(reference)
+    except PluginError as error:
+        raise AssertionError(f"{reference}: {error}") from error
+    about = scenario.scenario.model_copy(update={"mission": reference})
+    scenario = scenario.model_copy(update={"scenario": about})
+    assert isinstance(scenario, mission.Scenario), f"the scenario is no {mission.Scenario.__name__}"
+    yield "has all compulsory parts"
+    setup = resolved(scenario)
+    check_words(setup)
+    yield "its words are in the ontology"
+    check_jobs(setup)
+    yield "every job can be done by somebody"
+    check_activities(setup)
+    yield "every activity has a behaviour that conforms"
+    first = check_repeats(setup, scenario)
+    yield "nothing changes in it, and what is made of one scenario twice behaves alike"
+    check_truth_only_watches(setup, first)
+    yield "truth tells vehicles nothing"
+    finished = run(scenario, SEED)
+    check_results(finished)
+    yield "results are complete: metrics, tables, completion or the reason why not"
+    check_free_of_hashes(scenario)
+    yield "the same seed gives the same rows in another process"
+
+
+# Before a run
+
+
+def check_words(setup: Setup) -> None:
+    """What the mission names is in the ontology, and its objectives are about instances of the right class."""
+    mission, tbox = setup.mission, setup.tbox
+    for name in mission.needs:
+        _attribute(setup, name, "needs")
+    names = {instance.name: instance.class_uid for instance in setup.instances}
+    for objective in objectives(setup):
+        attribute = _attribute(setup, f"objective{objective.name}", f"objective {objective}")
+        assert objective.argument in names, f"objective {objective}: {objective.argument!r} is no instance"
+        kind = names[objective.argument]
+        wanted = tbox.classes[attribute.range_class]
+        fits = tbox.is_a(kind, attribute.range_class)
+        assert fits, f"objective {objective}: {objective.argument} is a {tbox.classes[kind].name}, not a {wanted.name}"
+    for job in mission.jobs.values():
+        _attribute(setup, job.done[0], f"job {job.name}, done")
+
+
+def _attribute(setup: Setup, name: str, where: str) -> Any:
+    try:
+        return setup.tbox.attribute_named(name)
+    except UnknownNameError as error:
+        raise AssertionError(f"{where}: the ontology has no attribute {name}; add it to the vocabulary") from error
+
+
+def objectives(setup: Setup) -> list[Objective]:
+    """Objectives that roles have from the start, and those that plans give where nothing is known yet."""
+    mission = setup.mission
+    found = list(mission.founding_objectives())
+    groups = setup.agreement.organisation.groups
+    for group in groups:
+        for task_name in mission.group_missions:
+            planned = plan(mission.social_domain, {}, Task(task_name, (group,)))
+            if isinstance(planned, NoPlan):
+                continue
+            for task in planned.tasks:
+                assert task.name in OPERATORS, f"the plan has {task}, allowed: {', '.join(sorted(OPERATORS))}"
+                if task.name == "AssignObjective":
+                    found.append(Objective(*task.args))
+    return list(dict.fromkeys(found))
+
+
+def check_jobs(setup: Setup) -> None:
+    """Every job is the job of a role that somebody is able to play who is able to do the job, in finite time."""
+    for name, job in setup.mission.jobs.items():
+        assert job.name == name, f"job {name!r} calls itself {job.name!r}"
+        roles = [
+            role for group in setup.agreement.organisation.groups.values() for role in group.roles if role.job == name
+        ]
+        able = [d for d in setup.database.values() if job.is_able(d) and any(d.can_play(r.name) for r in roles)]
+        assert able, f"job {name!r}: nobody is able to do it who is able to play a role with it"
+
+
+class Knowledge:
+    """What a vehicle knows before anything happens: who plays which role."""
+
+    def __init__(self, setup: Setup) -> None:
+        self._organisation = setup.agreement.organisation
+
+    def get(self, key: Any, default: Any = None, /) -> Any:
+        """Members of a role; nothing else is known."""
+        return self._organisation.members(*key[1].split(".")) if key[0] == "members" else default
+
+
+def check_activities(setup: Setup) -> None:
+    """Every objective has activities for who may get it, of different types, and each set a behaviour that conforms."""
+    mission, knowledge = setup.mission, Knowledge(setup)
+    for objective in objectives(setup):
+        players = [data for data in setup.database.values() if data.can_play(objective.role)]
+        pursued = [mission.activity_sets(objective, data, knowledge, data.start_m) for data in players]
+        assert any(sets for sets, _ in pursued), f"objective {objective}: no vehicle has an activity for it"
+        for data, (sets, _) in zip(players, pursued, strict=True):
+            for one in sets:
+                types = [activity.type for activity in one.activities]
+                assert len(set(types)) == len(types), f"{objective}, {one.name}: two activities of one type"
+                others = tuple(name for name in setup.database.names if name != data.name)
+                groups = tuple(setup.agreement.organisation.groups)
+                try:
+                    check_behaviour(partial(_behaviour, mission, one.activities[0], data), data, others, groups)
+                except AssertionError as error:
+                    raise AssertionError(f"{objective}, activity {one.name} of {data.name}: {error}") from error
+
+
+def _behaviour(mission: Mission, activity: Activity, data: VehicleData) -> Any:
+    made = mission.behaviour_for(activity, data)
+    assert hasattr(made, "perceive"), f"behaviour_for returned {made!r}, expected a Behaviour"
+    return made
+
+
+# Runs
+
+
+def check_repeats(setup: Setup, scenario: Scenario) -> Rows:
+    """Two runs of one mission object, and one of another made alike, are the same; nothing in the object changes."""
+    first = rows_of(finished(setup))
+    before = picture_of(setup.mission)
+    again = rows_of(finished(setup))
+    changed = _difference(before, picture_of(setup.mission))
+    assert not changed, f"a run changes the mission, which all vehicles and runs share: {changed}"
+    _same(first, again, "two runs of one mission object differ")
+    _same(first, rows_of(finished(resolved(scenario))), "from_scenario makes two missions of one scenario that differ")
+    return first
+
+
+def finished(setup: Setup, truth: Any = None) -> Fleet:
+    """The fleet at the end of a run, with another truth if there is one."""
+    fleet = assemble(setup, SEED)
+    if truth is not None:
+        fleet.truth = truth
+    fleet.run()
+    return fleet
+
+
+def rows_of(fleet: Fleet) -> Rows:
+    """All that was recorded."""
+    return {name: list(fleet.recorder.rows(name)) for name in fleet.recorder.tables}
+
+
+def _same(one: Rows, other: Rows, what: str) -> None:
+    for name in one:
+        assert one[name] == other[name], f"{what}, first in table {name}"
+
+
+@dataclass
+class Unseeing:
+    """A truth that looks at nothing; it lets the run go on until ``end_s``."""
+
+    end_s: float
+    milestones: list[Milestone] = field(default_factory=list)
+
+    def observe(self, fleet: FleetView, now_s: float) -> bool:
+        """Look away."""
+        return now_s >= self.end_s
+
+    def close(self, fleet: FleetView, now_s: float) -> str:
+        """Nothing to say."""
+        return ""
+
+
+def check_truth_only_watches(setup: Setup, watched: Rows) -> None:
+    """Without the mission's truth vehicles do the same."""
+    end_s = watched["trajectories"][-1][0]
+    unwatched = rows_of(finished(setup, Unseeing(end_s)))
+    for table in TABLES:
+        own = [row for row in watched[table.name] if _time_s(table.name, row) < end_s]
+        others = [row for row in unwatched[table.name] if _time_s(table.name, row) < end_s]
+        assert own == others, f"truth changes what vehicles do: table {table.name} differs when nobody watches"
+
+
+def _time_s(table: str, row: tuple[Any, ...]) -> float:
+    return float(row[1] if table == "packets" else row[0])
+
+
+def check_results(finished_run: Run) -> None:
+    """Metrics are finite or None, tables fit their columns, and a run that did not complete says why."""
+    mission, recorder = finished_run.mission, finished_run.recorder
+    assert finished_run.completed or finished_run.reason, "the mission did not complete, and truth does not say why"
+    try:
+        found = summary(finished_run)
+    except PluginError as error:
+        raise AssertionError(str(error)) from error
+    assert set(metrics_of(finished_run.scenario)) <= found.keys()
+    for table in mission.tables:
+        assert table.name in recorder.tables, f"table {table.name} was not declared to the recorder"
+        for row in recorder.rows(table.name):
+            fits = len(row) == len(table.columns) and all(
+                isinstance(value, KINDS[column.kind]) for value, column in zip(row, table.columns, strict=False)
+            )
+            names = ", ".join(f"{column.name} ({column.kind})" for column in table.columns)
+            assert fits, f"table {table.name}: row {row} does not fit its columns {names}"
+    times_s = [milestone.time_s for milestone in finished_run.milestones]
+    assert times_s == sorted(times_s), "milestones are not in time order"
+
+
+def check_free_of_hashes(scenario: Scenario) -> None:
+    """Processes that hash otherwise record the same rows."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "scenario.toml"
+        tables = scenario.model_dump(mode="json", exclude_none=True)
+        file.write_text(tomli_w.dumps(tables), encoding="utf-8")
+        here = str(Path(__file__).parent)
+        program = (
+            f"import sys; sys.path[:0] = {[here, *sys.path]!r}\n"
+            f"from mission_conformance import digest\nprint(digest({str(file)!r}))"
+        )
+        started = [
+            subprocess.Popen(
+                [sys.executable, "-c", program],
+                env={**os.environ, "PYTHONHASHSEED": seed},
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+            )
+            for seed in HASH_SEEDS
+        ]
+        said = [process.communicate() for process in started]
+    assert all(process.returncode == 0 for process in started), f"cannot be run in another process: {said[0][1]}"
+    assert len({out for out, _ in said}) == 1, "results depend on the order of a set, on hash() or on id()"
+
+
+def digest(scenario: str) -> str:
+    """Digest of all that a run of a scenario file records."""
+    return hashlib.sha256(json.dumps(rows_of(finished(resolved(load(scenario))))).encode()).hexdigest()
+
+
+# What is in an object
+
+
+def picture_of(value: Any, depth: int = 0) -> Any:
+    """An object's content, all the way down, as values that can be compared later."""
+    if depth > MAX_DEPTH or value is None or isinstance(value, str | int | float | bool | bytes | type):
+        return value
+    if isinstance(value, Mapping):
+        return {repr(key): picture_of(one, depth + 1) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [picture_of(one, depth + 1) for one in value]
+    if isinstance(value, set | frozenset):
+        return sorted(repr(one) for one in value)
+    if hasattr(value, "__dict__") and not callable(value):
+        return {name: picture_of(one, depth + 1) for name, one in vars(value).items()}
+    return type(value).__name__
+
+
+def _difference(before: Any, after: Any, path: str = "mission") -> str:
+    """Where two pictures differ first; empty if they do not."""
+    if isinstance(before, dict) and isinstance(after, dict):
+        for name in [*before, *(name for name in after if name not in before)]:
+            inner = f"{path}.{name}"
+            if (name in before) != (name in after):
+                return inner
+            if found := _difference(before[name], after[name], inner):
+                return found
+        return ""
+    if before == after:
+        return ""
+    return path
+
+
+if __name__ == "__main__":
+    sys.path[:0] = [str(Path.cwd())]
+    loaded = load(sys.argv[1])
+    for passed in conforms(mission_class(loaded.scenario.mission), loaded):
+        print(f"ok  {passed}")

@@ -1,0 +1,147 @@
+"""Missions that break one rule each, made from one of visits that keeps to all."""
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Self
+
+from exchange_of_statements import Visit
+from visiting_mission import VisitingMission, VisitingScenario, VisitingTruth
+
+from missions.metric import Better, Metric
+from remoras.activities import Activity, Objective
+from remoras.behaviours import Behaviour, Standing
+from remoras.database import VehicleData
+from remoras.mission import FleetView, Mission
+from remoras.recorder import TIME, Column, Recorder, Table
+
+
+class Partial(Mission):
+    """Lacks nearly all."""
+
+
+class Wordless(VisitingMission):
+    """Speaks of an objective that its vocabulary does not have."""
+
+    def founding_objectives(self) -> Sequence[Objective]:
+        return [*super().founding_objectives(), Objective("Team", "Head", "Daydreaming", "Team")]
+
+
+class Misdirected(VisitingMission):
+    """Gives an objective about an instance of another class."""
+
+    def founding_objectives(self) -> Sequence[Objective]:
+        return [*super().founding_objectives(), Objective("Team", "Head", "RendezVous", "Team")]
+
+
+class TooMuch(VisitingMission):
+    """Has a job that no role names."""
+
+    @property
+    def jobs(self) -> Mapping[str, Visit]:
+        return {**super().jobs, "the moon": Visit("the moon", (0.0, 0.0))}
+
+
+class Helpless(VisitingMission):
+    """Has no behaviour for one of its activities."""
+
+    def behaviour_for(self, activity: Activity, data: VehicleData) -> Any:
+        return None if activity.name == "Homing" else super().behaviour_for(activity, data)
+
+
+class Remembering(VisitingMission):
+    """Counts what it is asked, in an object that all vehicles share."""
+
+    n_asked = 0
+
+    def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
+        self.n_asked += 1
+        return super().behaviour_for(activity, data)
+
+
+class Individual(VisitingMission):
+    """Every one made is another."""
+
+    _made: ClassVar[Any] = itertools.count()
+
+    @classmethod
+    def from_scenario(cls, scenario: VisitingScenario) -> Self:
+        made = super().from_scenario(scenario)
+        made._rally_m = {name: (x + next(cls._made), y) for name, (x, y) in made._rally_m.items()}
+        return made
+
+
+class Meddling(VisitingMission):
+    """Its truth carries a vehicle to its visit."""
+
+    def truth(self, recorder: Recorder) -> VisitingTruth:
+        class Truth(VisitingTruth):
+            def observe(self, fleet: FleetView, now_s: float) -> bool:
+                fleet.vehicles[0]._vehicle.functional.motion.x_m += 0.1  # type: ignore[attr-defined]
+                return super().observe(fleet, now_s)
+
+        return Truth(tuple(self._visits))
+
+
+class Speechless(VisitingMission):
+    """Never completes and never says why."""
+
+    def truth(self, recorder: Recorder) -> VisitingTruth:
+        class Truth(VisitingTruth):
+            def observe(self, fleet: FleetView, now_s: float) -> bool:
+                return False
+
+            def close(self, fleet: FleetView, now_s: float) -> str:
+                return ""
+
+        return Truth(tuple(self._visits))
+
+
+class Boundless(VisitingMission):
+    """Has a metric that is no finite number."""
+
+    metrics = (Metric("luck", "", Better.HIGHER, "luck", lambda run: math.inf),)
+
+
+class Careless(VisitingMission):
+    """Writes rows that do not fit its table."""
+
+    tables = (Table("looks", (TIME, Column("n_vehicles", "int"))),)
+
+    def truth(self, recorder: Recorder) -> VisitingTruth:
+        class Truth(VisitingTruth):
+            def observe(self, fleet: FleetView, now_s: float) -> bool:
+                recorder.rows("looks").append((now_s, "many"))
+                return super().observe(fleet, now_s)
+
+        return Truth(tuple(self._visits))
+
+
+class ByHash(VisitingMission):
+    """Where vehicles meet depends on the hash of a name."""
+
+    @classmethod
+    def from_scenario(cls, scenario: VisitingScenario) -> Self:
+        made = super().from_scenario(scenario)
+        made._rally_m = {name: (x + hash(name) % 97, y) for name, (x, y) in made._rally_m.items()}
+        return made
+
+
+class Idle(VisitingMission):
+    """Knows an objective that nobody can do anything for."""
+
+    def activity_sets(self, objective: Objective, data: VehicleData, facts: Any, position_m: Any) -> Any:
+        if objective.name == "RendezVous":
+            return (), frozenset()
+        return super().activity_sets(objective, data, facts, position_m)
+
+
+class Overexcited(VisitingMission):
+    """Has a behaviour that breaks the rules of behaviours."""
+
+    def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
+        class Loud(Standing):
+            def perceive(self, motion: Any, picture: Any, performed: bool) -> Any:
+                return 1.0
+
+        return Loud() if activity.name == "Homing" else super().behaviour_for(activity, data)

@@ -1,0 +1,193 @@
+"""What every sensor has to keep to, as one check of its settings.
+
+From a test: ``check(settings, data, world)``; it raises ``AssertionError`` with what is wrong, when, and what was given.
+"""
+
+import copy
+import math
+import random
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
+from remoras.behaviours import Behaviour, Standing
+from remoras.beliefs import Beliefs
+from remoras.database import VehicleData
+from remoras.functional.layer import FunctionalLayer
+from remoras.picture import Picture
+from remoras.recorder import TABLES, TIME, VEHICLE, Table
+from remoras.sensor import Observation, Pose, Sensor, SensorSettings
+from worldmodel import Instance, TBox, WorldModel, WorldModelError, core_ontology_paths, read_tbox
+
+FIELD_M = 400.0
+"""The vehicle is led through a square of twice this side around its start."""
+BOUNDS_M = (-1e4, -1e4, 1e4, 1e4)
+KINDS: dict[str, type | tuple[type, ...]] = {"float": (float, int), "int": int, "str": str, "list": list}
+
+Way = Sequence[tuple[Pose, float]]
+
+
+def way(data: VehicleData, places_m: Sequence[tuple[float, float]] = (), seed: int = 1) -> Way:
+    """A way of a vehicle, tick by tick: at random through the field, slow and fast, and over all ``places_m``."""
+    draw = random.Random(seed)
+    x_m, y_m = data.start_m
+    corners = [(x_m + draw.uniform(-FIELD_M, FIELD_M), y_m + draw.uniform(-FIELD_M, FIELD_M)) for _ in range(20)]
+    targets = [*places_m, *corners]
+    draw.shuffle(targets)
+    ticks, now_s = [], 0.0
+    for target in targets:
+        speed_mps, heading_rad = draw.uniform(0.0, data.transit_speed_mps), draw.uniform(-math.pi, math.pi)
+        for share in (0.5, 0.9, 1.0, 1.0):
+            place = x_m + share * (target[0] - x_m), y_m + share * (target[1] - y_m)
+            now_s += 1.0
+            ticks.append((Pose(*place, data.depth_m, heading_rad, speed_mps), now_s))
+        x_m, y_m = target
+    return ticks
+
+
+def check(
+    settings: SensorSettings,
+    data: VehicleData,
+    world: Any,
+    instances: Iterable[tuple[str, str]] = (),
+    vocabulary: Sequence[Path] = (),
+    n_found: int = 1000,
+    places_m: Sequence[tuple[float, float]] = (),
+) -> int:
+    """Lead a sensor over a way and hold its observations against the seam.
+
+    Args:
+        settings: of the sensor.
+        data: of its vehicle.
+        world: what it perceives.
+        instances: (class, name) of what facts may be about, beside the vehicle.
+        vocabulary: Turtle files beside the core ontology.
+        n_found: most instances that it may create.
+        places_m: to be passed, so that the sensor has something to find.
+
+    Returns:
+        How many observations it made: whoever calls sees whether it found anything at all.
+
+    Raises:
+        AssertionError: it gives something else than observations; they do not fit its table or the ontology; two
+            sensors made alike answer differently; it changes the world; or it perceived something while it was off.
+    """
+    ticks = way(data, places_m)
+    before = _picture(world)
+    first, second = _made(settings, data), _made(settings, data)
+    table = _checked_table(first)
+    tbox = read_tbox(*core_ontology_paths(), *vocabulary)
+    beliefs = _beliefs(data, tbox, instances, n_found)
+    answers: list[list[Observation]] = []
+    for pose, now_s in ticks:
+        given = _sensed(first, pose, world, now_s)
+        for one in given:
+            _check_row(one, table, now_s)
+            _check_facts(one, beliefs, now_s)
+        answers.append(given)
+    for (pose, now_s), one in zip(ticks, answers, strict=True):
+        other = _sensed(second, pose, world, now_s)
+        assert other == one, f"t = {now_s} s: two sensors made alike answer {one} and {other}"
+    assert _picture(world) == before, "the sensor changed the world, which all vehicles and runs share"
+    _check_is_silent_while_off(settings, data, ticks, world)
+    return sum(map(len, answers))
+
+
+def _made(settings: SensorSettings, data: VehicleData) -> Sensor:
+    made = settings.make(data)
+    assert callable(getattr(made, "sense", None)), f"make returned {made!r}, which has no sense(pose, world, now_s)"
+    assert hasattr(made, "table"), f"{type(made).__name__} has no table: name its Table, or None if it writes no rows"
+    return made
+
+
+def _checked_table(sensor: Sensor) -> Table | None:
+    table = sensor.table
+    if table is None:
+        return None
+    assert isinstance(table, Table), f"table is {table!r}, expected a Table or None"
+    assert table.columns[:2] == (TIME, VEHICLE), f"table {table.name}: its first columns must be TIME and VEHICLE"
+    assert table.name not in {one.name for one in TABLES}, f"table {table.name}: the name of a table of every run"
+    kinds = [column.kind for column in table.columns]
+    assert set(kinds) <= KINDS.keys(), f"table {table.name}: kinds are {kinds}, allowed: {', '.join(KINDS)}"
+    return table
+
+
+def _sensed(sensor: Sensor, pose: Pose, world: Any, now_s: float) -> list[Observation]:
+    found = sensor.sense(pose, world, now_s)
+    is_list = isinstance(found, Sequence) and all(isinstance(one, Observation) for one in found)
+    assert is_list, f"t = {now_s} s: sense returned {found!r}, expected a list of Observation"
+    return list(found)
+
+
+def _check_row(one: Observation, table: Table | None, now_s: float) -> None:
+    if not one.row:
+        return
+    assert table is not None, f"t = {now_s} s: row {one.row}, but its table is None"
+    columns = table.columns[2:]
+    fits = len(one.row) == len(columns) and all(
+        isinstance(value, KINDS[column.kind]) and not isinstance(value, bool)
+        for value, column in zip(one.row, columns, strict=False)
+    )
+    names = ", ".join(f"{column.name} ({column.kind})" for column in columns)
+    assert fits, f"t = {now_s} s: row {one.row} does not fit the columns {names} of table {table.name}"
+
+
+def _check_facts(one: Observation, beliefs: Beliefs, now_s: float) -> None:
+    if not (one.facts or one.found):
+        return
+    try:
+        beliefs.model.record(beliefs.facts_of(one), now_s)
+    except WorldModelError as error:
+        raise AssertionError(f"t = {now_s} s: {one} cannot be recorded: {error}") from error
+
+
+def _beliefs(data: VehicleData, tbox: TBox, instances: Iterable[tuple[str, str]], n_found: int) -> Beliefs:
+    named = [(data.vehicle_type, data.name), *instances]
+    known = tuple(Instance(uid, tbox.class_named(kind).uid, name) for uid, (kind, name) in enumerate(named))
+    return Beliefs(WorldModel(tbox, 0, known, 0.1, n_origins=1, run_time_instances_per_origin=n_found))
+
+
+def _check_is_silent_while_off(settings: SensorSettings, data: VehicleData, ticks: Way, world: Any) -> None:
+    """Switched off it perceives nothing; switched on again, it knows of nothing that it passed meanwhile."""
+    half = len(ticks) // 2
+    layer = FunctionalLayer(data, _OneSensor(world), {"sensor": _made(settings, data)}, BOUNDS_M, Picture())
+    switched_on = Activity("Sensing", ActivityType.PRODUCTIVE, sensors=("sensor",))
+    sets = layer.prepare((ActivitySet(None, ActivityKind.INDIVIDUAL, (switched_on,), 1.0),))
+    for pose, now_s in ticks[:half]:
+        _move(layer, pose)
+        given = layer.sense(now_s, ())
+        assert not given, f"t = {now_s} s: it is off, and yet it perceives {given}"
+    layer.perform((len(sets) - 1,))
+    fresh = _made(settings, data)
+    for pose, now_s in ticks[half:]:
+        _move(layer, pose)
+        found = [one.observation for one in layer.sense(now_s, ())]
+        expected = _sensed(fresh, pose, world, now_s)
+        assert found == expected, f"t = {now_s} s: after having been off it answers {found}, a new one {expected}"
+
+
+class _OneSensor:
+    """A mission with a world and nothing to do in it but to perceive."""
+
+    def __init__(self, world: Any) -> None:
+        self._world = world
+
+    def world(self) -> Any:
+        return self._world
+
+    def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
+        return Standing()
+
+
+def _move(layer: FunctionalLayer, pose: Pose) -> None:
+    layer.motion.x_m, layer.motion.y_m = pose.x_m, pose.y_m
+    layer.motion.heading_rad, layer.motion.speed_mps = pose.heading_rad, pose.speed_mps
+
+
+def _picture(world: Any) -> Any:
+    """The world as it is now, to be compared later."""
+    try:
+        return copy.deepcopy(world)
+    except Exception:  # a world that cannot be copied is compared by its text
+        return repr(world)

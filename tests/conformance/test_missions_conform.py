@@ -1,0 +1,54 @@
+"""Shipped missions and one of visits conform, and the check finds a mission that breaks a rule."""
+
+from pathlib import Path
+
+import mission_conformance as conformance
+import nonconforming_missions as broken
+import pytest
+from visiting_mission import VisitingMission, visiting_scenario
+
+from missions.mapping import MappingMission
+from missions.scenarios import load
+from remoras.mission import Mission
+from tests.missions.small_mission import SMALL
+
+
+def test_the_mission_of_visits_conforms() -> None:
+    conformance.check(VisitingMission, visiting_scenario(0.3))
+
+
+def test_the_mapping_mission_conforms(tmp_path: Path) -> None:
+    file = tmp_path / "pond.toml"
+    file.write_text(SMALL, encoding="utf-8")
+    conformance.check(MappingMission, load(str(file)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scenario", ["mapping-rendezvous", "mapping-patches"])
+def test_every_shipped_scenario_conforms(scenario: str) -> None:
+    conformance.check(MappingMission, load(scenario))
+
+
+@pytest.mark.parametrize(
+    ("mission", "says"),
+    [
+        (broken.Partial, "lacks .*behaviour_for.* of remoras.mission.Mission"),
+        (broken.Wordless, "the ontology has no attribute objectiveDaydreaming"),
+        (broken.Misdirected, "Team is a Group, not a RallyPoint"),
+        (broken.TooMuch, "job 'the moon': nobody"),
+        (broken.Helpless, "activity Homing of .*: behaviour_for returned None"),
+        (broken.Idle, "RendezVous.*no vehicle has an activity for it"),
+        (broken.Overexcited, "activity Homing of .*: moment 0: perceive returned 1.0"),
+        (broken.Remembering, "a run changes the mission.*: mission.n_asked"),
+        (broken.Individual, "two missions of one scenario that differ"),
+        (broken.Meddling, "truth changes what vehicles do"),
+        (broken.Speechless, "truth does not say why"),
+        (broken.Boundless, "metric luck.*finite"),
+        (broken.Careless, "does not fit its columns"),
+        (broken.ByHash, "depend on the order of a set"),
+    ],
+    ids=lambda value: value.__name__ if isinstance(value, type) else "",
+)
+def test_a_mission_that_breaks_a_rule_is_found_out(mission: type[Mission], says: str) -> None:
+    with pytest.raises(AssertionError, match=says):
+        conformance.check(mission, visiting_scenario(0.0))

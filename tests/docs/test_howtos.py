@@ -1,0 +1,274 @@
+"""The how-tos work as printed: their files are written, their commands run, and have the effect that the page claims.
+
+A block whose first line is ``# name.ext`` is that file; a Python block without a name is run as a script; a line of a
+``sh`` block is a command. Blocks are taken in the order of the page. ``CHECKOUT`` stands for the repository's folder.
+"""
+
+import itertools
+import json
+import math
+import os
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pyarrow.parquet as pq
+import pytest
+from typer.testing import CliRunner
+
+import remoras.functional.layer as functional
+from missions.scenarios import shipped
+from missions.sweeps.study import load_study
+from remoras import face
+from remoras.cli import app
+from remoras.functional.vital import SAFETY_M, VITAL_SETS
+from remoras.strategies import strategies
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted((ROOT / "docs" / "howto").glob("*.md"))
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "200"}
+PROGRAM = [sys.executable, "-c", "from remoras.cli import main; main()"]
+
+
+def blocks(page: Path) -> Iterator[tuple[str, str]]:
+    """Language and text of the fenced blocks of a page that have a language, in order."""
+    yield from re.findall(r"^```(\w+)\n(.*?)^```$", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+
+
+def execute(page: Path, folder: Path) -> dict[str, str]:
+    """Do what a page says, in a folder; what each command printed, by its line."""
+    said: dict[str, str] = {}
+    for number, (language, text) in enumerate(blocks(page)):
+        name = re.match(r"# (\S+\.\w+)\n", text)
+        commands: list[tuple[str, list[str], str]] = []
+        if name is not None:
+            (folder / name[1]).write_text(text, encoding="utf-8")
+        elif language == "python":
+            (folder / f"block{number}.py").write_text(text, encoding="utf-8")
+            commands.append((text, [sys.executable, f"block{number}.py"], ""))
+        elif language == "sh":
+            for line in text.splitlines():
+                command, _, target = line.replace("CHECKOUT", str(ROOT)).partition(" > ")
+                program, *arguments = shlex.split(command)
+                start = PROGRAM if program == "remoras" else [sys.executable]
+                commands.append((line, [*start, *arguments], target))
+        for line, command_line, target in commands:
+            done = subprocess.run(
+                command_line, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, check=False
+            )
+            cut_short = done.returncode == 1 and "completed            False" in done.stdout  # as `remoras run` says
+            assert done.returncode == 0 or cut_short, f"{page.name}: {line}\n{done.stdout}\n{done.stderr}"
+            said[line] = done.stdout
+            if target:
+                (folder / target).write_text(done.stdout, encoding="utf-8")
+    return said
+
+
+@pytest.fixture(scope="module")
+def executed(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """Folder of an executed page and what its commands printed, by the name of the page."""
+    known: dict[str, tuple[Path, dict[str, str]]] = {}
+
+    def get(name: str) -> tuple[Path, dict[str, str]]:
+        if name not in known:
+            folder = tmp_path_factory.mktemp(name)
+            known[name] = folder, execute(ROOT / "docs" / "howto" / f"{name}.md", folder)
+        return known[name]
+
+    return get
+
+
+def summary(folder: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    return found
+
+
+def rows(folder: Path, table: str) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = pq.read_table(folder / f"{table}.parquet").to_pylist()
+    return found
+
+
+@pytest.mark.parametrize("page", [page.stem for page in PAGES])
+def test_a_page_works_as_printed(executed: Any, page: str) -> None:
+    executed(page)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_tables_printed_alone_load(page: Path, tmp_path: Path) -> None:
+    """A TOML block without a name takes the place of a table of the shipped scenario, or is a study."""
+    shipped_text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
+    for number, (language, text) in enumerate(blocks(page)):
+        if language != "toml" or re.match(r"# \S+\.toml\n", text):
+            continue
+        file = tmp_path / f"{number}.toml"
+        if "[study]" in text:
+            file.write_text(text, encoding="utf-8")
+            assert load_study(str(file)).configurations
+            continue
+        table = re.escape(text.splitlines()[0])
+        changed, n = re.subn(
+            rf"^{table}\n.*?(?=^\[)", lambda _, text=text: text + "\n", shipped_text, flags=re.M | re.S
+        )
+        assert n == 1, text
+        file.write_text(changed, encoding="utf-8")
+        done = CliRunner().invoke(app, ["validate", str(file)])
+        assert done.exit_code == 0, done.output
+
+
+def test_the_index_names_every_page() -> None:
+    index = (ROOT / "docs" / "howto.md").read_text(encoding="utf-8")
+    assert {f"howto/{page.name}" for page in PAGES} == set(re.findall(r"\((howto/\w+\.md)\)", index))
+
+
+# What the pages claim ---------------------------------------------------------------------------
+
+
+def test_a_sensor_from_outside_writes_its_table(executed: Any) -> None:
+    """The warm patch is 4 degrees, the depth of 20 m takes 1: readings lie within 11 and 15."""
+    folder, _ = executed("sensor")
+    readings = rows(folder / "warm", "temperatures")
+    assert {row["vehicle"] for row in readings} == {"AUV01"}
+    assert all(11.0 <= row["temperature_c"] <= 15.0 for row in readings)
+    assert min(b["time_s"] - a["time_s"] for a, b in itertools.pairwise(readings)) >= 5.0
+
+
+def test_a_metric_from_outside_is_compared_and_ranked(executed: Any) -> None:
+    folder, said = executed("metric")
+    assert summary(folder / "one")["closest_m"] > 0.0
+    assert "closest_m" in said["remoras compare several"]
+    assert "1 is the highest" in (folder / "several" / "ranking-closest_m.txt").read_text(encoding="utf-8")
+
+
+def test_a_figure_from_outside_is_drawn(executed: Any) -> None:
+    folder, _ = executed("figure")
+    caption = (folder / "one" / "speed.txt").read_text(encoding="utf-8")
+    assert "Speed over mission time" in caption
+    assert (folder / "one" / "speed.svg").stat().st_size > 5000
+
+
+def test_links_of_a_channel_from_outside_lose_by_range(executed: Any) -> None:
+    folder, _ = executed("channel")
+    assert summary(folder / "clear")["delivery_ratio"] == 1.0
+    assert summary(folder / "faded")["delivery_ratio"] < 0.95
+
+
+def test_a_strategy_from_outside_conforms(executed: Any) -> None:
+    folder, said = executed("strategy")
+    assert summary(folder / "mine")["strategy"] == "nearest"
+    checks = next(text for line, text in said.items() if "strategy_conformance" in line)
+    assert checks.count("ok  check_") >= 8
+
+
+def test_a_policy_from_outside_conforms(executed: Any) -> None:
+    folder, said = executed("policy")
+    assert summary(folder / "mine")["policy"] == "sparse:SPARSE"
+    assert any("ok" in text for line, text in said.items() if "policy_conformance" in line)
+
+
+def test_a_behaviour_from_outside_decides_where_vehicles_wait(executed: Any) -> None:
+    """On a circle of 12 m around the rally points at (450, 450) and (500, 500)."""
+    folder, _ = executed("behaviour")
+    assert summary(folder / "ring")["completed"]
+    last = {row["vehicle"]: (row["x_m"], row["y_m"]) for row in rows(folder / "ring", "trajectories")}
+    for vehicle in ("AUV01", "AUV02"):
+        assert 10.0 <= math.dist(last[vehicle], (450.0, 450.0)) <= 14.0
+
+
+def test_the_tables_of_results_are_told_apart(executed: Any) -> None:
+    _, said = executed("results")
+    answer = next(text for line, text in said.items() if line.startswith("remoras query"))
+    assert "operational rally" in answer
+
+
+# The mission from outside -------------------------------------------------------------------------
+
+
+def test_a_mission_from_outside_has_its_own_results(executed: Any) -> None:
+    folder, said = executed("mission")
+    found = summary(folder / "first")
+    assert found["completed"]
+    assert found["serviced_fraction"] == 1.0
+    assert "coverage_fraction" not in found
+    served_s = {row["job"]: row["time_s"] for row in rows(folder / "first", "jobs")}
+    assert served_s["north"] >= served_s["mother"] + 40.0  # it comes after, and takes 40 s
+    assert "services" in (folder / "first" / "services.txt").name
+    (seen,) = rows(folder / "first", "sightings")
+    answer = next(text for line, text in said.items() if line.startswith("remoras query"))
+    assert all(vehicle in answer for vehicle in ("AUV00", "AUV01", "AUV02"))
+    assert f"POINT ({seen['x_m']} {seen['y_m']})" in answer
+
+
+def test_its_metric_is_compared_and_ranked_by_its_direction(executed: Any) -> None:
+    folder, said = executed("mission")
+    assert "mean_service_s" in said["remoras compare several --metric mean_service_s"]
+    caption = (folder / "several" / "ranking-mean_service_s.txt").read_text(encoding="utf-8")
+    assert "1 is the lowest" in caption
+
+
+def test_it_is_one_short_file(executed: Any) -> None:
+    folder, _ = executed("mission")
+    assert len((folder / "buoys.py").read_text(encoding="utf-8").splitlines()) < 150
+
+
+HEAD_ON = {
+    "vehicle.AUV01.start_m": [-100.0, 0.0],
+    "vehicle.AUV02.start_m": [100.0, 0.0],
+    "vehicle.AUV01.playable_roles": ["Hand", "Servicereast"],
+    "vehicle.AUV02.playable_roles": ["Hand", "Servicerwest"],
+}
+"""As the page has it: each has to go to where the other is, at one depth."""
+
+
+def nearest_m(found: list[dict[str, Any]]) -> float:
+    """Least distance of AUV01 and AUV02 at any time."""
+    tracks = [
+        [(row["x_m"], row["y_m"]) for row in found if row["vehicle"] == vehicle] for vehicle in ("AUV01", "AUV02")
+    ]
+    return min(math.dist(one, other) for one, other in zip(*tracks, strict=True))
+
+
+def test_two_vehicles_keep_their_distance_as_the_page_says(executed: Any) -> None:
+    folder, _ = executed("mission")
+    assert nearest_m(rows(folder / "headon", "trajectories")) >= SAFETY_M
+
+
+@pytest.mark.parametrize("strategy", strategies())
+def test_vehicles_keep_their_distance_though_no_author_wrote_of_it(
+    executed: Any, strategy: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without what the vehicle needs to live the same run has them pass nearer: so it is this that keeps them apart."""
+    folder, _ = executed("mission")
+    monkeypatch.chdir(folder)
+    monkeypatch.syspath_prepend(str(folder))
+    assert closest_in(strategy) >= SAFETY_M
+    monkeypatch.setattr(functional, "VITAL_SETS", VITAL_SETS[:1])
+    assert closest_in(strategy) < SAFETY_M
+
+
+def closest_in(strategy: str) -> float:
+    run = face.run("buoys.toml", strategy=strategy, seed=1, set=HEAD_ON)
+    found: list[dict[str, Any]] = run.table("trajectories").to_dict("records")
+    return nearest_m(found)
+
+
+def test_a_vehicle_low_on_energy_goes_home_though_no_author_wrote_of_it(executed: Any) -> None:
+    folder, _ = executed("mission")
+    last = {row["vehicle"]: row for row in rows(folder / "weak", "trajectories")}["AUV01"]
+    assert math.dist((last["x_m"], last["y_m"]), (-20.0, 0.0)) <= 1.5
+    left = {row["role"] for row in rows(folder / "weak", "roles") if row["event"] == "left"}
+    assert "Hand" in left
+    assert summary(folder / "weak")["serviced_fraction"] == 1.0
+
+
+@pytest.mark.parametrize("strategy", strategies())
+def test_every_shipped_strategy_runs_it(executed: Any, strategy: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder, _ = executed("mission")
+    monkeypatch.chdir(folder)
+    monkeypatch.syspath_prepend(str(folder))
+    found = face.run("buoys.toml", strategy=strategy, seed=1).summary
+    assert found["completed"]
+    assert found["serviced_fraction"] == 1.0
