@@ -237,5 +237,5 @@ def test_a_group_is_not_taken_for_gathered_by_what_was_heard_long_ago(monkeypatc
     settings += [f"channel.{key}={value}" for key, value in LONG_SPELLS.items()]
     scenario = load("mapping-patches", [("--set", setting) for setting in settings])
     assert all(run(scenario, seed).completed for seed in (2, 12))
-    monkeypatch.setattr("missions.mapping.mission.NEWS_FRAMES", 1e9)
+    monkeypatch.setattr("missions.meeting.meeting.NEWS_FRAMES", 1e9)
     assert not any(run(scenario, seed).completed for seed in (2, 12))
