@@ -1,7 +1,7 @@
 """What every mission has to keep to, as one check of its class and a scenario of it.
 
-From a checkout: ``python tests/conformance/mission_conformance.py SCENARIO``, a shipped name or a TOML file. From a test:
-``check(mission_class, scenario)``; it raises ``AssertionError`` with what is wrong.
+From a checkout: ``python tests/conformance/mission_conformance.py SCENARIO``, a shipped name or a TOML file.
+From a test: ``check(mission_class, scenario)``; it raises ``AssertionError`` with what is wrong.
 """
 
 # ruff: noqa: E402  # run as a program, this file has to find the checkout before it imports from it

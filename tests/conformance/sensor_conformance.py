@@ -1,6 +1,6 @@
 """What every sensor has to keep to, as one check of its settings.
 
-From a test: ``check(settings, data, world)``; it raises ``AssertionError`` with what is wrong, when, and what was given.
+From a test: ``check(settings, data, world)``; it raises ``AssertionError`` with what is wrong and when.
 """
 
 import copy

@@ -17,9 +17,7 @@ def test_the_mapping_sensor_conforms() -> None:
     seabed = Seabed.of_areas(25.0, {"bank": CORNERS_M})
     middles = [((column + 0.5) * 25.0, (row + 0.5) * 25.0) for column, row in seabed.cells]
     settings = SwathSettings(swath_m=25.0, speed_limit_mps=5.0)
-    n_found = conformance.check(
-        settings, AUV, seabed, [("Area", "bank")], MappingMission.vocabulary, places_m=middles
-    )
+    n_found = conformance.check(settings, AUV, seabed, [("Area", "bank")], MappingMission.vocabulary, places_m=middles)
     assert n_found == len(seabed.cells) == 16
 
 
