@@ -312,9 +312,9 @@ def settled(state: AckState, n_nodes: int, unneeded: Words | None, w: int) -> in
     """
     items = -1
     for i in range(n_nodes):
-        cell = i * state.n_words + w
+        at = i * state.n_words + w
         if unneeded is None:
-            items &= state.believes[cell]
+            items &= state.believes[at]
         else:
-            items &= state.believes[cell] | unneeded[cell]
+            items &= state.believes[at] | unneeded[at]
     return items

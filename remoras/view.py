@@ -19,6 +19,7 @@ class ReadOnlyVehicle:
 
     def __init__(self, vehicle: Vehicle) -> None:
         self._vehicle = vehicle
+        self._name: str = vehicle.name
         self._social = vehicle.social
         self._decision: Decision | None = None
         self._performed: tuple[str, ...] = ()
@@ -26,7 +27,7 @@ class ReadOnlyVehicle:
     @property
     def name(self) -> str:
         """Name of the vehicle."""
-        return self._vehicle.name
+        return self._name
 
     @property
     def position_m(self) -> Point:

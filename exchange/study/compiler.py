@@ -108,7 +108,7 @@ def _globals_named(function: FunctionType) -> list[Any]:
     """The global values that a function names, also behind the name of a module."""
     names = function.__code__.co_names
     values = [function.__globals__[name] for name in names if name in function.__globals__]
-    values += [cell.cell_contents for cell in function.__closure__ or ()]
+    values += inspect.getclosurevars(function).nonlocals.values()
     of_modules = [getattr(v, name) for v in values if isinstance(v, ModuleType) for name in names if hasattr(v, name)]
     return [value for value in (*values, *of_modules) if not isinstance(value, ModuleType)]
 

@@ -97,8 +97,8 @@ def fill_packet(rules: Rules, load: Load, nodes: Nodes, owner: int, header_bits:
     """Put into the packet what the owner of the slot sends beside its header; returns the number of items."""
     n_sent = 0
     for w in range(rules.n_words):
-        cell = owner * rules.n_words + w
-        wanted = may_send(rules.repeat, nodes.holds[cell] & ~nodes.settled[cell], nodes.origins[cell])
+        at = owner * rules.n_words + w
+        wanted = may_send(rules.repeat, nodes.holds[at] & ~nodes.settled[at], nodes.origins[at])
         nodes.packet[w] = wanted
         while wanted != 0:
             wanted &= wanted - 1
@@ -138,9 +138,9 @@ def play_slot(kind: AckRules, rules: Rules, load: Load, nodes: Nodes, slot: int,
             state = node_state(rules, nodes, node)
             absorb(kind, rules.carrier_evidence, state, n_nodes, frame, node, owner, rows, packet, origins)
             for w in range(rules.n_words):
-                cell = node * rules.n_words + w
-                nodes.holds[cell] = state.believes[cell]
-                nodes.settled[cell] = settled(state, n_nodes, None, w)
+                at = node * rules.n_words + w
+                nodes.holds[at] = state.believes[at]
+                nodes.settled[at] = settled(state, n_nodes, None, w)
     return n_sent
 
 
@@ -150,8 +150,8 @@ def count_false_beliefs(rules: Rules, nodes: Nodes, heard_by: int) -> int:
     for node in range(rules.n_nodes):
         if (heard_by >> node) & 1:
             wrong = 0
-            for cell in range(rules.n_nodes * rules.n_words):
-                wrong |= nodes.believes[node, cell] & ~nodes.holds[cell]
+            for at in range(rules.n_nodes * rules.n_words):
+                wrong |= nodes.believes[node, at] & ~nodes.holds[at]
             n_false += int(wrong != 0)
     return n_false
 

@@ -175,10 +175,10 @@ def note_progress(rules: Rules, load: Load, nodes: Nodes, slot: int, outcome: In
         source_acked = 0
         senders_acked = -1
         for node in range(rules.n_nodes):
-            cell = node * rules.n_words + w
-            held_by_all &= nodes.holds[cell]
-            source_acked |= nodes.settled[cell] & nodes.origins[cell]
-            senders_acked &= nodes.settled[cell] | ~may_send(rules.repeat, -1, nodes.origins[cell])
+            at = node * rules.n_words + w
+            held_by_all &= nodes.holds[at]
+            source_acked |= nodes.settled[at] & nodes.origins[at]
+            senders_acked &= nodes.settled[at] | ~may_send(rules.repeat, -1, nodes.origins[at])
         senders_acked &= source_acked
         for stage in range(N_STAGES):
             now = held_by_all if stage == DELIVERED else source_acked if stage == SOURCE_ACKED else senders_acked

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from missions.errors import ConfigurationFault
 from missions.mapping.sensors import Seabed
 from missions.scenarios.checks import outside_faults
-from missions.scenarios.tables import Raw, entries, names_of, one_of, point_of, table_of
+from missions.scenarios.tables import Raw, entries, list_of, names_of, one_of, point_of, table_of
 
 MAX_CELLS = 4096
 """Cells of one area that ``mappedCell`` can name."""
@@ -84,7 +84,7 @@ def _explorers(raw: Raw) -> Iterator[ConfigurationFault]:
             if word not in role:
                 continue
             yield from one_of(f"{key}.{word}", role[word], names_of(raw, "area"))
-            able = [v for v in entries(raw, "vehicle") if role.get("name") in (v.get("playable_roles") or ())]
+            able = [v for v in entries(raw, "vehicle") if role.get("name") in list_of(v, "playable_roles")]
             if able and not any(v.get("sensor") for v in able):
                 allowed = "explores an area, but no vehicle able to play it has a [vehicle.sensor]"
                 yield ConfigurationFault(key, "", allowed)

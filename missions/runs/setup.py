@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from exchange.acoustics import loss
@@ -13,19 +13,23 @@ from exchange.manager import ExchangeManager
 from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
 from missions.errors import ConfigurationError, ConfigurationFault
+from missions.metric import Metric, collected
+from missions.runs.metrics import CORE_METRICS
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import policy_of
 from missions.scenarios.scenario import Scenario, StrategyTable
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase, VehicleData
+from remoras.errors import PluginError
 from remoras.executive.layer import ExecutiveLayer
 from remoras.executive.satisfaction import DecisionConstants
 from remoras.fleet import Fleet
 from remoras.functional.layer import FunctionalLayer
 from remoras.mission import Mission
 from remoras.picture import Picture
+from remoras.plugins import faults_of
 from remoras.radio import Radio
-from remoras.recorder import Recorder
+from remoras.recorder import Recorder, Table
 from remoras.sensor import Sensor
 from remoras.social.agreement import Agreement, agree
 from remoras.social.layer import SocialLayer
@@ -52,7 +56,7 @@ class Setup:
         database: vehicles as the fleet knows them; agreement: what they agree on before the mission.
         rally_points_m: by name; bounds_m: area of operations (x_min, y_min, x_max, y_max).
         modem, schedule, codec, needs: of the exchange.
-        decision: constants of the executive layer.
+        decision: constants of the executive layer; metrics: of its runs, by name.
     """
 
     scenario: Scenario
@@ -70,6 +74,7 @@ class Setup:
     codec: Codec
     needs: NeedsIndex
     decision: DecisionConstants
+    metrics: Mapping[str, Metric]
 
     @property
     def nodes(self) -> dict[str, int]:
@@ -85,7 +90,8 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         strategy: takes the place of the one that the scenario names.
 
     Raises:
-        ConfigurationError: nobody is there to lead a group.
+        ConfigurationError: nobody is there to lead a group, a metric has no direction, or two have one name.
+        PluginError: a sensor cannot be made, or two tables of one name have other columns.
     """
     mission_type = mission_class(scenario.scenario.mission)
     mission = mission_type.from_scenario(scenario)
@@ -103,6 +109,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     )
     agreement = agree(strategy, mission, database, groups)
     _refuse_headless(scenario, agreement)
+    _recorder(mission, [sensors_of(data) for data in database.values()])
     return Setup(
         scenario=scenario,
         mission=mission,
@@ -119,6 +126,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         codec=_codec(scenario, mission, strategy, policy, tbox, len(instances), schedule),
         needs=_needs(scenario, strategy, mission, tbox),
         decision=scenario.decision.constants(schedule.frame_s),
+        metrics=collected(scenario.scenario.mission, (*CORE_METRICS, *mission_type.metrics)),
     )
 
 
@@ -188,6 +196,34 @@ def actual(data: VehicleData, spread: float, seed: int) -> VehicleData:
     return data.faster(1.0 + spread * (2.0 * loss.uniform(seed, loss.SPEEDS, data.node, 0, 0) - 1.0))
 
 
+def sensors_of(data: VehicleData) -> dict[str, Sensor]:
+    """The sensors of a vehicle by name, made anew.
+
+    Raises:
+        PluginError: one cannot be made, or lacks a part of the seam.
+    """
+    made: dict[str, Sensor] = {}
+    for settings in data.sensors:
+        where = f"sensor {settings.name} of {data.name}"
+        try:
+            sensor = settings.make(data)
+        except Exception as error:  # it may be somebody else's class
+            raise PluginError(f"{where}: make(data) raised {type(error).__name__}: {error}") from error
+        faults = list(faults_of(sensor, Sensor, ("table", "sense")))
+        if not faults and not isinstance(sensor.table, Table | None):
+            faults = [f"table is {type(sensor.table).__name__}; expected a remoras.Table, or None if it writes none"]
+        if faults:
+            raise PluginError(f"{where}: {'; '.join(faults)}")
+        made[settings.name] = sensor
+    return made
+
+
+def _recorder(mission: Mission, sensors: Iterable[Mapping[str, Sensor]]) -> Recorder:
+    """A recorder with the tables of the mission and its sensors."""
+    tables = [sensor.table for of_one in sensors for sensor in of_one.values() if sensor.table is not None]
+    return Recorder([*mission.tables, *tables])
+
+
 def channel_of(setup: Setup, seed: int) -> BroadcastChannel:
     """The channel of the scenario, with the draws of a seed."""
     scenario, nodes = setup.scenario, setup.nodes
@@ -211,9 +247,8 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
     """
     scenario, mission = setup.scenario, setup.mission
     fleet = [actual(data, scenario.uncertainty.speed_spread, seed) for data in setup.database.values()]
-    sensors = [{settings.name: settings.make(real) for settings in real.sensors} for real in fleet]
-    tables = [sensor.table for of_one in sensors for sensor in of_one.values() if sensor.table is not None]
-    recorder = Recorder([*mission.tables, *tables])
+    sensors = [sensors_of(real) for real in fleet]
+    recorder = _recorder(mission, sensors)
 
     def make(model: Fleet) -> Sequence[Vehicle]:
         return [_vehicle(model, setup, real, own, recorder) for real, own in zip(fleet, sensors, strict=True)]

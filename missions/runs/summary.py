@@ -6,7 +6,6 @@ import math
 from typing import Any
 
 from missions.metric import Metric
-from missions.runs.metrics import metrics_of
 from missions.runs.run import Run
 from missions.scenarios.scenario import Scenario
 from remoras.errors import PluginError
@@ -26,7 +25,7 @@ def identity(scenario: Scenario, seed: int) -> dict[str, Any]:
 
 
 def summary(run: Run) -> dict[str, Any]:
-    """The figures of a run, with the names of the contract: a field for every metric of ``metrics_of``.
+    """The figures of a run, with the names of the contract: a field for every metric of its setup.
 
     ``per`` is the mean packet error rate of the loss model as it is set, without blackouts and range. A value that a
     run does not have, such as a latency without packets, is None.
@@ -34,7 +33,7 @@ def summary(run: Run) -> dict[str, Any]:
     Raises:
         PluginError: a metric of the mission raises, or gives something else than a number, a truth value or None.
     """
-    values = {metric.name: _value(metric, run) for metric in metrics_of(run.scenario).values()}
+    values = {metric.name: _value(metric, run) for metric in run.setup.metrics.values()}
     return {
         **identity(run.scenario, run.seed),
         "completed": values.pop("completed"),

@@ -16,7 +16,7 @@ from missions.scenarios.channel import channel_faults
 from missions.scenarios.parts import database_of, groups_of, strategy_named
 from missions.scenarios.policy import policy_faults
 from missions.scenarios.scenario import Scenario
-from missions.scenarios.tables import Raw, bounds_of, entries, names_of, one_of, point_of, table_of
+from missions.scenarios.tables import Raw, bounds_of, entries, list_of, names_of, one_of, point_of, table_of
 from remoras.errors import PluginError, StrategyError
 from remoras.mission import Mission
 from remoras.strategies import configured
@@ -37,8 +37,18 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     checks = (_names, _slots, _times, _world, _choices, channel_faults, _groups, _played_by, _vehicles)
     faults = [fault for check in checks for fault in check(raw)]
     if mission is not None:
-        faults += [*_needs(raw, mission), *_missions(raw, mission), *mission.check(raw)]
+        faults += [*_needs(raw, mission), *_missions(raw, mission), *_own_faults(raw, mission)]
     return faults
+
+
+def _own_faults(raw: Raw, mission: type[Mission]) -> list[ConfigurationFault]:
+    """What the mission itself finds wrong."""
+    try:
+        return list(mission.check(raw))
+    except Exception as error:  # it may be somebody else's class
+        reference = table_of(raw, "scenario").get("mission")
+        allowed = f"its check must pass malformed values over, but raised {type(error).__name__}: {error}"
+        return [ConfigurationFault("scenario.mission", f'"{reference}"', allowed)]
 
 
 def job_faults(scenario: Scenario, mission: type[Mission]) -> list[ConfigurationFault]:
@@ -229,7 +239,7 @@ def _played_by(raw: Raw) -> Iterator[ConfigurationFault]:
             if not isinstance(other, str) or "." not in other:
                 continue
             names = {str(role.get("name")), other.split(".", 1)[1]}
-            if not any(names <= set(map(str, v.get("playable_roles") or ())) for v in entries(raw, "vehicle")):
+            if not any(names <= set(map(str, list_of(v, "playable_roles"))) for v in entries(raw, "vehicle")):
                 key = f"group.{group.get('name')}.role.{role.get('name')}.played_by"
                 yield ConfigurationFault(key, f'"{other}"', "no vehicle is able to play both roles")
 

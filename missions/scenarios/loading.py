@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import tomllib
+from collections import Counter
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
@@ -101,8 +102,15 @@ def _all_sensor_faults(raw: Raw, mission: type[Mission]) -> list[ConfigurationFa
         given, key = vehicle.get("sensor"), f"vehicle.{vehicle.get('name')}.sensor"
         if isinstance(given, dict):
             faults += _sensor_faults(key, given, mission)
-        for number, table in enumerate(entries(vehicle, "sensor"), 1):
+        tables = entries(vehicle, "sensor")
+        for number, table in enumerate(tables, 1):
             faults += _sensor_faults(f"{key}.{table.get('name', number)}", table, mission)
+        first = next(iter(mission.sensors), "")
+        names = Counter(str(table.get("name") or table.get("type") or first) for table in tables)
+        for name, count in names.items():
+            if count > 1:
+                allowed = f"{count} sensors of this name, by which activities switch them on; give each its own name"
+                faults.append(ConfigurationFault(key, f'"{name}"', allowed))
     return faults
 
 

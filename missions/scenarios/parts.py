@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from exchange.acoustics.modems import modems
+from missions.metric import Metric
 from missions.scenarios.scenario import GroupTable, Scenario, VehicleTable
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
 from remoras.mission import Mission
 from remoras.organisation import Group, RoleSpecification
 from remoras.plugins import faults_of, named_object
+from remoras.recorder import Table
 from remoras.sensor import SensorSettings
 from remoras.strategies import configured, strategies
 from remoras.strategy import Strategy, faults_of_strategy
@@ -25,6 +28,10 @@ COMPULSORY_OF_MISSION = (
     "delegating_mission", "needs", "vocabulary", "sensors", "tables", "metrics", "figures",
 )  # fmt: skip
 """Members that the class of a mission must have; a subclass of ``Mission`` inherits those with a default."""
+HELD = {
+    "group_missions": (str,), "needs": (str,), "vocabulary": (Path, str), "tables": (Table,), "metrics": (Metric,),
+}  # fmt: skip
+"""What the sequences of a mission hold."""
 MOVED = {
     "missions.mapping_rendezvous:MappingRendezvous": "missions.mapping:MappingMission",
 }
@@ -40,11 +47,39 @@ def mission_class(reference: str) -> type[Mission]:
     found = named_object(MOVED.get(reference, reference))
     if not isinstance(found, type):
         raise PluginError(f"a class, a subclass of remoras.Mission; {reference} is {type(found).__name__}")
-    if not issubclass(getattr(found, "Scenario", Scenario), Scenario):
+    tables = getattr(found, "Scenario", Scenario)
+    if not (isinstance(tables, type) and issubclass(tables, Scenario)):
         raise PluginError("its Scenario must be missions.scenarios.Scenario or a subclass of it")
     if faults := list(faults_of(found, Mission, COMPULSORY_OF_MISSION)):
         raise PluginError(f"a mission: {'; '.join(faults)}")
-    return found
+    mission: type[Mission] = found
+    if faults := [*_wrongly_held(mission), *_wrong_sensors(mission.sensors)]:
+        raise PluginError(f"a mission: {'; '.join(faults)}")
+    return mission
+
+
+def _wrongly_held(mission: type[Mission]) -> Iterator[str]:
+    """Sequences of a mission that are none, or hold something else than they should."""
+    for name, kinds in HELD.items():
+        given, wanted = getattr(mission, name), f"expected a tuple of {kinds[0].__name__}"
+        if isinstance(given, str) or not isinstance(given, Sequence):
+            yield f"{name} is {type(given).__name__}; {wanted}"
+        else:
+            yield from (f"{name} holds {one!r}; {wanted}" for one in given if not isinstance(one, kinds))
+
+
+def _wrong_sensors(sensors: Any) -> Iterator[str]:
+    wanted = "expected a mapping of names to subclasses of remoras.SensorSettings that define make(data)"
+    if not isinstance(sensors, Mapping):
+        yield f"sensors is {type(sensors).__name__}; {wanted}"
+        return
+    for name, kind in sensors.items():
+        if not _makes_sensors(kind):
+            yield f"sensors has {kind!r} as {name}; {wanted}"
+
+
+def _makes_sensors(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, SensorSettings) and kind.make is not SensorSettings.make
 
 
 def mission_of(scenario: Scenario) -> Mission:
@@ -93,10 +128,11 @@ def sensor_kind(reference: str, kinds: Mapping[str, type[SensorSettings]]) -> ty
             known = ", ".join([*kinds, "package.module:Class"])
             raise PluginError(f"allowed: {known}{suggestion(reference, kinds)}")
         return kinds[reference]
-    found = named_object(reference)
-    if not (isinstance(found, type) and issubclass(found, SensorSettings)) or found.make is SensorSettings.make:
+    found: Any = named_object(reference)
+    if not _makes_sensors(found):
         raise PluginError("a subclass of remoras.SensorSettings that defines make(data)")
-    return found
+    kind: type[SensorSettings] = found
+    return kind
 
 
 def sensor_settings(

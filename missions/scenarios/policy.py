@@ -37,7 +37,7 @@ def policy_of(name: str) -> AckPolicy:
 def policy_faults(raw: Raw) -> Iterator[ConfigurationFault]:
     """The policy must be there, and the acknowledgements of all nodes must leave room in a packet."""
     communication = table_of(raw, "communication")
-    modem, name = modems().get(communication.get("modem", "")), communication.get("policy")
+    modem, name = modems().get(str(communication.get("modem", ""))), communication.get("policy")
     if not isinstance(name, str):
         return
     n_vehicles = len(entries(raw, "vehicle"))

@@ -43,6 +43,12 @@ def table_of(raw: Raw, key: str) -> Raw:
     return table if isinstance(table, dict) else {}
 
 
+def list_of(raw: Raw, key: str) -> list[Any]:
+    """The list below a key; an empty one if there is none."""
+    found = raw.get(key)
+    return found if isinstance(found, list) else []
+
+
 def one_of(key: str, given: Any, allowed: Sequence[str]) -> Iterator[ConfigurationFault]:
     """A fault, with the nearest name, if a text is none of those allowed."""
     if isinstance(given, str) and given not in allowed:

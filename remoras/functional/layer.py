@@ -21,6 +21,7 @@ from remoras.sensor import Observation, Pose, Sensor
 RESERVE_MARGIN = 1.25
 """Energy kept for the way home, as a multiple of what the way takes."""
 OBSERVATIONS = "a list of Observation"
+PERCEPTION = "a Perception, stimulus 0..1"
 REFERENCE = "None, or a Reference with a finite target_m and a speed_mps of 0 or more"
 
 
@@ -206,43 +207,58 @@ class FunctionalLayer:
             PluginError: a behaviour raises, or returns anything but a Perception with a stimulus of 0..1.
         """
         motion, picture = self.motion, self.picture
-        perceptions = []
-        for index, behaviour in enumerate(self._behaviours):
-            try:
-                perceived = behaviour.perceive(motion, picture, index in performed)
-                sound = isinstance(perceived, Perception) and 0.0 <= perceived.stimulus <= 1.0
-            except Exception as error:
-                raise self._broken(index, "perceive", "a Perception", error) from error
-            if not sound:
-                raise self._broken(index, "perceive", "a Perception, stimulus 0..1", perceived)
-            perceptions.append(perceived)
+        perceptions: list[Perception] = []
+        try:
+            for index, behaviour in enumerate(self._behaviours):
+                perceptions.append(behaviour.perceive(motion, picture, index in performed))
+        except Exception as error:
+            raise self._broken(len(perceptions), "perceive", PERCEPTION, error) from error
+        try:  # one look at all of them, and only where something is wrong a search for which it is
+            wrong = [p for p in perceptions if p.__class__ is not Perception or not 0.0 <= p.stimulus <= 1.0]
+        except TypeError:
+            wrong = perceptions
+        if wrong:
+            raise self._unsound(perceptions)
         return perceptions
 
+    def _unsound(self, perceptions: Sequence[Perception]) -> PluginError:
+        """The error for the first answer that is no Perception with a stimulus of 0..1."""
+        index, wrong = next(
+            (index, one)
+            for index, one in enumerate(perceptions)
+            if not (
+                isinstance(one, Perception) and isinstance(one.stimulus, float | int) and 0.0 <= one.stimulus <= 1.0
+            )
+        )
+        return self._broken(index, "perceive", PERCEPTION, wrong)
+
     def act(self, dt_s: float) -> None:
-        """Move for ``dt_s`` as guidance refers; without guidance, slow down to a stop."""
+        """Move for ``dt_s`` as guidance refers; without guidance, slow down to a stop.
+
+        Raises:
+            PluginError: the behaviour that guides raises, or returns anything but a finite Reference or None.
+        """
+        motion = self.motion
         reference = None if self._guiding is None else self._reference(self._guiding)
         if reference is None:
-            advance(self.motion, self.data, self.motion.position_m, 0.0, dt_s)
+            advance(motion, self.data, motion.position_m, 0.0, dt_s)
         else:
-            speed_mps = min(reference.speed_mps, self._greatest_speed_mps)
-            advance(self.motion, self.data, reference.target_m, speed_mps, dt_s)
+            advance(motion, self.data, reference[0], min(reference[1], self._greatest_speed_mps), dt_s)
         if self.exhausted:
-            self.motion.energy_j = self.data.energy_j
-            self.motion.speed_mps = 0.0
+            motion.energy_j = self.data.energy_j
+            motion.speed_mps = 0.0
 
     def _reference(self, index: int) -> Reference | None:
         try:
             reference = self._behaviours[index].reference(self.motion, self.picture)
-            sound = reference is None or _is_reference(reference)
+            if reference is None:
+                return None
+            sound = reference.__class__ is Reference
+            if sound:
+                (x_m, y_m), speed_mps = reference
+                sound = math.isfinite(x_m + y_m) and 0.0 <= speed_mps < math.inf
         except Exception as error:
             raise self._broken(index, "reference", REFERENCE, error) from error
         if not sound:
             raise self._broken(index, "reference", REFERENCE, reference)
         return reference
-
-
-def _is_reference(found: object) -> bool:
-    if not isinstance(found, Reference):
-        return False
-    (x_m, y_m), speed_mps = found
-    return math.isfinite(x_m) and math.isfinite(y_m) and 0.0 <= speed_mps < math.inf

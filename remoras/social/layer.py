@@ -25,7 +25,7 @@ from remoras.mission import Finding, SocialPart
 from remoras.motion import Motion
 from remoras.organisation import Group, RoleAssignment
 from remoras.picture import Picture
-from remoras.plugins import answer
+from remoras.plugins import answer, broken_promise
 from remoras.social.agreement import Agreement
 from remoras.social.consultation import Consultation
 from remoras.social.negotiation import Negotiation
@@ -93,6 +93,7 @@ class SocialLayer:
         self._activities: dict[Objective, Means] = {}
         self._jobs = mission.jobs
         self._job_done = {job.done: name for name, job in self._jobs.items()}
+        self._meetings = frozenset(("gatheredAt", group) for group in self.organisation.groups)
         self._done: set[str] = set()
         self._led = self._groups_led()
         planned = {group: agreement.rests_on[group] for group in self._led if group in agreement.rests_on}
@@ -136,14 +137,17 @@ class SocialLayer:
             self._negotiation.note(change)
             self.planner.note(change)
         keys = self._beliefs.keys_of(changes)
-        self._done.update(self._job_done[key] for key in keys if key in self._job_done)
-        if any(attribute == "gatheredAt" for attribute, _ in keys):
+        if not self._job_done.keys().isdisjoint(keys):
+            self._done.update(self._job_done[key] for key in keys if key in self._job_done)
+        if not self._meetings.isdisjoint(keys):
             self._picture.groups.gathered = self._gathered()
         self.planner.reconsider(keys, self._led)
         return self._drop_activities(keys)
 
     def _drop_activities(self, keys: Collection[Key]) -> bool:
         """Let go of activities that rest on any of the facts ``keys``; True if there were some."""
+        if not keys:
+            return False
         stale = [one for one, (_, rests_on) in self._activities.items() if not rests_on.isdisjoint(keys)]
         for objective in stale:
             del self._activities[objective]
@@ -212,13 +216,14 @@ class SocialLayer:
         return facts
 
     def _found(self, group: Group, motion: Motion) -> Sequence[Finding]:
-        return answer(
-            self._mission_name,
-            "findings",
-            "a list of Finding",
-            lambda found: all(isinstance(one, Finding) for one in found),
-            lambda: tuple(self._mission.findings(group, self.organisation, self._beliefs, self._picture, motion)),
-        )
+        expected = "a list of Finding"
+        try:
+            found = tuple(self._mission.findings(group, self.organisation, self._beliefs, self._picture, motion))
+        except Exception as error:
+            raise broken_promise(self._mission_name, "findings", expected, error) from error
+        if found and not all(isinstance(one, Finding) for one in found):
+            raise broken_promise(self._mission_name, "findings", expected, found)
+        return found
 
     def _facts_of(self, findings: Sequence[Finding]) -> list[Fact]:
         return [self._beliefs.fact(one.subject, one.attribute, one.value) for one in findings]

@@ -265,7 +265,7 @@ def test_a_valid_scenario_is_described():
     """Four slots of 1.1058 + 0.6667 s."""
     result = remoras("validate", "mapping-rendezvous")
     assert result.exit_code == 0
-    assert "ok; 4 vehicles, 2 groups, 3 areas, slot 1.772 s, frame 7.09 s" in result.stdout
+    assert "ok; 4 vehicles, 2 groups, 3 jobs, slot 1.772 s, frame 7.09 s" in result.stdout
     assert "AUV00 plays Coordinator of Operational" in result.stdout
 
 

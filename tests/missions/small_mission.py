@@ -93,7 +93,7 @@ mission = "AreaMapping"
   [[group.role]]
   name = "Scout"
   maximum = 1
-  area = "north bank"
+  job = "north bank"
 
 [[vehicle]]
 name = "Boat"

@@ -14,7 +14,7 @@ from small_mission import SMALL, line_of, shipped_tables
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.results import manifest
 from missions.runs.run import run as run_scenario
-from missions.runs.setup import assemble
+from missions.runs.setup import assemble, resolved
 from missions.runs.summary import summary
 from missions.scenarios import Scenario, VehicleTable, load
 from missions.scenarios.copies import LAYER_M, MAX_VEHICLES, with_copies
@@ -209,7 +209,7 @@ def test_the_mission_completes_with_more_vehicles(size: int, per: float) -> None
 
 
 def test_the_largest_fleet_starts() -> None:
-    fleet = assemble(shipped_at(MAX_VEHICLES, "scenario.duration_s=120"), seed=1)
+    fleet = assemble(resolved(shipped_at(MAX_VEHICLES, "scenario.duration_s=120")), seed=1)
     fleet.run()
     n_packets = len(fleet.recorder.packets)
     fleet.close()

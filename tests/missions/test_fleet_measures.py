@@ -1,4 +1,4 @@
-"""Measures of a run's tables: consistency of what the fleet knows, the worst mapper, the energy of the modems."""
+"""Measures of a run's tables: consistency of what the fleet knows, the energy of the modems."""
 
 from fractions import Fraction
 from pathlib import Path
@@ -8,15 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from small_mission import SMALL
 
-from missions.mapping.metrics import area_roles, least_mapped_fraction
-from missions.runs.metrics import consistency
+from missions.runs.metrics import consistency, metrics_of
 from missions.runs.run import run as run_scenario
 from missions.runs.summary import summary
 from missions.scenarios import load
-from missions.sweeps.study_file import METRICS
 from remoras.recorder import Recorder
-
-ROLES = {("G", "Left"), ("G", "Right")}
 
 
 def recorded(**tables: list[tuple[object, ...]]) -> Recorder:
@@ -88,41 +84,6 @@ def test_consistency_is_the_mean_of_the_last_receptions(
     assert time_s == (float(Fraction(sum(waits), len(waits))) if waits else None)
 
 
-# The worst mapper ---------------------------------------------------------------------------------
-
-
-def mapping(roles: list[tuple[str, str]], coverage: list[tuple[str, int]]) -> Recorder:
-    """(vehicle, role) that were assigned; (vehicle, cell) that were mapped, in their order."""
-    return recorded(
-        roles=[(0.0, vehicle, "G", role, "assigned") for vehicle, role in roles],
-        coverage=[(float(number), vehicle, cell, 0) for number, (vehicle, cell) in enumerate(coverage)],
-    )
-
-
-def test_the_first_to_map_a_cell_has_the_credit() -> None:
-    recorder = mapping([("A", "Left"), ("B", "Right")], [("A", 0), ("A", 1), ("A", 2), ("B", 2), ("B", 3)])
-    assert least_mapped_fraction(recorder, ROLES) == 1 / 4
-
-
-def test_only_vehicles_that_were_given_an_area_count() -> None:
-    coverage = [("A", 0), ("B", 1), ("C", 2)]
-    assert least_mapped_fraction(mapping([("A", "Left"), ("C", "Leader")], coverage), ROLES) == 1 / 3
-    assert least_mapped_fraction(mapping([("A", "Left"), ("D", "Right")], coverage), ROLES) == 0.0
-    assert least_mapped_fraction(mapping([("C", "Leader")], coverage), ROLES) is None
-    assert least_mapped_fraction(mapping([("A", "Left")], []), ROLES) is None
-
-
-@given(st.lists(st.tuples(st.sampled_from("ABC"), st.integers(0, 9)), min_size=1))
-def test_the_worst_of_n_does_at_most_an_equal_share(coverage: list[tuple[str, int]]) -> None:
-    found = least_mapped_fraction(mapping([("A", "Left"), ("B", "Right"), ("C", "Left")], coverage), ROLES)
-    assert found is not None
-    assert 0.0 <= found <= 1 / 3
-
-
-def test_areas_are_explored_by_the_roles_that_name_them() -> None:
-    assert {role for _, role in area_roles(load("mapping-rendezvous"))} == {"LeftWinger", "Midfield", "RightWinger"}
-
-
 # A run --------------------------------------------------------------------------------------------
 
 
@@ -144,5 +105,5 @@ SILENT = "communication.transmit_power_w=0"
 
 def test_every_measure_can_be_compared() -> None:
     measures = {"consistency_time_s", "consistent_fraction", "least_mapped_fraction", "modem_energy_j"}
-    found = summary(run_scenario(load("mapping-rendezvous", [("--set", "scenario.duration_s=60")]), 1))
-    assert measures <= set(METRICS) <= set(found)
+    scenario = load("mapping-rendezvous", [("--set", "scenario.duration_s=60")])
+    assert measures <= set(metrics_of(scenario)) <= set(summary(run_scenario(scenario, 1)))

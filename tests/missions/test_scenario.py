@@ -35,7 +35,7 @@ def test_the_small_scenario_is_in_order(tmp_path: Path):
     file.write_text(SMALL, encoding="utf-8")
     scenario = load(str(file))
     assert [vehicle.name for vehicle in scenario.vehicle] == ["Boat", "Diver"]
-    assert scenario.vehicle[0].sensor is None
+    assert scenario.vehicle[0].sensor == ()
     assert scenario.scenario.tick_s == 1.0  # not given
 
 
@@ -64,7 +64,7 @@ ONE_FAULT = [
     ("cell_m = 10.0", "cell_m = -1.0", "world.cell_m", "-1.0", "greater than or equal to 0.1", "cell_m"),
     ("cell_m = 10.0", 'cell_m = "10 m"', "world.cell_m", '"10 m"', "valid number", "cell_m"),
     ("per = 0.2", "per = 1.0", "channel.per", "1.0", "less than 1", "per"),
-    ("per = 0.2", "per = nan", "channel.per", "NaN", "finite", "per"),
+    ("per = 0.2", "per = nan", "channel.per", "nan", "finite", "per"),
     ("duration_s = 1200.0", "duration_s = 1e9", "scenario.duration_s", "1000000000.0", "604800", "duration_s"),
     (
         "playsRole = 50",
@@ -87,7 +87,7 @@ ONE_FAULT = [
     ('name = "bernoulli"', 'name = "bernouli"', "channel.name", '"bernouli"', "mean 'bernoulli'", 'name = "bernouli"'),
     ('name = "remoras"', 'name = "remora"', "strategy.name", '"remora"', "mean 'remoras'", 'name = "remora"'),
     ('name = "remoras"', 'name = "os:nothing"', "strategy.name", '"os:nothing"', "package.module:object", 'name = "os'),
-    (":MappingRendezvous", ":Nothing", "scenario.mission", "", "can be imported", "mission"),
+    (":MappingMission", ":Nothing", "scenario.mission", "", "can be imported", "mission"),
     (
         "[200.0, 200.0]",
         "[200.0, 260.0]",
@@ -131,7 +131,15 @@ ONE_FAULT = [
     ("head = true", "head = true\n  social = 1", "group.Team.role.Skipper.social", "1", "unknown key", "social"),
     ("head = true", "head = false", "group.Team.role", "0 heads", "one role must be head", "[[group.role]]"),
     (
-        'area = "north bank"',
+        'job = "north bank"',
+        'job = "nroth bank"',
+        "group.Team.role.Scout.job",
+        '"nroth bank"',
+        "mean 'north bank'",
+        "job =",
+    ),
+    (  # the older name of the key
+        'job = "north bank"',
         'area = "nroth bank"',
         "group.Team.role.Scout.area",
         '"nroth bank"',
@@ -218,7 +226,7 @@ def test_borders_in_the_wrong_order_are_one_fault_and_not_one_of_every_place(tmp
 
 
 def test_an_object_that_is_no_mission_is_a_fault(tmp_path: Path):
-    assert faults_of(tmp_path, changed(":MappingRendezvous", ":Mapping"))[0].key == "scenario.mission"
+    assert faults_of(tmp_path, changed(":MappingMission", ":Mapping"))[0].key == "scenario.mission"
 
 
 def test_an_object_that_is_no_strategy_is_a_fault(tmp_path: Path):
@@ -374,7 +382,7 @@ def test_two_things_of_one_name_are_told_with_the_line_of_one_of_them(tmp_path: 
 
 
 def importance_of(objective: str, value: float) -> Callable[[Scenario], bool]:
-    return lambda scenario: bool(scenario.mission["importance"][objective] == value)
+    return lambda scenario: bool(scenario.mission.importance[objective] == value)
 
 
 # --set --------------------------------------------------------------------------------------------
@@ -389,7 +397,7 @@ def importance_of(objective: str, value: float) -> Callable[[Scenario], bool]:
         ("communication.carrier_evidence=false", lambda s: s.communication.carrier_evidence is False),
         ("decision.weight_external = 0", lambda s: s.decision.weight_external == 0.0),
         ("vehicle.AUV01.survey_speed_mps=1.7", lambda s: s.vehicle[2].survey_speed_mps == 1.7),
-        ("vehicle.AUV01.sensor.swath_m=30", lambda s: s.vehicle[2].sensor.swath_m == 30.0),
+        ("vehicle.AUV01.sensor.swath_m=30", lambda s: s.vehicle[2].sensor[0]["swath_m"] == 30.0),
         ("group.Operational.role.Performer.minimum=2", lambda s: s.group[1].role[1].minimum == 2),
         ("rally_point.operational rally.position_m=[1, 2]", lambda s: s.rally_point[0].position_m == (1.0, 2.0)),
         ("world.x_m=[-1000, 1000]", lambda s: s.world.x_m == (-1000.0, 1000.0)),

@@ -23,8 +23,8 @@ def is_sound(run: Run) -> None:
     assert [milestone.time_s for milestone in run.milestones] == sorted(m.time_s for m in run.milestones)
     assert [milestone.name for milestone in run.milestones].count("mission_complete") == int(run.completed)
     assert not [row for row in run.recorder.faults if "refused" in row[2] or row[2] == "bad packet"]
-    mapped = {(row[2], row[3]) for row in run.recorder.coverage}
-    assert len(mapped) <= len(run.recorder.coverage)
+    mapped = {(row[2], row[3]) for row in run.recorder.rows("coverage")}
+    assert len(mapped) <= len(run.recorder.rows("coverage"))
     payload_bits = modems()[run.scenario.communication.modem].payload_bits
     assert all(0 < row[3] <= payload_bits for row in run.recorder.packets)
 
@@ -34,7 +34,7 @@ def names_at(run: Run, milestone: str) -> list[str]:
 
 
 def coverage(run: Run, n_cells: int) -> float:
-    return len({(row[2], row[3]) for row in run.recorder.coverage}) / n_cells
+    return len({(row[2], row[3]) for row in run.recorder.rows("coverage")}) / n_cells
 
 
 # Fleets -------------------------------------------------------------------------------------------
@@ -107,7 +107,7 @@ def test_a_vehicle_without_a_sensor_maps_nothing_and_gets_no_area(tmp_path: Path
     run = run_varied(tmp_path, lambda raw: named(raw["vehicle"], "AUV01").pop("sensor"))
     is_sound(run)
     assert run.completed, run.reason
-    assert "AUV01" not in {row[1] for row in run.recorder.coverage}
+    assert "AUV01" not in {row[1] for row in run.recorder.rows("coverage")}
     assert "AUV01" not in names_at(run, "mapping_done")
 
 
@@ -130,9 +130,9 @@ def with_areas(corners: list[list[list[float]]]) -> Callable[[Raw], None]:
 
     def vary(raw: Raw) -> None:
         raw["area"] = [{"name": f"area {number}", "corners_m": each} for number, each in enumerate(corners)]
-        wings = [{"name": f"Wing{number}", "maximum": 1, "area": f"area {number}"} for number in range(len(corners))]
+        wings = [{"name": f"Wing{number}", "maximum": 1, "job": f"area {number}"} for number in range(len(corners))]
         group = named(raw["group"], "Operational")
-        group["role"] = [role for role in group["role"] if "area" not in role] + wings
+        group["role"] = [role for role in group["role"] if "job" not in role] + wings
         for vehicle in raw["vehicle"][1:]:
             kept = [role for role in vehicle["playable_roles"] if role not in ("LeftWinger", "Midfield", "RightWinger")]
             vehicle["playable_roles"] = kept + [wing["name"] for wing in wings]
@@ -171,7 +171,7 @@ def test_areas_of_any_shape_and_number(tmp_path: Path, shape: str):
     is_sound(run)
     assert run.completed, run.reason
     if not SHAPES[shape]:
-        assert run.recorder.coverage == []
+        assert run.recorder.rows("coverage") == []
         assert names_at(run, "gathered") == ["Operational", "Coordination"]
 
 
@@ -185,8 +185,8 @@ def test_ten_areas_for_three_vehicles_are_all_mapped(tmp_path: Path):
 def test_coverage_of_a_triangle_is_of_its_own_cells(tmp_path: Path):
     """No cell outside the area is ever counted as mapped: cell (x, y) has its centre below the slope x + y = 500 m."""
     run = run_varied(tmp_path, with_areas(SHAPES["triangle"]))
-    assert {(row[2], row[3]) for row in run.recorder.coverage}
-    assert all((x + 0.5) * 25.0 + (y + 0.5) * 25.0 < 500.0 for _, _, x, y in run.recorder.coverage)
+    assert {(row[2], row[3]) for row in run.recorder.rows("coverage")}
+    assert all((x + 0.5) * 25.0 + (y + 0.5) * 25.0 < 500.0 for _, _, x, y in run.recorder.rows("coverage"))
 
 
 # Seas and modems ----------------------------------------------------------------------------------
@@ -283,7 +283,7 @@ def test_what_is_not_exchanged_is_not_known(tmp_path: Path):
     """Nobody needs mapped cells: they stay with the vehicle that mapped them."""
     run = run_varied(tmp_path, lambda raw: raw["communication"]["needs"].pop("mappedCell"), "scenario.duration_s=200")
     is_sound(run)
-    mapped_s = {row[0] for row in run.recorder.coverage}
+    mapped_s = {row[0] for row in run.recorder.rows("coverage")}
     cells = {row[2] for row in run.recorder.knowledge if row[4] == "observed" and row[0] in mapped_s}
     assert cells
     assert not [row for row in run.recorder.knowledge if row[2] in cells and row[4] == "received"]

@@ -7,10 +7,9 @@ import pytest
 
 from exchange.acoustics.channel import Arrival, Channel
 from exchange.packets import Packet
-from missions.runs.run import Run, codec_of, instances_of, run
-from missions.runs.setup import channel_of
+from missions.runs.run import Run, run
+from missions.runs.setup import channel_of, resolved
 from missions.scenarios import Scenario, load
-from worldmodel import core_ontology_paths, read_tbox
 
 PAPER_S = {
     ("consultation_done", ""): 7.1,
@@ -74,14 +73,14 @@ class Scripted:
 
 
 def scripted(loaded: Scenario, alter: Callable[[Packet], Packet]) -> Scripted:
-    tbox = read_tbox(*core_ontology_paths())
-    codec = codec_of(loaded, tbox, instances_of(loaded, tbox, ("Supervision", "AreaMapping")))
+    setup = resolved(loaded)
+    codec = setup.codec
 
     def encode(packet: Packet) -> bytes:
         wire = [codec.encode_fragment(fragment, packet.sender) for fragment in packet.fragments]
         return codec.encode(packet.sender, packet.rows, wire, packet.signals)
 
-    return Scripted(channel_of(loaded, seed=1), codec.decode, encode, alter)
+    return Scripted(channel_of(setup, seed=1), codec.decode, encode, alter)
 
 
 def test_a_scripted_channel_that_alters_nothing_changes_nothing(paper_run: Run) -> None:

@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 import pytest
 
 from missions.mapping.metrics import area_roles
-from missions.runs.run import Run, run, seabed_of
-from missions.runs.setup import actual, assemble
+from missions.runs.run import Run, run
+from missions.runs.setup import actual, assemble, resolved
 from missions.runs.summary import summary
 from missions.scenarios import load
 from remoras.strategies import strategies
@@ -63,7 +63,7 @@ def test_fixed_partition_sends_nothing_and_no_channel_changes_it(channel: str) -
         one, other = finished("fixed-partition", seed), finished("fixed-partition", seed, f"channel.{channel}")
         assert one.recorder.packets == other.recorder.packets == []
         assert one.recorder.trajectories == other.recorder.trajectories
-        assert one.recorder.coverage == other.recorder.coverage
+        assert one.recorder.rows("coverage") == other.recorder.rows("coverage")
         assert summary(other)["duplicate_fraction"] == 0.0
         assert other.completed
 
@@ -146,7 +146,7 @@ def test_only_vehicles_that_hear_influence_signals_give_up_early() -> None:
 
 
 def real_speeds_mps(seed: int, *settings: str) -> list[float]:
-    fleet = assemble(load("mapping-patches", [("--set", setting) for setting in settings]), seed)
+    fleet = assemble(resolved(load("mapping-patches", [("--set", setting) for setting in settings])), seed)
     speeds = [vehicle.functional.data.transit_speed_mps for vehicle in fleet.vehicles]
     fleet.close()
     return speeds
@@ -177,7 +177,7 @@ def test_the_speeds_differ_between_seeds_and_vehicles_within_the_spread() -> Non
 
 
 def test_without_spread_every_vehicle_is_as_fast_as_its_data() -> None:
-    fleet = assemble(load("mapping-patches"), 1)
+    fleet = assemble(resolved(load("mapping-patches")), 1)
     data = fleet.vehicles[0].data
     fleet.close()
     assert actual(data, 0.0, seed=1) == data
@@ -216,8 +216,8 @@ def test_claims_of_a_lost_vehicle_do_not_stand_for_ever() -> None:
 
     def mapped_by_others(*settings: str) -> float:
         done = finished("cbba", 1, *LOST, *settings)
-        cells = {(x, y) for _, vehicle, x, y in done.recorder.coverage if vehicle != "AUV02"}
-        return len(cells) / len(seabed_of(done.scenario).cells)
+        cells = {(x, y) for _, vehicle, x, y in done.recorder.rows("coverage") if vehicle != "AUV02"}
+        return len(cells) / len(done.mission.world().cells)
 
     assert mapped_by_others() == 1.0
     assert mapped_by_others(f"strategy.parameters.silence_rounds={NEVER}") < 0.96

@@ -36,7 +36,7 @@ DRAWN = (
     "consistency-time",
 )
 """Charts of metrics that the made-up runs have."""
-OVERVIEW = ("completed", "mission_time_s", "energy_j", "n_bytes", "coverage_fraction", "duplicate_fraction")
+OVERVIEW = ("mission_time_s", "completed", "energy_j", "n_bytes", "coverage_fraction", "duplicate_fraction")
 """Headline metrics, which a study that names none has, in the order of their declaration."""
 
 

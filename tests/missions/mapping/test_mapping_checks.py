@@ -1,0 +1,119 @@
+"""What the mapping mission finds wrong between its tables; malformed ones are passed over, not crashed on."""
+
+import copy
+import tomllib
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from small_mission import SMALL
+
+from missions.errors import ConfigurationFault
+from missions.mapping import MappingMission
+from missions.mapping.checks import MAX_CELLS
+
+POND: dict[str, Any] = tomllib.loads(SMALL)
+SQUARE = [[0.0, 0.0], [100.0, 0.0], [100.0, 100.0], [0.0, 100.0]]
+
+
+def pond() -> dict[str, Any]:
+    return copy.deepcopy(POND)
+
+
+def faults(raw: dict[str, Any]) -> list[ConfigurationFault]:
+    return list(MappingMission.check(raw))
+
+
+def with_areas(*areas: Any, cell_m: float = 10.0) -> dict[str, Any]:
+    raw = pond()
+    raw["area"] = [{"name": "north bank", "corners_m": SQUARE}, *areas]
+    raw["world"]["cell_m"] = cell_m
+    return raw
+
+
+def test_the_pond_is_in_order() -> None:
+    assert faults(pond()) == []
+
+
+@pytest.mark.parametrize("name", ["north bank", "Boat", "Team", "jetty"])
+def test_an_area_needs_a_name_of_its_own(name: str) -> None:
+    (fault,) = faults(with_areas({"name": name, "corners_m": SQUARE}))
+    assert (fault.key, fault.given) == (f"area.{name}.name", f'"{name}"')
+    assert fault.allowed == "used 2 times; areas need names of their own"
+
+
+def test_an_area_is_not_called_as_a_mission() -> None:
+    (fault,) = faults(with_areas({"name": "AreaMapping", "corners_m": SQUARE}))
+    assert (fault.key, fault.allowed) == ("area.AreaMapping.name", "is the name of a mission")
+
+
+@pytest.mark.parametrize(
+    ("corners", "says"),
+    [
+        ([[0, 0], [100, 100], [100, 0], [0, 100]], "convex polygon in order"),
+        ([[0, 0], [100, 0], [20, 20], [0, 100]], "convex polygon in order"),
+        ([[0, 0], [100, 0], [200, 0]], "convex polygon in order"),
+        ([[0, 0], [100, 0], [100, 400]], "outside the world"),
+        ([[0, 0], [5, 0], [5, 5], [0, 4]], f"1 to {MAX_CELLS}"),  # no centre of a cell of 10 m
+    ],
+)
+def test_an_area_is_a_convex_polygon_in_the_world_with_some_cells(corners: list[list[float]], says: str) -> None:
+    found = faults(with_areas({"name": "shoal", "corners_m": corners}))
+    assert {fault.key for fault in found} == {"area.shoal.corners_m"}
+    assert any(says in fault.allowed for fault in found)
+
+
+@pytest.mark.parametrize(("cell_m", "n"), [(100 / 64, 0), (100 / 65, 1), (0.1, 1)])
+def test_an_area_has_at_most_4096_cells(cell_m: float, n: int) -> None:
+    """64 by 64 cells are 4096, 65 by 65 are 4225: an index of 12 bits has 4096 values."""
+    found = faults(with_areas(cell_m=cell_m))
+    assert len(found) == n
+    assert all("4096; change world.cell_m" in fault.allowed for fault in found)
+
+
+@pytest.mark.parametrize("word", ["job", "area"])
+def test_a_role_names_an_area_that_is_there_by_either_name_of_the_key(word: str) -> None:
+    raw = pond()
+    scout = raw["group"][0]["role"][3]
+    scout[word] = scout.pop("job")
+    assert faults(raw) == []
+    scout[word] = "north bnak"
+    (fault,) = faults(raw)
+    assert (fault.key, fault.given) == (f"group.Team.role.Scout.{word}", '"north bnak"')
+    assert "allowed: north bank; did you mean 'north bank'" in fault.allowed
+
+
+def test_a_role_with_an_area_needs_somebody_with_a_sensor() -> None:
+    raw = pond()
+    del raw["vehicle"][1]["sensor"]
+    (fault,) = faults(raw)
+    assert fault.key == "group.Team.role.Scout"
+    assert "no vehicle able to play it has a [vehicle.sensor]" in fault.allowed
+
+
+def test_an_importance_is_of_a_role_that_is_there() -> None:
+    raw = pond()
+    raw["mission"]["importance"]["Hnad.RendezVous"] = 0.5
+    (fault,) = faults(raw)
+    assert fault.key == "mission.importance.Hnad.RendezVous"
+    assert "did you mean 'Hand'" in fault.allowed
+
+
+JUNK = st.sampled_from([None, 5, -1.5, True, "text", [], {}, [5], [[]], [{}], [[1, 2]], {"name": 5}, [{"name": "A"}]])
+PLACES = [
+    ("world",), ("world", "x_m"), ("world", "cell_m"), ("area",), ("area", 0), ("area", 0, "corners_m"),
+    ("area", 0, "corners_m", 0), ("group",), ("group", 0), ("group", 0, "role"), ("group", 0, "role", 3),
+    ("group", 0, "role", 3, "job"), ("vehicle",), ("vehicle", 1), ("vehicle", 1, "sensor"),
+    ("vehicle", 1, "playable_roles"), ("mission",), ("mission", "importance"), ("rally_point",),
+]  # fmt: skip
+
+
+@given(st.sampled_from(PLACES), JUNK)
+def test_whatever_stands_where_a_table_belongs_nothing_crashes(place: tuple[Any, ...], junk: Any) -> None:
+    raw: Any = pond()
+    at = raw
+    for part in place[:-1]:
+        at = at[part]
+    at[place[-1]] = junk
+    assert all(isinstance(fault, ConfigurationFault) for fault in faults(raw))

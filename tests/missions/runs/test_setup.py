@@ -1,0 +1,170 @@
+"""The setup of a run: resolved once, frozen, and shared by any number of runs without a trace."""
+
+import dataclasses
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import pytest
+from small_mission import SMALL
+
+import missions.runs.setup as home
+from missions.errors import ConfigurationError
+from missions.mapping import MappingMission
+from missions.runs.run import run
+from missions.runs.setup import Setup, actual, assemble, channel_of, resolved, sensors_of
+from missions.runs.summary import summary
+from missions.scenarios import Scenario, load, parts
+from remoras.errors import PluginError
+from remoras.fleet import Fleet
+from remoras.strategies.central import Central
+
+SECONDS_S = 200.0
+
+
+@pytest.fixture(scope="module")
+def scenario(tmp_path_factory: pytest.TempPathFactory) -> Scenario:
+    file = tmp_path_factory.mktemp("setup") / "pond.toml"
+    file.write_text(SMALL, encoding="utf-8")
+    return load(str(file), [("--set", f"scenario.duration_s={SECONDS_S}"), ("--set", "uncertainty.speed_spread=0.1")])
+
+
+@pytest.fixture(scope="module")
+def pond(scenario: Scenario) -> Setup:
+    return resolved(scenario)
+
+
+def rows_of(fleet: Fleet) -> dict[str, list[Any]]:
+    fleet.run()
+    rows = {name: list(fleet.recorder.rows(name)) for name in fleet.recorder.tables}
+    fleet.close()
+    return rows
+
+
+# Resolved once ------------------------------------------------------------------------------------
+
+
+def test_a_setup_is_frozen(pond: Setup) -> None:
+    for field in dataclasses.fields(pond):
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            setattr(pond, field.name, None)
+
+
+def counted(monkeypatch: pytest.MonkeyPatch, module: Any, name: str, calls: Counter[str]) -> None:
+    function = getattr(module, name)
+
+    def counting(*args: Any) -> Any:
+        calls[f"{name} {args[0]}" if name == "named_object" else name] += 1
+        return function(*args)
+
+    monkeypatch.setattr(module, name, counting)
+
+
+def test_in_one_run_everything_is_resolved_once(scenario: Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: Counter[str] = Counter()
+    for name in ("strategy_of", "policy_of", "read_tbox", "mission_class", "database_of", "groups_of", "collected"):
+        counted(monkeypatch, home, name, calls)
+    made: Counter[str] = Counter()
+    from_scenario = MappingMission.from_scenario.__func__  # type: ignore[attr-defined]
+
+    def counting(cls: type[MappingMission], given: Any) -> MappingMission:
+        made["from_scenario"] += 1
+        mission: MappingMission = from_scenario(cls, given)
+        return mission
+
+    monkeypatch.setattr(MappingMission, "from_scenario", classmethod(counting))
+    finished = run(scenario)
+    assert calls == dict.fromkeys(calls, 1)
+    assert len(calls) == 7
+    assert made == {"from_scenario": 1}
+    assert finished.setup.mission is finished.mission
+
+
+def test_in_one_run_no_object_is_looked_up_by_name_twice(scenario: Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: Counter[str] = Counter()
+    counted(monkeypatch, parts, "named_object", calls)
+    summary(run(scenario))
+    assert set(calls) == {"named_object missions.mapping:MappingMission"}
+    assert calls.total() == 1
+
+
+def test_runs_of_one_setup_are_alike_and_leave_no_trace_in_it(pond: Setup, scenario: Scenario) -> None:
+    """Two runs one after the other, two at the same time, and one of a setup of its own."""
+    first, second = rows_of(assemble(pond, 3)), rows_of(assemble(pond, 3))
+    fleets = assemble(pond, 3), assemble(pond, 3)
+    while any(fleet.now_s < SECONDS_S for fleet in fleets):
+        for fleet in fleets:
+            fleet.step()
+    at_once = [{name: list(fleet.recorder.rows(name)) for name in fleet.recorder.tables} for fleet in fleets]
+    for fleet in fleets:
+        fleet.close()
+    assert first == second == rows_of(assemble(resolved(scenario), 3))
+    assert at_once[0] == at_once[1]
+    assert at_once[0]["packets"] == first["packets"]
+    assert first["packets"]
+    assert first["coverage"]
+    assert rows_of(assemble(pond, 4))["packets"] != first["packets"]  # the seed is of the run
+
+
+# What follows from a scenario ---------------------------------------------------------------------
+
+
+def test_what_the_whole_fleet_has_names_for(pond: Setup) -> None:
+    """Vehicles by slot, the group, its roles, the area, the rally point, the missions; uids in this order."""
+    assert [instance.name for instance in pond.instances] == [
+        "Diver", "Boat", "Team", "Team.Skipper", "Team.Hand", "Team.Mapper", "Team.Scout",
+        "north bank", "jetty", "Supervision", "AreaMapping",
+    ]  # fmt: skip
+    assert [instance.uid for instance in pond.instances] == list(range(11))
+    assert pond.nodes == {"Diver": 0, "Boat": 1}
+    assert pond.tbox.class_named("Area").uid == pond.instances[7].class_uid
+    assert pond.bounds_m == (-50.0, -50.0, 250.0, 250.0)
+    assert pond.rally_points_m == {"jetty": (200.0, 200.0)}
+    assert list(pond.metrics)[-1] == "least_mapped_fraction"
+
+
+def test_a_strategy_given_as_an_object_takes_the_place_of_the_one_named(scenario: Scenario) -> None:
+    mine = Central(queue=1)
+    found = resolved(scenario, mine)
+    assert found.strategy is mine
+    assert found.scenario.strategy.name == "central"
+    assert scenario.strategy.name == "remoras"
+
+
+def test_a_channel_is_of_the_seed(pond: Setup) -> None:
+    assert channel_of(pond, 5) == channel_of(pond, 5)
+    assert channel_of(pond, 5) != channel_of(pond, 6)
+
+
+def test_a_vehicle_is_as_fast_as_it_really_is_and_believed_to_be_as_its_data_say(pond: Setup) -> None:
+    fleet = assemble(pond, 2)
+    for vehicle in fleet.vehicles:
+        known = pond.database[vehicle.name]
+        assert vehicle.data == known
+        assert vehicle.functional.data == actual(known, 0.1, 2) != known
+    fleet.close()
+
+
+def test_the_sensors_of_a_vehicle_are_made_anew(pond: Setup) -> None:
+    data = pond.database["Diver"]
+    one, other = sensors_of(data), sensors_of(data)
+    assert list(one) == list(other) == ["mapping"]
+    assert one["mapping"] is not other["mapping"]
+    assert sensors_of(pond.database["Boat"]) == {}
+
+
+def test_a_sensor_that_cannot_be_made_is_named_with_its_vehicle(pond: Setup, monkeypatch: pytest.MonkeyPatch) -> None:
+    data = pond.database["Diver"]
+    monkeypatch.setattr(type(data.sensors[0]), "make", lambda self, data: object())
+    with pytest.raises(PluginError, match=r"sensor mapping of Diver: lacks table, sense of remoras\.sensor\.Sensor"):
+        sensors_of(data)
+
+
+def test_a_group_that_nobody_comes_to_lead_is_a_fault(tmp_path: Path) -> None:
+    """The Skipper must also be Scout, a role that is not played before the mission."""
+    file = tmp_path / "pond.toml"
+    text = SMALL.replace("head = true", 'head = true\n  played_by = "Team.Scout"')
+    file.write_text(text.replace('["Skipper"]', '["Skipper", "Scout"]'), encoding="utf-8")
+    scenario = load(str(file))
+    with pytest.raises(ConfigurationError, match=r"group\.Team\.role\.Skipper: nobody came to play it before"):
+        resolved(scenario)

@@ -1,0 +1,190 @@
+"""A mission or sensor from outside with one fault: one clear message by every door, and nothing half written."""
+
+import re
+from pathlib import Path
+
+import faulty_missions
+import pytest
+from small_mission import SMALL, line_of
+from typer.testing import CliRunner
+
+from missions.errors import ConfigurationError
+from missions.scenarios import load
+from remoras.cli import app
+
+HERE = "faulty_missions"
+MAPPING = "missions.mapping:MappingMission"
+RUN = ["--set", "scenario.duration_s=120"]
+
+
+def with_mission(name: str) -> str:
+    return SMALL.replace(MAPPING, f"{HERE}:{name}")
+
+
+def with_sensor(kind: str) -> str:
+    """The Diver has another sensor, which every activity switches on."""
+    return with_mission("SwitchesAllOn") + f'\n[[vehicle.sensor]]\nname = "other"\ntype = "{HERE}:{kind}"\n'
+
+
+def in_lists(text: str) -> str:
+    return text.replace("[vehicle.sensor]\n  swath_m", "[[vehicle.sensor]]\n  swath_m", 1)
+
+
+def refused(folder: Path, text: str, *commands: str) -> list[str]:
+    """What each command says: exit 2, no traceback, nothing on stdout and nothing in the folder but the scenario."""
+    file = folder / "pond.toml"
+    file.write_text(in_lists(text), encoding="utf-8")
+    said = []
+    for command in commands:
+        arguments = [*RUN, "--out", str(folder / "out")] if command == "run" else []
+        result = CliRunner().invoke(app, [command, str(file), *arguments])
+        assert result.exit_code == 2, result.output
+        assert isinstance(result.exception, SystemExit)
+        assert "Traceback" not in result.stderr
+        assert result.stdout == ""
+        assert [path.name for path in folder.iterdir()] == ["pond.toml"]
+        said.append(result.stderr)
+    return said
+
+
+def test_what_is_sound_passes_by_the_same_doors(tmp_path: Path) -> None:
+    """So that the refusals below are for the reason that they state."""
+    for number, text in enumerate((with_mission("Sound"), with_sensor("SounderSettings"))):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        file = folder / "pond.toml"
+        file.write_text(in_lists(text), encoding="utf-8")
+        assert CliRunner().invoke(app, ["validate", str(file)]).exit_code == 0
+        ran = CliRunner().invoke(app, ["run", str(file), *RUN, "--out", str(folder / "out")])
+        assert ran.exit_code in (0, 1), ran.output  # 1: 120 s are too short for the mission
+        assert (folder / "out" / "summary.json").is_file()
+    assert (folder / "out" / "soundings.parquet").is_file()
+
+
+# Before a run: validate says the same -------------------------------------------------------------
+
+MISSIONS = [
+    ("Lacking", r"a mission: lacks activity_sets, behaviour_for, from_scenario, jobs, social_domain, truth of remoras"),
+    ("OtherScenario", r"its Scenario must be missions\.scenarios\.Scenario or a subclass of it"),
+    ("ObjectAsScenario", r"its Scenario must be missions\.scenarios\.Scenario or a subclass of it"),
+    ("WrongTruth", r"a mission: truth\(self\).* cannot be called as truth\(recorder\)"),
+    ("FromScenarioRaises", r"its from_scenario and jobs must .* but raised KeyError: 'buoys'"),
+    ("CheckRaises", r"its check must .* but raised KeyError: 'buoys'"),
+    ("NoMetric", r"a mission: metrics holds <built-in function len>; expected a tuple of Metric"),
+    ("NoVocabulary", r"its vocabulary cannot be read: /nowhere/buoys\.ttl: cannot be read"),
+    ("TextAsVocabulary", r"a mission: vocabulary is str; expected a tuple of Path"),
+    ("NoSensorSettings", r"a mission: sensors has <class 'dict'> as mapping; expected .*SensorSettings"),
+    ("Sounder", r"Scenario|lacks"),
+]
+
+
+@pytest.mark.parametrize(("name", "says"), MISSIONS)
+def test_a_mission_that_does_not_keep_to_its_seam_is_one_fault_of_the_file(
+    tmp_path: Path, name: str, says: str
+) -> None:
+    text = with_mission(name)
+    for said in refused(tmp_path, text, "validate", "run"):
+        assert re.search(says, said), said
+        assert f'pond.toml:{line_of(text, "mission =")}: scenario.mission = "{HERE}:{name}": ' in said
+        assert len(said.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("NoDirection", r"metric wear, better: allowed: Better\.HIGHER, Better\.LOWER, Better\.NEITHER"),
+        ("SameMetricTwice", r"metric energy_j: declared twice; give one of the two metrics another name"),
+        ("OtherColumns", r"table 'coverage' is declared twice, once with the columns time_s, depth_m: rename one"),
+    ],
+)
+def test_metrics_and_tables_that_contradict_each_other_are_refused_before_the_run(
+    tmp_path: Path, name: str, says: str
+) -> None:
+    for said in refused(tmp_path, with_mission(name), "validate", "run"):
+        assert re.search(says, said), said
+        assert len(said.splitlines()) == 1
+
+
+CORE_TERM = """
+@prefix rm: <https://w3id.org/remoras/marine#> .
+@prefix owl: <http://www.w3.org/2002/07/owl#> .
+@prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
+@prefix xsd: <http://www.w3.org/2001/XMLSchema#> .
+rm:position a owl:DatatypeProperty ; rdfs:domain rm:Vehicle ; rdfs:range xsd:boolean .
+"""
+
+
+@pytest.mark.parametrize(
+    ("turtle", "says"),
+    [("this is no Turtle", r"buoys\.ttl.*(Turtle|line)"), (CORE_TERM, r"position")],
+    ids=["no Turtle", "redefines a core term"],
+)
+def test_a_vocabulary_that_is_none_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, turtle: str, says: str
+) -> None:
+    (tmp_path / "words").mkdir()
+    (tmp_path / "pond").mkdir()
+    (tmp_path / "words" / "buoys.ttl").write_text(turtle, encoding="utf-8")
+    own = (*faulty_missions.Sound.vocabulary, tmp_path / "words" / "buoys.ttl")
+    monkeypatch.setattr(faulty_missions.Turning, "vocabulary", own)
+    for said in refused(tmp_path / "pond", with_mission("Turning"), "validate", "run"):
+        assert "scenario.mission" in said
+        assert "its vocabulary cannot be read" in said
+        assert re.search(says, said), said
+
+
+@pytest.mark.parametrize(
+    ("kind", "says"),
+    [
+        ("Unmakable", r"sensor other of Diver: make\(data\) raised RuntimeError: no transducer"),
+        ("MuteSettings", r"sensor other of Diver: lacks sense of remoras\.sensor\.Sensor"),
+        ("NoTableSettings", r"sensor other of Diver: table is str; expected a remoras\.Table"),
+        ("OtherTableSettings", r"table 'packets' is declared twice, once with the columns slot, time_s"),
+    ],
+)
+def test_a_sensor_that_cannot_be_made_is_refused_before_the_run(tmp_path: Path, kind: str, says: str) -> None:
+    for said in refused(tmp_path, with_sensor(kind), "validate", "run"):
+        assert re.search(says, said), said
+        assert len(said.splitlines()) == 1
+
+
+# In and after a run: nothing is written -----------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("kind", "says"),
+    [
+        ("BrokenSettings", r"other.*sense.*ZeroDivisionError: no echo"),
+        ("NumbersSettings", r"other.*sense.*Observation"),
+        ("ShortRowSettings", r"soundings: a row does not fit its columns .*depth_m \(float\)"),
+    ],
+)
+def test_a_sensor_that_fails_at_sea_ends_the_run_with_one_message(tmp_path: Path, kind: str, says: str) -> None:
+    (said,) = refused(tmp_path, with_sensor(kind), "run")
+    assert re.search(says, said.replace("\n", " ")), said
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("MetricRaises", "raised ZeroDivisionError: nothing was worn"),
+        ("MetricOfText", "expected a number, a truth value or None; it gave str"),
+        ("MetricNotFinite", "expected a finite number, or None where a run has none; it gave inf"),
+    ],
+)
+def test_a_metric_that_has_no_value_to_give_is_told_by_name(tmp_path: Path, name: str, says: str) -> None:
+    (said,) = refused(tmp_path, with_mission(name), "run")
+    assert f"metric wear of {HERE}:{name}: {says}" in said
+
+
+# By the Python door -------------------------------------------------------------------------------
+
+
+def test_a_caller_of_load_gets_the_same_fault_with_its_line(tmp_path: Path) -> None:
+    file = tmp_path / "pond.toml"
+    file.write_text(with_mission("Lacking"), encoding="utf-8")
+    with pytest.raises(ConfigurationError) as caught:
+        load(str(file))
+    (fault,) = caught.value.faults
+    assert (fault.key, fault.line) == ("scenario.mission", line_of(SMALL, "mission ="))
+    assert "truth" in fault.allowed

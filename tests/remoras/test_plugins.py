@@ -1,0 +1,180 @@
+"""Plug-ins: how one is found by name, and what is said of one that lacks a part of its seam."""
+
+import functools
+import math
+from typing import Any, ClassVar, Protocol
+
+import pytest
+
+from remoras.errors import PluginError
+from remoras.mission import Mission
+from remoras.plugins import answer, broken_promise, faults_of, named_object
+
+
+class Gauge(Protocol):
+    """A seam for these tests: two functions and a name."""
+
+    name: ClassVar[str]
+
+    def read(self, depth_m: float, now_s: float) -> float:
+        """A reading."""
+        ...
+
+    @classmethod
+    def make(cls, serial: int) -> Any:
+        """One of them."""
+        ...
+
+
+COMPULSORY = ("name", "read", "make")
+LACKS = f"of {__name__}.Gauge"
+
+
+class Good:
+    """Has every part."""
+
+    name = "good"
+
+    def read(self, depth_m: float, now_s: float) -> float:
+        return depth_m
+
+    @classmethod
+    def make(cls, serial: int) -> Any:
+        return cls()
+
+
+class Lenient(Good):
+    """May be called with more than it needs to be, or with other names."""
+
+    def read(self, depth: float, time: float, *rest: float, unit: str = "m") -> float:  # type: ignore[override]
+        return depth
+
+
+class Curried(Good):
+    """A part that is a partial function."""
+
+    read = functools.partial(lambda offset_m, depth_m, now_s: depth_m + offset_m, 1.0)  # type: ignore[assignment]
+
+
+@pytest.mark.parametrize("found", [Good, Good(), Lenient, Lenient(), Curried(), Curried])
+def test_a_class_and_an_object_that_have_every_part_have_no_faults(found: object) -> None:
+    assert list(faults_of(found, Gauge, COMPULSORY)) == []
+
+
+def test_what_is_missing_is_named_at_once_with_the_seam() -> None:
+    assert list(faults_of(object(), Gauge, COMPULSORY)) == [f"lacks name, read, make {LACKS}"]
+    nameless = type("Nameless", (), {"read": Good.read, "make": Good.make})
+    assert list(faults_of(nameless(), Gauge, COMPULSORY)) == [f"lacks name {LACKS}"]
+
+
+def test_a_subclass_of_the_seam_that_leaves_an_abstract_part_out_lacks_it() -> None:
+    """Its attributes are there, inherited, and do nothing."""
+
+    class Half(Mission):
+        """Only its tables."""
+
+        Scenario = object
+        group_missions = ()
+
+    (fault,) = faults_of(Half, Mission, ("truth", "Scenario"))
+    assert fault.startswith("lacks ")
+    assert "truth" in fault
+    assert "Scenario" not in fault
+
+
+@pytest.mark.parametrize(
+    ("read", "says"),
+    [
+        (lambda self: 0.0, "cannot be called as read(depth_m, now_s)"),
+        (lambda self, depth_m: 0.0, "cannot be called as read(depth_m, now_s)"),
+        (lambda self, depth_m, now_s, unit: 0.0, "cannot be called as read(depth_m, now_s)"),
+        (5, "read is int, not a function"),
+        ("read", "read is str, not a function"),
+    ],
+)
+def test_a_part_that_cannot_be_called_as_the_seam_says_is_told_with_both_signatures(read: Any, says: str) -> None:
+    wrong = type("Wrong", (Good,), {"read": read})
+    for found in (wrong, wrong()):
+        (fault,) = faults_of(found, Gauge, COMPULSORY)
+        assert fault.startswith("read")
+        assert says in fault
+
+
+def test_a_class_method_is_held_against_the_seam_too() -> None:
+    wrong = type("Wrong", (Good,), {"make": classmethod(lambda cls: cls())})
+    (fault,) = faults_of(wrong, Gauge, COMPULSORY)
+    assert "cannot be called as make(serial)" in fault
+
+
+def test_a_plain_function_in_a_module_or_namespace_is_called_without_self() -> None:
+    class Static(Good):
+        """A part that needs no object."""
+
+        read = staticmethod(lambda depth_m, now_s: depth_m)  # type: ignore[assignment]
+
+    assert list(faults_of(Static, Gauge, COMPULSORY)) == []
+    assert list(faults_of(Static(), Gauge, COMPULSORY)) == []
+
+
+# By name ------------------------------------------------------------------------------------------
+
+
+def test_an_object_is_found_by_its_name() -> None:
+    assert named_object("math:pi") == math.pi
+    assert named_object(f"{__name__}:Good") is Good
+
+
+@pytest.mark.parametrize("reference", ["", ":", "math", "math:", ":pi", "math.pi"])
+def test_a_text_that_names_nothing_is_told_what_is_allowed(reference: str) -> None:
+    with pytest.raises(PluginError, match=r"names no object; allowed: package\.module:object"):
+        named_object(reference)
+
+
+@pytest.mark.parametrize(
+    ("reference", "says"),
+    [
+        ("nowhere.at_all:it", "ModuleNotFoundError: No module named 'nowhere'"),
+        ("math:tau_and_a_half", "AttributeError: module 'math' has no attribute"),
+        (".module:it", "TypeError"),
+    ],
+)
+def test_a_name_that_leads_nowhere_says_why(reference: str, says: str) -> None:
+    with pytest.raises(PluginError, match=r"package\.module:object that can be imported") as caught:
+        named_object(reference)
+    assert says in str(caught.value)
+
+
+def test_a_module_that_fails_to_load_is_a_fault_of_its_own(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "half_written.py").write_text("def it(:\n", encoding="utf-8")
+    (tmp_path / "raising.py").write_text("1 / 0\n", encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    with pytest.raises(PluginError, match="SyntaxError"):
+        named_object("half_written:it")
+    with pytest.raises(PluginError, match="ZeroDivisionError"):
+        named_object("raising:it")
+
+
+# At run time --------------------------------------------------------------------------------------
+
+
+def test_what_a_part_gives_back_is_passed_on() -> None:
+    assert answer("gauge deep", "read", "a number", lambda given: isinstance(given, float), lambda: 5.0) == 5.0
+
+
+def test_a_part_that_raises_or_returns_something_else_is_told_with_what_was_expected() -> None:
+    with pytest.raises(PluginError, match="gauge deep: read returned 'five'; expected: a number"):
+        answer("gauge deep", "read", "a number", lambda given: isinstance(given, float), lambda: "five")
+
+    def broken() -> float:
+        raise ZeroDivisionError("no echo")
+
+    with pytest.raises(PluginError, match=r"read raised ZeroDivisionError: no echo; expected: a number") as caught:
+        answer("gauge deep", "read", "a number", lambda given: True, broken)
+    assert isinstance(caught.value.__cause__, ZeroDivisionError)
+
+
+def test_a_long_value_is_cut() -> None:
+    """At 80 characters and three dots, so that one message stays one line."""
+    text = str(broken_promise("gauge deep", "read", "a number", list(range(1000))))
+    assert "..." in text
+    assert len(text) < 80 + 3 + len("gauge deep: read returned ; expected: a number") + 1
