@@ -38,6 +38,9 @@ from remoras.recorder import Recorder, Table
 from remoras.sensor import SensorSettings
 from remoras.work import Job, Point
 
+ELEMENTARY_TASKS = ("AllocateRoles", "GiveMission", "AssignObjective")
+"""What the plan of a group's mission is made of; see ``SocialPart.social_domain``."""
+
 
 @dataclass(frozen=True, slots=True)
 class Milestone:
