@@ -246,7 +246,7 @@ class Run:
         return figure
 
     def query(self, sparql: str) -> DataFrame:
-        """Ask what the vehicles knew at the end of the run, each in a named graph of its own; it needs ``keep_models``.
+        """Ask what the vehicles knew at the end of the run, each in turn; it needs ``keep_models``.
 
         Raises:
             OutputError: the models were not kept.

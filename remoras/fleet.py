@@ -17,6 +17,7 @@ from exchange.schedule import TdmaSchedule
 from remoras.clock import Clock, Priority
 from remoras.functional.vital import Neighbour
 from remoras.mission import Truth
+from remoras.plugins import broken_promise
 from remoras.recorder import Recorder
 from remoras.vehicle import Vehicle
 from remoras.view import ReadOnlyFleet
@@ -146,7 +147,10 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
 
     def _observe(self, now_s: float) -> None:
         if not self.completed:
-            self.completed = self.truth.observe(self.view, now_s)
+            try:
+                self.completed = self.truth.observe(self.view, now_s)
+            except Exception as error:  # it is the mission's: anything may be wrong with it
+                raise broken_promise("the mission's truth", "observe", "True or False", error) from error
 
     # Events --------------------------------------------------------------------------------------
 

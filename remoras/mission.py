@@ -8,11 +8,15 @@ Who calls what, and when:
 
 ========================  ===========================================================================================
 loading a scenario        ``Scenario``, ``check``, ``sensors``, ``vocabulary``, ``group_missions``, ``needs``
-setting a run up          ``from_scenario``, ``jobs``, ``world``, ``founding_objectives``, ``truth``, ``tables``
+setting a run up          ``from_scenario``, ``jobs``, ``world``, ``founding_objectives``, ``truth``, ``tables``,
+                          ``instances``, ``instances_found_per_vehicle``, ``most_observations``
 social layer, at sea      ``social_domain``, ``is_individual``, ``activity_sets``, ``findings``, ``completion``
 functional layer, at sea  ``behaviour_for``
 after a run               ``metrics``, ``figures``, ``places``
 ========================  ===========================================================================================
+
+When a scenario is loaded, what sets a run up is asked once too, so that a fault is said before the run. A mission whose
+groups do jobs and then meet is written soonest as a ``missions.meeting.JobMission``, which has an example.
 
 Subclass ``Mission``: what is abstract is compulsory, the rest has a default. Collision avoidance, care for energy and
 staying within the borders are the vehicle's own; a mission need not and cannot care for them.
@@ -37,6 +41,9 @@ from remoras.picture import Picture
 from remoras.recorder import Recorder, Table
 from remoras.sensor import SensorSettings
 from remoras.work import Job, Point
+
+ELEMENTARY_TASKS = ("AllocateRoles", "GiveMission", "AssignObjective")
+"""What the plan of a group's mission is made of; see ``SocialPart.social_domain``."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -41,8 +41,12 @@ def faults_of(found: Any, seam: type, compulsory: tuple[str, ...]) -> Iterator[s
     """
     missing = [name for name in compulsory if not hasattr(found, name)]
     missing += sorted(getattr(found, "__abstractmethods__", frozenset()) - set(missing))
-    if missing:
-        yield f"lacks {', '.join(missing)} of {seam.__module__}.{seam.__qualname__}"
+    lacking: dict[type, list[str]] = {}
+    for name in missing:
+        asks = [one for one in getattr(found, "__mro__", ()) if name in vars(one) and one not in seam.__mro__]
+        lacking.setdefault(asks[0] if asks else seam, []).append(name)
+    for asking, names in lacking.items():
+        yield f"lacks {', '.join(names)} of {asking.__module__}.{asking.__qualname__}"
     for name in compulsory:
         wanted, given = getattr(seam, name, None), getattr(found, name, None)
         if inspect.isroutine(wanted) and name not in missing:

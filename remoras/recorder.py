@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 from remoras.errors import PluginError
 
 Row = tuple[Any, ...]
+KINDS = ("float", "int", "str", "list")
+"""Kinds of columns."""
 
 
 class Column(NamedTuple):
@@ -33,6 +35,13 @@ class Table:
 
     name: str
     columns: tuple[Column, ...]
+
+    def __post_init__(self) -> None:
+        for column in self.columns:
+            if column.kind not in KINDS:
+                allowed = ", ".join(KINDS)
+                where = f"table {self.name!r}, column {column.name!r}"
+                raise PluginError(f"{where}: kind is {column.kind!r}; allowed: {allowed}")
 
     @property
     def column_names(self) -> tuple[str, ...]:

@@ -107,14 +107,21 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         for sensed in self.functional.sense(now_s, neighbours):
             observation = sensed.observation
             if sensed.table is not None and observation.row:
+                if len(observation.row) + 2 != len(sensed.table.columns):
+                    names = ", ".join(sensed.table.column_names[2:])
+                    raise PluginError(
+                        f"sensor {sensed.sensor} of {self.name}: its row {observation.row} does not fit the columns "
+                        f"{names} of its table {sensed.table.name}"
+                    )
                 self._recorder.rows(sensed.table.name).append((now_s, self.name, *observation.row))
             if not (observation.facts or observation.found):
                 continue
             try:
                 change = self.beliefs.model.record(self.beliefs.facts_of(observation), now_s)
             except WorldModelError as error:
+                hint = "; the mission's instances_found_per_vehicle says how many" if observation.found else ""
                 raise PluginError(
-                    f"sensor {sensed.sensor} of {self.name}: its observation cannot be recorded: {error}"
+                    f"sensor {sensed.sensor} of {self.name}: its observation cannot be recorded: {error}{hint}"
                 ) from error
             self._share(change, now_s)
         if self.functional.exhausted:

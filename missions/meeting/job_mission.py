@@ -36,6 +36,7 @@ from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
 from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs
 from remoras.database import VehicleData
+from remoras.errors import PluginError
 from remoras.htn import Domain, FactsLike, Method, Operator, Task
 from remoras.mission import Finding, Mission
 from remoras.motion import Motion
@@ -88,6 +89,8 @@ class JobMission(Mission):
     """Class of the jobs' instances."""
 
     def __init__(self, scenario: JobScenario) -> None:
+        if not getattr(self, "objective", ""):
+            raise PluginError(f"{type(self).__name__} lacks objective, the name of what roles with a job pursue")
         self.scenario = scenario
         self._jobs = {job.name: job for job in self.jobs_of(scenario)}
         self._groups = {group.name: group for group in groups_of(scenario)}

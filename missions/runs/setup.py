@@ -37,7 +37,16 @@ from remoras.social.negotiation import negotiated_attributes
 from remoras.strategy import Strategy
 from remoras.vehicle import Layers, Vehicle
 from remoras.work import Point
-from worldmodel import InformationNeed, Instance, NeedsIndex, TBox, WorldModel, core_ontology_paths, read_tbox
+from worldmodel import (
+    InformationNeed,
+    Instance,
+    NeedsIndex,
+    TBox,
+    UnknownNameError,
+    WorldModel,
+    core_ontology_paths,
+    read_tbox,
+)
 
 STATUS_PER_FRAME = 2
 """Status blocks (position, battery) that a vehicle records in a TDMA frame."""
@@ -139,7 +148,10 @@ def _instances(scenario: Scenario, mission: Mission, tbox: TBox) -> tuple[Instan
     named += mission.instances
     named += [("RallyPoint", rally.name) for rally in scenario.rally_point]
     named += [("Mission", name) for name in mission.group_missions]
-    return tuple(Instance(uid, tbox.class_named(kind).uid, name) for uid, (kind, name) in enumerate(named))
+    try:
+        return tuple(Instance(uid, tbox.class_named(kind).uid, name) for uid, (kind, name) in enumerate(named))
+    except UnknownNameError as error:
+        raise PluginError(f"mission {scenario.scenario.mission}: instances: {error}") from error
 
 
 def _needs(scenario: Scenario, strategy: Strategy, mission: Mission, tbox: TBox) -> NeedsIndex:

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from exchange.acoustics.modems import modems
 from missions.errors import ConfigurationFault
 from missions.scenarios.channel import channel_faults
+from missions.scenarios.hooks import hook_faults
 from missions.scenarios.parts import database_of, groups_of, strategy_named
 from missions.scenarios.policy import policy_faults
 from missions.scenarios.scenario import Scenario
@@ -60,6 +61,8 @@ def job_faults(scenario: Scenario, mission: type[Mission]) -> list[Configuration
         what = f"{type(error).__name__}: {error}"
         allowed = f"its from_scenario and jobs must take every scenario that passes its checks, but raised {what}"
         return [ConfigurationFault("scenario.mission", f'"{scenario.scenario.mission}"', allowed)]
+    if faults := list(hook_faults(scenario.scenario.mission, made)):
+        return faults
     return [*_role_jobs(scenario, mission, jobs), *_order_of(jobs)]
 
 

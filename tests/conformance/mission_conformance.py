@@ -1,7 +1,7 @@
 """What every mission has to keep to, as one check of its class and a scenario of it.
 
-From a checkout: ``python tests/conformance/mission_conformance.py SCENARIO``, a shipped name or a TOML file. From a test:
-``check(mission_class, scenario)``; it raises ``AssertionError`` with what is wrong.
+From a checkout: ``python tests/conformance/mission_conformance.py SCENARIO``, a shipped name or a TOML file.
+From a test: ``check(mission_class, scenario)``; it raises ``AssertionError`` with what is wrong.
 """
 
 # ruff: noqa: E402  # run as a program, this file has to find the checkout before it imports from it
@@ -12,7 +12,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -23,6 +23,7 @@ import tomli_w
 sys.path[:0] = [str(Path(__file__).resolve().parents[2])] if __name__ == "__main__" else []
 
 from behaviour_conformance import check as check_behaviour
+from contents import difference, picture_of
 
 from missions.runs.metrics import metrics_of
 from missions.runs.run import Run, run
@@ -43,7 +44,6 @@ SEED = 1
 OPERATORS = {"AllocateRoles", "GiveMission", "AssignObjective"}
 HASH_SEEDS = ("1", "2")
 KINDS: dict[str, type | tuple[type, ...]] = {"float": (float, int), "int": int, "str": str, "list": list}
-MAX_DEPTH = 12
 
 Rows = dict[str, list[tuple[Any, ...]]]
 
@@ -186,7 +186,7 @@ def check_repeats(setup: Setup, scenario: Scenario) -> Rows:
     first = rows_of(finished(setup))
     before = picture_of(setup.mission)
     again = rows_of(finished(setup))
-    changed = _difference(before, picture_of(setup.mission))
+    changed = difference(before, picture_of(setup.mission), "mission")
     assert not changed, f"a run changes the mission, which all vehicles and runs share: {changed}"
     _same(first, again, "two runs of one mission object differ")
     _same(first, rows_of(finished(resolved(scenario))), "from_scenario makes two missions of one scenario that differ")
@@ -292,39 +292,6 @@ def check_free_of_hashes(scenario: Scenario) -> None:
 def digest(scenario: str) -> str:
     """Digest of all that a run of a scenario file records."""
     return hashlib.sha256(json.dumps(rows_of(finished(resolved(load(scenario))))).encode()).hexdigest()
-
-
-# What is in an object
-
-
-def picture_of(value: Any, depth: int = 0) -> Any:
-    """An object's content, all the way down, as values that can be compared later."""
-    if depth > MAX_DEPTH or value is None or isinstance(value, str | int | float | bool | bytes | type):
-        return value
-    if isinstance(value, Mapping):
-        return {repr(key): picture_of(one, depth + 1) for key, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [picture_of(one, depth + 1) for one in value]
-    if isinstance(value, set | frozenset):
-        return sorted(repr(one) for one in value)
-    if hasattr(value, "__dict__") and not callable(value):
-        return {name: picture_of(one, depth + 1) for name, one in vars(value).items()}
-    return type(value).__name__
-
-
-def _difference(before: Any, after: Any, path: str = "mission") -> str:
-    """Where two pictures differ first; empty if they do not."""
-    if isinstance(before, dict) and isinstance(after, dict):
-        for name in [*before, *(name for name in after if name not in before)]:
-            inner = f"{path}.{name}"
-            if (name in before) != (name in after):
-                return inner
-            if found := _difference(before[name], after[name], inner):
-                return found
-        return ""
-    if before == after:
-        return ""
-    return path
 
 
 if __name__ == "__main__":

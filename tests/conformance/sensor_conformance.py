@@ -1,14 +1,15 @@
 """What every sensor has to keep to, as one check of its settings.
 
-From a test: ``check(settings, data, world)``; it raises ``AssertionError`` with what is wrong, when, and what was given.
+From a test: ``check(settings, data, world)``; it raises ``AssertionError`` with what is wrong and when.
 """
 
-import copy
 import math
 import random
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
+
+from contents import difference, picture_of
 
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
 from remoras.behaviours import Behaviour, Standing
@@ -74,7 +75,7 @@ def check(
             sensors made alike answer differently; it changes the world; or it perceived something while it was off.
     """
     ticks = way(data, places_m)
-    before = _picture(world)
+    before = picture_of(world)
     first, second = _made(settings, data), _made(settings, data)
     table = _checked_table(first)
     tbox = read_tbox(*core_ontology_paths(), *vocabulary)
@@ -89,7 +90,8 @@ def check(
     for (pose, now_s), one in zip(ticks, answers, strict=True):
         other = _sensed(second, pose, world, now_s)
         assert other == one, f"t = {now_s} s: two sensors made alike answer {one} and {other}"
-    assert _picture(world) == before, "the sensor changed the world, which all vehicles and runs share"
+    changed = difference(before, picture_of(world), "world")
+    assert not changed, f"the sensor changed the world, which all vehicles and runs share: {changed}"
     _check_is_silent_while_off(settings, data, ticks, world)
     return sum(map(len, answers))
 
@@ -183,11 +185,3 @@ class _OneSensor:
 def _move(layer: FunctionalLayer, pose: Pose) -> None:
     layer.motion.x_m, layer.motion.y_m = pose.x_m, pose.y_m
     layer.motion.heading_rad, layer.motion.speed_mps = pose.heading_rad, pose.speed_mps
-
-
-def _picture(world: Any) -> Any:
-    """The world as it is now, to be compared later."""
-    try:
-        return copy.deepcopy(world)
-    except Exception:  # a world that cannot be copied is compared by its text
-        return repr(world)

@@ -6,11 +6,14 @@ from types import SimpleNamespace
 from typing import Any, ClassVar, Self
 
 from missions.mapping import MappingMission
+from missions.mapping.truth import MappingTruth
+from missions.meeting import JobMission
 from missions.metric import Better, Metric
 from missions.runs.run import Run
 from remoras.database import VehicleData
-from remoras.mission import Mission
-from remoras.recorder import TIME, VEHICLE, Column, Table
+from remoras.htn import Domain, Method, Operator, Task
+from remoras.mission import FleetView, Mission
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
 from remoras.sensor import Observation, Pose, Sensor, SensorSettings
 
 
@@ -255,3 +258,78 @@ class SwitchesAllOn(MappingMission):
         sets, keys = super().activity_sets(objective, data, facts, position_m)
         on = tuple(sensor.name for sensor in data.sensors)
         return tuple(replace(s, activities=tuple(replace(a, sensors=on) for a in s.activities)) for s in sets), keys
+
+
+class WorldRaises(MappingMission):
+    """Has no world."""
+
+    def world(self) -> Any:
+        raise KeyError("buoys")
+
+
+class DomainOfNumbers(MappingMission):
+    """Its domain is none."""
+
+    @property
+    def social_domain(self) -> Any:
+        return 5
+
+
+class Dancing(MappingMission):
+    """Plans what no vehicle can do."""
+
+    @property
+    def social_domain(self) -> Domain:
+        return Domain.of([Operator("Dance")], {"AreaMapping": [Method("dance", lambda facts, group: [Task("Dance")])]})
+
+
+class NoTruth(MappingMission):
+    """Nobody watches its runs."""
+
+    def truth(self, recorder: Recorder) -> Any:
+        return None
+
+
+class TruthRaises(MappingMission):
+    """Its truth fails while it watches."""
+
+    def truth(self, recorder: Recorder) -> MappingTruth:
+        class Truth(MappingTruth):
+            def observe(self, fleet: FleetView, now_s: float) -> bool:
+                raise KeyError("buoys")
+
+        return Truth(self.meeting)
+
+
+class FigureOfNumbers(MappingMission):
+    """Lists a number among its figures."""
+
+    figures: ClassVar[Any] = (3,)
+
+
+class UnknownClass(MappingMission):
+    """Names instances of a class that no vocabulary has."""
+
+    @property
+    def instances(self) -> Sequence[tuple[str, str]]:
+        return [("Boy", name) for name in self.corners_m]
+
+
+class JobsOfNumbers(MappingMission):
+    """Its jobs are none."""
+
+    @property
+    def jobs(self) -> Any:
+        return {"north bank": 1}
+
+
+class Objectless(JobMission):
+    """A mission of jobs that does not say what roles with a job pursue."""
+
+    group_missions = ("AreaMapping",)
+
+    def jobs_of(self, scenario: Any) -> list[Any]:
+        return []
+
+    def behaviour_at(self, job: Any, data: VehicleData) -> Any:
+        return None

@@ -11,6 +11,8 @@ from typer.testing import CliRunner
 from missions.errors import ConfigurationError
 from missions.scenarios import load
 from remoras.cli import app
+from remoras.errors import PluginError
+from remoras.recorder import Column, Table
 
 HERE = "faulty_missions"
 MAPPING = "missions.mapping:MappingMission"
@@ -75,6 +77,12 @@ MISSIONS = [
     ("TextAsVocabulary", r"a mission: vocabulary is str; expected a tuple of Path"),
     ("NoSensorSettings", r"a mission: sensors has <class 'dict'> as mapping; expected .*SensorSettings"),
     ("Sounder", r"Scenario|lacks"),
+    ("WorldRaises", r"world raised KeyError: 'buoys'; expected: what its sensors perceive"),
+    ("DomainOfNumbers", r"social_domain returned 5; expected: a remoras\.htn\.Domain"),
+    ("Dancing", r"social_domain returned .*; expected: .* AllocateRoles, GiveMission, AssignObjective"),
+    ("NoTruth", r"truth returned None; expected: an object with milestones, observe, close"),
+    ("FigureOfNumbers", r"figures returned \(3,\); expected: a tuple of Figure, Layer and Mark"),
+    ("JobsOfNumbers", r"jobs returned .*; expected: objects by name, each with name, place_m, needs, done"),
 ]
 
 
@@ -94,6 +102,7 @@ def test_a_mission_that_does_not_keep_to_its_seam_is_one_fault_of_the_file(
     [
         ("NoDirection", r"metric wear, better: allowed: Better\.HIGHER, Better\.LOWER, Better\.NEITHER"),
         ("SameMetricTwice", r"metric energy_j: declared twice; give one of the two metrics another name"),
+        ("UnknownClass", r"instances: no class is named 'Boy'"),
         ("OtherColumns", r"table 'coverage' is declared twice, once with the columns time_s, depth_m: rename one"),
     ],
 )
@@ -188,3 +197,18 @@ def test_a_caller_of_load_gets_the_same_fault_with_its_line(tmp_path: Path) -> N
     (fault,) = caught.value.faults
     assert (fault.key, fault.line) == ("scenario.mission", line_of(SMALL, "mission ="))
     assert "truth" in fault.allowed
+
+
+def test_a_truth_that_fails_while_it_watches_is_named(tmp_path: Path) -> None:
+    (said,) = refused(tmp_path, with_mission("TruthRaises"), "run")
+    assert "the mission's truth: observe raised KeyError: 'buoys'; expected: True or False" in said
+
+
+def test_a_mission_of_jobs_says_what_roles_with_a_job_pursue() -> None:
+    with pytest.raises(PluginError, match="Objectless lacks objective, the name of what roles with a job pursue"):
+        faulty_missions.Objectless.from_scenario(None)  # type: ignore[arg-type]
+
+
+def test_a_column_of_an_unknown_kind_is_refused_where_it_is_written() -> None:
+    with pytest.raises(PluginError, match="table 'depths', column 'depth_m': kind is 'double'; allowed: float, int"):
+        Table("depths", (Column("depth_m", "double", "m"),))

@@ -1,0 +1,70 @@
+"""What a mission answers when it is asked for the first time, before a run: whatever is wrong is said at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from missions.errors import ConfigurationFault
+from missions.figure import Figure, Layer, Mark
+from remoras.activities import Objective
+from remoras.errors import PluginError
+from remoras.htn import Domain
+from remoras.mission import ELEMENTARY_TASKS, Mission
+from remoras.plugins import answer
+from remoras.recorder import Recorder
+from remoras.work import Job
+
+PARTS_OF_JOB = ("name", "place_m", "needs", "done", "is_able", "after")
+PARTS_OF_TRUTH = ("milestones", "observe", "close")
+
+
+def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
+    """Hooks of a mission that raise, or answer with something else than the seam says.
+
+    Args:
+        reference: name of the mission in the scenario.
+        made: the mission of a scenario.
+    """
+    hooks: tuple[tuple[str, str, Callable[[Any], bool], Callable[[], Any]], ...] = (
+        ("jobs", f"objects by name, each with {', '.join(PARTS_OF_JOB)}", _are_jobs, lambda: made.jobs),
+        ("world", "what its sensors perceive", lambda found: True, made.world),
+        ("social_domain", _allowed_domain(), _is_domain, lambda: made.social_domain),
+        (
+            "founding_objectives",
+            "a list of Objective",
+            lambda found: all(isinstance(one, Objective) for one in found),
+            made.founding_objectives,
+        ),
+        (
+            "figures",
+            "a tuple of Figure, Layer and Mark of missions.figure",
+            lambda found: all(isinstance(one, Figure | Layer | Mark) for one in found),
+            lambda: made.figures,
+        ),
+        (
+            "truth",
+            f"an object with {', '.join(PARTS_OF_TRUTH)}",
+            lambda found: all(hasattr(found, part) for part in PARTS_OF_TRUTH),
+            lambda: made.truth(Recorder(made.tables)),
+        ),
+    )
+    for hook, expected, is_expected, asked in hooks:
+        try:
+            answer("its", hook, expected, is_expected, asked)
+        except PluginError as error:
+            text = str(error).removeprefix("its: ")
+            yield ConfigurationFault("scenario.mission", f'"{reference}"', text)
+
+
+def _are_jobs(found: Any) -> bool:
+    jobs: Mapping[str, Job] = found
+    return all(hasattr(job, part) for job in jobs.values() for part in PARTS_OF_JOB)
+
+
+def _allowed_domain() -> str:
+    return f"a remoras.htn.Domain whose elementary tasks are among {', '.join(ELEMENTARY_TASKS)}"
+
+
+def _is_domain(found: Any) -> bool:
+    return isinstance(found, Domain) and found.operators.keys() <= set(ELEMENTARY_TASKS)
