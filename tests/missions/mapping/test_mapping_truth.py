@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from missions.mapping.truth import MappingTruth
+from missions.meeting import Meeting
 from remoras.activities import Objective
 from remoras.mission import FleetView, Milestone
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
@@ -18,6 +19,11 @@ TEAM = Group(
 JETTY_M = (100.0, 100.0)
 EXPLORING = Objective("Team", "Hand", "Exploring", "bank")
 PLAYED = (RoleAssignment("Team", "Head", "A"), RoleAssignment("Team", "Hand", "B"))
+
+
+def meeting_of(*groups: Group) -> Meeting:
+    """Groups that meet within 15 m of the jetty."""
+    return Meeting({group.name: group for group in groups}, {"jetty": JETTY_M}, 15.0, 40.0, 60.0, {})
 
 
 @dataclass
@@ -62,7 +68,7 @@ class Fleet(FleetView):
 
 
 def truth() -> MappingTruth:
-    return MappingTruth([TEAM], {"jetty": JETTY_M}, 15.0)
+    return MappingTruth(meeting_of(TEAM))
 
 
 def names(watching: MappingTruth) -> list[str]:
@@ -144,6 +150,6 @@ def test_the_group_that_supervises_gathers_last() -> None:
     played = (*PLAYED, RoleAssignment("Crew", "Head", "A"), RoleAssignment("Crew", "Hand", "B"))
     organisation = Organisation.of([TEAM, crew], played)
     fleet = Fleet(Seen("A", JETTY_M, organisation=organisation), Seen("B", JETTY_M, organisation=organisation))
-    watching = MappingTruth([TEAM, crew], {"jetty": JETTY_M}, 15.0)
+    watching = MappingTruth(meeting_of(TEAM, crew))
     assert watching.observe(fleet, 1.0)
     assert [m.group for m in watching.milestones if m.name == "gathered"] == ["Crew", "Team"]
