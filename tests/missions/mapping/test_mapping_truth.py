@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from missions.mapping.truth import MappingTruth
+from missions.meeting import Meeting
 from remoras.activities import Objective
 from remoras.mission import FleetView, Milestone
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
@@ -61,8 +62,9 @@ class Fleet(FleetView):
         return self.a, self.b
 
 
-def truth() -> MappingTruth:
-    return MappingTruth([TEAM], {"jetty": JETTY_M}, 15.0)
+def truth(*groups: Group) -> MappingTruth:
+    named = {group.name: group for group in groups or (TEAM,)}
+    return MappingTruth(Meeting(named, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, {}))
 
 
 def names(watching: MappingTruth) -> list[str]:
@@ -144,6 +146,6 @@ def test_the_group_that_supervises_gathers_last() -> None:
     played = (*PLAYED, RoleAssignment("Crew", "Head", "A"), RoleAssignment("Crew", "Hand", "B"))
     organisation = Organisation.of([TEAM, crew], played)
     fleet = Fleet(Seen("A", JETTY_M, organisation=organisation), Seen("B", JETTY_M, organisation=organisation))
-    watching = MappingTruth([TEAM, crew], {"jetty": JETTY_M}, 15.0)
+    watching = truth(TEAM, crew)
     assert watching.observe(fleet, 1.0)
     assert [m.group for m in watching.milestones if m.name == "gathered"] == ["Crew", "Team"]
