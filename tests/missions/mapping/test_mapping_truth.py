@@ -21,11 +21,6 @@ EXPLORING = Objective("Team", "Hand", "Exploring", "bank")
 PLAYED = (RoleAssignment("Team", "Head", "A"), RoleAssignment("Team", "Hand", "B"))
 
 
-def meeting_of(*groups: Group) -> Meeting:
-    """Groups that meet within 15 m of the jetty."""
-    return Meeting({group.name: group for group in groups}, {"jetty": JETTY_M}, 15.0, 40.0, 60.0, {})
-
-
 @dataclass
 class Seen:
     """A vehicle as the truth sees it; by default all is agreed, nothing is being done, and it is far away."""
@@ -67,8 +62,9 @@ class Fleet(FleetView):
         return self.a, self.b
 
 
-def truth() -> MappingTruth:
-    return MappingTruth(meeting_of(TEAM))
+def truth(*groups: Group) -> MappingTruth:
+    named = {group.name: group for group in groups or (TEAM,)}
+    return MappingTruth(Meeting(named, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, {}))
 
 
 def names(watching: MappingTruth) -> list[str]:
@@ -150,6 +146,6 @@ def test_the_group_that_supervises_gathers_last() -> None:
     played = (*PLAYED, RoleAssignment("Crew", "Head", "A"), RoleAssignment("Crew", "Hand", "B"))
     organisation = Organisation.of([TEAM, crew], played)
     fleet = Fleet(Seen("A", JETTY_M, organisation=organisation), Seen("B", JETTY_M, organisation=organisation))
-    watching = MappingTruth(meeting_of(TEAM, crew))
+    watching = truth(TEAM, crew)
     assert watching.observe(fleet, 1.0)
     assert [m.group for m in watching.milestones if m.name == "gathered"] == ["Crew", "Team"]
