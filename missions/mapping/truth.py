@@ -13,7 +13,7 @@ class MappingTruth(MeetingTruth):
 
     def __init__(self, meeting: Meeting) -> None:
         super().__init__(meeting)
-        self._last_performed: dict[str, tuple[str, ...]] = {}
+        self._last_performed: dict[int, tuple[str, ...]] = {}
         self._exploring: dict[str, bool] = {}
         self._stopped: dict[str, Milestone] = {}
         self._finished: set[Objective] = set()
@@ -26,11 +26,11 @@ class MappingTruth(MeetingTruth):
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Note who finishes an area, and who turns away from one."""
-        for vehicle in fleet.vehicles:
+        for number, vehicle in enumerate(fleet.vehicles):
             performed = vehicle.performed
-            if performed is self._last_performed.get(vehicle.name):
+            if performed is self._last_performed.get(number):
                 continue
-            self._last_performed[vehicle.name] = performed
+            self._last_performed[number] = performed
             exploring = "ZigzagExploring" in performed
             if exploring:
                 self._stopped.pop(vehicle.name, None)

@@ -54,6 +54,8 @@ class FunctionalLayer:
     ) -> None:
         self.data = data
         self.motion = Motion(*data.start_m)
+        self.exhausted = False
+        """True once the battery is empty: the vehicle does nothing any more."""
         self.picture = picture
         self._mission = mission
         self._world = mission.world()
@@ -73,12 +75,14 @@ class FunctionalLayer:
 
     def transmitted(self, size_bits: int) -> None:
         """Account for the energy of a packet."""
-        self.motion.energy_j = min(self.data.energy_j, self.motion.energy_j + size_bits * self.data.transmit_j_per_bit)
+        self.motion.energy_j += size_bits * self.data.transmit_j_per_bit
+        self._check_energy()
 
-    @property
-    def exhausted(self) -> bool:
-        """True once the battery is empty: the vehicle does nothing any more."""
-        return self.motion.energy_j >= self.data.energy_j
+    def _check_energy(self) -> None:
+        """See whether the battery is empty: nothing more can be taken from it then."""
+        if self.motion.energy_j >= self.data.energy_j:
+            self.motion.energy_j = self.data.energy_j
+            self.exhausted = True
 
     @property
     def must_go_home(self) -> bool:
@@ -244,8 +248,8 @@ class FunctionalLayer:
             advance(motion, self.data, motion.position_m, 0.0, dt_s)
         else:
             advance(motion, self.data, reference[0], min(reference[1], self._greatest_speed_mps), dt_s)
+        self._check_energy()
         if self.exhausted:
-            motion.energy_j = self.data.energy_j
             motion.speed_mps = 0.0
 
     def _reference(self, index: int) -> Reference | None:

@@ -92,7 +92,7 @@ def test_what_is_vital_stands_before_what_a_mission_asks_for(fleet: Fleet) -> No
 
 def test_a_vehicle_without_energy_hears_and_says_nothing(fleet: Fleet) -> None:
     vehicle = fleet.vehicles[1]
-    vehicle.functional.motion.energy_j = vehicle.data.energy_j
+    vehicle.functional.transmitted(10**18)
     assert not vehicle.is_alive
     assert vehicle.speak(0.0) is None
     assert vehicle.hear(b"", 0.0) is None
