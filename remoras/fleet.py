@@ -84,7 +84,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
     ) -> None:
         super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
         self.vehicles = tuple(make_vehicles(self))
-        self.view = ReadOnlyFleet(self.vehicles)
+        self.view = ReadOnlyFleet.of(self.vehicles)
         self.clock: Clock[SlotOpens | FrameEnds | Arrival] = Clock()
         self.channel = channel
         self.schedule = schedule

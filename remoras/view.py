@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from remoras.activities import Objective
 from remoras.executive.layer import Decision
@@ -85,13 +85,16 @@ class ReadOnlyVehicle:
         return self._social.gives_out(group)
 
 
-class ReadOnlyFleet:
-    """A fleet as a truth sees it: a ``remoras.mission.FleetView``."""
+class ReadOnlyFleet(NamedTuple):
+    """A fleet as a truth sees it: a ``remoras.mission.FleetView``.
 
-    def __init__(self, vehicles: Iterable[Vehicle]) -> None:
-        self._vehicles = tuple(ReadOnlyVehicle(vehicle) for vehicle in vehicles)
+    Attributes:
+        vehicles: every vehicle, in the order of the nodes.
+    """
 
-    @property
-    def vehicles(self) -> Sequence[ReadOnlyVehicle]:
-        """Every vehicle, in the order of the nodes."""
-        return self._vehicles
+    vehicles: tuple[ReadOnlyVehicle, ...]
+
+    @classmethod
+    def of(cls, vehicles: Iterable[Vehicle]) -> ReadOnlyFleet:
+        """The view of a fleet of these vehicles."""
+        return cls(tuple(ReadOnlyVehicle(vehicle) for vehicle in vehicles))

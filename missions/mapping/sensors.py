@@ -97,6 +97,8 @@ class SwathSensor:
         if pose.speed_mps > self._speed_limit_mps:
             return []
         new = [cell for cell in world.under(pose.x_m, pose.y_m, self._reach_m) if cell not in self.mapped]
+        if not new:
+            return []
         self.mapped.update(new)
         found = []
         for cell in new:

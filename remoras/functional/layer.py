@@ -17,6 +17,7 @@ from remoras.picture import Picture
 from remoras.plugins import answer, broken_promise
 from remoras.recorder import Table
 from remoras.sensor import Observation, Pose, Sensor
+from remoras.work import Point
 
 RESERVE_MARGIN = 1.25
 """Energy kept for the way home, as a multiple of what the way takes."""
@@ -57,6 +58,7 @@ class FunctionalLayer:
         self.exhausted = False
         """True once the battery is empty: the vehicle does nothing any more."""
         self.picture = picture
+        self._sound_target_m: Point = data.start_m
         self._mission = mission
         self._world = mission.world()
         self._sensors = sensors
@@ -69,7 +71,7 @@ class FunctionalLayer:
         self._of_set: dict[ActivitySet, Behaviour] = {}
         self._behaviours: list[Behaviour] = []
         self._guiding: int | None = None
-        self._on: dict[str, Sensor] = {}
+        self._on: list[tuple[str, Sensor]] = []
 
     # Energy --------------------------------------------------------------------------------------
 
@@ -157,7 +159,7 @@ class FunctionalLayer:
                 named.update(activity.sensors)
                 if activity.type is ActivityType.GUIDANCE:
                     self._guiding = index
-        self._on = {name: sensor for name, sensor in self._sensors.items() if name in named}
+        self._on = [(name, sensor) for name, sensor in self._sensors.items() if name in named]
 
     # Every tick and every decision ---------------------------------------------------------------
 
@@ -181,22 +183,21 @@ class FunctionalLayer:
         if not self._on:
             return []
         pose = Pose(motion.x_m, motion.y_m, data.depth_m, motion.heading_rad, motion.speed_mps)
-        found = [
-            Sensed(name, s.table, one) for name, s in self._on.items() for one in self._observed(name, s, pose, now_s)
-        ]
-        if found:
+        sensed: list[Sensed] = []
+        for name, sensor in self._on:
+            try:
+                found = sensor.sense(pose, self._world, now_s)
+                if not found and found is not None:  # hardly ever is there something
+                    continue
+                observations = tuple(found)
+            except Exception as error:
+                raise broken_promise(self._sensor(name), "sense", OBSERVATIONS, error) from error
+            if not all(isinstance(one, Observation) for one in observations):
+                raise broken_promise(self._sensor(name), "sense", OBSERVATIONS, observations)
+            sensed += [Sensed(name, sensor.table, one) for one in observations]
+        if sensed:
             body.last_yield_s = now_s
-        return found
-
-    def _observed(self, name: str, sensor: Sensor, pose: Pose, now_s: float) -> Sequence[Observation]:
-        try:
-            found = tuple(sensor.sense(pose, self._world, now_s))
-        except Exception as error:
-            raise broken_promise(self._sensor(name), "sense", OBSERVATIONS, error) from error
-        for one in found:
-            if not isinstance(one, Observation):
-                raise broken_promise(self._sensor(name), "sense", OBSERVATIONS, found)
-        return found
+        return sensed
 
     def _sensor(self, name: str) -> str:
         return f"sensor {name} of {self.data.name}"
@@ -257,10 +258,10 @@ class FunctionalLayer:
             reference = self._behaviours[index].reference(self.motion, self.picture)
             if reference is None:
                 return None
-            sound = reference.__class__ is Reference
-            if sound:
-                (x_m, y_m), speed_mps = reference
-                sound = math.isfinite(x_m + y_m) and 0.0 <= speed_mps < math.inf
+            sound = reference.__class__ is Reference and 0.0 <= reference[1] < math.inf
+            if sound and reference[0] is not self._sound_target_m:  # mostly it is the same from tick to tick
+                x_m, y_m = self._sound_target_m = reference[0]
+                sound = math.isfinite(x_m + y_m)
         except Exception as error:
             raise self._broken(index, "reference", REFERENCE, error) from error
         if not sound:
