@@ -153,8 +153,7 @@ class JobMission(Mission):
 
     def _methods(self) -> list[Method]:
         def unfinished(facts: FactsLike, group: str) -> list[tuple[str, str]]:
-            roles = [(role.name, role.job) for role in self._groups[group].roles if role.job is not None]
-            return [(role, job) for role, job in roles if facts.get(self._jobs[job].done) is None]
+            return self._unfinished(facts, self._groups[group])
 
         def together(facts: FactsLike, group: str) -> bool:
             return facts.get(("gatheredAt", group)) is not None
@@ -170,6 +169,11 @@ class JobMission(Mission):
             Method("work, then meet", work, lambda facts, group: bool(unfinished(facts, group))),
             Method("meet", lambda facts, group: self.meeting.tasks(self._groups[group])),
         ]
+
+    def _unfinished(self, facts: FactsLike, group: Group) -> list[tuple[str, str]]:
+        """(role, job) for each job of the group that is not known to be done."""
+        roles = [(role.name, role.job) for role in group.roles if role.job is not None]
+        return [(role, job) for role, job in roles if facts.get(self._jobs[job].done) is None]
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Heads supervise their groups."""
@@ -208,8 +212,12 @@ class JobMission(Mission):
     def findings(
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
-        """A head at the rally point that has lately heard all others there takes the group for gathered."""
-        return self.meeting.findings(group, organisation, beliefs, picture, motion)
+        """A head at the rally point that has lately heard all others there takes the group for gathered.
+
+        It does not before it knows that all jobs of the group are done: vehicles may start at the rally point.
+        """
+        found = self.meeting.findings(group, organisation, beliefs, picture, motion)
+        return () if found and self._unfinished(beliefs, group) else found
 
     def truth(self, recorder: Recorder) -> JobTruth:
         """Notes jobs and meetings; a mission that wants to know more gives a subclass of it."""

@@ -34,6 +34,10 @@ class MeetingTruth:
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Note what the mission wants to know; called after each tick and each round once all is agreed."""
 
+    def is_worked_off(self, group: Group) -> bool:
+        """True if the group may count as gathered as far as its work is concerned; a mission says what that takes."""
+        return True
+
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         """Note what has happened; True once the last group is together."""
         if not self._consulted:
@@ -44,7 +48,7 @@ class MeetingTruth:
         self.watch(fleet, now_s)
         for group in list(self._apart):
             waits_for_others = group.mission is not None and self._apart[0].mission is None
-            if not waits_for_others and self._is_together(fleet, group):
+            if not waits_for_others and self.is_worked_off(group) and self._is_together(fleet, group):
                 self._apart.remove(group)
                 self.milestones.append(Milestone(now_s, "gathered", group=group.name))
         if self._apart:
@@ -112,6 +116,8 @@ class MeetingTruth:
 class JobTruth(MeetingTruth):
     """Notes who has done which job when, in the table ``jobs`` and as milestones ``job_done``.
 
+    No group counts as gathered before all jobs of its roles are done, wherever its vehicles are.
+
     Args:
         meeting: of the mission.
         objective: of roles with a job.
@@ -121,8 +127,10 @@ class JobTruth(MeetingTruth):
     def __init__(self, meeting: Meeting, objective: str, recorder: Recorder) -> None:
         super().__init__(meeting)
         self._objective = objective
+        self._groups = tuple(meeting.groups.values())
         self._rows = recorder.rows(JOBS.name)
         self._noted: set[tuple[str, str]] = set()
+        self._done: set[str] = set()
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Note the jobs done since the last look."""
@@ -131,5 +139,19 @@ class JobTruth(MeetingTruth):
                 done = vehicle.name, objective.argument
                 if objective.name == self._objective and done not in self._noted:
                     self._noted.add(done)
+                    self._done.add(objective.argument)
                     self._rows.append((now_s, *done))
                     self.milestones.append(Milestone(now_s, "job_done", vehicle.name))
+
+    def is_worked_off(self, group: Group) -> bool:
+        """True once all jobs of the group's roles are done."""
+        return not self._undone(group)
+
+    def close(self, fleet: FleetView, now_s: float) -> str:
+        """Say who is missing where, and which jobs are not done."""
+        reason = super().close(fleet, now_s)
+        undone = [job for group in self._groups for job in self._undone(group)]
+        return f"{reason}; jobs not done: {', '.join(undone)}" if reason and undone else reason
+
+    def _undone(self, group: Group) -> list[str]:
+        return [role.job for role in group.roles if role.job is not None and role.job not in self._done]

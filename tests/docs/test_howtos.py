@@ -283,3 +283,18 @@ def test_every_shipped_strategy_runs_it(executed: Any, strategy: str, monkeypatc
     found = face.run("buoys.toml", strategy=strategy, seed=1).summary
     assert found["completed"]
     assert found["serviced_fraction"] == 1.0
+
+
+def test_vehicles_that_start_at_the_rally_point_do_their_jobs_before_they_count_as_gathered(
+    executed: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All three start within 30 m of the tender; the strategy of the paper gives jobs out before the mission."""
+    folder, _ = executed("mission")
+    monkeypatch.chdir(folder)
+    monkeypatch.syspath_prepend(str(folder))
+    near = {"rally_point.tender.position_m": [0.0, -10.0], "mission.arrival_radius_m": 40.0}
+    found = face.run("buoys.toml", strategy="remoras", seed=1, set=near).summary
+    assert found["completed"]
+    assert found["serviced_fraction"] == 1.0
+    short = face.run("buoys.toml", strategy="remoras", seed=1, set={**near, "scenario.duration_s": 100.0}).summary
+    assert short["reason"].endswith("jobs not done: mother, north, east, south, west")
