@@ -20,6 +20,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from missions.errors import OutputError
 from remoras.recorder import Column, Recorder, Row, Table
 
 UNITS = {
@@ -27,6 +28,9 @@ UNITS = {
     "m/s": ("_mps", "_mmps", "mm/s", 1000), "J": ("_j", "_j", "J", 1), "1": ("", "_milli", "0.001", 1000),
 }  # fmt: skip
 """Unit of the recorder -> (ending of the column, its ending here, unit here, how many of these make one)."""
+
+LARGEST = np.iinfo(np.int32).max
+"""Greatest whole number that such a table holds."""
 
 
 def _field(column: Column) -> pa.Field:
@@ -43,7 +47,11 @@ def schema_of(table: Table) -> pa.Schema:
 
 
 def packed(table: Table, rows: Sequence[Row], key: str) -> pa.Table:
-    """Rows of a run in small whole units; a value that is not finite becomes null."""
+    """Rows of a run in small whole units; a value that is not finite becomes null.
+
+    Raises:
+        OutputError: a value is too large for its column.
+    """
     if table.name == "trajectories":
         rows = sorted(rows, key=itemgetter(1))  # by vehicle; in order of time they are already
     wanted = schema_of(table)
@@ -54,6 +62,12 @@ def packed(table: Table, rows: Sequence[Row], key: str) -> pa.Table:
         if column.kind == "float" and column.unit in UNITS:
             scaled = np.rint(np.array(values, dtype=float) * UNITS[column.unit][3])
             mask = ~np.isfinite(scaled)
+            if np.any(np.abs(scaled[~mask]) > LARGEST):
+                raise OutputError(
+                    f"table {table.name}: {column.name} is up to {max(map(abs, np.array(values, float)[~mask])):g} "
+                    f"{column.unit}, and tables of sweeps hold {LARGEST / UNITS[column.unit][3]:g} at most; "
+                    "declare the column with a larger unit, such as km"
+                )
             values = np.where(mask, 0.0, scaled).astype(np.int32)
         arrays.append(pa.array(values, wanted.field(number + 1).type, mask=mask))
     return pa.Table.from_arrays(arrays, schema=wanted)

@@ -6,10 +6,11 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
+from missions.errors import OutputError
 from missions.runs.run import run
 from missions.runs.step_tables import encoded, merge, write_part
 from missions.scenarios import load
-from remoras.recorder import TABLES, Recorder
+from remoras.recorder import TABLES, TIME, VEHICLE, Column, Recorder, Table
 
 
 @pytest.fixture(scope="module")
@@ -50,3 +51,15 @@ def test_parts_merge_to_the_same_bytes_in_any_order(tmp_path: Path, recorder: Re
     assert one == two
     merged = pq.ParquetFile(tmp_path / "tablesTrue" / "packets.parquet")
     assert [merged.metadata.row_group(n).column(0).statistics.min for n in range(3)] == ["a", "b", "c"]
+
+
+def test_a_value_that_a_table_of_a_sweep_cannot_hold_is_refused_by_name() -> None:
+    """2^31 - 1 thousandths are the most."""
+    counts = Table("counts", (TIME, VEHICLE, Column("shells", "float", "1")))
+    recorder = Recorder([counts])
+    recorder.rows("counts").append((1.0, "A", 2_147_483.0))
+    (kept,) = pq.read_table(io.BytesIO(encoded(recorder, "k")["counts"])).to_pylist()
+    assert kept["shells_milli"] == 2_147_483_000
+    recorder.rows("counts").append((2.0, "A", 3.0e6))
+    with pytest.raises(OutputError, match=r"table counts: shells is up to 3e\+06 1, and tables of sweeps hold 2\.147"):
+        encoded(recorder, "k")
