@@ -18,6 +18,13 @@ if TYPE_CHECKING:
     from missions.runs.run import Run
 
 
+TAKEN = frozenset({
+    "scenario", "strategy", "policy", "channel", "per", "seed", "n_vehicles", "reason", "milestones",
+    "key", "repeat", "status", "error", "replay", "wall_s", "cpu_s", "host", "worker", "finished_at",
+})  # fmt: skip
+"""Fields of a summary and columns of the table of runs that are no metrics."""
+
+
 class Better(Enum):
     """Which of two values of a metric is the better one."""
 
@@ -105,7 +112,7 @@ def collected(source: str, metrics: Iterable[Metric]) -> dict[str, Metric]:
         metrics: those of every run, then those of the mission.
 
     Raises:
-        ConfigurationError: a metric has no direction, or two have one name.
+        ConfigurationError: a metric has no direction, its name is that of another field, or two have one name.
     """
     found: dict[str, Metric] = {}
     faults: list[ConfigurationFault] = []
@@ -115,6 +122,9 @@ def collected(source: str, metrics: Iterable[Metric]) -> dict[str, Metric]:
         if not isinstance(better, Better):
             given = "" if better is None else repr(better)
             faults.append(ConfigurationFault(f"metric {metric.name}, better", given, f"allowed: {directions}"))
+        if metric.name in TAKEN:
+            allowed = "a field that results have already; give the metric another name"
+            faults.append(ConfigurationFault(f"metric {metric.name}", "", allowed))
         if metric.name in found:
             allowed = "declared twice; give one of the two metrics another name"
             faults.append(ConfigurationFault(f"metric {metric.name}", "", allowed))

@@ -6,6 +6,7 @@ Rows are appended as tuples in the order of the columns, in time order.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -15,6 +16,10 @@ from remoras.errors import PluginError
 Row = tuple[Any, ...]
 KINDS = ("float", "int", "str", "list")
 """Kinds of columns."""
+KEY = "key"
+"""Column that the tables of a sweep have in front."""
+UNFIT = frozenset("/\\\0")
+"""Characters that a name of a file cannot have everywhere."""
 
 
 class Column(NamedTuple):
@@ -29,6 +34,9 @@ class Column(NamedTuple):
 class Table:
     """A table of results.
 
+    Raises:
+        PluginError: it cannot be written: its name is none for a file, or its columns contradict each other.
+
     >>> Table("temperatures", (TIME, VEHICLE, Column("temperature_c", "float", "degC"))).column_names
     ('time_s', 'vehicle', 'temperature_c')
     """
@@ -37,6 +45,12 @@ class Table:
     columns: tuple[Column, ...]
 
     def __post_init__(self) -> None:
+        if not self.name or self.name.startswith(".") or not UNFIT.isdisjoint(self.name):
+            raise PluginError(f"table {self.name!r}: its name is that of a file; allowed: no / and no dot in front")
+        for name, count in Counter(self.column_names).items():
+            if count > 1 or name == KEY:
+                why = f"listed {count} times" if count > 1 else "the column by which sweeps tell runs apart"
+                raise PluginError(f"table {self.name!r}, column {name!r}: {why}; rename it")
         for column in self.columns:
             if column.kind not in KINDS:
                 allowed = ", ".join(KINDS)

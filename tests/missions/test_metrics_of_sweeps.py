@@ -138,6 +138,12 @@ def test_a_metric_that_lacks_its_direction_altogether_is_refused_by_name() -> No
         collected("own.mission:M", [lacking])
 
 
+@pytest.mark.parametrize("name", ["seed", "wall_s", "key", "milestones"])
+def test_a_metric_with_the_name_of_another_field_is_refused(name: str) -> None:
+    with pytest.raises(ConfigurationError, match=f"metric {name}: a field that results have already"):
+        collected("own.mission:M", [*CORE_METRICS, metric(name)])
+
+
 def test_two_metrics_of_one_name_are_refused() -> None:
     with pytest.raises(ConfigurationError, match="metric n_bytes: declared twice"):
         collected("own.mission:M", [*CORE_METRICS, metric("n_bytes")])

@@ -77,3 +77,15 @@ def test_rows_are_kept_in_their_order_and_apart(written: list[tuple[str, int]]) 
     for name in recorder.tables:
         assert recorder.rows(name) == [(value,) for table, value in written if table == name]
         assert other.rows(name) == []
+
+
+@pytest.mark.parametrize("name", ["", "../depths", "a/b", "a\\b", ".hidden"])
+def test_a_table_whose_name_is_none_for_a_file_is_refused(name: str) -> None:
+    with pytest.raises(PluginError, match="its name is that of a file"):
+        Table(name, (TIME, VEHICLE))
+
+
+@pytest.mark.parametrize(("columns", "says"), [((TIME, TIME), "listed 2 times"), ((Column("key", "str"),), "sweeps")])
+def test_columns_that_contradict_each_other_are_refused(columns: tuple[Column, ...], says: str) -> None:
+    with pytest.raises(PluginError, match=rf"table 'depths', column '(time_s|key)': .*{says}"):
+        Table("depths", columns)

@@ -112,6 +112,11 @@ def _own(figures: Sequence[Declared]) -> dict[str, Figure]:
                 "allowed: Figure, Layer and Mark of missions.figure"
             )
         if isinstance(one, Figure):
+            if not one.name or one.name.startswith(".") or "/" in one.name or "\\" in one.name:
+                raise DrawingError(
+                    f"the mission declares a figure {one.name!r}, which is no name of a file: rename it, without / "
+                    "and without a dot in front"
+                )
             if one.name in (*KINDS, *SWEEP_KINDS, *found):
                 raise DrawingError(f"the mission declares a figure {one.name!r}, a name that is taken; rename it")
             found[one.name] = one
