@@ -106,7 +106,12 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     def _sense(self, now_s: float, neighbours: Sequence[Neighbour]) -> None:
         for sensed in self.functional.sense(now_s, neighbours):
             observation = sensed.observation
-            if sensed.table is not None and observation.row:
+            if observation.row:
+                if sensed.table is None:
+                    raise PluginError(
+                        f"sensor {sensed.sensor} of {self.name}: its observation has the row {observation.row}, but "
+                        "its table is None; declare the table"
+                    )
                 if len(observation.row) + 2 != len(sensed.table.columns):
                     names = ", ".join(sensed.table.column_names[2:])
                     raise PluginError(
@@ -118,7 +123,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
                 continue
             try:
                 change = self.beliefs.model.record(self.beliefs.facts_of(observation), now_s)
-            except WorldModelError as error:
+            except (WorldModelError, TypeError, ValueError) as error:
                 hint = "; the mission's instances_found_per_vehicle says how many" if observation.found else ""
                 raise PluginError(
                     f"sensor {sensed.sensor} of {self.name}: its observation cannot be recorded: {error}{hint}"

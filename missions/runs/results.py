@@ -53,7 +53,7 @@ def arrow_table(table: Table, rows: Sequence[Row]) -> pa.Table:
             values: list[Any] = [row[number] for row in rows]
             if column.kind == "float" and column.unit in DECIMALS:
                 digits = DECIMALS[column.unit]
-                values = [round(value, digits) for value in values]
+                values = [None if value is None else round(value, digits) for value in values]
             arrays.append(pa.array(values, type=field.type))
     except (pa.ArrowException, TypeError, IndexError) as error:
         columns = ", ".join(f"{column.name} ({column.kind})" for column in table.columns)

@@ -45,11 +45,16 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
 def _own_faults(raw: Raw, mission: type[Mission]) -> list[ConfigurationFault]:
     """What the mission itself finds wrong."""
     try:
-        return list(mission.check(raw))
+        found = list(mission.check(raw))
     except Exception as error:  # it may be somebody else's class
         reference = table_of(raw, "scenario").get("mission")
         allowed = f"its check must pass malformed values over, but raised {type(error).__name__}: {error}"
         return [ConfigurationFault("scenario.mission", f'"{reference}"', allowed)]
+    if all(isinstance(one, ConfigurationFault) for one in found):
+        return found
+    reference = table_of(raw, "scenario").get("mission")
+    allowed = f"its check must give missions.errors.ConfigurationFault values, but gave {found!r}"
+    return [ConfigurationFault("scenario.mission", f'"{reference}"', allowed)]
 
 
 def job_faults(scenario: Scenario, mission: type[Mission]) -> list[ConfigurationFault]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from missions.errors import ConfigurationFault
-from missions.figure import Figure, Layer, Mark
+from missions.figure import Figure, Layer, Mark, Place
 from remoras.activities import Objective
 from remoras.errors import PluginError
 from remoras.htn import Domain
@@ -43,23 +43,50 @@ def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
             lambda: made.figures,
         ),
         (
+            "places",
+            "a list of missions.figure.Place",
+            lambda found: all(isinstance(one, Place) for one in found),
+            lambda: made.places,
+        ),
+        ("instances", "a list of (class, name), both texts", _are_instances, lambda: made.instances),
+        (
+            "instances_found_per_vehicle",
+            "a whole number, 0 or more",
+            _is_count,
+            lambda: made.instances_found_per_vehicle,
+        ),
+        ("most_observations", "a whole number, 0 or more", _is_count, lambda: made.most_observations),
+        (
             "truth",
             f"an object with {', '.join(PARTS_OF_TRUTH)}",
             lambda found: all(hasattr(found, part) for part in PARTS_OF_TRUTH),
             lambda: made.truth(Recorder(made.tables)),
         ),
     )
+    raised: set[str] = set()
     for hook, expected, is_expected, asked in hooks:
         try:
             answer("its", hook, expected, is_expected, asked)
         except PluginError as error:
             text = str(error).removeprefix("its: ")
+            cause = repr(error.__cause__)
+            if error.__cause__ is not None and cause in raised:
+                continue  # a hook that asks another one, which has been told
+            raised.add(cause)
             yield ConfigurationFault("scenario.mission", f'"{reference}"', text)
 
 
 def _are_jobs(found: Any) -> bool:
     jobs: Mapping[str, Job] = found
     return all(hasattr(job, part) for job in jobs.values() for part in PARTS_OF_JOB)
+
+
+def _are_instances(found: Any) -> bool:
+    return all(isinstance(kind, str) and isinstance(name, str) for kind, name in found)
+
+
+def _is_count(found: Any) -> bool:
+    return isinstance(found, int) and found >= 0
 
 
 def _allowed_domain() -> str:

@@ -18,7 +18,7 @@ from small_mission import SMALL
 
 from missions.errors import OutputError
 from missions.runs.metrics import quantile
-from missions.runs.results import LIBRARIES, MemoryResults, Results, write
+from missions.runs.results import LIBRARIES, MemoryResults, Results, arrow_table, write
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
 from missions.runs.summary import summary
@@ -382,3 +382,9 @@ def test_another_seed_gives_another_sea(finished: Run, tmp_path: Path):
     other = small_run(tmp_path, seed=2)
     lost, lost_now = ([row[7] for row in run.recorder.packets] for run in (finished, other))
     assert lost != lost_now
+
+
+def test_a_sensor_may_have_no_value_in_a_row() -> None:
+    """Whether the unit of the column is one that is rounded or not."""
+    table = Table("depths", (TIME, VEHICLE, Column("depth_m", "float", "m"), Column("salinity", "float", "PSU")))
+    assert arrow_table(table, [(1.0, "A", None, None)]).to_pylist()[0]["depth_m"] is None

@@ -249,6 +249,18 @@ class Bare(SensorSettings):
     """Does not say how its sensor is made."""
 
 
+class Tableless(Sounder):
+    """Gives rows, and has no table for them."""
+
+    table: Any = None
+
+
+class TablelessSettings(_Making):
+    """Of a sensor without a table."""
+
+    made = Tableless
+
+
 class SwitchesAllOn(MappingMission):
     """Every activity set that maps or does anything else switches all sensors of the vehicle on."""
 
@@ -321,6 +333,50 @@ class JobsOfNumbers(MappingMission):
     @property
     def jobs(self) -> Any:
         return {"north bank": 1}
+
+
+class PlacesRaise(MappingMission):
+    """Its map has no places to show."""
+
+    @property
+    def places(self) -> Sequence[Any]:
+        raise KeyError("buoys")
+
+
+class PlacesOfNumbers(MappingMission):
+    """Its places are none."""
+
+    @property
+    def places(self) -> Any:
+        return [3]
+
+
+class InstancesOfNumbers(MappingMission):
+    """Its instances are none."""
+
+    @property
+    def instances(self) -> Any:
+        return [3]
+
+
+class CountOfText(MappingMission):
+    """Counts in words what its sensors find."""
+
+    instances_found_per_vehicle: Any = "many"
+
+
+class CheckOfText(MappingMission):
+    """Its check finds faults that are mere text."""
+
+    @classmethod
+    def check(cls, raw: Mapping[str, Any]) -> Iterable[Any]:
+        return ["no buoys"]
+
+
+class MetricNamedSeed(MappingMission):
+    """Declares a metric with the name of another field of the summary."""
+
+    metrics = (*MappingMission.metrics, Metric("seed", "", Better.LOWER, "seeds", lambda run: 7))
 
 
 class Objectless(JobMission):

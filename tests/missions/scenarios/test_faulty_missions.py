@@ -82,6 +82,11 @@ MISSIONS = [
     ("Dancing", r"social_domain returned .*; expected: .* AllocateRoles, GiveMission, AssignObjective"),
     ("NoTruth", r"truth returned None; expected: an object with milestones, observe, close"),
     ("FigureOfNumbers", r"figures returned \(3,\); expected: a tuple of Figure, Layer and Mark"),
+    ("PlacesRaise", r"places raised KeyError: 'buoys'; expected: a list of missions\.figure\.Place"),
+    ("PlacesOfNumbers", r"places returned \[3\]; expected: a list of missions\.figure\.Place"),
+    ("InstancesOfNumbers", r"instances raised TypeError.*; expected: a list of \(class, name\), both texts"),
+    ("CountOfText", r"instances_found_per_vehicle returned 'many'; expected: a whole number, 0 or more"),
+    ("CheckOfText", r"its check must give missions\.errors\.ConfigurationFault values, but gave \['no buoys'\]"),
     ("JobsOfNumbers", r"jobs returned .*; expected: objects by name, each with name, place_m, needs, done"),
 ]
 
@@ -102,6 +107,7 @@ def test_a_mission_that_does_not_keep_to_its_seam_is_one_fault_of_the_file(
     [
         ("NoDirection", r"metric wear, better: allowed: Better\.HIGHER, Better\.LOWER, Better\.NEITHER"),
         ("SameMetricTwice", r"metric energy_j: declared twice; give one of the two metrics another name"),
+        ("MetricNamedSeed", r"metric seed: a field that results have already; give the metric another name"),
         ("UnknownClass", r"instances: no class is named 'Boy'"),
         ("OtherColumns", r"table 'coverage' is declared twice, once with the columns time_s, depth_m: rename one"),
     ],
@@ -165,6 +171,7 @@ def test_a_sensor_that_cannot_be_made_is_refused_before_the_run(tmp_path: Path, 
     [
         ("BrokenSettings", r"other.*sense.*ZeroDivisionError: no echo"),
         ("NumbersSettings", r"other.*sense.*Observation"),
+        ("TablelessSettings", r"other of Diver: its observation has the row .*, but its table is None"),
         ("ShortRowSettings", r"soundings: a row does not fit its columns .*depth_m \(float\)"),
     ],
 )
