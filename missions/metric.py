@@ -7,6 +7,7 @@ declaration.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
@@ -104,6 +105,11 @@ class MetricRecord:
             ) from None
 
 
+def _alike(one: str, other: str) -> bool:
+    """True for labels that differ in case and signs alone: their charts would have one name."""
+    return re.sub(r"[^a-z0-9]+", "", str(one).lower()) == re.sub(r"[^a-z0-9]+", "", str(other).lower())
+
+
 def collected(source: str, metrics: Iterable[Metric]) -> dict[str, Metric]:
     """Metrics by name, in their order.
 
@@ -112,7 +118,8 @@ def collected(source: str, metrics: Iterable[Metric]) -> dict[str, Metric]:
         metrics: those of every run, then those of the mission.
 
     Raises:
-        ConfigurationError: a metric has no direction, its name is that of another field, or two have one name.
+        ConfigurationError: a metric has no direction, its name is that of another field, or two have one name
+            or one label.
     """
     found: dict[str, Metric] = {}
     faults: list[ConfigurationFault] = []
@@ -128,6 +135,9 @@ def collected(source: str, metrics: Iterable[Metric]) -> dict[str, Metric]:
         if metric.name in found:
             allowed = "declared twice; give one of the two metrics another name"
             faults.append(ConfigurationFault(f"metric {metric.name}", "", allowed))
+        if namesake := next((one for one in found.values() if _alike(one.label, metric.label)), None):
+            allowed = f"is also the label of {namesake.name}, and charts go by it; give one of the two another label"
+            faults.append(ConfigurationFault(f"metric {metric.name}, label", repr(metric.label), allowed))
         found[metric.name] = metric
     if faults:
         raise ConfigurationError(source, faults)

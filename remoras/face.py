@@ -90,6 +90,7 @@ def run(
     False
     """
     from missions.runs.run import run as run_scenario
+    from remoras.strategy import faults_of_strategy
 
     if isinstance(scenario, Scenario):
         if any(given is not None for given in (policy, channel, per, set)) or isinstance(strategy, str):
@@ -98,7 +99,11 @@ def run(
     else:
         name = strategy if isinstance(strategy, str) else None
         loaded = load(scenario, strategy=name, policy=policy, channel=channel, per=per, set=set)
+    if not isinstance(seed, int) or seed < 0:
+        raise TypeError(f"seed is {seed!r}; allowed: a whole number, 0 or more")
     own = None if isinstance(strategy, str) else strategy
+    if own is not None and (faults := list(faults_of_strategy(own))):
+        raise TypeError(f"strategy {own!r}: {'; '.join(faults)}; give a name, or an object as remoras.Strategy says")
     return Run(MemoryResults(run_scenario(loaded, seed, strategy=own, keep_models=keep_models)))
 
 
@@ -165,7 +170,14 @@ def exchange_study(
 
     Returns:
         Rows as ``remoras exchange-study --json`` prints them; times are numbers of TDMA slots.
+
+    Raises:
+        ExchangeError: a parameter out of its range.
+        TypeError: a number or a text where a list is asked for.
     """
+    for name, given in (("per", per), ("policies", policies)):
+        if isinstance(given, float | int | str):
+            raise TypeError(f"{name} is {given!r}; allowed: a list, as [{given!r}]")
     import pandas as pd
 
     from exchange.policies import POLICIES

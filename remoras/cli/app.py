@@ -23,10 +23,31 @@ app = typer.Typer(
 Parameters = ParamSpec("Parameters")
 
 
-def fail(message: str) -> NoReturn:
-    """One clear message on the standard error, exit 2."""
-    print(f"remoras: {message}", file=sys.stderr)
-    raise typer.Exit(USAGE)
+class Fault(Exception):
+    """A command cannot go on.
+
+    Args:
+        message: for the user.
+        code: to exit with.
+    """
+
+    def __init__(self, message: str, code: int = USAGE) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+def fail(message: str, code: int = USAGE) -> NoReturn:
+    """End the command with one clear message on the standard error; with --json there is one JSON value of it, too."""
+    raise Fault(message, code)
+
+
+def _report(error: Exception, as_json: bool) -> None:
+    """Tell a fault: a message for people, and one JSON value where that was asked for."""
+    print(f"remoras: {error}", file=sys.stderr)
+    if as_json:
+        faults = getattr(error, "faults", ())
+        listed = [{"key": f.key, "given": f.given, "allowed": f.allowed, "line": f.line} for f in faults]
+        show_json({"error": str(error), "faults": listed})
 
 
 def one_of(what: str, name: str, known: Sequence[str]) -> None:
@@ -43,6 +64,7 @@ def command(name: str) -> Callable[[Callable[Parameters, None]], Callable[Parame
     def register(function: Callable[Parameters, None]) -> Callable[Parameters, None]:
         @functools.wraps(function)
         def reported(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
+            as_json = bool(kwargs.get("as_json"))
             try:
                 function(*args, **kwargs)
             except KeyboardInterrupt:
@@ -51,12 +73,14 @@ def command(name: str) -> Callable[[Callable[Parameters, None]], Callable[Parame
             except BrokenPipeError:
                 sys.stderr.close()
                 raise typer.Exit(OK) from None
-            except OSError as error:
-                fail(str(error))
+            except Fault as error:
+                _report(error, as_json)
+                raise typer.Exit(error.code) from None
             except Exception as error:
-                if not _is_users_fault(error):
+                if not isinstance(error, OSError) and not _is_users_fault(error):
                     raise
-                fail(str(error))
+                _report(error, as_json)
+                raise typer.Exit(USAGE) from None
 
         app.command(name)(reported)
         return function
@@ -110,4 +134,16 @@ def _root(
 def main() -> None:
     """Entry point of the ``remoras`` command; ``module:object`` is looked for in the current folder too."""
     sys.path.append(str(Path.cwd()))
-    app()
+    if "--json" not in sys.argv:
+        app()
+    try:
+        code = app(standalone_mode=False)
+    except typer.Abort:
+        code = INTERRUPTED
+    except Exception as error:  # an option that is not there, an argument that is missing: typer has no name for these
+        if not hasattr(error, "format_message"):
+            raise
+        error.show()  # type: ignore[attr-defined]
+        show_json({"error": error.format_message(), "faults": []})
+        code = error.exit_code  # type: ignore[attr-defined]
+    sys.exit(code)

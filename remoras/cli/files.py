@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from remoras.cli.app import Format, Json, app, command, fail, one_of, show_json
+from remoras.cli.app import USAGE, Format, Json, app, command, fail, one_of, show_json
 
 KINDS = ("scenarios", "strategies", "policies", "channels", "modems", "studies")
 
@@ -207,7 +208,8 @@ def doctor() -> None:
 def _not_available(name: str) -> None:
     @app.command(name, hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
     def unavailable() -> None:
-        fail(f"{name} is not available in this version")
+        print(f"remoras: {name} is not available in this version", file=sys.stderr)
+        raise typer.Exit(USAGE)
 
 
 for _name in ("replay", "live", "export", "stress", "node", "swarm"):

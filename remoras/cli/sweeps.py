@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from remoras.cli.app import FAILED, Json, command, show_json
+from remoras.cli.app import FAILED, Json, command, fail, show_json
 from remoras.cli.progress import Progress
 
 PARTLY_DONE = 3
@@ -45,8 +45,7 @@ def sweep(
         try:
             status = driver.sweep(loaded, out, jobs, cluster, force_new=force_new, progress=progress.of)
         except driver.PartlyDoneError as error:
-            print(f"remoras: {error}; finished runs are kept in {out}, the same command goes on", file=sys.stderr)
-            raise typer.Exit(PARTLY_DONE) from None
+            fail(f"{error}; finished runs are kept in {out}, the same command goes on", PARTLY_DONE)
     _show(asdict(status), as_json, [_status_line(asdict(status)), f"compare them with: remoras compare {out}"])
     if status.failed:
         print(f"remoras: {status.failed} runs failed; columns error and replay of {out}/runs.parquet", file=sys.stderr)

@@ -410,3 +410,29 @@ def test_the_doctor_finds_this_installation_well():
 @pytest.mark.parametrize("command", NOT_BUILT)
 def test_a_command_that_is_not_built_says_so(command: str):
     assert refused(command, "--json", "whatever") == f"remoras: {command} is not available in this version\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["run", "nope"], "a TOML file or one of mapping-patches"),
+        (["run"], "Missing argument"),
+        (["run", "mapping-rendezvous", "--nope"], "No such option"),
+        (["frobnicate"], "No such command"),
+        (["list", "foo"], "allowed are scenarios"),
+        (["validate", "nope.toml"], "a TOML file"),
+        (["status", "nowhere"], "no results of a sweep"),
+        (["compare", "nowhere"], "no results of a sweep"),
+        (["query", "nowhere", "ASK {}"], "no results of a run"),
+        (["sweep", "nope", "--out", "nowhere"], "a TOML file"),
+        (["exchange-study", "--policies", "nope"], "nope"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_a_fault_is_one_json_value_where_that_was_asked_for(arguments: list[str], says: str, tmp_path: Path) -> None:
+    program = [sys.executable, "-c", "from remoras.cli import main; main()", *arguments, "--json"]
+    done = subprocess.run(program, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert done.returncode == 2
+    assert says in json.loads(done.stdout)["error"]
+    assert done.stderr
+    assert list(tmp_path.iterdir()) == []

@@ -54,6 +54,7 @@ def test_what_the_example_has_in_comments_loads_too(tmp_path: Path) -> None:
         assert load_study(str(file)).file.study.sampling == sampling
 
 
+@pytest.mark.slow
 def test_sweep_takes_the_example(example: Path, tmp_path: Path) -> None:
     """2 policies, 2 sizes, 4 loss rates and 2 weights, 10 repeats of each."""
     counted = remoras("sweep", example, "--out", tmp_path / "out", "--dry-run", "--json")

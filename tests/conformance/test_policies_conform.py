@@ -41,6 +41,7 @@ def test_a_policy_that_breaks_a_rule_is_found_out(check: Callable[[Any], None], 
         check(policy)
 
 
+@pytest.mark.slow
 def test_a_policy_whose_functions_cannot_be_compiled_is_found_out() -> None:
     with pytest.raises(conformance.ConfigurationError, match="'moody' cannot be compiled"):
         conformance.check_compiles(broken.MOODY)

@@ -10,14 +10,17 @@ from remoras.errors import PluginError
 from remoras.strategies import Strategy, strategies
 
 SHIPPED = strategies()
+LONG = {conformance.check_states_within_the_group}
+CHECKS = [pytest.param(check, marks=pytest.mark.slow) if check in LONG else check for check in conformance.CHECKS]
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-@pytest.mark.parametrize("check", conformance.CHECKS, ids=lambda check: check.__name__.removeprefix("check_"))
+@pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__.removeprefix("check_"))
 def test_every_shipped_strategy_conforms(check: Callable[[Strategy], None], name: str) -> None:
     check(SHIPPED[name])
 
 
+@pytest.mark.slow
 def test_every_shipped_strategy_is_deterministic() -> None:
     conformance.check_deterministic(*SHIPPED)
 
@@ -58,10 +61,12 @@ def test_a_strategy_that_fails_in_silence_is_found_out() -> None:
         conformance.check_survives_silence(broken.Trusting())
 
 
+@pytest.mark.slow
 def test_a_strategy_that_goes_by_hashes_is_found_out() -> None:
     with pytest.raises(AssertionError, match="nonconforming_strategies:BY_HASH"):
         conformance.check_deterministic("central", "nonconforming_strategies:BY_HASH")
 
 
+@pytest.mark.slow
 def test_all_checks_are_made_of_a_strategy_that_is_named() -> None:
     assert len(list(conformance.conforms("remoras"))) == len(conformance.CHECKS) + 1

@@ -275,6 +275,7 @@ def test_a_vehicle_low_on_energy_goes_home_though_no_author_wrote_of_it(executed
     assert summary(folder / "weak")["serviced_fraction"] == 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strategy", strategies())
 def test_every_shipped_strategy_runs_it(executed: Any, strategy: str, monkeypatch: pytest.MonkeyPatch) -> None:
     folder, _ = executed("mission")

@@ -264,6 +264,7 @@ def test_every_function_that_the_slot_loop_calls_is_found_for_the_compiler() -> 
     assert M_ACK.carries not in compiler.functions_of(ACK)
 
 
+@pytest.mark.slow
 def test_machine_code_is_found_again_by_the_next_process(tmp_path: Path) -> None:
     code = (
         "from exchange.policies import ACK; from exchange.study.compiler import compiled; "
@@ -277,6 +278,7 @@ def test_machine_code_is_found_again_by_the_next_process(tmp_path: Path) -> None
     assert outputs == ["1 0\n", "0 1\n"]
 
 
+@pytest.mark.slow
 def test_functions_that_cannot_be_compiled_are_refused_by_the_name_of_their_kind() -> None:
     def learn(state: ack.AckState, n_nodes: int, frame: int, sender: int, rows: ack.Words) -> None:
         raise KeyError({"a": [object()]})

@@ -152,6 +152,7 @@ def ends(process_group: int, within_s: float) -> bool:
     return False
 
 
+@pytest.mark.slow
 def test_a_script_without_a_main_guard_is_told_so_and_makes_no_failed_runs(tmp_path: Path) -> None:
     study = written(tmp_path, study_text(repeats=1))
     script = tmp_path / "unguarded.py"

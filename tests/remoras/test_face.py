@@ -83,6 +83,19 @@ def test_a_loaded_scenario_takes_no_options() -> None:
         remoras.run(loaded, per=0.5)
 
 
+def test_wrong_arguments_are_told_with_what_is_allowed() -> None:
+    with pytest.raises(TypeError, match=r"seed is 1\.5; allowed: a whole number, 0 or more"):
+        remoras.run("mapping-rendezvous", seed=1.5, set=SHORT)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="seed is -1"):
+        remoras.run("mapping-rendezvous", seed=-1, set=SHORT)
+    with pytest.raises(TypeError, match="strategy 3: lacks name, declaration, form, adapt, negotiator"):
+        remoras.run("mapping-rendezvous", strategy=3, set=SHORT)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"per is 0.1; allowed: a list, as \[0.1\]"):
+        remoras.exchange_study(per=0.1)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="policies is 'ack'"):
+        remoras.exchange_study(policies="ack")
+
+
 def test_faults_name_the_argument() -> None:
     with pytest.raises(ConfigurationError, match=r"per \(channel.per\) = 1.5"):
         remoras.run("mapping-rendezvous", per=1.5)

@@ -51,6 +51,7 @@ def cut_off(vehicle: str, until_s: float = CUT_OFF_S[1]) -> str:
 # Duplicated work comes from loss ------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strategy", ["cbba", "status-broadcast"])
 def test_work_is_duplicated_when_nine_of_ten_packets_are_lost_and_not_without_loss(strategy: str) -> None:
     assert max(duplicated(strategy, 0.9)) > 0.05
@@ -71,6 +72,7 @@ def test_fixed_partition_sends_nothing_and_no_channel_changes_it(channel: str) -
 # Meetings cost time -------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_without_loss_central_is_faster_than_meetings() -> None:
     times_s = {
         name: [report(name, seed)["mission_time_s"] for seed in SEEDS] for name in ("central", "rendezvous-sync")
@@ -189,6 +191,7 @@ LINKS = ", ".join(f'{{sender="{sender}", receiver="AUV02", per=1.0}}' for sender
 DEAF = f"channel.link=[{LINKS}]"
 
 
+@pytest.mark.slow
 def test_a_member_that_acknowledges_nothing_gets_no_more_areas() -> None:
     """It is heard, but hears nobody: what it is given at sea would be left undone."""
     replaced = report("central", 1, "channel.name=matrix", DEAF)
@@ -211,6 +214,7 @@ LOST = (
 )
 
 
+@pytest.mark.slow
 def test_claims_of_a_lost_vehicle_do_not_stand_for_ever() -> None:
     """In time the others survey what it claimed when it was last heard."""
 
@@ -231,6 +235,7 @@ def test_areas_of_the_far_future_are_bid_for() -> None:
 LONG_SPELLS = {"p_good_to_bad": 0.005, "p_bad_to_good": 0.005, "per_good": 0.0, "per_bad": 1.0}
 
 
+@pytest.mark.slow
 def test_a_group_is_not_taken_for_gathered_by_what_was_heard_long_ago(monkeypatch: pytest.MonkeyPatch) -> None:
     """In spells of 200 slots, head and members otherwise part without knowing: these seeds were chosen for it."""
     settings = ["strategy.name=contract-net", "channel.name=gilbert-elliott"]

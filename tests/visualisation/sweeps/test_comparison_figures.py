@@ -85,6 +85,7 @@ def test_every_mean_is_inside_the_frame(sweeps: dict[str, SweepResults], name: s
                 assert all(bottom <= y <= top for y in line.get_ydata()), title
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("file_format", "kinds"), [("png", ()), ("svg", SWEEP_KINDS), ("pdf", ["ranking", "bytes"])])
 def test_the_same_sweep_gives_the_same_bytes(
     tmp_path: Path, seven: SweepResults, file_format: str, kinds: Sequence[str]
