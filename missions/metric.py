@@ -135,7 +135,8 @@ def collected(source: str, metrics: Iterable[Metric]) -> dict[str, Metric]:
         if metric.name in found:
             allowed = "declared twice; give one of the two metrics another name"
             faults.append(ConfigurationFault(f"metric {metric.name}", "", allowed))
-        if namesake := next((one for one in found.values() if _alike(one.label, metric.label)), None):
+        namesake = next((one for one in found.values() if _alike(one.label, metric.label)), None)
+        if namesake is not None and namesake.name != metric.name:
             allowed = f"is also the label of {namesake.name}, and charts go by it; give one of the two another label"
             faults.append(ConfigurationFault(f"metric {metric.name}, label", repr(metric.label), allowed))
         found[metric.name] = metric
