@@ -31,7 +31,7 @@ class Signalling(NamedTuple):
     addressed: tuple[str, ...]
 
 
-class Heard(NamedTuple):
+class HeardPacket(NamedTuple):
     """What came of one packet.
 
     Attributes:
@@ -123,12 +123,12 @@ class Radio:
 
     # In ------------------------------------------------------------------------------------------
 
-    def hear(self, data: bytes, now_s: float) -> Heard:
+    def hear(self, data: bytes, now_s: float) -> HeardPacket:
         """Take in a packet."""
         reception = self.manager.receive(data, now_s)
         if reception.fault is not None:
             self._record_fault(now_s, "bad packet", reception.fault)
-            return Heard(reception)
+            return HeardPacket(reception)
         for uid in reception.items:
             self._record_item(now_s, uid, "received")
         if self._unheard and reception.beliefs:
@@ -142,7 +142,7 @@ class Radio:
         changes = self._merged(reception.blocks, now_s)
         known = self._signalling
         signals = tuple([(known[one.role], one.value) for one in reception.signals if one.role in known])
-        return Heard(reception, emitter, changes, signals)
+        return HeardPacket(reception, emitter, changes, signals)
 
     def _merged(self, blocks: Sequence[Block], now_s: float) -> tuple[Change, ...]:
         merged = merge(self._beliefs.model, blocks)

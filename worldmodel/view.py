@@ -30,7 +30,7 @@ from worldmodel.turtle import RM, SIT
 RUN = Namespace("https://w3id.org/remoras/run/")
 
 Triple = tuple[Node, Node, Node]
-Answer = str | float | bool | None
+QueryValue = str | float | bool | None
 """A value of a query's answer."""
 Pattern = tuple[Node | None, Node | None, Node | None]
 
@@ -205,7 +205,7 @@ def as_graph(model: Store) -> Graph:
     return Graph(store=RdfView(model))
 
 
-def query(models: Store | Mapping[str, Store], sparql: str) -> tuple[tuple[str, ...], list[tuple[Answer, ...]]]:
+def query(models: Store | Mapping[str, Store], sparql: str) -> tuple[tuple[str, ...], list[tuple[QueryValue, ...]]]:
     """Ask one world model, or each of several, in SPARQL.
 
     The prefixes of the ontology files are bound, and ``sit:``, ``rm:`` and ``run:`` in any case. Several world
@@ -233,7 +233,7 @@ def query(models: Store | Mapping[str, Store], sparql: str) -> tuple[tuple[str, 
         return _answer(models, sparql, {})
     names = {model.owner: vehicle for vehicle, model in models.items()}
     columns: tuple[str, ...] = ()
-    rows: list[tuple[Answer, ...]] = []
+    rows: list[tuple[QueryValue, ...]] = []
     for vehicle, model in models.items():
         columns, found = _answer(model, sparql, names)
         if "vehicle" in columns:
@@ -245,7 +245,9 @@ def query(models: Store | Mapping[str, Store], sparql: str) -> tuple[tuple[str, 
     return ("vehicle", *columns), rows
 
 
-def _answer(model: Store, sparql: str, vehicles: Mapping[int, str]) -> tuple[tuple[str, ...], list[tuple[Answer, ...]]]:
+def _answer(
+    model: Store, sparql: str, vehicles: Mapping[int, str]
+) -> tuple[tuple[str, ...], list[tuple[QueryValue, ...]]]:
     graph = as_graph(model)
     try:
         result = graph.query(sparql)
@@ -268,7 +270,7 @@ def _answer(model: Store, sparql: str, vehicles: Mapping[int, str]) -> tuple[tup
         ) from error
 
 
-def _answered(model: Store, vehicles: Mapping[int, str], graph: Graph, term: Node | None) -> Answer:
+def _answered(model: Store, vehicles: Mapping[int, str], graph: Graph, term: Node | None) -> QueryValue:
     if isinstance(term, URIRef):
         origin = _number_after(_ORIGIN, term)
         if origin is not None and origin in vehicles:

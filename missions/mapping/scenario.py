@@ -7,14 +7,14 @@ from typing import Annotated, Literal
 from pydantic import AliasChoices, Field, field_validator
 
 from missions.scenarios.scenario import GroupTable, Role, Scenario, World
-from missions.scenarios.tables import Name, PointM, Table
+from missions.scenarios.tables import Name, PointM, Section
 
 NEEDED_OBJECTIVES = ("MissionGathering", "RendezVous", "Exploring", "Mapping")
 """Without an importance for these nothing would come of the mission."""
 OBJECTIVES = (*NEEDED_OBJECTIVES, "GroupSupervision", "Positioning")
 
 
-class MappingSettings(Table):
+class MappingSettings(Section):
     """The ``[mission]`` table."""
 
     arrival_radius_m: float = Field(gt=0.0, description="a vehicle this near to a rally point has arrived")
@@ -45,7 +45,7 @@ class MappingWorld(World):
     cell_m: float = Field(ge=0.1, description="side of a seabed cell")
 
 
-class Area(Table):
+class Area(Section):
     """One ``[[area]]``: a job of the mission."""
 
     name: Name = Field(description="name of the area")

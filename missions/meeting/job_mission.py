@@ -31,7 +31,7 @@ from missions.meeting.meeting import importance_of as importance_in
 from missions.meeting.truth import JOBS, JobTruth
 from missions.scenarios.parts import groups_of
 from missions.scenarios.scenario import Scenario
-from missions.scenarios.tables import Table
+from missions.scenarios.tables import Section
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs
@@ -50,7 +50,7 @@ WORK = "Work"
 IMPORTANCE = {WORK: 0.6, RENDEZ_VOUS: 0.3, GATHERING: 0.18, SUPERVISION: 0.1}
 
 
-class JobSettings(Table):
+class JobSettings(Section):
     """The ``[mission]`` table; a mission with settings of its own subclasses it."""
 
     arrival_radius_m: float = Field(20.0, gt=0.0, description="a vehicle this near to a rally point has arrived")

@@ -2,9 +2,9 @@
 
 from missions.scenarios.loading import load, shipped
 from missions.scenarios.scenario import GroupTable, Role, Scenario, VehicleTable, World
-from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Probability, Table
+from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Probability, Section
 
 __all__ = [
-    "GroupTable", "Name", "NotNegative", "PointM", "Positive", "Probability", "Role", "Scenario", "Table",
+    "GroupTable", "Name", "NotNegative", "PointM", "Positive", "Probability", "Role", "Scenario", "Section",
     "VehicleTable", "World", "load", "shipped",
 ]  # fmt: skip

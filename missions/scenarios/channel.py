@@ -22,7 +22,7 @@ from exchange.acoustics.models import (
     OfVehicle,
 )
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.scenarios.tables import NotNegative, Raw, Table, entries, names_of, one_of, table_of
+from missions.scenarios.tables import NotNegative, Raw, Section, entries, names_of, one_of, table_of
 from remoras.errors import PluginError
 from remoras.plugins import faults_of, named_object
 from worldmodel import suggestion
@@ -33,7 +33,7 @@ OF_EVERY_CHANNEL = {"name", "blackout"}
 """Keys that no model may have for its own."""
 
 
-class BlackoutTable(Table):
+class BlackoutTable(Section):
     """A time without communication."""
 
     from_s: NotNegative = Field(description="packets that start at this time or later are lost")
@@ -41,7 +41,7 @@ class BlackoutTable(Table):
     vehicle: str | None = Field(None, description="vehicle neither heard nor hearing; the whole channel if absent")
 
 
-class NamedTable(Table):
+class NamedTable(Section):
     """The name of a channel."""
 
     name: str = Field(

@@ -12,11 +12,11 @@ from pydantic import Field, field_validator
 
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
-from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Table
+from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section
 from remoras.executive.satisfaction import DecisionConstants
 
 
-class About(Table):
+class About(Section):
     """The table ``[scenario]``."""
 
     name: Name = Field(description="name of the scenario; used in file names and results")
@@ -26,7 +26,7 @@ class About(Table):
     tick_s: float = Field(1.0, ge=0.01, le=1.0, description="motion tick")
 
 
-class World(Table):
+class World(Section):
     """The table ``[world]``."""
 
     x_m: PointM = Field(description="west and east border of the area of operations")
@@ -34,7 +34,7 @@ class World(Table):
     sound_speed_mps: float = Field(1500.0, ge=1400.0, le=1600.0, description="speed of sound in water")
 
 
-class Communication(Table):
+class Communication(Section):
     """The table ``[communication]``."""
 
     modem: str = Field(description="modem profile, see `remoras list modems`")
@@ -50,7 +50,7 @@ class Communication(Table):
     )
 
 
-class StrategyTable(Table):
+class StrategyTable(Section):
     """The table ``[strategy]``."""
 
     name: str = Field(description="organisational strategy, a shipped name or package.module:object")
@@ -59,7 +59,7 @@ class StrategyTable(Table):
     )
 
 
-class Uncertainty(Table):
+class Uncertainty(Section):
     """The table ``[uncertainty]``."""
 
     speed_spread: float = Field(
@@ -70,7 +70,7 @@ class Uncertainty(Table):
     )
 
 
-class DecisionTable(Table):
+class DecisionTable(Section):
     """The table ``[decision]``."""
 
     period_s: Positive = Field(2.0, description="time between two decisions of the executive layer")
@@ -88,14 +88,14 @@ class DecisionTable(Table):
         return DecisionConstants(**values, signal_memory_s=self.signal_memory_frames * frame_s)
 
 
-class RallyPoint(Table):
+class RallyPoint(Section):
     """One ``[[rally_point]]``."""
 
     name: Name = Field(description="name of the rally point")
     position_m: PointM = Field(description="x east, y north")
 
 
-class Role(Table):
+class Role(Section):
     """One ``[[group.role]]``."""
 
     name: Name = Field(description="name of the role")
@@ -108,7 +108,7 @@ class Role(Table):
     influences: tuple[str, ...] = Field((), description="roles of the group that its influence signals address")
 
 
-class GroupTable(Table):
+class GroupTable(Section):
     """One ``[[group]]``."""
 
     name: Name = Field(description="name of the group")
@@ -117,7 +117,7 @@ class GroupTable(Table):
     role: tuple[Role, ...] = Field(min_length=1, description="roles of the group")
 
 
-class VehicleTable(Table):
+class VehicleTable(Section):
     """One ``[[vehicle]]``."""
 
     name: Name = Field(description="name of the vehicle")
@@ -145,7 +145,7 @@ class VehicleTable(Table):
         return tuple([given] if isinstance(given, dict) else given) if isinstance(given, dict | list) else given
 
 
-class FleetTable(Table):
+class FleetTable(Section):
     """Brings the fleet to a size; gone from the resolved scenario, which lists every vehicle."""
 
     size: int | None = Field(
@@ -158,7 +158,7 @@ class FleetTable(Table):
     spacing_m: float = Field(SPACING_M, ge=1.0, description="distance between the starts of copies at one depth")
 
 
-class Scenario(Table):
+class Scenario(Section):
     """The whole input of a run; a mission with tables of its own subclasses it."""
 
     scenario: About
@@ -168,7 +168,7 @@ class Scenario(Table):
     strategy: StrategyTable
     uncertainty: Uncertainty = Uncertainty()
     decision: DecisionTable = DecisionTable()
-    mission: Table = Field(Table(), description="settings of the mission")
+    mission: Section = Field(Section(), description="settings of the mission")
     rally_point: tuple[RallyPoint, ...] = ()
     group: tuple[GroupTable, ...] = Field(min_length=1)
     fleet: FleetTable | None = Field(None, exclude=True)

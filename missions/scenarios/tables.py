@@ -20,7 +20,7 @@ Raw = Mapping[str, Any]
 """A table as TOML has it, not checked yet."""
 
 
-class Table(BaseModel):
+class Section(BaseModel):
     """A TOML table: frozen, and no key that is not listed here."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)

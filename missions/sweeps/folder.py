@@ -31,8 +31,8 @@ from missions.sweeps.ledger import (
     MACHINE_COLUMNS,
     FinishedRun,
     FolderLock,
-    Ledger,
     Line,
+    RunLedger,
     read_ledger,
 )
 from missions.sweeps.plan import RunSchedule
@@ -214,7 +214,7 @@ class SweepFolder:
                 self._make_sure_of_study(record, force_new)
                 _write_synced(folder / STUDY_TEXT, plan.study.text)
                 _write_synced(folder / STUDY, json.dumps(record, indent=1))
-                self._ledger = Ledger(folder / LEDGER)
+                self._ledger = RunLedger(folder / LEDGER)
             except BaseException:
                 self._lock.release()
                 raise

@@ -1,4 +1,4 @@
-"""Ledger: one line of JSON per finished run, appended and synced to the disk before the run counts as finished.
+"""RunLedger: one line of JSON per finished run, appended and synced to the disk before the run counts as finished.
 
 A kill at any moment leaves at most a torn last line. It is cut off when the ledger is opened again, and its run is made
 again. So no run is lost or doubled.
@@ -48,7 +48,7 @@ class FinishedRun:
         return str(self.line["key"])
 
 
-class Ledger:
+class RunLedger:
     """The ledger of a sweep that is going on, open for appending.
 
     Args:

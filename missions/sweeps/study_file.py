@@ -7,10 +7,10 @@ from typing import Any, Literal
 
 from pydantic import Field, field_validator
 
-from missions.scenarios.tables import Name, Table
+from missions.scenarios.tables import Name, Section
 
 
-class Design(Table):
+class Design(Section):
     """The table ``[study]``."""
 
     name: Name = Field(description="name of the study; used in progress and reports")
@@ -36,7 +36,7 @@ class Design(Table):
         return (given,) if isinstance(given, str) else given
 
 
-class StoppingRule(Table):
+class StoppingRule(Section):
     """The table ``[stopping]``: repeat a configuration until its mean is known well enough."""
 
     metric: str = Field(description="metric whose mean has to be known")
@@ -45,7 +45,7 @@ class StoppingRule(Table):
     maximum: int = Field(ge=2, le=1_000_000, strict=True, description="most repeats; replaces study.repeats")
 
 
-class StudyFile(Table):
+class StudyFile(Section):
     """A study as its file has it."""
 
     study: Design

@@ -23,7 +23,7 @@ app = typer.Typer(
 Parameters = ParamSpec("Parameters")
 
 
-class Fault(Exception):
+class CommandFault(Exception):
     """A command cannot go on.
 
     Args:
@@ -38,7 +38,7 @@ class Fault(Exception):
 
 def fail(message: str, code: int = USAGE) -> NoReturn:
     """End the command with one clear message on the standard error; with --json there is one JSON value of it, too."""
-    raise Fault(message, code)
+    raise CommandFault(message, code)
 
 
 def _report(error: Exception, as_json: bool) -> None:
@@ -73,7 +73,7 @@ def command(name: str) -> Callable[[Callable[Parameters, None]], Callable[Parame
             except BrokenPipeError:
                 sys.stderr.close()
                 raise typer.Exit(OK) from None
-            except Fault as error:
+            except CommandFault as error:
                 _report(error, as_json)
                 raise typer.Exit(error.code) from None
             except Exception as error:

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from missions.scenarios import Scenario, load
 from missions.scenarios.parts import groups_of
-from missions.scenarios.tables import Name, PointM, Table
+from missions.scenarios.tables import Name, PointM, Section
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import ADVANCING, CAPTURE_M, DONE, DUE, Behaviour, Homing, Perception, Planning, Reference
 from remoras.behaviours import distance_m as to_go_m
@@ -43,7 +43,7 @@ NEEDS = {1: ("place 0",), 2: ("place 0", "place 1"), 4: ("place 3",)}
 """Visits that others must come before, by number: a chain of three, and a pair."""
 
 
-class VisitTable(Table):
+class VisitTable(Section):
     """One ``[[visit]]``."""
 
     name: Name = Field(description="name of the place")

@@ -62,6 +62,7 @@ def configurations() -> dict[str, list[str]]:
     found["spread"] = ["mapping-patches", "--per", "0.5", "--set", "uncertainty.speed_spread=0.3", "--seed", "6"]
     found["eight"] = ["mapping-rendezvous", "--per", "0.5", "--set", "fleet.size=8", "--seed", "8"]
     found["low-battery"] = ["mapping-patches", "--per", "0.1", "--set", "vehicle.AUV02.energy_j=200000", "--seed", "1"]
+    found["ten-copies"] = ["mapping-patches", "--per", "0.3", "--set", "fleet.size=10", "--strategy", "central"]
     found["no-influence"] = ["mapping-rendezvous", "--per", "0.1", "--set", "decision.weight_external=0"]
     return found
 

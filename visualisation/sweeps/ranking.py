@@ -34,7 +34,7 @@ def ordered(arrangement: Arrangement, shown: Sequence[Rank]) -> list[tuple[Serie
 
 
 @dataclass(frozen=True)
-class Table:
+class RankTable:
     """The lengths of a table, in inches from its upper left corner, and the axes that it is written on."""
 
     axes: Axes
@@ -92,7 +92,7 @@ def figure(arrangement: Arrangement, shown: Sequence[Rank], measured: str) -> Fi
     return page.figure
 
 
-def _table(names: Sequence[str], heads: Sequence[str]) -> tuple[Page, Table]:
+def _table(names: Sequence[str], heads: Sequence[str]) -> tuple[Page, RankTable]:
     """A page for that many rows and columns, as wide as a column of text if they have room there."""
     names_in = min(1.9, max(style.width_in(name, style.SMALL_PT) for name in names))
     least_in = max(LEAST_IN, *(style.width_in(head, style.TINY_PT) + 0.06 for head in heads))
@@ -106,10 +106,10 @@ def _table(names: Sequence[str], heads: Sequence[str]) -> tuple[Page, Table]:
     axes.set_axis_off()
     first_in = EDGE_IN + names_in + GAP_IN
     end_in = first_in + len(heads) * column_in
-    return page, Table(axes, names_in, column_in, first_in, end_in, end_in + mean_in)
+    return page, RankTable(axes, names_in, column_in, first_in, end_in, end_in + mean_in)
 
 
-def _head(table: Table, axis_label: str, places: Sequence[float], measured: str) -> None:
+def _head(table: RankTable, axis_label: str, places: Sequence[float], measured: str) -> None:
     """The heading, and the places on the axis above their columns."""
     heading = style.fitted(f"Rank by mean {measured.removeprefix('mean ')}", table.right_in - EDGE_IN, style.TEXT_PT)
     table.write(EDGE_IN, 0.1, heading, ha="left", fontsize=style.TEXT_PT)
@@ -123,7 +123,7 @@ def _head(table: Table, axis_label: str, places: Sequence[float], measured: str)
     table.rule(TITLE_IN + HEAD_IN - 0.02, 0.5)
 
 
-def _entry(table: Table, number: int, y_in: float, rank: Rank | None) -> None:
+def _entry(table: RankTable, number: int, y_in: float, rank: Rank | None) -> None:
     """One rank, bold and shaded if it is among the best; a dash where there is none."""
     best = rank is not None and rank.among_best
     if best:
