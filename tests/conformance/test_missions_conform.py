@@ -13,6 +13,7 @@ from remoras.mission import Mission
 from tests.missions.small_mission import SMALL
 
 
+@pytest.mark.slow
 def test_the_mission_of_visits_conforms() -> None:
     conformance.check(VisitingMission, visiting_scenario(0.3))
 

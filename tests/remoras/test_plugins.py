@@ -53,7 +53,7 @@ class Lenient(Good):
 class Curried(Good):
     """A part that is a partial function."""
 
-    read = functools.partial(lambda offset_m, depth_m, now_s: depth_m + offset_m, 1.0)  # type: ignore[assignment]
+    read = staticmethod(functools.partial(lambda offset_m, depth_m, now_s: depth_m + offset_m, 1.0))
 
 
 @pytest.mark.parametrize("found", [Good, Good(), Lenient, Lenient(), Curried(), Curried])

@@ -138,6 +138,7 @@ def giving_up(strategy: str, *settings: str) -> int:
     return sum(any(milestone.name == "mapping_stopped" for milestone in run.milestones) for run in runs)
 
 
+@pytest.mark.slow
 def test_only_vehicles_that_hear_influence_signals_give_up_early() -> None:
     assert giving_up("remoras") > 0
     assert giving_up(f"{__name__}:MUTE") == 0

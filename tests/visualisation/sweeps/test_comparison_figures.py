@@ -65,6 +65,7 @@ def table(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SWEEPS)
 def test_texts_overlap_nothing_and_are_not_cut_off(
     sweeps: dict[str, SweepResults], name: str, monkeypatch: pytest.MonkeyPatch
