@@ -7,7 +7,7 @@ roles that this vehicle gave out, and records the walk of every item.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from exchange.manager import ExchangeManager, Reception, Transmission
@@ -95,15 +95,16 @@ class Radio:
 
     # Out -----------------------------------------------------------------------------------------
 
-    def tell(self, change: Change, addressed: Mapping[str, set[str]], now_s: float) -> None:
+    def tell(self, change: Change, who: Callable[[Change], Mapping[str, set[str]]], now_s: float) -> None:
         """Let a block of this vehicle's own go to the peers, in the slots to come.
 
         Args:
-            addressed: by vehicle that has to hear of it, the roles that the block gives it.
+            who: gives, by vehicle that has to hear of a block, the roles that the block gives it; asked of items only,
+                not of status.
         """
         for uid in self.manager.offer([change]):
             self._record_item(now_s, uid, "observed")
-            if addressed:
+            if addressed := who(change):
                 self._unheard |= {(name, uid): set(roles) for name, roles in addressed.items()}
                 self._note_unheard()
 

@@ -241,7 +241,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _share(self, change: Change, now_s: float, told: bool = True) -> None:
         if told and self.radio.communicates:
-            self.radio.tell(change, self.social.addressed(change), now_s)
+            self.radio.tell(change, self.social.addressed, now_s)
         self._consider([change])
 
     def _consider(self, changes: Sequence[Change]) -> None:

@@ -34,7 +34,7 @@ def named(fleet: Fleet, name: str) -> Vehicle:
 def tell(vehicle: Vehicle, fact: tuple[str, str, object], now_s: float) -> None:
     """The vehicle concludes a fact and offers it to its peers."""
     change = vehicle.beliefs.model.record([vehicle.beliefs.fact(*fact)], now_s)
-    vehicle.radio.tell(change, vehicle.social.addressed(change), now_s)
+    vehicle.radio.tell(change, vehicle.social.addressed, now_s)
 
 
 def exchange(fleet: Fleet, frame: int, deaf: tuple[str, ...] = ()) -> None:
