@@ -89,7 +89,11 @@ def executed(tmp_path_factory: pytest.TempPathFactory) -> Any:
                 known[name] = folder, execute(ROOT / "docs" / "howto" / f"{name}.md", folder)
         return known[name]
 
-    return get
+    yield get
+    folders = tuple(str(folder) for folder, _ in known.values())
+    for name, module in list(sys.modules.items()):  # else other tests would meet modules of these names
+        if folders and str(getattr(module, "__file__", None)).startswith(folders):
+            del sys.modules[name]
 
 
 def summary(folder: Path) -> dict[str, Any]:
@@ -175,7 +179,7 @@ def test_a_strategy_from_outside_conforms(executed: Any) -> None:
 
 def test_a_policy_from_outside_conforms(executed: Any) -> None:
     folder, said = executed("policy")
-    assert summary(folder / "mine")["policy"] == "sparse:SPARSE"
+    assert summary(folder / "mine")["policy"] == "alternate_acks:SPARSE"
     assert any("ok" in text for line, text in said.items() if "policy_conformance" in line)
 
 
