@@ -133,13 +133,11 @@ def sweep(study: str | Path, out: str | Path, jobs: int = 1) -> Sweep:
         ConfigurationError: with every fault of the study.
         PartlyDoneError: the workers were lost or the disk is full; what is finished is kept.
     """
-    from missions.sweeps import load_study
+    from missions.sweeps import SweepResults, load_study
     from missions.sweeps import sweep as make
 
     make(load_study(str(study)), Path(out), jobs)
-    found = open(out)
-    assert isinstance(found, Sweep)
-    return found
+    return Sweep(SweepResults.read(Path(out)))
 
 
 def compare(folder: str | Path, *metrics: str, baseline: str | None = None) -> DataFrame:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import behaviour_conformance as conformance
 import nonconforming_behaviours as broken
 import pytest
-from conformance_vehicles import AUV
+from sample_vehicles import AUV
 
 from missions.mapping.behaviours import ZigzagExploring
 from remoras.behaviours import (

@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 import behaviour_conformance
 import pytest
 import sensor_conformance
-from conformance_vehicles import AUV
 from pydantic import Field
+from sample_vehicles import AUV
 
 import missions.figure
 import missions.meeting.job_mission

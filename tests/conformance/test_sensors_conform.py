@@ -3,7 +3,7 @@
 import nonconforming_sensors as broken
 import pytest
 import sensor_conformance as conformance
-from conformance_vehicles import AUV
+from sample_vehicles import AUV
 
 from missions.mapping.mission import MappingMission
 from missions.mapping.sensors import Seabed, SwathSettings

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from samples import AUV
+from sample_vehicles import AUV
 
 from remoras.behaviours import (
     ADVANCING,

@@ -4,7 +4,7 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from mapping_vehicles import AUV
+from sample_vehicles import AUV
 
 from missions.mapping.behaviours import ZigzagExploring
 from remoras.behaviours import ADVANCING, DONE, DUE, STANDING, Reference

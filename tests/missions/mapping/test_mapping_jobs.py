@@ -5,7 +5,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from mapping_vehicles import AUV, WITHOUT_SENSOR
+from sample_vehicles import AUV, WITHOUT_SENSOR
 
 from missions.mapping.jobs import SurveyJob
 from remoras.work import Outlook

@@ -1,7 +1,7 @@
 """The seabed in cells, and the sensor that maps it."""
 
 import pytest
-from mapping_vehicles import AUV, WITHOUT_SENSOR
+from sample_vehicles import AUV, WITHOUT_SENSOR
 
 from missions.mapping.sensors import Seabed, SwathSensor, mapping_speed_mps, swath_m
 from remoras.sensor import Observation, Pose

@@ -1,4 +1,4 @@
-"""Vehicles that tests of the mapping mission start from."""
+"""The vehicle that tests start from, wherever they stand; what matters in a test is changed in it."""
 
 from dataclasses import replace
 
