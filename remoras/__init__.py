@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from missions.meeting import JobMission, JobScenario, JobSettings, JobTruth, Meeting, MeetingTruth
     from missions.metric import Better, Metric
     from missions.scenarios import Scenario
-    from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Advance, Objective
+    from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
     from remoras.behaviours import (
         ADVANCING,
         DONE,
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
     from remoras.sensor import SELF, Observation, Pose, Sensor, SensorSettings
     from remoras.strategy import Declaration, Move, Negotiator, Situation, Statement, Strategy
-    from remoras.work import Job, Outlook, Work
+    from remoras.work import DivisibleJob, Job, Known, Outlook, Work
 
 _HOMES = {
     "remoras.face": ("Run", "Sweep", "compare", "exchange_study", "load", "open", "run", "sweep"),
@@ -57,7 +57,7 @@ _HOMES = {
     "missions.metric": ("Better", "Metric"),
     "missions.figure": ("Figure", "Layer", "Mark", "Place"),
     "exchange.policies": ("AckPolicy",),
-    "remoras.activities": ("Activity", "ActivityKind", "ActivitySet", "ActivityType", "Advance", "Objective"),
+    "remoras.activities": ("Activity", "ActivityKind", "ActivitySet", "ActivityType", "Objective"),
     "remoras.behaviours": (
         "ADVANCING",
         "DONE",
@@ -79,15 +79,15 @@ _HOMES = {
     "remoras.recorder": ("TIME", "VEHICLE", "Column", "Recorder", "Table"),
     "remoras.sensor": ("SELF", "Observation", "Pose", "Sensor", "SensorSettings"),
     "remoras.strategy": ("Declaration", "Move", "Negotiator", "Situation", "Statement", "Strategy"),
-    "remoras.work": ("Job", "Outlook", "Work"),
+    "remoras.work": ("DivisibleJob", "Job", "Known", "Outlook", "Work"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "ADVANCING", "DONE", "DUE", "IDLE", "SELF", "TIME", "VEHICLE", "AckPolicy", "Activity", "ActivityKind",
-    "ActivitySet", "ActivityType", "Advance", "Approach", "Behaviour", "Better", "Column", "Declaration", "Figure",
-    "Finding", "FleetView", "Group", "Job", "JobMission", "JobScenario", "JobSettings", "JobTruth", "Layer", "Mark",
-    "Meeting", "MeetingTruth", "Metric", "Milestone", "Mission", "Motion", "Move", "Negotiator", "Objective",
+    "ActivitySet", "ActivityType", "Approach", "Behaviour", "Better", "Column", "Declaration", "DivisibleJob", "Figure",
+    "Finding", "FleetView", "Group", "Job", "JobMission", "JobScenario", "JobSettings", "JobTruth", "Known", "Layer",
+    "Mark", "Meeting", "MeetingTruth", "Metric", "Milestone", "Mission", "Motion", "Move", "Negotiator", "Objective",
     "Observation", "Outlook", "Perception", "Picture", "Place", "Pose", "Recorder", "Reference", "RemorasError",
     "Run", "Scenario", "Sensor", "SensorSettings", "Situation", "Statement", "Strategy", "Sweep", "Table", "Truth",
     "VehicleData", "VehicleView", "Work", "attracted", "compare", "distance_m", "exchange_study", "load", "open",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum, IntEnum
+from functools import cached_property
 from typing import Any
 
 
@@ -20,20 +21,16 @@ class ActivityType(IntEnum):
     SURVIVAL = 7
 
 
+EFFECTIVE = frozenset({ActivityType.GUIDANCE, ActivityType.PLANNING, ActivityType.COMMUNICATION})
+"""Types of which every activity has an effect; one of another type has an effect if it switches on a sensor."""
+
+
 class ActivityKind(Enum):
     """Where an activity's motivation comes from: own aims, aims shared in the group, own integrity."""
 
     INDIVIDUAL = "individual"
     COLLECTIVE = "collective"
     VITAL = "vital"
-
-
-class Advance(IntEnum):
-    """How an activity gets on; of several in one role the greatest counts."""
-
-    NONE = 0
-    BACKWARD = 1
-    FORWARD = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +48,14 @@ class Activity:
     parameters: tuple[Any, ...] = ()
     sensors: tuple[str, ...] = ()
 
+    @property
+    def has_effect(self) -> bool:
+        """True if performing it changes what the vehicle does: it guides, plans, sends, or switches on a sensor.
+
+        What has no effect takes no part in the decision; it neither takes a place in it nor dilutes its mean.
+        """
+        return bool(self.sensors) or self.type in EFFECTIVE
+
 
 @dataclass(frozen=True, slots=True)
 class Objective:
@@ -65,7 +70,7 @@ class Objective:
         return f"{self.role}: {self.name}({self.argument})"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class ActivitySet:
     """Activities of one objective that must be performed simultaneously.
 
@@ -83,11 +88,16 @@ class ActivitySet:
     importance: float
     needs: str | None = None
 
-    @property
+    @cached_property
+    def effective(self) -> tuple[Activity, ...]:
+        """Those of its activities that have an effect."""
+        return tuple(activity for activity in self.activities if activity.has_effect)
+
+    @cached_property
     def types(self) -> int:
-        """Bit word over ``ActivityType``."""
+        """Types of its activities that have an effect, as a bit word over ``ActivityType``."""
         word = 0
-        for activity in self.activities:
+        for activity in self.effective:
             word |= 1 << activity.type
         return word
 

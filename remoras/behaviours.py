@@ -33,7 +33,6 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
-from remoras.activities import Advance
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.picture import Picture
@@ -53,13 +52,19 @@ class Perception(NamedTuple):
 
     Attributes:
         stimulus: 0..1; 0 means that there is nothing to do now.
-        advance: whether it gets on, which counts while it is performed; None where there is nothing to get on with.
+        advance: how fast the objective gets on, -1..1: 1 as fast as planned, 0 not at all, -1 back as fast. None where
+            there is nothing to get on with, or nothing to be perceived of it unless it is performed. It counts for the
+            satisfaction of the role, whether the activity is performed or not.
         done: True once all there was to do has been done; it will not come back.
+        failed: True once it is clear that this vehicle cannot do it: a sensor gives nothing, say.
+        answers: 0..1, how much of a call for help would be settled if the vehicle turned to this activity.
     """
 
     stimulus: float
-    advance: Advance | None = None
+    advance: float | None = None
     done: bool = False
+    failed: bool = False
+    answers: float = 1.0
 
 
 class Reference(NamedTuple):
@@ -98,10 +103,10 @@ class Behaviour(Protocol):
 
 IDLE = Perception(0.0)
 DONE = Perception(0.0, done=True)
+FAILED = Perception(0.0, failed=True)
 DUE = Perception(1.0)
-ADVANCING = Perception(1.0, Advance.FORWARD)
-STANDING = Perception(1.0, Advance.NONE)
-RETREATING = Perception(1.0, Advance.BACKWARD)
+ADVANCING = Perception(1.0, 1.0)
+STANDING = Perception(1.0, 0.0)
 
 
 def distance_m(motion: Motion, point: Point) -> float:
@@ -120,23 +125,35 @@ def attracted(to_go_m: float) -> Perception:
 
 
 class Approach:
-    """Judges whether a vehicle gets nearer to where it wants to be, from one decision to the next.
+    """Perceives how fast a vehicle gets nearer to where it wants to be, as a share of the speed that it means to go.
 
-    >>> approach = Approach()
-    >>> [approach.judge(to_go_m, performed=True) is ADVANCING for to_go_m in (9.0, 8.0, 8.0)]
-    [False, True, False]
+    Args:
+        speed_mps: at which it means to go.
+
+    >>> approach = Approach(1.0)
+    >>> [approach.advance(to_go_m, now_s, performed=True) for now_s, to_go_m in enumerate((9.0, 8.0, 7.5, 7.5, 9.5))]
+    [None, 1.0, 0.5, 0.0, -1.0]
     """
 
-    def __init__(self) -> None:
-        self._last_m: float | None = None
+    def __init__(self, speed_mps: float) -> None:
+        self._speed_mps = speed_mps
+        self._last: tuple[float, float] | None = None
 
-    def judge(self, to_go_m: float, performed: bool) -> Perception:
-        """Give ``ADVANCING``, ``STANDING`` or ``RETREATING`` if it was performed before too, else ``DUE``."""
-        last_m, self._last_m = self._last_m, to_go_m if performed else None
-        if last_m is None or not performed:
-            return DUE
-        nearer_m = last_m - to_go_m
-        return ADVANCING if nearer_m > STEADY_M else RETREATING if nearer_m < -STEADY_M else STANDING
+    def advance(self, to_go_m: float, now_s: float, performed: bool) -> float | None:
+        """The advance since the last call, -1..1; None unless it was performed then and since.
+
+        Args:
+            to_go_m: distance that is left.
+            now_s: time of the decision.
+            performed: True if the vehicle performed the activity since the last decision.
+        """
+        last, self._last = self._last, (to_go_m, now_s) if performed else None
+        if last is None or not performed or now_s <= last[1]:
+            return None
+        nearer_m = last[0] - to_go_m
+        if -STEADY_M <= nearer_m <= STEADY_M:
+            return 0.0
+        return max(-1.0, min(1.0, nearer_m / (self._speed_mps * (now_s - last[1]))))
 
 
 class Standing(Behaviour):
@@ -170,9 +187,11 @@ class Supervision(Standing):
         self._patience_s = patience_s
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due; it advances while the last news are fresh."""
-        fresh = picture.body.now_s - picture.peers.last_news_s <= self._patience_s
-        return ADVANCING if fresh else DUE
+        """Due; it advances while the last news are fresh, and the less the older they are then."""
+        late_s = picture.body.now_s - picture.peers.last_news_s - self._patience_s
+        if late_s <= 0.0:
+            return ADVANCING
+        return Perception(1.0, max(0.0, 1.0 - late_s / self._patience_s)) if late_s < math.inf else DUE
 
 
 class Working(Standing):
@@ -206,13 +225,17 @@ class Homing(Behaviour):
         self._radius_m = radius_m
         self._group = group
         self._data = data
-        self._approach = Approach()
+        self._approach = Approach(data.transit_speed_mps)
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due until the group is together; it advances while the vehicle comes nearer."""
+        """Due until the group is together; it advances while the vehicle comes nearer.
+
+        It answers calls as far as the group waits for this vehicle and for nobody else.
+        """
         if self._group in picture.groups.gathered:
             return IDLE
-        return self._approach.judge(distance_m(motion, self._point_m), performed)
+        advance = self._approach.advance(distance_m(motion, self._point_m), picture.body.now_s, performed)
+        return Perception(1.0, advance, answers=picture.groups.awaited.get(self._group, 1.0))
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To the rally point in transit; stay there on arrival."""
@@ -233,15 +256,15 @@ class FollowingLeader(Behaviour):
         self._leaders = leaders
         self._distance_m = distance_m
         self._data = data
-        self._approach = Approach()
+        self._approach = Approach(data.transit_speed_mps)
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due while the leader is farther away than it may get."""
         leader = self._leader(picture)
         if leader is None or (to_go_m := distance_m(motion, leader)) <= self._distance_m:
             return IDLE
-        perceived = self._approach.judge(to_go_m, performed)
-        return STANDING if perceived is RETREATING else perceived  # a leader that leads on is no setback
+        advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
+        return Perception(1.0, None if advance is None else max(0.0, advance))  # a leader that leads on is no setback
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To where the leader was last heard; None if none was."""
@@ -297,15 +320,15 @@ class Positioning(Behaviour):
         self._group = group
         self._offset_m = offset_m
         self._data = data
-        self._approach = Approach()
+        self._approach = Approach(data.transit_speed_mps)
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due while the place is known; it advances while the vehicle comes nearer."""
         place = self._place(picture)
         if place is None:
             return IDLE
-        perceived = self._approach.judge(distance_m(motion, place), performed)
-        return STANDING if perceived is RETREATING else perceived
+        advance = self._approach.advance(distance_m(motion, place), picture.body.now_s, performed)
+        return Perception(1.0, None if advance is None else max(0.0, advance))
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To the place in transit; stay there on arrival, and None while it is not known."""

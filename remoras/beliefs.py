@@ -6,7 +6,7 @@ the latest in the vehicle's world model; links are given by the name of their ta
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Set
 from typing import Any
 
 from remoras.sensor import SELF, Observation
@@ -37,6 +37,7 @@ class Beliefs:
     def __init__(self, model: WorldModel) -> None:
         self.model = model
         self._tbox: TBox = model.tbox
+        self._collected: dict[tuple[int, int], set[Any]] = {}  # by subject and attribute, where asked for
 
     # From the world model ------------------------------------------------------------------------
 
@@ -45,6 +46,25 @@ class Beliefs:
         attribute = self._tbox.attribute_named(key[0])
         value = self.model.value(self.uid(key[1]), attribute.uid)
         return default if value is None else self._plain(attribute, value)
+
+    def values(self, key: Key) -> Set[Any]:
+        """Every value of a fact that was ever told; the same set, which grows, whenever it is asked for."""
+        attribute = self._tbox.attribute_named(key[0])
+        slot = self.uid(key[1]), attribute.uid
+        if slot not in self._collected:
+            self._collected[slot] = {self._plain(attribute, one.value) for one in self.model.history(*slot)}
+        return self._collected[slot]
+
+    def note(self, changes: Iterable[Change]) -> None:
+        """Keep ``values`` up to date with what was recorded or merged."""
+        collected = self._collected
+        if not collected:
+            return
+        for change in changes:
+            for fact in change.block.facts:
+                slot = fact.subject, fact.attribute
+                if slot in collected:
+                    collected[slot].add(self._plain(self._tbox.attributes[fact.attribute], fact.value))
 
     def observed_s(self, key: Key) -> float | None:
         """When the latest value of a fact was observed; None if it is not known."""

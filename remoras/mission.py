@@ -142,6 +142,11 @@ class Truth(Protocol):
         """What has happened so far."""
         ...
 
+    @property
+    def goal_fraction(self) -> float:
+        """Share of the mission's declared goal that is reached on the ground, 0..1; 1 is needed to complete."""
+        ...
+
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         """Look at the fleet after a motion tick or a round of consultation; True if the mission is complete."""
         ...

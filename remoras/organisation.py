@@ -60,12 +60,17 @@ class RoleSpecification:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """A group: its name, what its roles demand, where it meets, and the mission it is given."""
+    """A group: its name, what its roles demand, where it meets, and the mission it is given.
+
+    Attributes:
+        succession: roles of the group whose holders succeed a head that is lost, the first of them first.
+    """
 
     name: str
     roles: tuple[RoleSpecification, ...] = ()
     rally_point: str | None = None
     mission: str | None = None
+    succession: tuple[str, ...] = ()
 
     def role(self, name: str) -> RoleSpecification | None:
         """What the role of that name demands; None if the group does not name it."""

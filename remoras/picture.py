@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
-from remoras.work import Point
+from remoras.work import NOTHING_KNOWN, Known, Point
 
 
 @dataclass(slots=True)
@@ -61,10 +61,13 @@ class Groups:
     Attributes:
         gathered: groups believed to be together at their rally point.
         planning_due: True while the social layer has something to plan.
+        awaited: by group, how much of the wait for its meeting is for this vehicle, 0..1: 0 if another one is
+            expected to be at work as long, 1 if all others are free.
     """
 
     gathered: set[str] = field(default_factory=set)
     planning_due: bool = False
+    awaited: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -73,9 +76,11 @@ class Picture:
 
     Attributes:
         frame_s: length of a TDMA frame, in which everybody may speak once; infinite where nobody speaks.
+        facts: what the vehicle knows, to be looked up.
     """
 
     body: Body = field(default_factory=Body)
     peers: Peers = field(default_factory=Peers)
     groups: Groups = field(default_factory=Groups)
     frame_s: float = math.inf
+    facts: Known = NOTHING_KNOWN

@@ -53,6 +53,7 @@ class Declaration:
         communicates: vehicles send packets at all.
         influences: vehicles send influence signals.
         blocks_per_round: most blocks that a vehicle states in a round of consultation, for each job.
+        is_bound: no strategy but a bound: every vehicle knows at once what any vehicle knows, and how fast each is.
     """
 
     source: str
@@ -61,6 +62,7 @@ class Declaration:
     communicates: bool = True
     influences: bool = False
     blocks_per_round: int = 0
+    is_bound: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +98,7 @@ class Situation:
         heard: what peers stated of the strategy's attributes and of roles, since the last round.
         heard_s: when a packet of each peer was last heard; peers never heard are missing.
         unheard: peers that have not acknowledged roles which this vehicle stated they play, and these roles by name.
+        calls: by peer, how dissatisfied it is by its last influence signal, above 0 to 1; contented ones are missing.
     """
 
     now_s: float
@@ -105,6 +108,7 @@ class Situation:
     heard: tuple[Heard, ...]
     heard_s: Mapping[str, float]
     unheard: Mapping[str, Collection[str]] = field(default_factory=dict)
+    calls: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -173,7 +173,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if self.functional.exhausted:
             return False
         changed = self._take_effect(now_s)
-        for facts, told in self.social.negotiate(now_s, self.functional.motion):
+        calls = self.executive.calls(now_s) if self.radio.influences else {}
+        for facts, told in self.social.negotiate(now_s, self.functional.motion, calls):
             self._conclude(facts, now_s, told)
         return self._take_effect(now_s) or changed
 
@@ -245,6 +246,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._consider([change])
 
     def _consider(self, changes: Sequence[Change]) -> None:
+        self.beliefs.note(changes)
         self.radio.note(changes)
         if self.social.consider(changes):
             self._adopt()
@@ -264,6 +266,6 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         for index in decision.chosen:
             one, motivation = executive.sets[index], executive.motivations[index]
             role = one.objective.role if one.objective is not None else ""
-            for activity in one.activities:
+            for activity in one.effective:
                 kind = activity.type.name.lower()
                 self._recorder.activities.append((now_s, self.name, kind, activity.name, role, motivation))

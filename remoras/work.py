@@ -7,10 +7,10 @@ is open, and offered to vehicles, only once they are.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 from remoras.beliefs import Key
 from remoras.database import AUVDatabase, VehicleData
@@ -25,6 +25,30 @@ class Outlook:
 
     free_s: float
     position_m: Point
+
+
+class Known(Protocol):
+    """What a vehicle knows, to be looked up by ``(attribute, instance)``; ``Beliefs`` is one."""
+
+    def get(self, key: Key, default: Any = None, /) -> Any:
+        """The latest value of a fact, or ``default`` if it is not known."""
+        ...
+
+    def values(self, key: Key) -> Set[Any]:
+        """Every value of a fact that was ever told."""
+        ...
+
+
+class _Nothing:
+    def get(self, key: Key, default: Any = None, /) -> Any:
+        return default
+
+    def values(self, key: Key) -> Set[Any]:
+        return frozenset()
+
+
+NOTHING_KNOWN: Known = _Nothing()
+"""What is known before the mission."""
 
 
 class Job(Protocol):
@@ -83,6 +107,46 @@ class Job(Protocol):
         ...
 
 
+class DivisibleJob(Job, Protocol):
+    """A job done in parts, of which a vehicle may know that some are done, or that comes up during the mission.
+
+    Whoever takes it over goes on where the other stopped. Several vehicles may do it together, if its role has room.
+    """
+
+    @property
+    def share_left(self) -> float:
+        """Share of the whole job that is left, 0..1; 0 once it is done."""
+        ...
+
+    def left(self, facts: Known) -> DivisibleJob | None:
+        """The job as far as it is left to a vehicle that knows ``facts``; None while it is not known to exist."""
+        ...
+
+
+def share_left(job: Job) -> float:
+    """Share of a job that is left, 0..1; a job that is not divisible is left whole until it is done."""
+    return getattr(job, "share_left", 1.0)
+
+
+def jobs_left(jobs: Mapping[str, Job], facts: Known) -> tuple[dict[str, Job], frozenset[str]]:
+    """Jobs as a vehicle that knows ``facts`` sees them: those it knows of, as far as they are left, and those done.
+
+    Args:
+        jobs: of the mission, by name.
+        facts: of the vehicle.
+    """
+    left: dict[str, Job] = {}
+    done = set()
+    for name, job in jobs.items():
+        rest = job.left(facts) if hasattr(job, "left") else job
+        if rest is None:
+            continue
+        left[name] = rest
+        if facts.get(job.done) is not None or share_left(rest) == 0.0:
+            done.add(name)
+    return left, frozenset(done)
+
+
 @dataclass(frozen=True)
 class Work:
     """The jobs of one group, as one vehicle knows them at one moment.
@@ -91,9 +155,10 @@ class Work:
         group: the group; its roles name the jobs.
         organisation: who plays which role.
         database: static data of all vehicles.
-        jobs: every job of the mission, by name.
+        jobs: jobs of the mission that are known to exist, by name, as far as they are left.
         done: jobs known to be done.
         positions_m: last positions known, by vehicle; the start counts where none has been heard.
+        unavailable: vehicles that take no jobs, by what they said themselves.
     """
 
     group: Group
@@ -102,11 +167,12 @@ class Work:
     jobs: Mapping[str, Job]
     done: frozenset[str] = frozenset()
     positions_m: Mapping[str, Point] = field(default_factory=dict)
+    unavailable: frozenset[str] = frozenset()
 
     @cached_property
     def roles(self) -> tuple[RoleSpecification, ...]:
-        """Roles of the group that have a job."""
-        return tuple(role for role in self.group.roles if role.job is not None)
+        """Roles of the group with a job that is known to exist."""
+        return tuple(role for role in self.group.roles if role.job in self.jobs)
 
     @cached_property
     def unfinished(self) -> tuple[RoleSpecification, ...]:
@@ -125,8 +191,8 @@ class Work:
 
     @cached_property
     def workers(self) -> tuple[VehicleData, ...]:
-        """Members that are able to do some job of the group, in the order of the nodes."""
-        members = set(self.members)
+        """Members that take jobs and are able to do some job of the group, in the order of the nodes."""
+        members = set(self.members).difference(self.unavailable)
         return tuple(
             data
             for data in self.database.values()
@@ -196,10 +262,11 @@ def works(
     jobs: Mapping[str, Job],
     done: frozenset[str],
     positions_m: Mapping[str, Point],
+    unavailable: frozenset[str] = frozenset(),
 ) -> dict[str, Work]:
     """The work of every group, by its name; see ``Work`` for the arguments."""
     return {
-        name: Work(group, organisation, database, jobs, done, positions_m)
+        name: Work(group, organisation, database, jobs, done, positions_m, unavailable)
         for name, group in organisation.groups.items()
     }
 

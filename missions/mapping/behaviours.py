@@ -6,10 +6,8 @@ from collections.abc import Sequence
 
 from missions.mapping.sensors import mapping_speed_mps
 from remoras.behaviours import (
-    ADVANCING,
     CAPTURE_M,
     DONE,
-    RETREATING,
     Approach,
     Behaviour,
     Perception,
@@ -38,13 +36,13 @@ class ZigzagExploring(Behaviour):
         self._transit_speed_mps = data.transit_speed_mps
         self._speed_mps = mapping_speed_mps(data)
         self._next = 0
-        self._approach = Approach()
+        self._approach = Approach(self._transit_speed_mps)
 
     def _reached_end(self, motion: Motion) -> bool:
         """Pass the waypoints that are reached; True once the last one is."""
         while self._next < len(self._waypoints) and distance_m(motion, self._waypoints[self._next]) <= CAPTURE_M:
             self._next += 1
-            self._approach = Approach()
+            self._approach = Approach(self._speed_mps)
         return self._next == len(self._waypoints)
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
@@ -52,10 +50,10 @@ class ZigzagExploring(Behaviour):
         if self._reached_end(motion):
             return DONE
         to_go_m = distance_m(motion, self._waypoints[self._next])
-        perceived = self._approach.judge(to_go_m, performed)
+        advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
         if self._next == 0 and not performed:
             return attracted(to_go_m)
-        return ADVANCING if perceived is RETREATING else perceived  # turning at the end of a row is progress
+        return Perception(1.0, None if advance is None else abs(advance))  # turning at the end of a row is progress
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """To the next waypoint; None behind the last one."""

@@ -30,6 +30,12 @@ class MeetingTruth:
         self._consulted = False
         together_first = sorted(meeting.groups.values(), key=lambda group: group.mission is not None)
         self._apart = [group for group in together_first if group.rally_point is not None]
+        self._n_meetings = len(self._apart)
+
+    @property
+    def goal_fraction(self) -> float:
+        """Share of the groups that have met; a mission with work of its own says what share of that is done."""
+        return 1.0 if not self._n_meetings else 1.0 - len(self._apart) / self._n_meetings
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Note what the mission wants to know; called after each tick and each round once all is agreed."""
@@ -142,6 +148,12 @@ class JobTruth(MeetingTruth):
                     self._done.add(objective.argument)
                     self._rows.append((now_s, *done))
                     self.milestones.append(Milestone(now_s, "job_done", vehicle.name))
+
+    @property
+    def goal_fraction(self) -> float:
+        """Share of all jobs of roles that are done."""
+        jobs = {role.job for group in self._groups for role in group.roles if role.job is not None}
+        return len(self._done & jobs) / len(jobs) if jobs else 1.0
 
     def is_worked_off(self, group: Group) -> bool:
         """True once all jobs of the group's roles are done."""

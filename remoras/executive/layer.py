@@ -5,10 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from remoras.activities import ActivityKind, ActivitySet, ActivityType, Advance
+from remoras.activities import ActivityKind, ActivitySet, ActivityType
 from remoras.behaviours import Perception
 from remoras.executive.decision import best, combinations
-from remoras.executive.satisfaction import DecisionConstants, call, evolved, motivation, signal_of
+from remoras.executive.satisfaction import (
+    DecisionConstants,
+    answered,
+    call,
+    contentment,
+    evolved,
+    motivation,
+    signal_of,
+)
 
 RoleKey = tuple[str, str]  # (group, role)
 
@@ -57,6 +65,7 @@ class ExecutiveLayer:
         self._sizes: list[int] = []
         self._role_of: list[RoleKey | None] = []
         self._listens: list[bool] = []
+        self._is_own: list[bool] = []
         self._heard: dict[RoleKey, dict[tuple[str, str], HeardSignal]] = {}
         self.sets: tuple[ActivitySet, ...] = ()
         self.satisfaction: dict[RoleKey, float] = {}
@@ -69,9 +78,10 @@ class ExecutiveLayer:
         self.sets = tuple(sets)
         self._combinations = {}
         self._importance = [activity_set.importance for activity_set in sets]
-        self._sizes = [len(activity_set.activities) for activity_set in sets]
+        self._sizes = [len(activity_set.effective) for activity_set in sets]
         self._role_of = [(s.objective.group, s.objective.role) if s.objective is not None else None for s in sets]
         self._listens = [s.kind is ActivityKind.COLLECTIVE for s in sets]
+        self._is_own = [s.kind is ActivityKind.INDIVIDUAL and s.objective is not None for s in sets]
         self.satisfaction = {role: self.satisfaction.get(role, 0.0) for role in roles}
         self._heard = {role: heard for role, heard in self._heard.items() if role in self.satisfaction}
         self.motivations = [0.0] * len(sets)
@@ -104,21 +114,24 @@ class ExecutiveLayer:
         """
         constants = self._constants
         calls = {role: self._strongest_call(heard, now_s) for role, heard in self._heard.items()}
+        own = self._contentment(perceptions) if calls else 0.0
         motivations = self.motivations
         performed = self.decision.chosen
         motivated = 0
         for index, perception in enumerate(perceptions):
             stimulus = perception.stimulus
-            if stimulus <= 0.0:
+            if stimulus <= 0.0 or not self._sizes[index]:
                 motivations[index] = 0.0
                 continue
             role = self._role_of[index]
+            heeded = 0.0
+            if calls and role in calls and self._listens[index]:
+                heeded = answered(calls[role], perception.answers, own)
             motivations[index] = value = motivation(
                 self._importance[index],
                 stimulus,
-                index in performed,
-                0.0 if role is None else self.satisfaction[role],
-                calls[role] if calls and role in calls and self._listens[index] else 0.0,
+                None if role is None or index not in performed else self.satisfaction[role],
+                heeded,
                 constants,
             )
             if value > 0.0:
@@ -133,6 +146,26 @@ class ExecutiveLayer:
             self._evolve(perceptions, dt_s)
         return self.decision
 
+    def _contentment(self, perceptions: Sequence[Perception]) -> float:
+        """How content the vehicle is with work of its own, and how much of it is left, 0..1; 0 without work."""
+        return max(
+            (
+                contentment(perceptions[index].stimulus, self.satisfaction[role])
+                for index in self.decision.chosen
+                if self._is_own[index] and (role := self._role_of[index]) is not None
+            ),
+            default=0.0,
+        )
+
+    def calls(self, now_s: float) -> dict[str, float]:
+        """How dissatisfied the vehicles are that call on any role of this one, 0..1 by name; others are missing."""
+        found: dict[str, float] = {}
+        for heard in self._heard.values():
+            for (emitter, _), signal in heard.items():
+                if (strength := call(signal.value, now_s - signal.heard_s, self._constants)) > 0.0:
+                    found[emitter] = max(strength, found.get(emitter, 0.0))
+        return dict(sorted(found.items()))
+
     def _strongest_call(self, heard: dict[tuple[str, str], HeardSignal], now_s: float) -> float:
         strongest = 0.0
         for signal in heard.values():
@@ -141,11 +174,10 @@ class ExecutiveLayer:
         return strongest
 
     def _evolve(self, perceptions: Sequence[Perception], dt_s: float) -> None:
-        """Personal satisfaction follows the best advance of the activities performed in each role."""
-        advances: dict[RoleKey, Advance] = {}
-        for index in self.decision.chosen:
-            perceived, role = perceptions[index].advance, self._role_of[index]
-            if role is not None and perceived is not None:
+        """Personal satisfaction follows the best advance that is perceived in each role, whatever was chosen."""
+        advances: dict[RoleKey, float] = {}
+        for perception, role in zip(perceptions, self._role_of, strict=True):
+            if role is not None and (perceived := perception.advance) is not None:
                 advances[role] = max(perceived, advances.get(role, perceived))
         for role, value in self.satisfaction.items():
             self.satisfaction[role] = evolved(value, advances.get(role), dt_s, self._constants)

@@ -5,19 +5,24 @@ the perceived progress of one's own task, is kept per role and told to the group
 dissatisfied partner moves others to answer it. The published equations were not at hand; these are ours, and
 docs/model.md declares them with their constants.
 
-Personal satisfaction P of a role, -128..127, over a time dt::
+Personal satisfaction P of a role, -128..127, over a time dt, with the advance a of its objective, -1..1, as fast as
+planned where a = 1, standing still where a = 0, thrown back where a = -1::
 
-    P <- clip(P + rate dt),   rate = gain    if the role's activities progress,
-                                     tedium  if they are pursued and stand still,
-                                     dismay  if they are thrown back,
-    P <- P moved towards 0 by at most fade dt,   if the role is not pursued.
+    P <- clip(P + rate dt),   rate = tedium + (gain - tedium) a,       a >= 0
+                                     tedium + (dismay - tedium) |a|,   a < 0
+    P <- P moved towards 0 by at most fade dt,   if nothing is perceived of the role's advance.
 
 Motivation of an activity of role r, from the three sources the paper names::
 
     importance * stimulus                               (1) importance and perception of stimuli
-    + w_continuing * (P_r + 128) / 255                  (2) only while it is being performed
-    + w_external * max over signals S addressed to r of
-                   max(0, -S) / 128 * exp(-age / tau)   (3) only for collective activities
+    + w_continuing * (P_r + 128) / 255                  (2) only while it is being performed in a role
+    + w_external * max(0, C_r * answers - own)          (3) only for collective activities
+
+    C_r = max over signals S addressed to r of max(0, -S) / 128 * exp(-age / tau)
+    own = max over the individual activities performed of stimulus * max(0, P) / 127
+
+So a call is weighed (altruism): against how content the vehicle is with work of its own, whose stimulus falls with what
+is left of it, and by how much of the call would be settled by an answer.
 
 An activity without a stimulus has no motivation at all: nobody is moved to do what cannot be done.
 """
@@ -26,8 +31,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-
-from remoras.activities import Advance
 
 LOWEST, HIGHEST = -128, 127
 
@@ -55,28 +58,28 @@ def clipped(value: float) -> float:
     return LOWEST if value < LOWEST else HIGHEST if value > HIGHEST else value
 
 
-def evolved(satisfaction: float, advance: Advance | None, dt_s: float, constants: DecisionConstants) -> float:
+def evolved(satisfaction: float, advance: float | None, dt_s: float, constants: DecisionConstants) -> float:
     """Personal satisfaction after ``dt_s``.
 
     Args:
         satisfaction: before, -128..127.
-        advance: how the role's activities got on; None if the role is not pursued.
-        dt_s: how long they did.
+        advance: how fast the role's objective got on, -1..1; None if the role is not pursued.
+        dt_s: for how long.
         constants: rates of change.
 
-    >>> evolved(126.5, Advance.FORWARD, 1.0, DecisionConstants())
+    >>> evolved(126.5, 1.0, 1.0, DecisionConstants())
     127
+    >>> evolved(0.0, 0.5, 10.0, DecisionConstants(gain_per_s=1.0, tedium_per_s=-2.0))
+    -5.0
     >>> evolved(0.25, None, 1.0, DecisionConstants())
     0.0
     """
-    if advance is Advance.FORWARD:
-        return clipped(satisfaction + constants.gain_per_s * dt_s)
-    if advance is Advance.NONE:
-        return clipped(satisfaction + constants.tedium_per_s * dt_s)
-    if advance is Advance.BACKWARD:
-        return clipped(satisfaction + constants.dismay_per_s * dt_s)
-    fade = constants.fade_per_s * dt_s
-    return satisfaction - fade if satisfaction > fade else satisfaction + fade if satisfaction < -fade else 0.0
+    if advance is None:
+        fade = constants.fade_per_s * dt_s
+        return satisfaction - fade if satisfaction > fade else satisfaction + fade if satisfaction < -fade else 0.0
+    tedium = constants.tedium_per_s
+    towards = constants.gain_per_s if advance >= 0.0 else constants.dismay_per_s
+    return clipped(satisfaction + (tedium + (towards - tedium) * abs(advance)) * dt_s)
 
 
 def signal_of(satisfaction: float) -> int:
@@ -95,29 +98,55 @@ def call(value: int, age_s: float, constants: DecisionConstants) -> float:
     return -value / 128.0 * math.exp(-age_s / constants.signal_memory_s) if value < 0 else 0.0
 
 
+def contentment(stimulus: float, satisfaction: float) -> float:
+    """How content a vehicle is with its work, 0..1: satisfaction in its role, the less the less work is left.
+
+    Args:
+        stimulus: of the work, 0..1, which falls with what is left of it.
+        satisfaction: in its role; a vehicle that is not satisfied is not content.
+
+    >>> contentment(0.5, 127.0), contentment(1.0, -20.0)
+    (0.5, 0.0)
+    """
+    return stimulus * max(0.0, satisfaction) / HIGHEST
+
+
+def answered(strongest_call: float, answers: float, own: float) -> float:
+    """What a call moves a vehicle to, 0..1: as far as answering settles it and it outweighs the own contentment.
+
+    Simonin and Ferber's altruism: a vehicle answers a call that is stronger than its own satisfaction.
+
+    Args:
+        strongest_call: 0..1; answers: how much of it would be settled, 0..1.
+        own: contentment with the own work, 0..1.
+
+    >>> answered(0.75, 1.0, 0.25), answered(0.75, 0.25, 0.25)
+    (0.5, 0.0)
+    """
+    return max(0.0, strongest_call * answers - own)
+
+
 def motivation(
     importance: float,
     stimulus: float,
-    performed: bool,
-    satisfaction: float,
-    strongest_call: float,
+    satisfaction: float | None,
+    heeded: float,
     constants: DecisionConstants,
 ) -> float:
     """Motivation of an activity.
 
     Args:
         importance: of its objective; stimulus: 0..1, as perceived.
-        performed: True if the vehicle is performing it.
-        satisfaction: of the vehicle in its role.
-        strongest_call: of the signals that address its role, 0..1; 0 for individual and vital activities.
+        satisfaction: of the vehicle in its role while it performs the activity; else None.
+        heeded: what calls move it to, 0..1, see ``answered``; 0 for individual and vital activities.
         constants: weights.
 
-    >>> motivation(0.5, 1.0, True, 127.0, 0.0, DecisionConstants(weight_continuing=0.2))
+    >>> motivation(0.5, 1.0, 127.0, 0.0, DecisionConstants(weight_continuing=0.2))
     0.7
     """
     if stimulus <= 0.0:
         return 0.0
-    value = importance * stimulus + constants.weight_external * strongest_call
-    if performed:
+    value = importance * stimulus + constants.weight_external * heeded
+    if satisfaction is not None:
         value += constants.weight_continuing * (satisfaction - LOWEST) / (HIGHEST - LOWEST)
     return value

@@ -18,7 +18,7 @@ from remoras.htn import NoPlan, Task, plan
 from remoras.mission import SocialPart
 from remoras.organisation import Group, Organisation
 from remoras.strategy import Strategy, adapt_roles, form_groups
-from remoras.work import precedence, works
+from remoras.work import NOTHING_KNOWN, jobs_left, precedence, works
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +74,7 @@ def agree(strategy: Strategy, mission: SocialPart, database: AUVDatabase, groups
                 elif task.name == "AssignObjective":
                     objectives.append(Objective(*task.args))
                 else:
-                    work = works(organisation, database, mission.jobs, frozenset(), starts)[name]
+                    work = works(organisation, database, *jobs_left(mission.jobs, NOTHING_KNOWN), starts)[name]
                     for one in adapt_roles(strategy, work):
                         organisation, _ = organisation.assign(one.vehicle, one.group, one.role)
     given = {group.name: replace(group, mission=missions.get(group.name)) for group in groups}

@@ -31,7 +31,7 @@ from remoras.social.consultation import Consultation
 from remoras.social.negotiation import Negotiation
 from remoras.social.planning import Deliberation, MissionPlanner, missions_of
 from remoras.strategy import Strategy
-from remoras.work import Point, Work, works
+from remoras.work import Outlook, Point, Work, jobs_left, works
 from worldmodel import Change
 
 Means = tuple[tuple[ActivitySet, ...], frozenset[Key]]
@@ -88,13 +88,13 @@ class SocialLayer:
         self._mission = mission
         self._mission_name = f"mission {type(mission).__name__}"
         self._picture = picture
+        picture.facts = beliefs
         self._meets_after = agreement.meets_after
         self._objectives = {(one.group, one.role, one.name): one for one in agreement.objectives}
         self._activities: dict[Objective, Means] = {}
         self._jobs = mission.jobs
-        self._job_done = {job.done: name for name, job in self._jobs.items()}
         self._meetings = frozenset(("gatheredAt", group) for group in self.organisation.groups)
-        self._done: set[str] = set()
+        self._unavailable: frozenset[str] = frozenset()
         self._led = self._groups_led()
         planned = {group: agreement.rests_on[group] for group in self._led if group in agreement.rests_on}
         self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned)
@@ -122,7 +122,8 @@ class SocialLayer:
         return tuple(group for group in self.organisation.groups if self.me in self.organisation.heads(group))
 
     def _work(self, positions_m: Mapping[str, Point]) -> dict[str, Work]:
-        return works(self.organisation, self.database, self._jobs, frozenset(self._done), positions_m)
+        jobs, done = jobs_left(self._jobs, self._beliefs)
+        return works(self.organisation, self.database, jobs, done, positions_m, self._unavailable)
 
     # Hearing -------------------------------------------------------------------------------------
 
@@ -137,8 +138,10 @@ class SocialLayer:
             self._negotiation.note(change)
             self.planner.note(change)
         keys = self._beliefs.keys_of(changes)
-        if not self._job_done.keys().isdisjoint(keys):
-            self._done.update(self._job_done[key] for key in keys if key in self._job_done)
+        if any(attribute == "available" for attribute, _ in keys):
+            self._unavailable = frozenset(
+                name for name in self.database if self._beliefs.get(("available", name)) is False
+            )
         if not self._meetings.isdisjoint(keys):
             self._picture.groups.gathered = self._gathered()
         self.planner.reconsider(keys, self._led)
@@ -185,14 +188,31 @@ class SocialLayer:
         left = [one for one in agreed.left if one.vehicle == self.me]
         return Consulted(assigned, left, agreed.refused, bool(agreed.objectives or stale or assigned or left))
 
-    def negotiate(self, now_s: float, motion: Motion) -> list[tuple[list[Fact], bool]]:
-        """End of a round: facts that this vehicle states together to organise its groups, and whether it tells them."""
-        if not self._negotiation.takes_part:
+    def negotiate(self, now_s: float, motion: Motion, calls: Mapping[str, float]) -> list[tuple[list[Fact], bool]]:
+        """End of a round: facts that this vehicle states together to organise its groups, and whether it tells them.
+
+        Args:
+            motion: of this vehicle.
+            calls: how dissatisfied the vehicles are that call on this one, by name.
+        """
+        if not (self._negotiation.takes_part or self.strategy.declaration.influences):
             return []
         peers = self._picture.peers
         work = self._work({**peers.positions_m, self.me: motion.position_m})
-        statements = self._negotiation.negotiate(now_s, work, peers.heard_s, peers.unheard)
+        if self.strategy.declaration.influences:
+            self._picture.groups.awaited = {name: self._awaited(one, now_s) for name, one in work.items()}
+        statements = self._negotiation.negotiate(now_s, work, peers.heard_s, peers.unheard, calls)
         return [([self._beliefs.fact(*fact) for fact in said.facts], said.told) for said in statements]
+
+    def _awaited(self, work: Work, now_s: float) -> float:
+        """How much of the wait for the meeting of a group is for this vehicle: 0..1, see ``Groups.awaited``."""
+        free_s = {
+            name: work.after_all(Outlook(now_s, work.position_m(name)), self.database[name], work.held_by(name)).free_s
+            for name in work.members
+        }
+        own_s = free_s.pop(self.me, now_s) - now_s
+        others_s = max(free_s.values(), default=now_s) - now_s
+        return 1.0 if own_s <= 0.0 else max(0.0, 1.0 - others_s / own_s)
 
     # Planning and concluding ---------------------------------------------------------------------
 
@@ -236,7 +256,8 @@ class SocialLayer:
         """True while ``group`` still has work to hand out or to confirm, so that it does not count as gathered."""
         if self.gives_out(group):
             return True
-        return self.leads(group) and self.planner.waits_for(self._picture.peers.unheard, self._done)
+        _, done = jobs_left(self._jobs, self._beliefs)
+        return self.leads(group) and self.planner.waits_for(self._picture.peers.unheard, done)
 
     def addressed(self, change: Change) -> dict[str, set[str]]:
         """Vehicles that have to hear of a block of this vehicle's own, by name, and the roles that it gives them.

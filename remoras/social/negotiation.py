@@ -88,6 +88,7 @@ class Negotiation:
         work: Mapping[str, Work],
         heard_s: Mapping[str, float],
         unheard: Mapping[str, Collection[str]],
+        calls: Mapping[str, float],
     ) -> list[Statement]:
         """End of a round: what this vehicle states to organise its groups.
 
@@ -96,6 +97,7 @@ class Negotiation:
             work: of every group, by name, with this vehicle's position as it is.
             heard_s: when a packet of each peer was last heard.
             unheard: peers that have not acknowledged roles they were given, and these roles.
+            calls: how dissatisfied peers are, by their influence signals.
 
         Raises:
             PluginError: the strategy raises, or answers with something else than a move.
@@ -108,7 +110,7 @@ class Negotiation:
         for group, negotiator in self._negotiators.items():
             if self._me not in work[group].members:
                 continue  # it has left, to look after itself
-            situation = Situation(now_s, self._round, work[group], self._rally_m[group], heard, heard_s, unheard)
+            situation = Situation(now_s, self._round, work[group], self._rally_m[group], heard, heard_s, unheard, calls)
             move = ask(self._strategy, negotiator, situation)
             statements += move.statements
             if move.holding:
