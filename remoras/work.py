@@ -39,6 +39,7 @@ class Known(Protocol):
         ...
 
 
+@dataclass(frozen=True)
 class _Nothing:
     def get(self, key: Key, default: Any = None, /) -> Any:
         return default

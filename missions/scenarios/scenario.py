@@ -6,14 +6,15 @@ Units are in the names of the keys. A mission may extend these tables: it subcla
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section
 from remoras.executive.satisfaction import DecisionConstants
+from remoras.functional.vital import VITAL_IMPORTANCE
 
 
 class About(Section):
@@ -75,12 +76,22 @@ class DecisionTable(Section):
 
     period_s: Positive = Field(2.0, description="time between two decisions of the executive layer")
     weight_continuing: NotNegative = Field(0.2, description="weight of the motivation to continue")
-    weight_external: NotNegative = Field(1.0, description="weight of the motivation to answer influence signals")
+    weight_external: NotNegative = Field(2.0, description="weight of the motivation to answer influence signals")
     gain_per_s: NotNegative = Field(1.0, description="satisfaction gained per second of progress")
     tedium_per_s: float = Field(-1.8, le=0.0, description="satisfaction change per second without progress")
     dismay_per_s: float = Field(-2.0, le=0.0, description="satisfaction change per second of setback")
     fade_per_s: NotNegative = Field(0.5, description="how fast satisfaction in an idle role returns to 0")
     signal_memory_frames: Positive = Field(8.5, description="TDMA frames in which a heard signal fades to 1/e")
+
+    @model_validator(mode="after")
+    def _below_what_is_vital(self) -> Self:
+        total = self.weight_continuing + self.weight_external
+        if total >= VITAL_IMPORTANCE - 1.0:
+            raise ValueError(
+                f"weight_continuing + weight_external is {total:g}; allowed: below {VITAL_IMPORTANCE - 1.0:g}, else an "
+                "activity that is performed or called for would keep a vehicle from evading and from coming home"
+            )
+        return self
 
     def constants(self, frame_s: float) -> DecisionConstants:
         """Constants of the executive layer, for a TDMA frame of ``frame_s`` seconds."""

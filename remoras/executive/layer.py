@@ -66,6 +66,7 @@ class ExecutiveLayer:
         self._role_of: list[RoleKey | None] = []
         self._listens: list[bool] = []
         self._is_own: list[bool] = []
+        self._providers: dict[int, list[int]] = {}  # of each set that needs another one: the sets that have it
         self._heard: dict[RoleKey, dict[tuple[str, str], HeardSignal]] = {}
         self.sets: tuple[ActivitySet, ...] = ()
         self.satisfaction: dict[RoleKey, float] = {}
@@ -82,6 +83,11 @@ class ExecutiveLayer:
         self._role_of = [(s.objective.group, s.objective.role) if s.objective is not None else None for s in sets]
         self._listens = [s.kind is ActivityKind.COLLECTIVE for s in sets]
         self._is_own = [s.kind is ActivityKind.INDIVIDUAL and s.objective is not None for s in sets]
+        self._providers = {
+            index: [n for n, other in enumerate(sets) if any(a.name == one.needs for a in other.activities)]
+            for index, one in enumerate(sets)
+            if one.needs is not None
+        }
         self.satisfaction = {role: self.satisfaction.get(role, 0.0) for role in roles}
         self._heard = {role: heard for role, heard in self._heard.items() if role in self.satisfaction}
         self.motivations = [0.0] * len(sets)
@@ -113,13 +119,14 @@ class ExecutiveLayer:
             The same object as before while the choice stays the same.
         """
         constants = self._constants
+        stimuli = self._stimuli(perceptions)
         calls = {role: self._strongest_call(heard, now_s) for role, heard in self._heard.items()}
-        own = self._contentment(perceptions) if calls else 0.0
+        own = self._contentment(stimuli) if calls else 0.0
         motivations = self.motivations
         performed = self.decision.chosen
         motivated = 0
         for index, perception in enumerate(perceptions):
-            stimulus = perception.stimulus
+            stimulus = stimuli[index]
             if stimulus <= 0.0 or not self._sizes[index]:
                 motivations[index] = 0.0
                 continue
@@ -146,11 +153,18 @@ class ExecutiveLayer:
             self._evolve(perceptions, dt_s)
         return self.decision
 
-    def _contentment(self, perceptions: Sequence[Perception]) -> float:
+    def _stimuli(self, perceptions: Sequence[Perception]) -> list[float]:
+        """Stimulus of every set; what needs another activity is worth as much as that one at the most."""
+        stimuli = [perception.stimulus for perception in perceptions]
+        for needy, providers in self._providers.items():
+            stimuli[needy] = min(stimuli[needy], max((stimuli[index] for index in providers), default=0.0))
+        return stimuli
+
+    def _contentment(self, stimuli: Sequence[float]) -> float:
         """How content the vehicle is with work of its own, and how much of it is left, 0..1; 0 without work."""
         return max(
             (
-                contentment(perceptions[index].stimulus, self.satisfaction[role])
+                contentment(stimuli[index], self.satisfaction[role])
                 for index in self.decision.chosen
                 if self._is_own[index] and (role := self._role_of[index]) is not None
             ),

@@ -8,8 +8,8 @@ docs/model.md declares them with their constants.
 Personal satisfaction P of a role, -128..127, over a time dt, with the advance a of its objective, -1..1, as fast as
 planned where a = 1, standing still where a = 0, thrown back where a = -1::
 
-    P <- clip(P + rate dt),   rate = tedium + (gain - tedium) a,       a >= 0
-                                     tedium + (dismay - tedium) |a|,   a < 0
+    P <- clip(P + rate dt),   rate = a gain + (1 - a) tedium,         a >= 0
+                                     |a| dismay + (1 - |a|) tedium,   a < 0
     P <- P moved towards 0 by at most fade dt,   if nothing is perceived of the role's advance.
 
 Motivation of an activity of role r, from the three sources the paper names::
@@ -45,7 +45,7 @@ class DecisionConstants:
 
     period_s: float = 2.0
     weight_continuing: float = 0.2
-    weight_external: float = 1.0
+    weight_external: float = 2.0
     gain_per_s: float = 1.0
     tedium_per_s: float = -1.8
     dismay_per_s: float = -2.0
@@ -77,9 +77,9 @@ def evolved(satisfaction: float, advance: float | None, dt_s: float, constants: 
     if advance is None:
         fade = constants.fade_per_s * dt_s
         return satisfaction - fade if satisfaction > fade else satisfaction + fade if satisfaction < -fade else 0.0
-    tedium = constants.tedium_per_s
     towards = constants.gain_per_s if advance >= 0.0 else constants.dismay_per_s
-    return clipped(satisfaction + (tedium + (towards - tedium) * abs(advance)) * dt_s)
+    share = abs(advance)
+    return clipped(satisfaction + (share * towards + (1.0 - share) * constants.tedium_per_s) * dt_s)
 
 
 def signal_of(satisfaction: float) -> int:

@@ -18,7 +18,7 @@ from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.work import Point
 
-VITAL_IMPORTANCE = 3.0
+VITAL_IMPORTANCE = 4.0
 """Above anything that objectives, continuing and influence signals add up to."""
 ROUTINE_IMPORTANCE = 0.1
 """Importance of what a vehicle does in any case."""

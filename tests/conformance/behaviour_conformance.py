@@ -9,7 +9,6 @@ import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from remoras.activities import Advance
 from remoras.behaviours import Behaviour, Perception, Reference
 from remoras.database import VehicleData
 from remoras.motion import Motion
@@ -104,11 +103,15 @@ def _answers(behaviour: Behaviour, moments: Sequence[Moment]) -> list[tuple[Perc
 
 def _check_perception(perceived: object, where: str) -> None:
     assert isinstance(perceived, Perception), f"{where}: perceive returned {perceived!r}, expected a Perception"
-    stimulus, advance, done = perceived
+    stimulus, advance, done, failed, answers = perceived
     is_share = isinstance(stimulus, float | int) and 0.0 <= stimulus <= 1.0
     assert is_share, f"{where}: stimulus is {stimulus!r}, expected a number of 0..1"
-    assert advance is None or isinstance(advance, Advance), f"{where}: advance is {advance!r}, expected Advance or None"
+    is_degree = advance is None or (isinstance(advance, float | int) and -1.0 <= advance <= 1.0)
+    assert is_degree, f"{where}: advance is {advance!r}, expected a number of -1..1 or None"
     assert isinstance(done, bool), f"{where}: done is {done!r}, expected a bool"
+    assert isinstance(failed, bool), f"{where}: failed is {failed!r}, expected a bool"
+    is_share = isinstance(answers, float | int) and 0.0 <= answers <= 1.0
+    assert is_share, f"{where}: answers is {answers!r}, expected a number of 0..1"
     assert not (done and stimulus > 0.0), f"{where}: all is done, and yet the stimulus is {stimulus}"
 
 

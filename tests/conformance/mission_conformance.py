@@ -218,6 +218,7 @@ class Unseeing:
 
     end_s: float
     milestones: list[Milestone] = field(default_factory=list)
+    goal_fraction: float = 1.0
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         """Look away."""

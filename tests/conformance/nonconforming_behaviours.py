@@ -4,7 +4,6 @@ import itertools
 import math
 from typing import Any
 
-from remoras.activities import Advance
 from remoras.behaviours import DONE, DUE, Perception, Reference, Standing
 from remoras.motion import Motion
 from remoras.picture import Picture
@@ -46,7 +45,7 @@ class Jumping(Standing):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         motion.x_m += 1.0
-        return Perception(1.0, Advance.FORWARD)
+        return Perception(1.0, 1.0)
 
 
 class Forgetful(Standing):

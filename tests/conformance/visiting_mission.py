@@ -86,6 +86,10 @@ class VisitingTruth:
         self._jobs = jobs
         self.milestones: list[Milestone] = []
 
+    @property
+    def goal_fraction(self) -> float:
+        return len({one.name for one in self.milestones}) / len(self._jobs)
+
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         for vehicle in fleet.vehicles:
             for objective in vehicle.finished:

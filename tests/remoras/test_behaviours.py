@@ -9,11 +9,11 @@ from remoras.behaviours import (
     ADVANCING,
     DUE,
     IDLE,
-    RETREATING,
     STANDING,
     FollowingLeader,
     Homing,
     LeadingFollowers,
+    Perception,
     Planning,
     Positioning,
     Reference,
@@ -33,10 +33,11 @@ def at(x_m: float, y_m: float = 0.0) -> Motion:
 
 def test_homing_goes_waits_and_ends_when_the_group_is_together() -> None:
     homing, picture = Homing((100.0, 0.0), 20.0, "Operational", AUV), Picture()
-    assert homing.perceive(at(0.0), picture, True) == DUE
-    assert homing.perceive(at(2.0), picture, True) == ADVANCING
-    assert homing.perceive(at(1.0), picture, True) == RETREATING
-    assert homing.perceive(at(1.04), picture, True) == STANDING  # less than 5 cm in a tick
+    perceived = []
+    for now_s, x_m in ((0.0, 0.0), (1.0, 2.0), (2.0, 1.0), (3.0, 1.04)):  # the last is less than 5 cm
+        picture.body.now_s = now_s
+        perceived.append(homing.perceive(at(x_m), picture, True))
+    assert perceived == [DUE, ADVANCING, Perception(1.0, -0.5), STANDING]  # its transit speed is 2 m/s
     assert homing.reference(at(79.0), picture) == Reference((100.0, 0.0), 2.0)
     assert homing.reference(at(80.0), picture) == Reference((100.0, 0.0), 0.0)
     picture.groups.gathered.add("Coordination")
@@ -55,8 +56,10 @@ def test_following_keeps_up_with_the_leader() -> None:
     picture.peers.saw("AUV00", (100.0, 0.0))
     assert following.perceive(at(0.0), picture, True) == DUE
     assert following.reference(at(0.0), picture) == Reference((100.0, 0.0), 2.0)
+    picture.body.now_s = 1.0
     assert following.perceive(at(2.0), picture, True) == ADVANCING
     picture.peers.saw("AUV00", (110.0, 0.0))
+    picture.body.now_s = 2.0
     assert following.perceive(at(4.0), picture, True) == STANDING  # a leader that leads on is no setback
     assert following.perceive(at(70.0), picture, True) == IDLE
 
@@ -125,8 +128,10 @@ def test_a_supervisor_is_content_while_news_come() -> None:
     assert supervision.perceive(at(0.0), picture, True) == DUE  # nothing has been heard yet
     picture.body.now_s, picture.peers.last_news_s = 160.0, 100.0
     assert supervision.perceive(at(0.0), picture, True) == ADVANCING
-    picture.body.now_s = 160.1
-    assert supervision.perceive(at(0.0), picture, True) == DUE
+    picture.body.now_s = 175.0  # 15 of 60 s late: three quarters
+    assert supervision.perceive(at(0.0), picture, False) == Perception(1.0, 0.75)
+    picture.body.now_s = 300.0
+    assert supervision.perceive(at(0.0), picture, True) == STANDING
 
 
 # Working ------------------------------------------------------------------------------------------

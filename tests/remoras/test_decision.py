@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from samples import activity_set
 
-from remoras.activities import ActivitySet, ActivityType
+from remoras.activities import Activity, ActivitySet, ActivityType
 from remoras.executive.decision import best, combinations
 
 G, N, P, C = ActivityType.GUIDANCE, ActivityType.NAVIGATION, ActivityType.PRODUCTIVE, ActivityType.COMMUNICATION
@@ -35,9 +35,19 @@ def test_nothing_motivated_is_nothing_chosen() -> None:
 
 
 def test_a_set_is_taken_whole() -> None:
-    """Homing needs navigation as well: with navigation taken by another set, it is not done in part."""
-    locating = activity_set(("Local", N))
-    assert combinations([HOMING, locating, SENDING], 0b111) == ((0, 2), (1, 2))
+    """A set that works on its way is not done in part where another one works."""
+    towing = activity_set(("Towing", ActivityType.GUIDANCE), ("Pulling", ActivityType.PRODUCTIVE), sensors=("sonar",))
+    listening = activity_set(("Listening", ActivityType.PRODUCTIVE), sensors=("sonar",))
+    assert combinations([towing, listening, SENDING], 0b111) == ((0, 2), (1, 2))
+
+
+def test_what_has_no_effect_stands_in_nobody_s_way() -> None:
+    """Both name navigation, which changes nothing of what the vehicle does: they go together."""
+    locating = activity_set(("Listening", P), ("Global", N), sensors=())
+    listening = ActivitySet(None, locating.kind, (Activity("Listening", P, (), ("sonar",)), Activity("Global", N)), 0.5)
+    assert HOMING.types == 1 << G
+    assert locating.types == 0
+    assert combinations([HOMING, listening, SENDING], 0b111) == ((0, 1, 2),)
 
 
 def test_the_mean_is_over_activities_and_not_over_sets() -> None:

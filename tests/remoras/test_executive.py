@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from samples import activity_set
 
 from remoras.activities import ActivityKind, ActivitySet, ActivityType
-from remoras.behaviours import ADVANCING, DUE, IDLE, RETREATING, STANDING, Perception
+from remoras.behaviours import ADVANCING, DUE, IDLE, STANDING, Perception
 from remoras.executive.layer import ExecutiveLayer
 from remoras.executive.satisfaction import DecisionConstants
 
@@ -28,7 +28,11 @@ CONSTANTS = DecisionConstants(
 EXPLORING = activity_set(("ZigzagExploring", ActivityType.GUIDANCE), importance=0.6, kind=ActivityKind.INDIVIDUAL)
 HOMING = activity_set(("Homing", ActivityType.GUIDANCE), importance=0.3, role="Performer")
 MAPPING = activity_set(
-    ("Mapping", ActivityType.PRODUCTIVE), importance=0.6, kind=ActivityKind.INDIVIDUAL, needs="ZigzagExploring"
+    ("Mapping", ActivityType.PRODUCTIVE),
+    importance=0.6,
+    kind=ActivityKind.INDIVIDUAL,
+    needs="ZigzagExploring",
+    sensors=("swath",),
 )
 EVADING = activity_set(
     ("Evading", ActivityType.GUIDANCE),
@@ -37,7 +41,7 @@ EVADING = activity_set(
     role=None,
     kind=ActivityKind.VITAL,
 )
-OBEYING = activity_set(("Obeying", ActivityType.ORGANISATIONAL), importance=0.2, role="Performer")
+LISTENING = activity_set(("Listening", ActivityType.PRODUCTIVE), importance=0.2, role="Performer", sensors=("sonar",))
 
 
 def layer(*sets: ActivitySet, constants: DecisionConstants = CONSTANTS) -> ExecutiveLayer:
@@ -152,11 +156,12 @@ def test_satisfaction_is_kept_per_role() -> None:
     assert executive.signals() == [(CARTOGRAPHER, 10), (PERFORMER, 0)]
 
 
-def test_only_what_is_performed_moves_satisfaction() -> None:
-    """The perception of an activity that was not chosen says nothing of how its role gets on."""
+def test_satisfaction_follows_what_is_perceived_whatever_is_chosen() -> None:
+    """A supervisor that plans for a moment does not lose its content while news come."""
     executive = layer(EXPLORING, HOMING)
-    executive.decide([DUE, RETREATING], 0.0, 1.0)
-    assert executive.satisfaction[PERFORMER] == 0.0
+    executive.decide([DUE, Perception(0.1, 1.0)], 0.0, 1.0)
+    assert chosen(executive) == {"ZigzagExploring"}
+    assert executive.satisfaction[PERFORMER] == 1.0
 
 
 def test_a_decision_at_once_takes_no_time() -> None:
@@ -168,31 +173,73 @@ def test_a_decision_at_once_takes_no_time() -> None:
 @pytest.mark.parametrize(
     ("one", "other", "rate"),
     [
-        (ADVANCING, RETREATING, 1.0),
+        (ADVANCING, Perception(1.0, -1.0), 1.0),
         (ADVANCING, STANDING, 1.0),
-        (STANDING, RETREATING, -2.0),
+        (STANDING, Perception(1.0, -1.0), -1.3),
+        (Perception(1.0, -1.0), DUE, -2.0),
+        (Perception(1.0, 0.5), STANDING, -0.15),  # half way between -1.3 and 1
         (STANDING, STANDING, -1.3),
         (DUE, STANDING, -1.3),
     ],
 )
 def test_a_role_gets_on_as_its_activities_do(one: Perception, other: Perception, rate: float) -> None:
-    """What progresses counts first, then what is thrown back; the order of the activities does not."""
+    """What gets on best counts; the order of the activities does not."""
     for perceptions in ((one, other), (other, one)):
-        executive = layer(HOMING, OBEYING)
+        executive = layer(HOMING, LISTENING)
         executive.decide(perceptions, 0.0, 1.0)
-        assert chosen(executive) == {"Homing", "Obeying"}
+        assert chosen(executive) == {"Homing", "Listening"}
         assert executive.satisfaction[PERFORMER] == pytest.approx(rate)
 
 
 def test_new_activities_keep_what_goes_on() -> None:
     executive = layer(EXPLORING, HOMING)
     executive.decide([ADVANCING, DUE], 0.0, 1.0)
-    executive.adopt((OBEYING, HOMING, EXPLORING), ROLES)
+    executive.adopt((LISTENING, HOMING, EXPLORING), ROLES)
     assert chosen(executive) == {"ZigzagExploring"}
     assert executive.satisfaction[CARTOGRAPHER] == 1.0
     executive.adopt((HOMING,), (PERFORMER,))
     assert executive.decision.chosen == ()
     assert executive.satisfaction == {PERFORMER: 0.0}
+
+
+@given(st.floats(0.0, 3.0), st.integers(0, 2))
+def test_an_activity_without_effect_changes_nothing(importance: float, place: int) -> None:
+    """It takes no place in the decision, whatever its type and importance, and does not dilute the mean."""
+    for one in (ActivityType.ORGANISATIONAL, ActivityType.NAVIGATION, ActivityType.CONTROL, ActivityType.PRODUCTIVE):
+        idle = activity_set(("Idling", one), importance=min(1.0, importance), role="Performer")
+        without, with_it = (
+            layer(EXPLORING, HOMING),
+            layer(*[EXPLORING, HOMING][:place], idle, *[EXPLORING, HOMING][place:]),
+        )
+        for number, signal in enumerate((-128, 0, 127, -60)):
+            for executive in (without, with_it):
+                executive.hear(PERFORMER, "AUV00", "Coordinator", signal, float(number))
+            without.decide([Perception(0.4, 0.2), DUE], float(number), 1.0)
+            both = [Perception(0.4, 0.2), DUE]
+            with_it.decide([*both[:place], DUE, *both[place:]], float(number), 1.0)
+            assert chosen(with_it) == chosen(without)
+            assert with_it.satisfaction == without.satisfaction
+
+
+def test_a_call_waits_for_who_is_content_with_work_that_is_left() -> None:
+    """At 127 and with all of it left the loudest call is not heeded; with half the stimulus, 0.5 of it is."""
+    executive = layer(EXPLORING, HOMING)
+    for second in range(130):
+        executive.decide([ADVANCING, DUE], float(second), 1.0)
+    executive.hear(PERFORMER, "AUV00", "Coordinator", -128, 130.0)
+    executive.decide([ADVANCING, DUE], 130.0, 0.0)
+    assert executive.motivations[1] == pytest.approx(0.3)
+    executive.decide([Perception(0.5, 1.0), DUE], 130.0, 0.0)
+    assert executive.motivations[1] == pytest.approx(0.3 + 0.5)
+    assert chosen(executive) == {"Homing"}
+
+
+def test_a_call_that_an_answer_would_not_settle_is_not_heeded() -> None:
+    executive = layer(EXPLORING, HOMING)
+    executive.hear(PERFORMER, "AUV00", "Coordinator", -128, 0.0)
+    executive.decide([DUE, Perception(1.0, answers=0.25)], 0.0, 0.0)
+    assert executive.motivations[1] == pytest.approx(0.3 + 0.25)
+    assert executive.calls(0.0) == {"AUV00": 1.0}
 
 
 def test_continuing_keeps_a_vehicle_from_wavering() -> None:
@@ -216,11 +263,11 @@ perceptions_drawn = st.lists(
 
 @given(st.lists(st.tuples(perceptions_drawn, st.integers(-128, 127)), max_size=10))
 def test_every_decision_holds_at_most_one_activity_of_each_type(story: list[tuple[list[Perception], int]]) -> None:
-    executive = layer(EXPLORING, HOMING, MAPPING, EVADING, OBEYING)
+    executive = layer(EXPLORING, HOMING, MAPPING, EVADING, LISTENING)
     for number, (perceptions, call) in enumerate(story):
         executive.hear(PERFORMER, "AUV00", "Coordinator", call, float(number))
         decision = executive.decide(perceptions, float(number), 1.0)
-        types = [activity.type for index in decision.chosen for activity in executive.sets[index].activities]
+        types = [activity.type for index in decision.chosen for activity in executive.sets[index].effective]
         assert len(types) == len(set(types))
         assert {one for one in ActivityType if decision.has(one)} == set(types)
         assert all(perceptions[index].stimulus > 0.0 for index in decision.chosen)
@@ -228,9 +275,10 @@ def test_every_decision_holds_at_most_one_activity_of_each_type(story: list[tupl
 
 
 def test_a_role_drives_by_guiding_working_or_planning() -> None:
-    executive = layer(EXPLORING, OBEYING)
+    sending = activity_set(("Sending", ActivityType.COMMUNICATION), importance=0.5, role="Performer")
+    executive = layer(EXPLORING, sending)
     executive.decide([DUE, DUE], 0.0, 1.0)
-    assert chosen(executive) == {"ZigzagExploring", "Obeying"}
+    assert chosen(executive) == {"ZigzagExploring", "Sending"}
     assert executive.decision.driving == {CARTOGRAPHER}
 
 

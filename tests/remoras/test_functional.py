@@ -8,7 +8,7 @@ import pytest
 from samples import activity_set, auv
 
 from remoras.activities import Activity, ActivitySet, ActivityType
-from remoras.behaviours import ADVANCING, DUE, IDLE, Behaviour, Homing, Perception, Reference, Standing
+from remoras.behaviours import DUE, IDLE, Behaviour, Homing, Perception, Reference, Standing
 from remoras.database import VehicleData
 from remoras.errors import PluginError
 from remoras.functional.layer import FunctionalLayer, Sensed
@@ -116,7 +116,8 @@ def test_what_is_under_way_goes_on_when_activities_are_chosen_anew() -> None:
     functional.prepare((WORKING, HOMING))
     perform(functional, 1)
     functional.act(1.0)
-    assert perceived(functional, 1)[1] == ADVANCING
+    functional.picture.body.now_s = 1.0
+    assert perceived(functional, 1)[1] == Perception(1.0, 0.5)  # 1 m/s of 2 after two seconds of 0.5 m/s^2
 
 
 def test_perceptions_come_in_the_order_of_the_sets() -> None:
@@ -124,7 +125,8 @@ def test_perceptions_come_in_the_order_of_the_sets() -> None:
     perform(functional, 1)
     assert perceived(functional, 1) == [DUE, DUE]  # the first look at the way knows no advance yet
     functional.act(1.0)
-    assert perceived(functional, 1) == [DUE, ADVANCING]
+    functional.picture.body.now_s = 1.0
+    assert perceived(functional, 1) == [DUE, Perception(1.0, 0.25)]  # 0.5 m/s of 2
 
 
 def test_no_behaviour_drives_a_vehicle_faster_than_it_is() -> None:

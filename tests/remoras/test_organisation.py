@@ -189,8 +189,8 @@ def test_whatever_is_asked_the_axioms_hold(asked: list[tuple[str, ...]]) -> None
 
 
 def test_the_types_of_a_set_are_a_bit_word() -> None:
-    """Section V.B names eight types; a set's word has the bit of each of its activities."""
+    """Section V.B names eight types; a set's word has the bit of each of its activities with an effect."""
     both = activity_set(("Homing", ActivityType.GUIDANCE), ("Locating", ActivityType.NAVIGATION))
     assert len(ActivityType) == 8
-    assert both.types == 0b1100
+    assert both.types == 0b1000
     assert both.name == "Homing"

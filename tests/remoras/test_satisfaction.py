@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 from remoras.executive.satisfaction import (
     HIGHEST,
     LOWEST,
-    Advance,
     DecisionConstants,
+    answered,
     call,
+    contentment,
     evolved,
     motivation,
     signal_of,
@@ -24,7 +25,7 @@ from remoras.executive.satisfaction import (
 satisfactions = st.floats(LOWEST, HIGHEST)
 durations = st.floats(0.0, 1000.0)
 weights = st.floats(0.0, 10.0)
-progresses = st.sampled_from([*Advance, None])
+progresses = st.none() | st.floats(-1.0, 1.0)
 constants_drawn = st.builds(
     DecisionConstants,
     weight_continuing=weights,
@@ -42,7 +43,7 @@ constants_drawn = st.builds(
 
 @given(satisfactions, st.lists(st.tuples(progresses, durations), max_size=20), constants_drawn)
 def test_satisfaction_stays_a_signed_byte(
-    start: float, story: list[tuple[Advance | None, float]], constants: DecisionConstants
+    start: float, story: list[tuple[float | None, float]], constants: DecisionConstants
 ) -> None:
     value = start
     for progress, dt_s in story:
@@ -53,17 +54,25 @@ def test_satisfaction_stays_a_signed_byte(
 
 @given(satisfactions, durations, constants_drawn)
 def test_satisfaction_follows_the_sign_of_progress(value: float, dt_s: float, constants: DecisionConstants) -> None:
-    assert evolved(value, Advance.FORWARD, dt_s, constants) >= value
-    assert evolved(value, Advance.NONE, dt_s, constants) <= value
-    assert evolved(value, Advance.BACKWARD, dt_s, constants) <= value
+    assert evolved(value, 1.0, dt_s, constants) >= value
+    assert evolved(value, 0.0, dt_s, constants) <= value
+    assert evolved(value, -1.0, dt_s, constants) <= value
     faded = evolved(value, None, dt_s, constants)
     assert abs(faded) <= abs(value)
     assert faded * value >= 0.0  # an idle role comes to rest at 0 and does not swing through it
 
 
+@given(satisfactions, st.floats(0.0, 1.0), st.floats(0.0, 1.0), durations, constants_drawn)
+def test_who_gets_on_faster_is_more_content(
+    value: float, one: float, other: float, dt_s: float, constants: DecisionConstants
+) -> None:
+    slower, faster = sorted((one, other))
+    assert evolved(value, faster, dt_s, constants) >= evolved(value, slower, dt_s, constants) - 1e-9
+
+
 @given(satisfactions, progresses, st.integers(1, 50), constants_drawn)
 def test_the_length_of_a_tick_does_not_matter(
-    value: float, progress: Advance | None, n: int, constants: DecisionConstants
+    value: float, progress: float | None, n: int, constants: DecisionConstants
 ) -> None:
     by_ticks = value
     for _ in range(n):
@@ -75,7 +84,7 @@ def test_how_long_patience_lasts() -> None:
     """From 127 down to 0 at 1.3 a second: 127 / 1.3 = 97.7 s, so 98 ticks of a second."""
     value, ticks = 127.0, 0
     while value > 0.0:
-        value = evolved(value, Advance.NONE, 1.0, DecisionConstants(tedium_per_s=-1.3))
+        value = evolved(value, 0.0, 1.0, DecisionConstants(tedium_per_s=-1.3))
         ticks += 1
     assert ticks == 98
 
@@ -124,7 +133,7 @@ def test_a_signal_that_is_lost_only_delays(threshold: float, rate: float, lost: 
         value, heard, heard_s = 0.0, 0, 0.0
         for frame in range(200):
             now_s = 7.1 * frame
-            value = evolved(value, Advance.NONE, 7.1, constants)
+            value = evolved(value, 0.0, 7.1, constants)
             if frame not in frames_lost:
                 heard, heard_s = signal_of(value), now_s
             if call(heard, now_s - heard_s, constants) >= threshold:
@@ -141,11 +150,30 @@ def test_a_signal_that_is_lost_only_delays(threshold: float, rate: float, lost: 
 # Motivation ---------------------------------------------------------------------------------------
 
 
-@given(st.floats(0.0, 5.0), st.booleans(), satisfactions, st.floats(0.0, 1.0), constants_drawn)
+@given(st.floats(0.0, 5.0), st.none() | satisfactions, st.floats(0.0, 1.0), constants_drawn)
 def test_nobody_is_moved_to_what_cannot_be_done(
-    importance: float, performed: bool, value: float, strongest: float, constants: DecisionConstants
+    importance: float, value: float | None, heeded: float, constants: DecisionConstants
 ) -> None:
-    assert motivation(importance, 0.0, performed, value, strongest, constants) == 0.0
+    assert motivation(importance, 0.0, value, heeded, constants) == 0.0
+
+
+shares = st.floats(0.0, 1.0)
+
+
+@given(shares, shares, shares, shares, satisfactions)
+def test_a_call_is_weighed_against_the_own_work(
+    loud: float, answers: float, left: float, less_left: float, satisfaction: float
+) -> None:
+    """A louder call, less work left and less content: each moves more to answer; the contented are not moved."""
+    less_left, left = sorted((left, less_left))
+    own, less = contentment(left, satisfaction), contentment(less_left, satisfaction)
+    assert 0.0 <= less <= own <= 1.0
+    assert 0.0 <= answered(loud, answers, own) <= answered(loud, answers, less) <= 1.0
+    assert answered(loud, answers, own) <= answered(1.0, answers, own)
+    assert answered(loud, 0.0, own) == 0.0
+    assert answered(loud, answers, contentment(1.0, HIGHEST)) == 0.0
+    if satisfaction <= 0.0:
+        assert answered(loud, answers, own) == loud * answers
 
 
 @given(
@@ -159,27 +187,24 @@ def test_motivation_grows_with_each_of_its_sources(
     def moved(
         importance: float = importance,
         stimulus: float = stimulus,
-        performed: bool = False,
-        strongest: float = weaker,
-        value: float = value,
+        heeded: float = weaker,
+        value: float | None = None,
     ) -> float:
-        return motivation(importance, stimulus, performed, value, strongest, constants)
+        return motivation(importance, stimulus, value, heeded, constants)
 
     assert moved(importance=importance + 1.0) >= moved()
     assert moved(stimulus=min(1.0, 2.0 * stimulus)) >= moved()
-    assert moved(strongest=louder) >= moved()
-    assert moved(performed=True, value=HIGHEST) >= moved(performed=True)
-    assert moved(performed=True, value=0.0) >= moved(performed=False)
-    assert moved(performed=False, value=HIGHEST) == moved(performed=False, value=LOWEST)
+    assert moved(heeded=louder) >= moved()
+    assert moved(value=HIGHEST) >= moved(value=value) >= moved(value=LOWEST) >= moved()
 
 
 @given(
-    st.lists(st.tuples(weights, st.floats(0.0, 1.0), st.booleans(), satisfactions, st.floats(0.0, 1.0)), min_size=2),
+    st.lists(st.tuples(weights, st.floats(0.0, 1.0), st.none() | satisfactions, st.floats(0.0, 1.0)), min_size=2),
     st.integers(-3, 6),
     constants_drawn,
 )
 def test_scaling_all_weights_leaves_the_order_as_it_is(
-    activities: list[tuple[float, float, bool, float, float]], exponent: int, constants: DecisionConstants
+    activities: list[tuple[float, float, float | None, float]], exponent: int, constants: DecisionConstants
 ) -> None:
     """Motivations are compared, never taken by themselves: twice all weights is the same vehicle."""
     k = 2.0**exponent  # exact in binary, so that equal stays equal
@@ -195,4 +220,4 @@ def test_scaling_all_weights_leaves_the_order_as_it_is(
 def test_the_three_sources_add_up() -> None:
     """0.6 * 0.5 + 1.0 * 0.25 + 0.2 * (63.25 + 128) / 255 = 0.3 + 0.25 + 0.15."""
     constants = DecisionConstants(weight_continuing=0.2, weight_external=1.0)
-    assert motivation(0.6, 0.5, True, 63.25, 0.25, constants) == pytest.approx(0.7)
+    assert motivation(0.6, 0.5, 63.25, 0.25, constants) == pytest.approx(0.7)
