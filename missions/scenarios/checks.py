@@ -19,6 +19,8 @@ from missions.scenarios.policy import policy_faults
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.tables import Raw, bounds_of, entries, list_of, names_of, one_of, point_of, table_of
 from remoras.errors import PluginError, StrategyError
+from remoras.executive.satisfaction import DecisionConstants
+from remoras.functional.vital import VITAL_IMPORTANCE
 from remoras.mission import Mission
 from remoras.strategies import configured
 from remoras.work import Job
@@ -35,11 +37,31 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
         raw: the tables as TOML has them.
         mission: class of the mission, which has checks of its own; None if it cannot be had.
     """
-    checks = (_names, _slots, _times, _world, _choices, channel_faults, _groups, _played_by, _vehicles)
+    checks = (_names, _slots, _times, _world, _choices, _weights, channel_faults, _groups, _played_by, _vehicles)
     faults = [fault for check in checks for fault in check(raw)]
     if mission is not None:
         faults += [*_needs(raw, mission), *_missions(raw, mission), *_own_faults(raw, mission)]
     return faults
+
+
+def _weights(raw: Raw) -> Iterator[ConfigurationFault]:
+    """Weights that would let an activity that is performed or called for keep a vehicle from what is vital."""
+    constants = DecisionConstants()
+    given = {
+        key: table_of(raw, "decision").get(key, getattr(constants, key))
+        for key in ("weight_continuing", "weight_external")
+    }
+    if not all(isinstance(weight, int | float) for weight in given.values()):
+        return
+    least = VITAL_IMPORTANCE - 1.0
+    if sum(given.values()) >= least:
+        key = max(given, key=lambda key: given[key] / getattr(constants, key))
+        allowed = (
+            f"with {' and '.join(f'{other} = {given[other]}' for other in given if other != key)} both together must be "
+            f"below {least:g}; else an activity that is performed or called for would keep a vehicle from evading "
+            "others and from coming home"
+        )
+        yield ConfigurationFault(f"decision.{key}", str(given[key]), allowed)
 
 
 def _own_faults(raw: Raw, mission: type[Mission]) -> list[ConfigurationFault]:

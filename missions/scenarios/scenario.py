@@ -6,15 +6,14 @@ Units are in the names of the keys. A mission may extend these tables: it subcla
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section
 from remoras.executive.satisfaction import DecisionConstants
-from remoras.functional.vital import VITAL_IMPORTANCE
 
 
 class About(Section):
@@ -82,16 +81,6 @@ class DecisionTable(Section):
     dismay_per_s: float = Field(-2.0, le=0.0, description="satisfaction change per second of setback")
     fade_per_s: NotNegative = Field(0.5, description="how fast satisfaction in an idle role returns to 0")
     signal_memory_frames: Positive = Field(8.5, description="TDMA frames in which a heard signal fades to 1/e")
-
-    @model_validator(mode="after")
-    def _below_what_is_vital(self) -> Self:
-        total = self.weight_continuing + self.weight_external
-        if total >= VITAL_IMPORTANCE - 1.0:
-            raise ValueError(
-                f"weight_continuing + weight_external is {total:g}; allowed: below {VITAL_IMPORTANCE - 1.0:g}, else an "
-                "activity that is performed or called for would keep a vehicle from evading and from coming home"
-            )
-        return self
 
     def constants(self, frame_s: float) -> DecisionConstants:
         """Constants of the executive layer, for a TDMA frame of ``frame_s`` seconds."""
