@@ -138,13 +138,8 @@ class ReturningToArea(Behaviour):
         return Reference(self._centre_m, self._data.transit_speed_mps)
 
 
-def _vital(survival: str, guidance: str, navigation: str) -> ActivitySet:
-    activities = (
-        Activity(guidance, ActivityType.GUIDANCE),
-        Activity(survival, ActivityType.SURVIVAL),
-        Activity(navigation, ActivityType.NAVIGATION),
-    )
-    return ActivitySet(None, ActivityKind.VITAL, activities, VITAL_IMPORTANCE)
+def _vital(name: str) -> ActivitySet:
+    return ActivitySet(None, ActivityKind.VITAL, (Activity(name, ActivityType.GUIDANCE),), VITAL_IMPORTANCE)
 
 
 VITAL_SETS = (
@@ -154,19 +149,14 @@ VITAL_SETS = (
         (Activity("SendingInfluenceSignals", ActivityType.COMMUNICATION),),
         ROUTINE_IMPORTANCE,
     ),
-    _vital("CollisionAvoidance", "Evading", "LocalReactiveNavigation"),
-    _vital("EnergyPreservation", "ReturningHome", "GlobalReactiveNavigation"),
-    _vital("AreaKeeping", "ReturningToArea", "GlobalReactiveNavigation"),
+    _vital("Evading"),
+    _vital("ReturningHome"),
+    _vital("ReturningToArea"),
 )
 """What every vehicle considers, in this order, before the activities of its objectives."""
 
-VITAL_NAMES = frozenset(
-    activity.name
-    for activity_set in VITAL_SETS
-    for activity in activity_set.activities
-    if activity.type is not ActivityType.NAVIGATION
-)
-"""Names that no activity of a mission may have; ways of navigating are shared."""
+VITAL_NAMES = frozenset(activity_set.name for activity_set in VITAL_SETS)
+"""Names that no activity of a mission may have."""
 
 
 def vital_behaviour(activity: Activity, data: VehicleData, bounds_m: Bounds) -> Behaviour:

@@ -36,8 +36,7 @@ MAPPING = activity_set(
 )
 EVADING = activity_set(
     ("Evading", ActivityType.GUIDANCE),
-    ("CollisionAvoidance", ActivityType.SURVIVAL),
-    importance=3.0,
+    importance=4.0,
     role=None,
     kind=ActivityKind.VITAL,
 )

@@ -345,7 +345,7 @@ def test_the_most_urgent_collision_is_the_one_to_avoid() -> None:
 
 
 def test_a_low_battery_calls_home() -> None:
-    """Every vehicle, whatever its mission is; EnergyPreservation is the third of the vital sets."""
+    """Every vehicle, whatever its mission is; ReturningHome is the third of the vital sets."""
     functional = layer(energy_j=10_000.0)
     functional.motion.x_m = 150.0  # 9062.5 J to go home: with a quarter on top, more than there is
     functional.sense(0.0, ())

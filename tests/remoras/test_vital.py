@@ -126,12 +126,9 @@ def test_what_is_vital_comes_before_anything_of_a_mission() -> None:
     assert motivation(VITAL_IMPORTANCE, 0.81, None, 0.0, constants) > 3.2
 
 
-def test_every_vital_need_is_a_survival_that_guides() -> None:
-    """Each leaves no room for another guide; the names of all but the ways of navigating are reserved."""
+def test_every_vital_need_guides() -> None:
+    """Each leaves no room for another guide; their names are reserved."""
     sending, *needs = VITAL_SETS
     assert sending.types == 1 << ActivityType.COMMUNICATION
     assert {1 << ActivityType.GUIDANCE} == {one.types for one in needs}
-    assert all(ActivityType.SURVIVAL in {activity.type for activity in one.activities} for one in needs)
-    survival = {"CollisionAvoidance", "EnergyPreservation", "AreaKeeping"}
-    guidance = {"Evading", "ReturningHome", "ReturningToArea"}
-    assert {"SendingInfluenceSignals"} | survival | guidance == VITAL_NAMES
+    assert {"SendingInfluenceSignals", "Evading", "ReturningHome", "ReturningToArea"} == VITAL_NAMES
