@@ -33,6 +33,10 @@ class ActivityKind(Enum):
     VITAL = "vital"
 
 
+VITAL_IMPORTANCE = 4.0
+"""Importance of vital needs: above anything that objectives, continuing and influence signals may add up to."""
+
+
 @dataclass(frozen=True, slots=True)
 class Activity:
     """One activity of one objective.

@@ -18,9 +18,9 @@ from missions.scenarios.parts import database_of, groups_of, strategy_named
 from missions.scenarios.policy import policy_faults
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.tables import Raw, bounds_of, entries, list_of, names_of, one_of, point_of, table_of
+from remoras.activities import VITAL_IMPORTANCE
 from remoras.errors import PluginError, StrategyError
 from remoras.executive.satisfaction import DecisionConstants
-from remoras.functional.vital import VITAL_IMPORTANCE
 from remoras.mission import Mission
 from remoras.strategies import configured
 from remoras.work import Job

@@ -11,15 +11,13 @@ import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
+from remoras.activities import VITAL_IMPORTANCE, Activity, ActivityKind, ActivitySet, ActivityType
 from remoras.behaviours import CAPTURE_M, DUE, IDLE, Behaviour, Perception, Reference, Standing, distance_m
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.work import Point
 
-VITAL_IMPORTANCE = 4.0
-"""Above anything that objectives, continuing and influence signals add up to."""
 ROUTINE_IMPORTANCE = 0.1
 """Importance of what a vehicle does in any case."""
 SAFETY_M = 5.0
