@@ -57,8 +57,8 @@ def _weights(raw: Raw) -> Iterator[ConfigurationFault]:
     if sum(given.values()) >= least:
         key = max(given, key=lambda key: given[key] / getattr(constants, key))
         allowed = (
-            f"with {' and '.join(f'{other} = {given[other]}' for other in given if other != key)} both together must be "
-            f"below {least:g}; else an activity that is performed or called for would keep a vehicle from evading "
+            f"with {' and '.join(f'{other} = {given[other]}' for other in given if other != key)} both together must "
+            f"be below {least:g}; else an activity that is performed or called for would keep a vehicle from evading "
             "others and from coming home"
         )
         yield ConfigurationFault(f"decision.{key}", str(given[key]), allowed)
