@@ -24,6 +24,7 @@ from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
 from remoras.executive.layer import ExecutiveLayer
 from remoras.executive.satisfaction import DecisionConstants
+from remoras.faults import drawn
 from remoras.fleet import Fleet
 from remoras.functional.layer import FunctionalLayer
 from remoras.mission import Mission
@@ -265,6 +266,9 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
     sensors = [sensors_of(real) for real in fleet]
     recorder = _recorder(mission, sensors)
 
+    declared = [table.declared() for table in scenario.fault]
+    duration_s = scenario.scenario.duration_s
+
     def make(model: Fleet) -> Sequence[Vehicle]:
         return [_vehicle(model, setup, real, own, recorder) for real, own in zip(fleet, sensors, strict=True)]
 
@@ -275,7 +279,8 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
         mission.truth(recorder),
         recorder,
         scenario.scenario.tick_s,
-        scenario.scenario.duration_s,
+        duration_s,
+        drawn(declared, seed, setup.database, setup.agreement.organisation, duration_s),
     )
 
 

@@ -52,7 +52,7 @@ def test_what_is_not_due_stays(scheduled: list[tuple[float, Priority]], until_s:
 
 
 def test_at_one_time_what_arrives_is_heard_before_anybody_decides_or_speaks() -> None:
-    assert sorted(Priority) == [Priority.ARRIVAL, Priority.MOTION, Priority.CONSULTATION, Priority.SLOT]
+    assert sorted(Priority) == [Priority.FAULT, Priority.ARRIVAL, Priority.MOTION, Priority.CONSULTATION, Priority.SLOT]
 
 
 def test_events_made_on_the_way_are_taken_in() -> None:
