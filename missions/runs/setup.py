@@ -24,7 +24,7 @@ from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
 from remoras.executive.layer import ExecutiveLayer
 from remoras.executive.satisfaction import DecisionConstants
-from remoras.faults import drawn
+from remoras.faults import Fault, drawn
 from remoras.fleet import Fleet
 from remoras.functional.layer import FunctionalLayer
 from remoras.mission import Mission
@@ -253,6 +253,14 @@ def channel_of(setup: Setup, seed: int) -> BroadcastChannel:
     )
 
 
+def faults_in(setup: Setup, seed: int) -> tuple[Fault, ...]:
+    """What befalls the vehicles in the run with that seed."""
+    scenario = setup.scenario
+    declared = [table.declared() for table in scenario.fault]
+    organisation = setup.agreement.organisation
+    return drawn(declared, seed, setup.database, organisation, scenario.scenario.duration_s)
+
+
 def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
     """A fleet ready to run.
 
@@ -266,9 +274,6 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
     sensors = [sensors_of(real) for real in fleet]
     recorder = _recorder(mission, sensors)
 
-    declared = [table.declared() for table in scenario.fault]
-    duration_s = scenario.scenario.duration_s
-
     def make(model: Fleet) -> Sequence[Vehicle]:
         return [_vehicle(model, setup, real, own, recorder) for real, own in zip(fleet, sensors, strict=True)]
 
@@ -279,8 +284,8 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
         mission.truth(recorder),
         recorder,
         scenario.scenario.tick_s,
-        duration_s,
-        drawn(declared, seed, setup.database, setup.agreement.organisation, duration_s),
+        scenario.scenario.duration_s,
+        faults_in(setup, seed),
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, Literal
@@ -10,6 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
+from missions.document import shown
 from missions.errors import ConfigurationFault
 from missions.scenarios.tables import PointM, Positive, Raw, Section, entries, list_of, names_of, one_of
 from remoras.database import AUVDatabase
@@ -47,7 +47,7 @@ def _time(value: Any) -> Any:
     """Refuse what is no time, in one message whatever is wrong with it."""
     if value is not None and _span_s(value) is None:
         raise PydanticCustomError("time", "allowed: " + A_TIME)
-    return value
+    return tuple(value) if isinstance(value, list) else value
 
 
 class FaultTable(Section):
@@ -156,19 +156,17 @@ def _when(key: str, table: Raw) -> Iterator[ConfigurationFault]:
     timed, rated = "at_s" in table, "rate_per_h" in table
     joins = table.get("kind") == FaultKind.JOINS
     if timed and rated:
-        yield ConfigurationFault(
-            f"{key}.rate_per_h", json.dumps(table["rate_per_h"]), "given beside at_s: leave one out"
-        )
+        yield ConfigurationFault(f"{key}.rate_per_h", shown(table["rate_per_h"]), "given beside at_s: leave one out")
     elif not (timed or rated):
         allowed = f"missing: {A_TIME}" + ("" if joins else "; or give rate_per_h")
         yield ConfigurationFault(f"{key}.at_s", "", allowed)
     span_s, until_s = _span_s(table.get("at_s")), _number(table.get("until_s"))
     if joins and span_s is not None and span_s[0] <= 0.0:
         allowed = "must be above 0: a vehicle that is there from the start does not join"
-        yield ConfigurationFault(f"{key}.at_s", json.dumps(table["at_s"]), allowed)
+        yield ConfigurationFault(f"{key}.at_s", shown(table["at_s"]), allowed)
     if not joins and span_s is not None and until_s is not None and until_s <= span_s[1]:
-        allowed = f"must be above at_s = {json.dumps(table['at_s'])}"
-        yield ConfigurationFault(f"{key}.until_s", json.dumps(table["until_s"]), allowed)
+        allowed = f"must be above at_s = {shown(table['at_s'])}"
+        yield ConfigurationFault(f"{key}.until_s", shown(table["until_s"]), allowed)
 
 
 def _useless(key: str, table: Raw) -> Iterator[ConfigurationFault]:
@@ -177,11 +175,11 @@ def _useless(key: str, table: Raw) -> Iterator[ConfigurationFault]:
     for name, of_kind in OF_KIND.items():
         if name in table and kind in list(FaultKind) and kind != of_kind:
             allowed = f"not used by kind {kind}, only by {of_kind}: leave it out"
-            yield ConfigurationFault(f"{key}.{name}", json.dumps(table[name], default=str), allowed)
+            yield ConfigurationFault(f"{key}.{name}", shown(table[name]), allowed)
     if kind == FaultKind.JOINS:
         for name, allowed in NOT_OF_JOINS.items():
             if name in table and not (name == "rate_per_h" and "at_s" in table):
-                yield ConfigurationFault(f"{key}.{name}", json.dumps(table[name], default=str), allowed)
+                yield ConfigurationFault(f"{key}.{name}", shown(table[name]), allowed)
 
 
 def _sensor(key: str, table: Raw, raw: Raw, default: str) -> Iterator[ConfigurationFault]:
@@ -203,7 +201,7 @@ def _sensor(key: str, table: Raw, raw: Raw, default: str) -> Iterator[Configurat
     has = list(dict.fromkeys(name for one in meant for name in _sensor_names(one, default)))
     if not has:
         allowed = "has no sensor that could fail" if named or vehicle != ANY else "no vehicle has a sensor"
-        yield ConfigurationFault(f"{key}.vehicle", json.dumps(vehicle), allowed)
+        yield ConfigurationFault(f"{key}.vehicle", shown(vehicle), allowed)
     else:
         yield from one_of(f"{key}.sensor", sensor, has)
 
