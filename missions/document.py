@@ -326,7 +326,7 @@ def location_of(key: str, raw: Mapping[str, Any]) -> Location:
     while parts:
         part = parts.pop(0)
         if isinstance(value, list):
-            index = _index_of(part, value)
+            index = index_of(part, value)
             if index is None:
                 if (index := _first_with(part, value)) is None:
                     return found
@@ -341,7 +341,7 @@ def location_of(key: str, raw: Mapping[str, Any]) -> Location:
     return found
 
 
-def _index_of(part: str, entries: Sequence[Any]) -> int | None:
+def index_of(part: str, entries: Sequence[Any]) -> int | None:
     """Index of the entry with that name or number."""
     for index, entry in enumerate(entries):
         if isinstance(entry, dict) and entry.get("name") == part:

@@ -14,12 +14,16 @@ Event = TypeVar("Event")
 
 
 class Priority(IntEnum):
-    """Order of events at the same time: what arrives is heard before anybody moves, decides or speaks."""
+    """Order of events at the same time: what arrives is heard before anybody moves, decides or speaks.
 
-    ARRIVAL = 0
-    MOTION = 1
-    CONSULTATION = 2
-    SLOT = 3
+    A fault comes first: a vehicle that is lost at a time does nothing at that time.
+    """
+
+    FAULT = 0
+    ARRIVAL = 1
+    MOTION = 2
+    CONSULTATION = 3
+    SLOT = 4
 
 
 class Clock(Generic[Event]):

@@ -15,6 +15,7 @@ import mesa
 from exchange.acoustics.channel import Arrival, Channel
 from exchange.schedule import TdmaSchedule
 from remoras.clock import Clock, Priority
+from remoras.faults import OVER, Condition, Fault, hears_throughout
 from remoras.functional.vital import Neighbour
 from remoras.mission import Truth
 from remoras.plugins import broken_promise
@@ -59,6 +60,17 @@ class FrameEnds:
     number: int
 
 
+@dataclass(frozen=True, slots=True)
+class FaultChanges:
+    """A fault begins to hold, or is over."""
+
+    fault: Fault
+    begins: bool
+
+
+Event = SlotOpens | FrameEnds | FaultChanges | Arrival
+
+
 class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
     """A mission run.
 
@@ -70,6 +82,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         recorder: takes the rows.
         tick_s: length of a step.
         duration_s: end of the run if the mission does not complete before.
+        faults: what befalls the vehicles in this run.
     """
 
     def __init__(
@@ -81,11 +94,12 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         recorder: Recorder,
         tick_s: float,
         duration_s: float,
+        faults: Sequence[Fault] = (),
     ) -> None:
         super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
         self.vehicles = tuple(make_vehicles(self))
         self.view = ReadOnlyFleet.of(self.vehicles)
-        self.clock: Clock[SlotOpens | FrameEnds | Arrival] = Clock()
+        self.clock: Clock[Event] = Clock()
         self.channel = channel
         self.schedule = schedule
         self.truth = truth
@@ -95,6 +109,13 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self.completed = False
         self.reason = ""
         self.n_false_beliefs = 0
+        self._faults = tuple(faults)
+        self._holding: dict[str, list[Fault]] = {vehicle.name: [] for vehicle in self.vehicles}
+        for fault in self._faults:
+            from_s, until_s = fault.span_s
+            self.clock.schedule(from_s, Priority.FAULT, FaultChanges(fault, True))
+            if until_s <= duration_s:
+                self.clock.schedule(until_s, Priority.FAULT, FaultChanges(fault, False))
         self.clock.schedule(0.0, Priority.SLOT, SlotOpens(0))
         self.clock.schedule(schedule.frame_s, Priority.CONSULTATION, FrameEnds(1))
 
@@ -115,10 +136,14 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             vehicle.step(now_s, dt_s, neighbours.get(vehicle.data.node, ()))
         self._record(now_s)
         self._observe(now_s)
-        over = now_s + self.tick_s > self.duration_s or not any(vehicle.is_alive for vehicle in self.vehicles)
-        if self.completed or over:
+        if self.completed or now_s + self.tick_s > self.duration_s or self._is_nobody_left:
             self.running = False
             self.reason = self.truth.close(self.view, now_s)
+
+    @property
+    def _is_nobody_left(self) -> bool:
+        """True once no vehicle is alive or ever will be."""
+        return all(vehicle.functional.exhausted or vehicle.condition.lost_for_good for vehicle in self.vehicles)
 
     @rare_collections()
     def run(self, progress: Callable[[float], None] | None = None) -> None:
@@ -154,7 +179,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
 
     # Events --------------------------------------------------------------------------------------
 
-    def _handle(self, event: SlotOpens | FrameEnds | Arrival) -> None:
+    def _handle(self, event: Event) -> None:
         now_s = self.clock.now_s
         match event:
             case Arrival(receiver=node, data=data):
@@ -162,6 +187,8 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             case SlotOpens(number=slot):
                 self._transmit(slot, now_s)
                 self.clock.schedule(self.schedule.start_s(slot + 1), Priority.SLOT, SlotOpens(slot + 1))
+            case FaultChanges(fault=fault, begins=begins):
+                self._befall(fault, begins, now_s)
             case FrameEnds(number=frame):
                 for vehicle in self.vehicles:
                     vehicle.consult(now_s)
@@ -176,6 +203,8 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             return
         positions = [vehicle.functional.motion.position_m for vehicle in self.vehicles]
         arrivals = self.channel.transmit(slot, sender.data.node, sent.data, now_s, positions)
+        if self._faults:
+            arrivals = self._heard(sender, arrivals, now_s)
         others = [vehicle for vehicle in self.vehicles if vehicle is not sender and vehicle.is_alive]
         received = {arrival.receiver for arrival in arrivals}
         for arrival in arrivals:
@@ -193,6 +222,24 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             )
         )
 
+    def _heard(self, sender: Vehicle, arrivals: Sequence[Arrival], now_s: float) -> list[Arrival]:
+        """Arrivals at those who are able to hear the packet from its start to its end; none from a mute sender."""
+        if sender.condition.is_mute:
+            return []
+        names = [vehicle.name for vehicle in self.vehicles]
+        return [one for one in arrivals if hears_throughout(self._faults, names[one.receiver], now_s, one.time_s)]
+
+    def _befall(self, fault: Fault, begins: bool, now_s: float) -> None:
+        """Let a fault hold from now on, or no longer; others of the vehicle hold as they did."""
+        vehicle = next(one for one in self.vehicles if one.name == fault.vehicle)
+        holding = self._holding[fault.vehicle]
+        if begins:
+            holding.append(fault)
+        else:
+            holding.remove(fault)
+        vehicle.suffer(Condition.under(holding))
+        self.recorder.faults.append((now_s, fault.vehicle, fault.kind.value, fault.detail if begins else OVER))
+
     def _deliver(self, node: int, data: bytes, now_s: float) -> None:
         reception = self.vehicles[node].hear(data, now_s)
         if reception is not None:
@@ -205,9 +252,10 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
     def _neighbours(self) -> dict[int, list[Neighbour]]:
         """What the obstacle sonar of every vehicle sees of the others."""
         seen: dict[int, list[Neighbour]] = {}
-        for number, one in enumerate(self.vehicles):
+        there = [vehicle for vehicle in self.vehicles if vehicle.condition.is_there]
+        for number, one in enumerate(there):
             a = one.functional.motion
-            for other in self.vehicles[number + 1 :]:
+            for other in there[number + 1 :]:
                 b = other.functional.motion
                 dx_m, dy_m = b.x_m - a.x_m, b.y_m - a.y_m
                 if dx_m * dx_m + dy_m * dy_m > SONAR_M * SONAR_M:

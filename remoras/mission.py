@@ -80,7 +80,17 @@ class VehicleView(Protocol):
 
     @property
     def is_alive(self) -> bool:
-        """True while it has energy."""
+        """True while it has energy and no fault has taken it away."""
+        ...
+
+    @property
+    def is_in_contact(self) -> bool:
+        """True while it is alive and no fault keeps it from hearing or from being heard."""
+        ...
+
+    @property
+    def sensing(self) -> tuple[str, ...]:
+        """Names of its sensors that are switched on and work."""
         ...
 
     @property

@@ -24,6 +24,7 @@ from remoras.beliefs import Beliefs, Fact
 from remoras.database import VehicleData
 from remoras.errors import PluginError
 from remoras.executive.layer import Decision, ExecutiveLayer
+from remoras.faults import SOUND, Condition
 from remoras.functional.layer import FunctionalLayer
 from remoras.functional.vital import Neighbour
 from remoras.radio import Radio
@@ -70,6 +71,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self.functional = layers.functional
         self.radio = radio
         self.beliefs = beliefs
+        self.condition = SOUND
         self._recorder = recorder
         tbox = beliefs.model.tbox
         self._position = tbox.attribute_named("position").uid
@@ -83,8 +85,15 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     @property
     def is_alive(self) -> bool:
-        """True while there is energy left."""
-        return not self.functional.exhausted
+        """True while there is energy left and no fault has taken the vehicle away."""
+        return self.condition.is_alive and not self.functional.exhausted
+
+    def suffer(self, condition: Condition) -> None:
+        """Be in another condition from now on; called by the fleet when a fault begins or is over."""
+        self.condition = condition
+        self.functional.impair(condition.speed_factor, condition.dead_sensors)
+        if not condition.is_alive:
+            self.functional.motion.speed_mps = 0.0
 
     # One tick ------------------------------------------------------------------------------------
 
@@ -94,13 +103,15 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         Args:
             neighbours: what the obstacle sonar sees.
         """
-        if self.functional.exhausted:
+        is_due = now_s >= self._next_decision_s
+        if is_due:  # the rhythm goes on while a vehicle is away
+            self._next_decision_s += self.executive.period_s
+        if not self.is_alive:
             return
         if dt_s > 0.0:
             self.functional.act(dt_s)
         self._sense(now_s, neighbours)
-        if now_s >= self._next_decision_s:
-            self._next_decision_s += self.executive.period_s
+        if is_due:
             self.think(now_s, self.executive.period_s if dt_s > 0.0 else 0.0)
 
     def _sense(self, now_s: float, neighbours: Sequence[Neighbour]) -> None:
@@ -170,7 +181,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def consult(self, now_s: float) -> bool:
         """End of a TDMA frame: what was heard in it counts, and what is made of it. True if something changed here."""
-        if self.functional.exhausted:
+        if not self.is_alive:
             return False
         changed = self._take_effect(now_s)
         calls = self.executive.calls(now_s) if self.radio.influences else {}
@@ -202,8 +213,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     # The exchange --------------------------------------------------------------------------------
 
     def speak(self, now_s: float) -> Transmission | None:
-        """The packet for this vehicle's slot, which opens now; None without energy, or if nobody speaks."""
-        if self.functional.exhausted or not self.radio.communicates:
+        """The packet for this vehicle's slot, which opens now; None from one not alive, or if nobody speaks."""
+        if not self.is_alive or not self.radio.communicates:
             return None
         node = self.data.node
         self._conclude([(node, self._position, self.functional.motion.position_m)], now_s)
@@ -217,8 +228,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         return sent
 
     def hear(self, data: bytes, now_s: float) -> Reception | None:
-        """Take in a packet; None from a vehicle without energy."""
-        if self.functional.exhausted:
+        """Take in a packet; None at a vehicle that is not alive."""
+        if not self.is_alive:
             return None
         reception, emitter, changes, signals = self.radio.hear(data, now_s)
         if reception.fault is not None:

@@ -36,8 +36,19 @@ class ReadOnlyVehicle:
 
     @property
     def is_alive(self) -> bool:
-        """True while it has energy."""
+        """True while it has energy and no fault has taken it away."""
         return self._vehicle.is_alive
+
+    @property
+    def is_in_contact(self) -> bool:
+        """True while it is alive and no fault keeps it from hearing or from being heard."""
+        condition = self._vehicle.condition
+        return self._vehicle.is_alive and not (condition.is_mute or condition.is_deaf)
+
+    @property
+    def sensing(self) -> tuple[str, ...]:
+        """Names of its sensors that are switched on and work."""
+        return self._vehicle.functional.sensing if self._vehicle.is_alive else ()
 
     @property
     def organisation(self) -> Organisation:

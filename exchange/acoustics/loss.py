@@ -12,6 +12,8 @@ and on compiled signed 64-bit words.
 
 SPEEDS = 2
 """`trial` of the draws that say how fast a vehicle really is; losses of missions have 0."""
+FAULTS = 3
+"""`trial` of the draws that say which vehicle a fault befalls, and when."""
 
 _LOW_64 = 0xFFFF_FFFF_FFFF_FFFF
 _LOW_37 = (1 << 37) - 1

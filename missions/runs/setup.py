@@ -24,6 +24,7 @@ from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
 from remoras.executive.layer import ExecutiveLayer
 from remoras.executive.satisfaction import DecisionConstants
+from remoras.faults import Fault, drawn
 from remoras.fleet import Fleet
 from remoras.functional.layer import FunctionalLayer
 from remoras.mission import Mission
@@ -252,6 +253,14 @@ def channel_of(setup: Setup, seed: int) -> BroadcastChannel:
     )
 
 
+def faults_in(setup: Setup, seed: int) -> tuple[Fault, ...]:
+    """What befalls the vehicles in the run with that seed."""
+    scenario = setup.scenario
+    declared = [table.declared() for table in scenario.fault]
+    organisation = setup.agreement.organisation
+    return drawn(declared, seed, setup.database, organisation, scenario.scenario.duration_s)
+
+
 def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
     """A fleet ready to run.
 
@@ -276,6 +285,7 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
         recorder,
         scenario.scenario.tick_s,
         scenario.scenario.duration_s,
+        faults_in(setup, seed),
     )
 
 

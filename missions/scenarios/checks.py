@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from exchange.acoustics.modems import modems
 from missions.errors import ConfigurationFault
 from missions.scenarios.channel import channel_faults
+from missions.scenarios.faults import draw_faults, fault_table_faults
 from missions.scenarios.hooks import hook_faults
 from missions.scenarios.parts import database_of, groups_of, strategy_named
 from missions.scenarios.policy import policy_faults
@@ -39,6 +40,7 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     """
     checks = (_names, _slots, _times, _world, _choices, _weights, channel_faults, _groups, _played_by, _vehicles)
     faults = [fault for check in checks for fault in check(raw)]
+    faults += fault_table_faults(raw, "" if mission is None else next(iter(mission.sensors), ""))
     if mission is not None:
         faults += [*_needs(raw, mission), *_missions(raw, mission), *_own_faults(raw, mission)]
     return faults
@@ -90,7 +92,10 @@ def job_faults(scenario: Scenario, mission: type[Mission]) -> list[Configuration
         return [ConfigurationFault("scenario.mission", f'"{scenario.scenario.mission}"', allowed)]
     if faults := list(hook_faults(scenario.scenario.mission, made)):
         return faults
-    return [*_role_jobs(scenario, mission, jobs), *_order_of(jobs)]
+    groups = {group.name: group for group in groups_of(scenario)}
+    declared = [table.declared() for table in scenario.fault]
+    draws = draw_faults(declared, database_of(scenario, mission), groups)
+    return [*_role_jobs(scenario, mission, jobs), *_order_of(jobs), *draws]
 
 
 def _role_jobs(scenario: Scenario, mission: type[Mission], jobs: Mapping[str, Job]) -> Iterator[ConfigurationFault]:

@@ -15,7 +15,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from missions.document import Document, fault_of, key_parts
+from missions.document import Document, fault_of, index_of, key_parts
 from missions.errors import ConfigurationFault
 from missions.scenarios.channel import leave_aside
 from missions.scenarios.checks import cross_faults, job_faults
@@ -127,7 +127,7 @@ def _sensor_faults(key: str, table: Raw, mission: type[Mission]) -> list[Configu
 
 
 def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationFault | None:
-    """Apply ``decision.weight_external=0`` or ``vehicle.AUV01.survey_speed_mps=1.7``; entries of lists by name."""
+    """Apply ``decision.weight_external=0`` or ``vehicle.AUV01.energy_j=1e6``; entries of lists by name or number."""
     key, equals, value = override.partition("=")
     if not equals or not key:
         return ConfigurationFault(option, override, "KEY=VALUE, for example decision.weight_external=0")
@@ -135,11 +135,11 @@ def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationF
     parts = key_parts(key.strip())
     for depth, part in enumerate(parts[:-1]):
         if isinstance(target, list):
-            found = [entry for entry in target if isinstance(entry, dict) and entry.get("name") == part]
-            if not found:
-                names = [str(entry.get("name")) for entry in target if isinstance(entry, dict)]
+            index = index_of(part, target)
+            if index is None:
+                names = [str(entry.get("name", n)) for n, entry in enumerate(target, 1) if isinstance(entry, dict)]
                 return ConfigurationFault(f"{option} {key}", "", f"{part!r} is none of {', '.join(names)}")
-            target = found[0]
+            target = target[index]
         else:
             target = target.setdefault(part, {})
         if not isinstance(target, dict | list):

@@ -12,6 +12,7 @@ from pydantic import Field, field_validator
 
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
+from missions.scenarios.faults import FaultTable
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section
 from remoras.executive.satisfaction import DecisionConstants
 
@@ -173,3 +174,4 @@ class Scenario(Section):
     group: tuple[GroupTable, ...] = Field(min_length=1)
     fleet: FleetTable | None = Field(None, exclude=True)
     vehicle: tuple[VehicleTable, ...] = Field(min_length=2, max_length=MAX_VEHICLES)
+    fault: tuple[FaultTable, ...] = ()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 from remoras.activities import ActivitySet, ActivityType
@@ -32,6 +32,37 @@ class Sensed(NamedTuple):
     sensor: str
     table: Table | None
     observation: Observation
+
+
+def _reserve_per_m(data: VehicleData, speed_mps: float) -> float:
+    """Share of the battery that a metre of the way home takes at a speed, with the margin."""
+    home_j_per_m = (data.hotel_w + data.drag_w_per_mps3 * speed_mps**3) / speed_mps
+    return RESERVE_MARGIN * home_j_per_m / data.energy_j
+
+
+def _refuse_unfit(activity_set: ActivitySet, where: str, vehicle: str, sensors: Collection[str]) -> None:
+    """Raise PluginError for a set that no vehicle, or not this one, is able to perform.
+
+    Args:
+        activity_set: of the mission.
+        where: what messages call it.
+        vehicle: name of the vehicle; sensors: names of those that it has.
+    """
+    if not 0.0 <= activity_set.importance <= 1.0:
+        raise PluginError(f"{where}: importance is {activity_set.importance}; allowed: 0 to 1")
+    for activity in activity_set.activities:
+        if activity.name in VITAL_NAMES:
+            raise PluginError(
+                f"{where}: {activity.name!r} is the name of an activity of the vehicle itself; "
+                f"give it another name, none of {', '.join(sorted(VITAL_NAMES))}"
+            )
+        for name in activity.sensors:
+            if name not in sensors:
+                has = ", ".join(sensors) or "none"
+                raise PluginError(
+                    f"{where}: {activity.name} switches on the sensor {name!r}, but {vehicle} has: {has}; "
+                    "give the activity only to vehicles that have the sensor"
+                )
 
 
 class FunctionalLayer:
@@ -63,15 +94,38 @@ class FunctionalLayer:
         self._world = mission.world()
         self._sensors = sensors
         self._bounds_m = bounds_m
-        speed_mps = data.survey_speed_mps
-        home_j_per_m = (data.hotel_w + data.drag_w_per_mps3 * speed_mps**3) / speed_mps
-        self._reserve_per_m = RESERVE_MARGIN * home_j_per_m / data.energy_j
+        self._reserve_per_m = _reserve_per_m(data, data.survey_speed_mps)
+        self._speed_factor = 1.0
+        self._dead: frozenset[str] = frozenset()
         self._greatest_speed_mps = max(data.transit_speed_mps, data.survey_speed_mps)
         self._sets: tuple[ActivitySet, ...] = ()
         self._of_set: dict[ActivitySet, Behaviour] = {}
         self._behaviours: list[Behaviour] = []
         self._guiding: int | None = None
         self._on: list[tuple[str, Sensor]] = []
+        self._working: list[tuple[str, Sensor]] = []
+
+    # Faults --------------------------------------------------------------------------------------
+
+    def impair(self, speed_factor: float, dead_sensors: frozenset[str]) -> None:
+        """Let faults hold from now on, and no others.
+
+        Guidance asks for the speeds that it is used to and gets its share of them; the reserve for the way home is that
+        of the speed which is left. A dead sensor stays switched on and yields nothing.
+
+        Args:
+            speed_factor: what every speed is multiplied by.
+            dead_sensors: names of the sensors that yield nothing.
+        """
+        self._speed_factor = speed_factor
+        self._reserve_per_m = _reserve_per_m(self.data, speed_factor * self.data.survey_speed_mps)
+        self._dead = dead_sensors
+        self._working = [(name, sensor) for name, sensor in self._on if name not in dead_sensors]
+
+    @property
+    def sensing(self) -> tuple[str, ...]:
+        """Names of the sensors that are switched on and work."""
+        return tuple(name for name, _ in self._working)
 
     # Energy --------------------------------------------------------------------------------------
 
@@ -106,31 +160,13 @@ class FunctionalLayer:
                 have; or its behaviour cannot be made.
         """
         for activity_set in sets:
-            self._check(activity_set)
+            _refuse_unfit(activity_set, self._where(activity_set), self.data.name, self._sensors)
         self._sets = (*VITAL_SETS, *sets)
         known = self._of_set
         self._of_set = {one: known[one] if one in known else self._behaviour(one) for one in self._sets}
         self._behaviours = [self._of_set[activity_set] for activity_set in self._sets]
         self.perform(())
         return self._sets
-
-    def _check(self, activity_set: ActivitySet) -> None:
-        where = self._where(activity_set)
-        if not 0.0 <= activity_set.importance <= 1.0:
-            raise PluginError(f"{where}: importance is {activity_set.importance}; allowed: 0 to 1")
-        for activity in activity_set.activities:
-            if activity.name in VITAL_NAMES:
-                raise PluginError(
-                    f"{where}: {activity.name!r} is the name of an activity of the vehicle itself; "
-                    f"give it another name, none of {', '.join(sorted(VITAL_NAMES))}"
-                )
-            for name in activity.sensors:
-                if name not in self._sensors:
-                    has = ", ".join(self._sensors) or "none"
-                    raise PluginError(
-                        f"{where}: {activity.name} switches on the sensor {name!r}, but {self.data.name} has: {has}; "
-                        "give the activity only to vehicles that have the sensor"
-                    )
 
     def _behaviour(self, activity_set: ActivitySet) -> Behaviour:
         activity = activity_set.activities[0]
@@ -160,6 +196,7 @@ class FunctionalLayer:
                 if activity.type is ActivityType.GUIDANCE:
                     self._guiding = index
         self._on = [(name, sensor) for name, sensor in self._sensors.items() if name in named]
+        self._working = [(name, sensor) for name, sensor in self._on if name not in self._dead]
 
     # Every tick and every decision ---------------------------------------------------------------
 
@@ -180,11 +217,11 @@ class FunctionalLayer:
         x_min, y_min, x_max, y_max = self._bounds_m
         body.outside_m = max(x_min - motion.x_m, motion.x_m - x_max, y_min - motion.y_m, motion.y_m - y_max, 0.0)
         body.collision = most_urgent(neighbours, motion) if neighbours else None
-        if not self._on:
+        if not self._working:
             return []
         pose = Pose(motion.x_m, motion.y_m, data.depth_m, motion.heading_rad, motion.speed_mps)
         sensed: list[Sensed] = []
-        for name, sensor in self._on:
+        for name, sensor in self._working:
             try:
                 found = sensor.sense(pose, self._world, now_s)
                 if not found and found is not None:  # hardly ever is there something
@@ -248,7 +285,8 @@ class FunctionalLayer:
         if reference is None:
             advance(motion, self.data, motion.position_m, 0.0, dt_s)
         else:
-            advance(motion, self.data, reference[0], min(reference[1], self._greatest_speed_mps), dt_s)
+            speed_mps = self._speed_factor * min(reference[1], self._greatest_speed_mps)
+            advance(motion, self.data, reference[0], speed_mps, dt_s)
         self._check_energy()
         if self.exhausted:
             motion.speed_mps = 0.0

@@ -199,6 +199,13 @@ def test_the_tables_of_results_are_told_apart(executed: Any) -> None:
     assert "operational rally" in answer
 
 
+def test_faults_of_a_scenario_are_rows_of_the_run(executed: Any) -> None:
+    folder, _ = executed("scenario")
+    found = [(row["time_s"], row["vehicle"], row["kind"]) for row in rows(folder / "faulty", "faults")]
+    assert (300.0, "AUV01", "lost") in found
+    assert [row[1] for row in found if row[2] == "mute"] == ["AUV00", "AUV00"]  # its beginning and its end
+
+
 # The mission from outside -------------------------------------------------------------------------
 
 

@@ -345,7 +345,7 @@ def test_a_value_where_a_table_belongs_is_a_fault_and_no_crash(tmp_path: Path, t
     file = tmp_path / "pond.toml"
     file.write_text(SMALL, encoding="utf-8")
     setting = [("--set", f"{table}={wrong}")]
-    fine = {("decision", "{}"), ("fleet", "{}"), ("uncertainty", "{}")}  # every key of them has a default
+    fine = {("decision", "{}"), ("fleet", "{}"), ("uncertainty", "{}"), ("fault", "[]")}  # each has a default
     if (table, wrong) in fine:
         load(str(file), setting)
         return

@@ -37,7 +37,7 @@ def test_by_time_then_priority_then_order_of_arrival(scheduled: list[tuple[float
 
 @given(events, TIMES)
 def test_what_is_not_due_stays(scheduled: list[tuple[float, Priority]], until_s: float) -> None:
-    """Before the motion of a time come all events before it, and those at it that are heard first."""
+    """Before the motion of a time come all events before it, and at it faults and what is heard."""
     clock: Clock[Note] = Clock()
     for number, (time_s, priority) in enumerate(scheduled):
         clock.schedule(time_s, priority, Note(number, None))
@@ -45,14 +45,14 @@ def test_what_is_not_due_stays(scheduled: list[tuple[float, Priority]], until_s:
     due = {
         number
         for number, (time_s, priority) in enumerate(scheduled)
-        if time_s < until_s or (time_s == until_s and priority is Priority.ARRIVAL)
+        if time_s < until_s or (time_s == until_s and priority in (Priority.FAULT, Priority.ARRIVAL))
     }
     assert {number for _, number in first} == due
     assert len(first) + len(drained(clock, 100.0)) == len(scheduled)
 
 
 def test_at_one_time_what_arrives_is_heard_before_anybody_decides_or_speaks() -> None:
-    assert sorted(Priority) == [Priority.ARRIVAL, Priority.MOTION, Priority.CONSULTATION, Priority.SLOT]
+    assert sorted(Priority) == [Priority.FAULT, Priority.ARRIVAL, Priority.MOTION, Priority.CONSULTATION, Priority.SLOT]
 
 
 def test_events_made_on_the_way_are_taken_in() -> None:

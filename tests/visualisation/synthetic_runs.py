@@ -25,8 +25,9 @@ COLUMNS = {
     "roles": ("time_s", "vehicle", "group", "role", "event"),
     "satisfaction": ("time_s", "vehicle", "group", "role", "value"),
     "finds": ("time_s", "vehicle", "x_m", "y_m"),
+    "faults": ("time_s", "vehicle", "kind", "detail"),
 }
-TEXTS = {"vehicle", "group", "role", "event"}
+TEXTS = {"vehicle", "group", "role", "event", "kind", "detail"}
 
 
 def draw_finds(axes: Any, results: RunResults, style: Style) -> str:
@@ -70,6 +71,7 @@ class Fiction:
     recorded: bool = True
     completed: bool = True
     extra_roles: list[tuple[Any, ...]] = field(default_factory=list)
+    faults: Sequence[tuple[float, str, str, str]] = ()
 
     def write(self, folder: Path) -> Results:
         """The folder of the run, read back."""
@@ -80,7 +82,8 @@ class Fiction:
             kinds = [pa.string() if column in TEXTS else pa.float64() for column in columns]
             arrays = [pa.array(value, kind) for value, kind in zip(values, kinds, strict=True)]
             pq.write_table(pa.table(arrays, names=list(columns)), folder / f"{name}.parquet")
-        scenario = {"vehicle": [{"name": name} for name in self.vehicles]}
+        faults = [{"kind": kind} for _, _, kind, _ in self.faults if kind != "energy"]
+        scenario = {"vehicle": [{"name": name} for name in self.vehicles], "fault": faults}
         (folder / "summary.json").write_text(json.dumps(self._summary()))
         (folder / "manifest.json").write_text(json.dumps({"scenario": tomli_w.dumps(scenario)}))
         return Results(folder)
@@ -134,7 +137,7 @@ class Fiction:
         finds = [(times_s[at], name, 10.0 * at, 0.0) for at, name in enumerate(self.vehicles) if self.outlines]
         return {
             "trajectories": tracks, "roles": sorted([*roles, *self.extra_roles]), "satisfaction": values,
-            "finds": finds,
+            "finds": finds, "faults": list(self.faults),
         }  # fmt: skip
 
 
@@ -173,6 +176,12 @@ FICTIONS = {
             ("broken_off", "A", "", 950.0), *(("gathered", "", f"g{n}", 990.0 + n / 4) for n in range(40))
         ],
         extra_roles=[(940.0 + n, "A", "Team", "Leader", ("active", "inactive")[n % 2]) for n in range(20)],
+    ),
+    "faults": Fiction(
+        faults=[
+            (0.0, "B", "joins", "away until 200 s"), (200.0, "B", "joins", "over"), (300.0, "A", "mute", "until 600 s"),
+            (400.0, "A", "energy", "battery exhausted"), (500.0, "B", "lost", "for good"), (600.0, "A", "mute", "over"),
+        ],
     ),
     "at once": Fiction(end_s=0.0, recorded=False, completed=False),
 }  # fmt: skip

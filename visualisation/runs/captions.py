@@ -9,14 +9,22 @@ from visualisation.runs import reading, windows
 
 def roles(results: RunResults) -> str:
     """Caption of the roles over time."""
-    return " ".join(
-        [
-            "Roles of the vehicles over mission time.",
-            "A thin bar: the vehicle holds the role; a solid bar: the role drives the vehicle.",
-            *_time_notes(results),
-            conditions(results),
-        ]
+    return words.joined(
+        "Roles of the vehicles over mission time.",
+        "A thin bar: the vehicle holds the role; a solid bar: the role drives the vehicle.",
+        *_time_notes(results),
+        faults(results),
+        conditions(results),
     )
+
+
+def faults(results: RunResults) -> str:
+    """What befell the vehicles of the run, in a sentence; empty without faults."""
+    listed = [
+        f"{fault.vehicle} {fault.kind} (from {words.time(fault.span.start_s)} on, {fault.detail})"
+        for fault in reading.vehicle_faults(results)
+    ]
+    return f"Faults: {'; '.join(listed)}." if listed else ""
 
 
 def satisfaction(results: RunResults) -> str:

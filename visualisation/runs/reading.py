@@ -15,6 +15,8 @@ from missions.figure import PointM, RunResults
 Floats = NDArray[np.float64]
 RoleKey = tuple[str, str]
 """Group and role."""
+OVER = "over"
+"""Detail in the table of faults when one is over."""
 
 
 class Track(NamedTuple):
@@ -65,6 +67,15 @@ class Milestone(NamedTuple):
         return ": ".join(part for part in (self.name.replace("_", " "), self.vehicle or self.group) if part)
 
 
+class VehicleFault(NamedTuple):
+    """What befell a vehicle, from when to when; until the end of the run if it was not over before."""
+
+    vehicle: str
+    kind: str
+    detail: str
+    span: Span
+
+
 def scenario(results: RunResults) -> dict[str, Any]:
     """The resolved scenario of the run."""
     return tomllib.loads(results.manifest["scenario"])
@@ -88,6 +99,27 @@ def milestones(results: RunResults) -> list[Milestone]:
     """Milestones in time order."""
     found = results.summary["milestones"]
     return [Milestone(m["name"], m["vehicle"], m["group"], float(m["time_s"])) for m in found]
+
+
+def vehicle_faults(results: RunResults) -> list[VehicleFault]:
+    """Faults that the scenario declares and the run had, in the order in which they began."""
+    kinds = {fault.get("kind") for fault in scenario(results).get("fault", ())}
+    if not kinds or not results.has("faults"):
+        return []
+    last_s = end_s(results)
+    found: list[VehicleFault] = []
+    for row in results.table("faults").to_pylist():
+        vehicle, kind, time_s = row["vehicle"], row["kind"], float(row["time_s"])
+        if kind not in kinds:
+            continue  # such as an empty battery
+        if row["detail"] != OVER:
+            found.append(VehicleFault(vehicle, kind, row["detail"], Span(time_s, last_s)))
+            continue
+        for at, fault in enumerate(found):
+            if (fault.vehicle, fault.kind, fault.span.end_s) == (vehicle, kind, last_s):
+                found[at] = fault._replace(span=Span(fault.span.start_s, time_s))
+                break
+    return found
 
 
 def end_s(results: RunResults) -> float:

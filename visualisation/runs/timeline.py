@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -14,7 +14,7 @@ from missions.figure import RunResults
 from visualisation import style
 from visualisation.page import Picture
 from visualisation.runs import captions, reading
-from visualisation.runs.reading import Tenure
+from visualisation.runs.reading import Tenure, VehicleFault
 from visualisation.runs.sheet import sheet
 
 ROOMY_ROWS = 45
@@ -26,6 +26,12 @@ HELD, DRIVING = 0.3, 0.68
 """Share of a row that a bar fills."""
 HATCHES = ("", "", "", "/////", ".....", "xxxxx")
 PALETTE = (style.BLUE, style.ORANGE, style.BLACK, style.GREEN, style.VERMILLION, style.SKY_BLUE)
+
+
+FAULT: dict[str, Any] = {
+    "facecolor": "none", "edgecolor": style.tint(style.VERMILLION, 0.6), "hatch": "////", "linewidth": 0, "zorder": 1,
+}  # fmt: skip
+"""Look of a band while a fault holds."""
 
 
 class GroupLook(NamedTuple):
@@ -47,14 +53,16 @@ def picture(results: RunResults) -> Picture:
     roles_in = max((style.width_in(role, size_pt) for role in roles.values()), default=0.3)
     left_in = 0.08 + names_in + 0.12 + roles_in + 0.06
     looks = _looks(tenures.values())
+    faults = reading.vehicle_faults(results)
     with style.paper():
         body_in = n_rows * row_in + len(tenures) * BAND_GAP_IN
-        page = sheet(results, left_in, body_in, _legend(looks))
+        page = sheet(results, left_in, body_in, _legend(looks, bool(faults)))
         top_in = 0.0
         for number, (vehicle, own) in enumerate(tenures.items()):
             band_in = max(1, len(own)) * row_in + BAND_GAP_IN
             for axes in page.panels if number % 2 == 0 else ():
                 axes.axhspan(top_in, top_in + band_in, color=style.PALE, linewidth=0, zorder=0)
+            _faults(page.panels, [one for one in faults if one.vehicle == vehicle], top_in, band_in)
             page.note(0.08, top_in + band_in / 2, names[vehicle], size_pt, weight="bold")
             for row, tenure in enumerate(own):
                 middle_in = top_in + BAND_GAP_IN / 2 + (row + 0.5) * row_in
@@ -73,11 +81,20 @@ def _looks(bands: Iterable[list[Tenure]]) -> dict[str, GroupLook]:
     }
 
 
-def _legend(looks: dict[str, GroupLook]) -> list[Artist]:
+def _faults(panels: Iterable[Axes], faults: Iterable[VehicleFault], top_in: float, band_in: float) -> None:
+    """Hatch the band of a vehicle while something has befallen it."""
+    for fault in faults:
+        length_s = fault.span.end_s - fault.span.start_s
+        for axes in panels:
+            axes.broken_barh([(fault.span.start_s, length_s)], (top_in, band_in), **FAULT)
+
+
+def _legend(looks: dict[str, GroupLook], with_faults: bool) -> list[Artist]:
     meanings: list[Artist] = [
         Line2D([], [], color=style.tint(style.BLACK, 0.35), linewidth=2.0, label="role held"),
         Line2D([], [], color=style.GREY, linewidth=6.0, label="role drives the vehicle"),
     ]
+    meanings += [Patch(label="fault", **FAULT)] if with_faults else []
     return meanings + [
         Patch(facecolor=look.colour, edgecolor="white", hatch=look.hatch, linewidth=0,
               label=style.fitted(f"group {group}", GROUP_ROOM_IN, style.SMALL_PT))

@@ -86,6 +86,7 @@ class Symbol(NamedTuple):
 
 START = Symbol("o", "start", 5.5, "white")
 END = Symbol("s", "end", 4.5, style.GREY)
+FAULT = Symbol("D", "fault", 4.5, style.BLACK)
 MARKS = (("X", 6.5), ("d", 6.0), ("p", 6.5), ("8", 6.0))
 """Markers of milestones on tracks, in the order of their declaration."""
 POINTS = (("*", 8.0, "Stars"), ("P", 6.5, "Crosses"), ("^", 6.5, "Triangles"), ("H", 6.5, "Hexagons"))
@@ -95,7 +96,7 @@ OUTLINES = (("-", "Outlines"), (style.LINES[1], "Dashed outlines"), (style.LINES
 
 
 class Event(NamedTuple):
-    """A milestone that is marked on the track of its vehicle."""
+    """A milestone, or the beginning of a fault, that is marked on the track of its vehicle."""
 
     vehicle: str
     time_s: float
@@ -188,6 +189,7 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
         for mark, (marker, size_pt) in zip(marks, cycle(MARKS), strict=False)
     }
     tracks = reading.tracks(results)
+    faults = [Event(one.vehicle, one.span.start_s, FAULT) for one in reading.vehicle_faults(results)]
     return Scene(
         tracks=tracks,
         looks=declared.Kit(results).looks,
@@ -198,7 +200,8 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
             Event(one.vehicle, one.time_s, symbols[one.name])
             for one in reading.milestones(results)
             if one.name in symbols and one.vehicle in tracks
-        ],
+        ]
+        + [event for event in faults if event.vehicle in tracks],
         end_s=reading.end_s(results),
     )
 
@@ -361,5 +364,6 @@ def _caption(results: RunResults, scene: Scene, said: str) -> str:
         sentences.append(f"{what} ({kind}): {words.listed([place.name for place in of_kind])}.")
     sentences.append(said)
     for event in scene.events:
-        sentences.append(f"{event.vehicle}: {event.symbol.meaning} at {words.time(event.time_s)}.")
-    return words.joined(*sentences, captions.conditions(results))
+        if event.symbol is not FAULT:
+            sentences.append(f"{event.vehicle}: {event.symbol.meaning} at {words.time(event.time_s)}.")
+    return words.joined(*sentences, captions.faults(results), captions.conditions(results))

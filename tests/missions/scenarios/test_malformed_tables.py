@@ -15,7 +15,26 @@ from missions.document import Document
 from missions.errors import ConfigurationError
 from missions.scenarios.loading import resolved
 
-POND: dict[str, Any] = tomllib.loads(SMALL.replace("[vehicle.sensor]", "[[vehicle.sensor]]"))
+FAULTS = """
+[[fault]]
+kind = "sensor"
+vehicle = "any"
+at_s = [100.0, 200.0]
+until_s = 300.0
+sensor = "mapping"
+
+[[fault]]
+kind = "slow"
+vehicle = "head of Team"
+rate_per_h = 1.0
+factor = 0.5
+
+[[fault]]
+kind = "joins"
+vehicle = "Diver"
+at_s = 10.0
+"""
+POND: dict[str, Any] = tomllib.loads(SMALL.replace("[vehicle.sensor]", "[[vehicle.sensor]]") + FAULTS)
 JUNK = st.sampled_from(
     [5, -1.5, True, "text", "", [], {}, [5], [[]], [{}], [[1, 2]], {"name": 5}, [{"name": "A"}], ["A"]]
 )

@@ -70,6 +70,15 @@ def test_captions_hold_the_conditions_of_the_run(runs: dict[str, Results], name:
         assert part in text
 
 
+@pytest.mark.parametrize("kind", ["trajectories", "roles"])
+def test_faults_are_in_the_legend_and_the_caption(runs: dict[str, Results], kind: str) -> None:
+    found = drawn(runs, "faults", kind)
+    assert "Faults: B joins (from 0.0 s on, away until 200 s); A mute (from 300 s on, until 600 s); B" in found.caption
+    legend = [text.get_text() for box in found.figure.legends for text in box.get_texts()]
+    assert "fault" in legend
+    assert "Faults" not in drawn(runs, "two vehicles", kind).caption
+
+
 def test_a_caption_tells_why_a_run_did_not_complete(runs: dict[str, Results]) -> None:
     assert "not completed (out of time)" in drawn(runs, "not completed", "roles").caption
 

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from synthetic_runs import Fiction
+from synthetic_runs import FICTIONS, Fiction
 
 from visualisation.runs import reading
-from visualisation.runs.reading import Span, Tenure, Track
+from visualisation.runs.reading import Span, Tenure, Track, VehicleFault
 
 
 def tenures_of(tmp_path: Path, *events: tuple[float, str]) -> list[Tenure]:
@@ -55,3 +55,18 @@ def test_a_position_between_two_records_is_between_them() -> None:
     track = Track(np.array([0.0, 10.0]), np.array([0.0, 20.0]), np.array([5.0, 5.0]))
     assert track.at(2.5) == pytest.approx((5.0, 5.0))
     assert track.between(5.0, 10.0).x_m.tolist() == [20.0]
+
+
+def test_faults_of_vehicles_last_until_they_are_over(tmp_path: Path) -> None:
+    """An empty battery is none that the scenario declares."""
+    assert reading.vehicle_faults(FICTIONS["faults"].write(tmp_path / "run")) == [
+        VehicleFault("B", "joins", "away until 200 s", Span(0.0, 200.0)),
+        VehicleFault("A", "mute", "until 600 s", Span(300.0, 600.0)),
+        VehicleFault("B", "lost", "for good", Span(500.0, 1000.0)),
+    ]
+
+
+def test_results_of_an_older_version_have_no_faults_of_vehicles(tmp_path: Path) -> None:
+    run = FICTIONS["faults"].write(tmp_path / "run")
+    (run.folder / "faults.parquet").unlink()
+    assert reading.vehicle_faults(run) == []

@@ -1,0 +1,426 @@
+"""Faults of vehicles: what is drawn of them, what they leave of a vehicle, and what a run shows of each kind."""
+
+import math
+from collections.abc import Sequence
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from samples import GROUPS, LEADER, WORKER, auv, database
+
+from exchange.acoustics import loss
+from missions.runs.run import Run, run
+from missions.runs.setup import assemble, faults_in, resolved
+from missions.scenarios import load
+from remoras.database import AUVDatabase
+from remoras.faults import ANY, SOUND, Condition, DeclaredFault, Fault, FaultKind, drawn, hears_throughout
+from remoras.organisation import Organisation, RoleAssignment
+
+BOAT = auv("ASV03", sensors=(), playable_roles=("MissionAdministrator",))
+FLEET = database(
+    auv("AUV00", playable_roles=LEADER),
+    auv("AUV01", playable_roles=WORKER),
+    auv("AUV02", playable_roles=WORKER, sensors=()),
+    BOAT,
+)
+AGREED = Organisation.of(GROUPS, [RoleAssignment("Operational", "Coordinator", "AUV00")])
+DURATION_S = 3600.0
+ABLE = {"AUV00", "AUV01", "AUV02"}
+"""AUV02 has no sensor, but plays roles with a job; the boat has neither."""
+
+KINDS = [kind for kind in FaultKind if kind is not FaultKind.JOINS]
+TIMES = st.floats(0.0, 3000.0)
+declared_faults = st.builds(
+    DeclaredFault,
+    st.sampled_from([FaultKind.LOST, FaultKind.MUTE, FaultKind.DEAF, FaultKind.SLOW]),
+    st.sampled_from(["AUV00", "AUV01", "head of Operational"]),
+    st.tuples(TIMES, TIMES).map(lambda pair: (min(pair), max(pair))),
+)
+
+
+def draw(
+    *faults: DeclaredFault, seed: int = 1, fleet: AUVDatabase = FLEET, agreed: Organisation = AGREED
+) -> tuple[Fault, ...]:
+    return drawn(faults, seed, fleet, agreed, DURATION_S)
+
+
+def at(kind: FaultKind, vehicle: str, earliest_s: float, latest_s: float | None = None) -> DeclaredFault:
+    return DeclaredFault(kind, vehicle, (earliest_s, earliest_s if latest_s is None else latest_s))
+
+
+def at_rate(rate_per_h: float, until_s: float = math.inf) -> DeclaredFault:
+    return DeclaredFault(FaultKind.LOST, "AUV01", rate_per_h=rate_per_h, until_s=until_s)
+
+
+# What is drawn ------------------------------------------------------------------------------------
+
+
+def test_a_named_vehicle_at_a_time_needs_no_draw() -> None:
+    (fault,) = draw(at(FaultKind.LOST, "AUV01", 900.0))
+    assert (fault.vehicle, fault.at_s, fault.until_s) == ("AUV01", 900.0, math.inf)
+
+
+def test_the_head_is_who_was_agreed_to_lead() -> None:
+    assert draw(at(FaultKind.LOST, "head of Operational", 900.0))[0].vehicle == "AUV00"
+
+
+def test_any_is_drawn_evenly_among_those_able_to_work() -> None:
+    """Of 600 draws each of three is expected 200 times; 5 standard deviations are 5 sqrt(600 * 2/9) = 58."""
+    whom = [draw(at(FaultKind.LOST, ANY, 900.0), seed=seed)[0].vehicle for seed in range(600)]
+    assert set(whom) == ABLE
+    assert all(abs(whom.count(name) - 200) <= 58 for name in ABLE)
+
+
+def test_any_dead_sensor_is_one_of_a_vehicle_that_has_it() -> None:
+    fault = DeclaredFault(FaultKind.SENSOR, ANY, (900.0, 900.0))
+    found = {draw(fault, seed=seed)[0] for seed in range(50)}
+    assert {one.vehicle for one in found} == {"AUV00", "AUV01"}
+    assert {one.sensors for one in found} == {tuple(sensor.name for sensor in FLEET["AUV00"].sensors)}
+
+
+@given(st.integers(0, 1000), st.sampled_from(KINDS[:4]))
+def test_several_any_of_one_kind_befall_different_vehicles(seed: int, kind: FaultKind) -> None:
+    found = draw(*[at(kind, ANY, 100.0 * n) for n in range(3)], seed=seed)
+    assert {fault.vehicle for fault in found} == ABLE
+
+
+def test_a_pair_of_times_is_drawn_evenly() -> None:
+    """Mean of 2000 draws from [300, 900]: 600 with a standard error of 600 / sqrt(12 * 2000) = 3.9 s; 5 of them."""
+    times_s = [draw(at(FaultKind.MUTE, "AUV01", 300.0, 900.0), seed=seed)[0].at_s for seed in range(2000)]
+    assert all(300.0 <= time_s <= 900.0 for time_s in times_s)
+    assert abs(sum(times_s) / len(times_s) - 600.0) < 20.0
+
+
+def test_a_rate_is_drawn_exponentially_and_what_comes_too_late_does_not_happen() -> None:
+    """One fault per hour in a mission of an hour: 1 - 1/e = 63.2 % of runs have it; 5 standard errors are 5.4 %."""
+    happened = sum(len(draw(at_rate(1.0), seed=seed)) for seed in range(2000))
+    assert abs(happened / 2000 - (1.0 - 1.0 / math.e)) < 0.054
+
+
+@given(st.integers(0, 1000), st.floats(0.1, 10.0), st.floats(1.0, 10.0))
+def test_a_higher_rate_never_comes_later(seed: int, rate_per_h: float, more: float) -> None:
+    seldom, often = draw(at_rate(rate_per_h), seed=seed), draw(at_rate(more * rate_per_h), seed=seed)
+    assert len(seldom) <= len(often)
+    assert all(a.at_s >= b.at_s for a, b in zip(seldom, often, strict=False))
+
+
+@given(st.integers(0, 200))
+def test_a_rate_that_comes_after_the_fault_were_over_brings_none(seed: int) -> None:
+    assert all(fault.at_s < 600.0 for fault in draw(at_rate(4.0, until_s=600.0), seed=seed))
+
+
+def test_a_vehicle_that_joins_after_the_mission_is_never_there() -> None:
+    (fault,) = draw(at(FaultKind.JOINS, "AUV01", DURATION_S + 1.0))
+    assert fault.span_s == (0.0, DURATION_S + 1.0)
+
+
+@given(st.lists(declared_faults, max_size=4), declared_faults, st.integers(0, 100))
+def test_a_fault_that_is_added_shifts_no_draw_of_another(
+    faults: list[DeclaredFault], added: DeclaredFault, seed: int
+) -> None:
+    assert set(draw(*faults, seed=seed)) <= set(draw(*faults, added, seed=seed))
+
+
+@given(st.sampled_from(KINDS), st.sampled_from(KINDS), st.integers(0, 100))
+def test_one_of_another_kind_shifts_none_wherever_it_stands(kind: FaultKind, added: FaultKind, seed: int) -> None:
+    mine = at(kind, ANY, 0.0, 3000.0)
+    if kind is not added:
+        assert set(draw(mine, seed=seed)) <= set(draw(at(added, ANY, 0.0, 3000.0), mine, seed=seed))
+
+
+@given(st.integers(0, 100))
+def test_names_of_vehicles_and_groups_shift_no_draw(seed: int) -> None:
+    def renamed(name: str) -> str:
+        return f"B{name}"
+
+    fleet = AUVDatabase(tuple(auv(f"{renamed(d.name)}", **_data(d)) for d in FLEET.values()))
+    agreed = Organisation.of(GROUPS, [RoleAssignment("Operational", "Coordinator", "BAUV00")])
+    faults = [at(FaultKind.LOST, ANY, 0.0, 3000.0), at(FaultKind.MUTE, "head of Operational", 0.0, 3000.0)]
+    usual = [(renamed(fault.vehicle), fault.at_s) for fault in draw(*faults, seed=seed)]
+    assert usual == [(f.vehicle, f.at_s) for f in draw(*faults, seed=seed, fleet=fleet, agreed=agreed)]
+
+
+def _data(data: object) -> dict[str, object]:
+    return {name: getattr(data, name) for name in ("node", "sensors", "playable_roles")}
+
+
+def test_loss_rate_and_strategy_shift_no_draw() -> None:
+    declared = 'fault=[{kind="lost",vehicle="any",at_s=[0,3000]},{kind="slow",vehicle="any",rate_per_h=2}]'
+    schedules = {
+        faults_in(resolved(load("mapping-rendezvous", [("--set", one) for one in (declared, *others)])), seed=7)
+        for others in ((), ("channel.per=0.6",), ("strategy.name=central",), ("uncertainty.speed_spread=0.3",))
+    }
+    assert len(schedules) == 1
+
+
+def test_draws_of_faults_are_a_stream_of_their_own() -> None:
+    """A draw of speeds and one of losses with the same numbers are others."""
+    numbers = {loss.uniform(1, trial, 0, 0, 0) for trial in (0, loss.SPEEDS, loss.FAULTS)}
+    assert len(numbers) == 3
+
+
+# What is left of a vehicle ------------------------------------------------------------------------
+
+
+def test_faults_of_one_vehicle_add_up() -> None:
+    faults = [
+        Fault(FaultKind.MUTE, "A", 0.0),
+        Fault(FaultKind.SLOW, "A", 0.0, factor=0.5),
+        Fault(FaultKind.SLOW, "A", 0.0, factor=0.4),
+        Fault(FaultKind.SENSOR, "A", 0.0, sensors=("swath",)),
+        Fault(FaultKind.SENSOR, "A", 0.0, sensors=("sonar",)),
+    ]
+    found = Condition.under(faults)
+    assert (found.is_alive, found.is_mute, found.is_deaf) == (True, True, False)
+    assert found.speed_factor == pytest.approx(0.2)
+    assert found.dead_sensors == {"swath", "sonar"}
+    assert Condition.under([]) == SOUND
+
+
+@pytest.mark.parametrize("until_s", [500.0, math.inf])
+def test_a_lost_vehicle_is_lost_for_good_only_without_an_end(until_s: float) -> None:
+    found = Condition.under([Fault(FaultKind.LOST, "A", 100.0, until_s)])
+    assert (found.is_alive, found.lost_for_good) == (False, math.isinf(until_s))
+
+
+@pytest.mark.parametrize(
+    ("from_s", "until_s", "hears"),
+    [(90.0, 99.0, True), (90.0, 100.0, False), (150.0, 151.0, False), (199.0, 201.0, False), (200.0, 201.0, True)],
+)
+def test_a_packet_is_heard_by_who_hears_from_its_start_to_its_end(from_s: float, until_s: float, hears: bool) -> None:
+    """Deaf from 100 s on and until before 200 s; a mute vehicle hears."""
+    faults = [Fault(FaultKind.DEAF, "A", 100.0, 200.0), Fault(FaultKind.MUTE, "A", 0.0), Fault(FaultKind.LOST, "B", 0)]
+    assert hears_throughout(faults, "A", from_s, until_s) is hears
+
+
+# In a run -----------------------------------------------------------------------------------------
+
+FROM_S, UNTIL_S, END_S = 300.0, 500.0, 700.0
+"""AUV01 surveys from about 100 s on, well beyond 700 s."""
+
+
+def run_with(*tables: str, seed: int = 1, settings: Sequence[str] = ()) -> Run:
+    said = (f"fault=[{','.join('{' + table + '}' for table in tables)}]", f"scenario.duration_s={END_S}", *settings)
+    return run(load("mapping-rendezvous", [("--set", one) for one in said]), seed)
+
+
+def during(kind: str, more: str = "") -> Run:
+    return run_with(f'kind="{kind}",vehicle="AUV01",at_s={FROM_S},until_s={UNTIL_S}{more}')
+
+
+def track(finished: Run, from_s: float, until_s: float, vehicle: str = "AUV01") -> list[tuple[float, ...]]:
+    """x, y, heading, speed and energy in [from_s, until_s]."""
+    rows = finished.recorder.trajectories
+    return [row[2:] for row in rows if row[1] == vehicle and from_s <= row[0] <= until_s]
+
+
+def packets(finished: Run, from_s: float, until_s: float) -> list[tuple[str, list[str], list[str]]]:
+    """(sender, receivers, lost by) of the packets that start in [from_s, until_s)."""
+    return [(row[2], row[6], row[7]) for row in finished.recorder.packets if from_s <= row[1] < until_s]
+
+
+def mapped(finished: Run, from_s: float, until_s: float) -> int:
+    rows = finished.recorder.rows("coverage")
+    return sum(row[1] == "AUV01" and from_s <= row[0] < until_s for row in rows)
+
+
+def test_a_lost_vehicle_does_nothing_until_it_is_back() -> None:
+    finished = during("lost")
+    assert len(set(track(finished, FROM_S, UNTIL_S - 1.0))) == 1  # neither moves nor uses energy
+    assert track(finished, FROM_S, FROM_S)[0][3] == 0.0
+    assert len({row[:2] for row in track(finished, UNTIL_S, END_S)}) > 100
+    meanwhile, after = packets(finished, FROM_S, UNTIL_S), packets(finished, UNTIL_S, END_S)
+    assert all("AUV01" not in (sender, *receivers, *lost_by) for sender, receivers, lost_by in meanwhile[1:])
+    assert any(sender == "AUV01" for sender, _, _ in after)
+    assert any("AUV01" in receivers for _, receivers, _ in after)
+    assert mapped(finished, FROM_S, UNTIL_S) == 0
+    assert mapped(finished, UNTIL_S, END_S) > 0
+    known = [row for row in finished.recorder.knowledge if row[1] == "AUV01" and row[4] != "acknowledged"]
+    assert [row for row in known if FROM_S < row[0] < UNTIL_S] == []
+
+
+def test_a_fleet_without_faults_does_all_that_meanwhile() -> None:
+    """Else the other tests would prove nothing."""
+    finished = run_with()
+    assert finished.recorder.faults == []
+    assert len({row[:2] for row in track(finished, FROM_S, UNTIL_S)}) > 100
+    assert mapped(finished, FROM_S, UNTIL_S) > 0
+    assert max(row[3] for row in track(finished, FROM_S, UNTIL_S)) > 1.5
+
+
+def test_a_vehicle_decides_once_a_period_after_it_is_back() -> None:
+    """It does not make up for the decisions of the 200 s in which it was away: every 2 s, 100 in the 200 s after."""
+    fleet = assemble(resolved(load("mapping-rendezvous", [("--set", f"fault=[{LOST}]")])), seed=1)
+    vehicle = fleet.vehicles[2]
+    thoughts: list[float] = []
+    think = vehicle.think
+
+    def counted(now_s: float, dt_s: float) -> None:
+        if dt_s > 0.0:
+            thoughts.append(now_s)
+        think(now_s, dt_s)
+
+    vehicle.think = counted
+    while fleet.now_s < END_S:
+        fleet.step()
+    fleet.close()
+    assert [time_s for time_s in thoughts if UNTIL_S <= time_s < END_S] == [500.0 + 2.0 * n for n in range(100)]
+    assert [time_s for time_s in thoughts if FROM_S <= time_s < UNTIL_S] == []
+
+
+LOST = f'{{kind="lost",vehicle="AUV01",at_s={FROM_S},until_s={UNTIL_S}}}'
+
+
+def test_a_mute_vehicle_is_not_heard_but_hears_and_pays_for_its_packets() -> None:
+    finished = during("mute")
+    others = ["ASV00", "AUV00", "AUV02"]
+    own = [one for one in packets(finished, FROM_S, UNTIL_S) if one[0] == "AUV01"]
+    assert len(own) > 20
+    assert all((receivers, lost_by) == ([], others) for _, receivers, lost_by in own)
+    assert all("AUV01" in one[1] for one in packets(finished, FROM_S, UNTIL_S) if one[0] != "AUV01")
+    assert all(one[1] == others for one in packets(finished, UNTIL_S, END_S) if one[0] == "AUV01")
+    sizes = [row[3] for row in finished.recorder.packets if row[2] == "AUV01" and FROM_S <= row[1] < UNTIL_S]
+    spent_j = track(finished, UNTIL_S, UNTIL_S)[0][4] - track(finished, FROM_S, FROM_S)[0][4]
+    moved_j = math.fsum(40.0 + 15.0 * row[3] ** 3 for row in track(finished, FROM_S + 1.0, UNTIL_S))
+    assert spent_j - moved_j == pytest.approx(sum(sizes) * 10.0 / 463.0, rel=0.05)  # 10 W at 463 bit/s
+
+
+def test_a_deaf_vehicle_hears_nobody_but_is_heard() -> None:
+    finished = during("deaf")
+    for sender, receivers, lost_by in packets(finished, FROM_S, UNTIL_S):
+        assert ("AUV01" in lost_by) if sender != "AUV01" else (len(receivers) == 3)
+    received = [row for row in finished.recorder.knowledge if row[1] == "AUV01" and row[4] == "received"]
+    assert [row for row in received if FROM_S < row[0] < UNTIL_S] == []
+    assert all("AUV01" in one[1] for one in packets(finished, UNTIL_S, END_S) if one[0] != "AUV01")
+
+
+def test_a_packet_under_way_when_the_deafness_begins_is_not_heard() -> None:
+    """At 463 bit/s a head alone takes longer than 0.2 s."""
+    usual = next(row for row in run_with().recorder.packets if row[2] == "AUV00" and row[1] > 70.0)
+    finished = run_with(f'kind="deaf",vehicle="AUV01",at_s={usual[1] + 0.2}')
+    found = next(row for row in finished.recorder.packets if row[1] == usual[1])
+    assert "AUV01" in usual[6]
+    assert "AUV01" in found[7]
+
+
+def test_a_slow_vehicle_gets_its_share_of_every_speed() -> None:
+    """Greatest speed 2.57 m/s, survey 1.54 m/s; a change takes 2.57 / 2 / 0.5 = 3 s."""
+    finished, usual = during("slow", ",factor=0.25"), run_with()
+    speeds = [row[3] for row in track(finished, FROM_S + 5.0, UNTIL_S - 1.0)]
+    assert max(speeds) == pytest.approx(0.25 * max(row[3] for row in track(usual, FROM_S + 5.0, UNTIL_S - 1.0)))
+    assert track(finished, 0.0, FROM_S - 1.0) == track(usual, 0.0, FROM_S - 1.0)
+    assert max(row[3] for row in track(finished, UNTIL_S + 5.0, END_S)) == pytest.approx(1.54)
+
+
+def test_a_slow_vehicle_keeps_the_reserve_of_the_speed_that_is_left() -> None:
+    """(40 + 15 v^3) / v J/m: 61.6 at 1.54 m/s, 105.9 at a quarter of it."""
+    fleet = assemble(resolved(load("mapping-rendezvous")), seed=1)
+    functional = fleet.vehicles[2].functional
+    functional.motion.x_m = 400.0
+    reserves = []
+    for factor in (1.0, 0.25):
+        functional.impair(factor, frozenset())
+        functional.sense(0.0, ())
+        reserves.append(functional.picture.body.reserve)
+    fleet.close()
+    per_m = [(40.0 + 15.0 * speed**3) / speed for speed in (1.54, 0.385)]
+    assert reserves == pytest.approx([1.25 * 400.0 * one / 5.0e6 for one in per_m])
+
+
+def test_a_dead_sensor_yields_nothing_and_the_vehicle_goes_on_as_if_it_did() -> None:
+    finished, usual = during("sensor"), run_with()
+    assert mapped(finished, FROM_S, UNTIL_S) == 0
+    assert mapped(finished, UNTIL_S, END_S) > 0
+    assert mapped(finished, 0.0, FROM_S) == mapped(usual, 0.0, FROM_S) > 0
+    assert len({row[:2] for row in track(finished, FROM_S, UNTIL_S)}) > 100
+
+
+def test_who_joins_late_is_not_there_before() -> None:
+    finished = run_with(f'kind="joins",vehicle="AUV01",at_s={FROM_S}')
+    assert set(track(finished, 0.0, FROM_S - 1.0)) == {(0.0, 0.0, 0.0, 0.0, 0.0)}
+    before = packets(finished, 0.0, FROM_S - 2.0)
+    assert before
+    assert all("AUV01" not in (sender, *receivers, *lost_by) for sender, receivers, lost_by in before)
+    assert any(sender == "AUV01" for sender, _, _ in packets(finished, FROM_S, END_S))
+    assert any("AUV01" in receivers for _, receivers, _ in packets(finished, FROM_S, END_S))
+    assert [row[2:] for row in finished.recorder.faults] == [("joins", "away until 300 s"), ("joins", "over")]
+
+
+@pytest.mark.parametrize(("kind", "evades"), [("lost", True), ("joins", False)])
+def test_a_lost_vehicle_is_an_obstacle_and_one_that_has_not_joined_is_none(kind: str, evades: bool) -> None:
+    """AUV01 is on the way of AUV00, at its depth; AUV02 and the surface vehicle are elsewhere."""
+    at_s = 0.0 if kind == "lost" else 5000.0
+    finished = run_with(
+        f'kind="{kind}",vehicle="AUV01",at_s={at_s}',
+        settings=["vehicle.AUV01.start_m=[60.0,60.0]", "vehicle.AUV02.start_m=[700.0,-50.0]", "scenario.duration_s=90"],
+    )
+    evading = [row for row in finished.recorder.activities if row[1] == "AUV00" and row[3] == "Evading"]
+    assert bool(evading) is evades
+
+
+@pytest.mark.parametrize(
+    ("kind", "alive", "in_contact"),
+    [
+        ("lost", False, False),
+        ("mute", True, False),
+        ("deaf", True, False),
+        ("slow", True, True),
+        ("sensor", True, True),
+    ],
+)
+def test_a_truth_sees_what_the_faults_have_left(kind: str, alive: bool, in_contact: bool) -> None:
+    table = f'{{kind="{kind}",vehicle="AUV01",at_s={FROM_S},until_s={UNTIL_S}}}'
+    fleet = assemble(resolved(load("mapping-rendezvous", [("--set", f"fault=[{table}]")])), seed=1)
+    seen = fleet.view.vehicles[2]
+    found = []
+    for time_s in (FROM_S - 1.0, FROM_S, UNTIL_S):
+        while fleet.now_s < time_s:
+            fleet.step()
+        found.append((seen.is_alive, seen.is_in_contact, seen.sensing))
+    fleet.close()
+    sound = True, True, ("mapping",)
+    assert found == [sound, (alive, in_contact, ("mapping",) if alive and kind != "sensor" else ()), sound]
+
+
+def test_the_table_says_when_each_begins_and_is_over() -> None:
+    finished = run_with(
+        'kind="slow",vehicle="AUV02",at_s=100,until_s=200.5',
+        'kind="lost",vehicle="AUV01",at_s=150.25',
+        'kind="sensor",vehicle="AUV00",at_s=99,until_s=5000',
+    )
+    assert finished.recorder.faults == [
+        (99.0, "AUV00", "sensor", "mapping, until 5000 s"),
+        (100.0, "AUV02", "slow", "by the factor 0.5, until 200.5 s"),
+        (150.25, "AUV01", "lost", "for good"),
+        (200.5, "AUV02", "slow", "over"),
+    ]
+
+
+def test_faults_of_a_kind_that_overlap_end_one_by_one() -> None:
+    finished = run_with(
+        'kind="mute",vehicle="AUV01",at_s=100,until_s=200', 'kind="mute",vehicle="AUV01",at_s=150,until_s=300'
+    )
+    own = {len(receivers) for sender, receivers, _ in packets(finished, 100.0, 300.0) if sender == "AUV01"}
+    assert own == {0}
+    assert all(len(one[1]) == 3 for one in packets(finished, 300.0, END_S) if one[0] == "AUV01")
+
+
+def test_a_run_goes_on_while_a_vehicle_may_come_back_and_ends_when_none_will() -> None:
+    names = ("ASV00", "AUV00", "AUV01", "AUV02")
+    away = [f'kind="lost",vehicle="{name}",at_s=10,until_s=20' for name in names]
+    assert run_with(*away).recorder.trajectories[-1][0] == END_S
+    lost = [f'kind="lost",vehicle="{name}",at_s=10' for name in names]
+    assert run_with(*lost).recorder.trajectories[-1][0] == 10.0
+
+
+def test_a_run_with_faults_is_a_function_of_scenario_and_seed() -> None:
+    tables = 'kind="lost",vehicle="any",at_s=[100,400]', 'kind="mute",vehicle="any",rate_per_h=20'
+    runs = [run_with(*tables, seed=3, settings=["channel.per=0.4"]).recorder for _ in range(2)]
+    assert runs[0].faults
+    assert all(runs[0].rows(name) == runs[1].rows(name) for name in runs[0].tables)
+
+
+def test_a_fault_that_never_comes_changes_no_row() -> None:
+    late = run_with('kind="lost",vehicle="AUV01",at_s=100000').recorder
+    usual = run_with().recorder
+    assert all(late.rows(name) == usual.rows(name) for name in usual.tables)
