@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 TAKEN = frozenset({
     "scenario", "strategy", "policy", "channel", "per", "seed", "n_vehicles", "reason", "milestones",
-    "key", "repeat", "status", "error", "replay", "wall_s", "cpu_s", "host", "worker", "finished_at",
+    "key", "repeat", "unforeseen", "status", "error", "replay", "wall_s", "cpu_s", "host", "worker", "finished_at",
 })  # fmt: skip
 """Fields of a summary and columns of the table of runs that are no metrics."""
 
@@ -34,6 +34,16 @@ class Better(Enum):
     NEITHER = "neither"
 
 
+class Absent(Enum):
+    """Value of a metric that says nothing of a run; the summary leaves its field out."""
+
+    NOT_APPLICABLE = "not applicable"
+
+
+NOT_APPLICABLE = Absent.NOT_APPLICABLE
+"""The metric makes no sense in this run: nothing to recover from, for example."""
+
+
 @dataclass(frozen=True)
 class Metric:
     """One field of a summary that can be compared between runs.
@@ -43,18 +53,21 @@ class Metric:
         unit: unit, empty for numbers without one.
         better: the direction of a ranking.
         label: what axes and captions call it, without the unit; with hyphens also the name of its chart.
-        of: its value in a finished run; None where the run has none.
+        of: its value in a finished run; None where the run has none, NOT_APPLICABLE where the run cannot have one.
         headline: True if a study that names no metrics compares it.
         note: sentence that captions add, for example about what is left out.
+        censored: True for the time (s) to an event that a run may not reach: None means "not by the end". Such a run
+            is not left out of a mean; it counts with the mission's whole duration.
     """
 
     name: str
     unit: str
     better: Better
     label: str
-    of: Callable[[Run], float | int | bool | None]
+    of: Callable[[Run], float | int | bool | Absent | None]
     headline: bool = False
     note: str = ""
+    censored: bool = False
 
 
 @dataclass(frozen=True)
@@ -68,6 +81,7 @@ class MetricRecord:
         label: what axes and captions call it, without the unit.
         headline: True if it is compared where no metrics are named.
         note: sentence that captions add.
+        censored: True for the time to an event that a run may not reach.
     """
 
     name: str
@@ -76,11 +90,12 @@ class MetricRecord:
     label: str
     headline: bool = False
     note: str = ""
+    censored: bool = False
 
     @classmethod
     def of(cls, metric: Metric) -> MetricRecord:
         """The record of a metric."""
-        return cls(metric.name, metric.unit, metric.better, metric.label, metric.headline, metric.note)
+        return cls(**{name: getattr(metric, name) for name in cls.__dataclass_fields__})
 
     def written(self) -> dict[str, Any]:
         """The declaration as JSON has it."""
@@ -96,7 +111,8 @@ class MetricRecord:
         try:
             better = Better(entry["better"])
             name, unit, label = (str(entry[key]) for key in ("name", "unit", "label"))
-            return cls(name, unit, better, label, bool(entry.get("headline")), str(entry.get("note", "")))
+            headline, censored = bool(entry.get("headline")), bool(entry.get("censored"))
+            return cls(name, unit, better, label, headline, str(entry.get("note", "")), censored)
         except (KeyError, TypeError, ValueError):
             allowed = ", ".join(better.value for better in Better)
             raise OutputError(
@@ -129,6 +145,9 @@ def collected(source: str, metrics: Iterable[Metric]) -> dict[str, Metric]:
         if not isinstance(better, Better):
             given = "" if better is None else repr(better)
             faults.append(ConfigurationFault(f"metric {metric.name}, better", given, f"allowed: {directions}"))
+        if getattr(metric, "censored", False) and metric.unit != "s":
+            allowed = "a censored metric is a time in s, since a run without it counts with its duration"
+            faults.append(ConfigurationFault(f"metric {metric.name}, unit", repr(metric.unit), allowed))
         if metric.name in TAKEN:
             allowed = "a field that results have already; give the metric another name"
             faults.append(ConfigurationFault(f"metric {metric.name}", "", allowed))

@@ -3,9 +3,10 @@
 A row is about one metric of one treatment. Every treatment is compared with the one that differs from it in the
 baseline's strategy (or policy) alone, run by run of the same repeat.
 
-A run that did not complete is censored: its mission time is known to be longer than the mission's duration. It stays
-in with that duration, so the mean of ``mission_time_s`` is the restricted mean time; ``completed`` as a metric is the
-success rate, with Wilson's interval.
+A run that did not reach the event of a censored metric, such as completion, is known to need longer than the mission's
+duration. It stays in with that duration, and so does a run that failed. All runs of a treatment are watched as long,
+so the mean of these restricted times is the area under the Kaplan-Meier curve up to the duration. ``completed`` as a
+metric is the success rate, with Wilson's interval; failed runs have not completed.
 """
 
 from __future__ import annotations
@@ -16,7 +17,17 @@ from dataclasses import replace
 
 from missions.comparison.pairs import Paired, paired_with
 from missions.comparison.rows import Comparison
-from missions.comparison.treatments import Summary, Treatment, check_name, treatments_of, values_of
+from missions.comparison.treatments import (
+    MISSION_TIME,
+    SUCCESS,
+    Outcomes,
+    Treatment,
+    check_name,
+    n_reached,
+    treatments_of,
+    values_of,
+)
+from missions.metric import MetricRecord
 from missions.statistics import FEW, holm, mean_interval, restricted_mean_time, wilson_interval
 from missions.sweeps.folder import SweepResults
 
@@ -48,13 +59,20 @@ def compare(results: SweepResults, metrics: Sequence[str] = (), baseline: str | 
     baseline = baseline or design.baseline or first
     check_name("--baseline", baseline, [*strategies, *policies])
     by_strategy = baseline in strategies
-    return [row for metric in metrics for row in _rows(treatments, metric, baseline, by_strategy)]
+    declared = results.metrics
+    return [row for metric in metrics for row in _rows(treatments, declared, metric, baseline, by_strategy)]
 
 
 def _rows(
-    treatments: Mapping[Treatment, Mapping[int, Summary]], metric: str, baseline: str, by_strategy: bool
+    treatments: Mapping[Treatment, Outcomes],
+    declared: Mapping[str, MetricRecord],
+    name: str,
+    baseline: str,
+    by_strategy: bool,
 ) -> list[Comparison]:
     """Rows of one metric; its comparisons are one family for Holm's correction."""
+    metric = declared[name]
+    times_s = {one: values_of(runs, declared[MISSION_TIME]) for one, runs in treatments.items()}
     values = {one: found for one, runs in treatments.items() if (found := values_of(runs, metric))}
     compared: dict[Treatment, Paired] = {}
     for treatment, found in values.items():
@@ -70,6 +88,7 @@ def _rows(
             baseline,
             list(found.values()),
             treatments[treatment],
+            times_s[treatment],
             compared.get(treatment),
             corrected.get(treatment),
         )
@@ -79,25 +98,29 @@ def _rows(
 
 def _row(
     treatment: Treatment,
-    metric: str,
+    metric: MetricRecord,
     baseline: str,
     values: Sequence[float],
-    runs: Mapping[int, Summary],
+    runs: Outcomes,
+    times_s: Mapping[int, float],
     paired: Paired | None,
     p_holm: float | None,
 ) -> Comparison:
-    """The row of one treatment and metric; ``runs`` are all that finished, ``values`` of those that have the metric."""
-    completed = [bool(run["completed"]) for run in runs.values()]
-    times_s = [float(run["mission_time_s"]) for run in runs.values()]
+    """The row of one treatment and metric; ``runs`` are all that were made, ``values`` those of the metric."""
+    completed = [run.completed for run in runs.values()]
+    timed = [runs[repeat].completed for repeat in times_s]
+    horizon_s = max(times_s.values(), default=0.0)
     success = wilson_interval(sum(completed), len(completed))
-    low, high = (success if metric == "completed" else mean_interval(values)) or (None, None)
+    low, high = (success if metric.name == SUCCESS else mean_interval(values)) or (None, None)
     diff_low, diff_high = (paired.interval if paired else None) or (None, None)
     return Comparison(
         **treatment.columns(),
-        metric=metric,
+        metric=metric.name,
         baseline=baseline,
         n=len(values),
         n_completed=sum(completed),
+        n_failed=sum(run.failed for run in runs.values()),
+        n_reached=n_reached(runs, metric),
         mean=plain.fmean(values),
         ci95_low=low,
         ci95_high=high,
@@ -111,5 +134,5 @@ def _row(
         success_rate=sum(completed) / len(completed),
         success_ci95_low=success[0],
         success_ci95_high=success[1],
-        restricted_mean_time_s=restricted_mean_time(times_s, completed, max(times_s)),
+        restricted_mean_time_s=restricted_mean_time(list(times_s.values()), timed, horizon_s),
     )

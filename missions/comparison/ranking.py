@@ -1,7 +1,9 @@
 """Ranking of strategies and policies, among those that were run under the same conditions.
 
-The direction comes from the declaration of the metric, which the folder of the sweep holds. A ranking also says which
-treatments the runs cannot tell from the best.
+Success comes first: of two treatments the one that completes more often stands before the other, and only among equals
+does the metric decide. The direction comes from the declaration of the metric, which the folder of the sweep holds. A
+ranking also says which treatments the runs cannot tell from the best, and which of them did other work than the best:
+where intervals of success rates do not meet, a mean time or distance is that of unequal work.
 """
 
 from __future__ import annotations
@@ -9,18 +11,41 @@ from __future__ import annotations
 import statistics as plain
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from missions.comparison.pairs import SIGNIFICANT, least_p_holm, paired_with
-from missions.comparison.rows import Rank
+from missions.comparison.rows import Comparison, Rank
 from missions.comparison.treatments import Treatment, check_name, treatments_of, values_of
 from missions.errors import OutputError
 from missions.metric import Better
-from missions.statistics import holm
+from missions.statistics import Interval, holm, wilson_interval
 from missions.sweeps.folder import SweepResults
 
-Conditions = tuple[str, str, float, tuple[tuple[str, str], ...]]
-"""Scenario, channel, loss rate and other settings, which those that are ranked with each other share."""
+Conditions = tuple[str, str, float, tuple[tuple[str, str], ...], str]
+"""Scenario, channel, loss rate, settings and what is unforeseen, which those that are ranked with each other share."""
+
+
+@dataclass(frozen=True)
+class Contender:
+    """A treatment in a column of a ranking.
+
+    Args:
+        values: of the metric, by repeat.
+        success: whether each of its runs completed; failed runs have not.
+    """
+
+    values: Mapping[int, float]
+    success: Sequence[bool]
+
+    @property
+    def success_rate(self) -> float:
+        """Share of the runs that completed."""
+        return sum(self.success) / len(self.success)
+
+    @property
+    def success_interval(self) -> Interval:
+        """Wilson's interval of the success rate."""
+        return wilson_interval(sum(self.success), len(self.success))
 
 
 def ranks(results: SweepResults, metric: str) -> list[Rank]:
@@ -34,44 +59,70 @@ def ranks(results: SweepResults, metric: str) -> list[Rank]:
         OutputError: nothing has finished, the metric is unknown, or its direction is.
     """
     check_name("--metric", metric, results.metrics)
-    better = results.metrics[metric].better
+    declared = results.metrics[metric]
+    better = declared.better
     if better is None or better is Better.NEITHER:
         why = "neither higher nor lower is better" if better else "this folder does not say which direction is better"
         raise OutputError(f"--metric {metric!r}: cannot be ranked, {why}; allowed are {', '.join(results.ranked)}")
-    columns: dict[Treatment, dict[Treatment, dict[int, float]]] = defaultdict(dict)
+    columns: dict[Treatment, dict[Treatment, Contender]] = defaultdict(dict)
     for treatment, runs in treatments_of(results).items():
-        if values := values_of(runs, metric):
-            columns[replace(treatment, strategy="", policy="")][treatment] = values
+        if values := values_of(runs, declared):
+            contender = Contender(values, [run.completed for run in runs.values()])
+            columns[replace(treatment, strategy="", policy="")][treatment] = contender
     return [rank for column in columns.values() for rank in column_ranks(column, metric, better)]
 
 
-def column_ranks(column: Mapping[Treatment, Mapping[int, float]], metric: str, better: Better) -> list[Rank]:
+def column_ranks(column: Mapping[Treatment, Contender], metric: str, better: Better) -> list[Rank]:
     """Ranks of one column of a table; the tests against its best are one family for Holm's correction.
 
     Args:
-        column: values by treatment and repeat, under the same conditions.
+        column: what was run under the same conditions.
         metric: its name.
         better: HIGHER or LOWER.
     """
     sign = -1.0 if better is Better.HIGHER else 1.0
-    scores = {treatment: sign * plain.fmean(values.values()) for treatment, values in column.items()}
+    means = {treatment: plain.fmean(one.values.values()) for treatment, one in column.items()}
+    scores = {treatment: (-one.success_rate, sign * means[treatment]) for treatment, one in column.items()}
     best = min(scores, key=lambda treatment: scores[treatment])
-    paired = {treatment: paired_with(values, column[best]) for treatment, values in column.items() if treatment != best}
+    others = {treatment: one for treatment, one in column.items() if treatment != best}
+    paired = {treatment: paired_with(one.values, column[best].values) for treatment, one in others.items()}
+    unequal = {one for one in others if are_apart(column[one].success_interval, column[best].success_interval)}
     tested = {treatment: found.p for treatment, found in paired.items() if found and found.p is not None}
     corrected = dict(zip(tested, holm(list(tested.values())), strict=True))
     return [
         Rank(
             **treatment.columns(),
             metric=metric,
-            n=len(column[treatment]),
-            mean=sign * score,
+            n=len(column[treatment].values),
+            success_rate=column[treatment].success_rate,
+            mean=means[treatment],
             rank=sum(other < score for other in scores.values())
             + (1 + sum(other == score for other in scores.values())) / 2,
             p_holm_to_best=corrected.get(treatment),
-            among_best=corrected.get(treatment, 1.0) >= SIGNIFICANT,
+            among_best=treatment not in unequal and corrected.get(treatment, 1.0) >= SIGNIFICANT,
+            unequal_success=treatment in unequal,
         )
         for treatment, score in scores.items()
     ]
+
+
+def are_apart(one: Interval, other: Interval) -> bool:
+    """True if two intervals do not meet."""
+    return one[1] < other[0] or other[1] < one[0]
+
+
+def of_unequal_work(rows: Sequence[Comparison]) -> list[Comparison]:
+    """Rows whose success rate is below the best under the same conditions by more than their intervals.
+
+    Args:
+        rows: of one metric.
+    """
+    best: dict[Conditions, Comparison] = {}
+    for row in rows:
+        first = best.setdefault(_conditions(row), row)
+        if row.success_rate > first.success_rate:
+            best[_conditions(row)] = row
+    return [row for row in rows if row.success_ci95_high < best[_conditions(row)].success_ci95_low]
 
 
 def mean_ranks(ranked: Sequence[Rank]) -> dict[tuple[str, str], float | None]:
@@ -90,5 +141,5 @@ def are_too_few(ranked: Sequence[Rank]) -> bool:
     return all(least_p_holm(most, n - 1) >= SIGNIFICANT for n in columns.values() if n > 1)
 
 
-def _conditions(rank: Rank) -> Conditions:
-    return rank.scenario, rank.channel, rank.per, tuple(rank.settings.items())
+def _conditions(row: Rank | Comparison) -> Conditions:
+    return row.scenario, row.channel, row.per, tuple(row.settings.items()), row.unforeseen

@@ -11,7 +11,14 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Comparison:
-    """A row of ``compare``; the names are those of the contract. None where too few runs can say."""
+    """A row of ``compare``; the names are those of the contract. None where too few runs can say.
+
+    Args:
+        n: runs that the mean is over; where failed runs count (success, censored metrics), they are among them.
+        n_completed: runs whose mission completed.
+        n_failed: runs that raised or killed their process.
+        n_reached: runs that reached the event of a censored metric, whose mean is restricted; None for other metrics.
+    """
 
     scenario: str
     strategy: str
@@ -19,10 +26,13 @@ class Comparison:
     channel: str
     per: float
     settings: dict[str, str]
+    unforeseen: str
     metric: str
     baseline: str
     n: int
     n_completed: int
+    n_failed: int
+    n_reached: int | None
     mean: float
     ci95_low: float | None
     ci95_high: float | None
@@ -44,10 +54,13 @@ class Rank:
     """How a strategy with its policy stands among those run under the same conditions.
 
     Args:
-        rank: by the mean, 1 is best; those with equal means share the mean of their ranks (Friedman 1937).
+        rank: by the success rate and then the mean, 1 is best; equal ones share the mean of their ranks (Friedman
+            1937).
         p_holm_to_best: of the paired differences to the best, corrected over those conditions; None for the best
             itself, and where there are fewer than two pairs.
-        among_best: the best, or not significantly different from it.
+        among_best: the best, or neither in the metric nor in success significantly different from it.
+        unequal_success: the interval of its success rate does not meet that of the best, so that the two did unequal
+            work and their means say nothing of each other.
     """
 
     scenario: str
@@ -56,12 +69,15 @@ class Rank:
     channel: str
     per: float
     settings: dict[str, str]
+    unforeseen: str
     metric: str
     n: int
+    success_rate: float
     mean: float
     rank: float
     p_holm_to_best: float | None
     among_best: bool
+    unequal_success: bool
 
 
 def write_csv(rows: Sequence[Comparison | Rank], path: Path) -> None:

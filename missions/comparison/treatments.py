@@ -10,12 +10,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from missions.errors import OutputError
+from missions.metric import MetricRecord
+from missions.sweeps.design import FAULT
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.ledger import DONE, Line
+from missions.sweeps.plan import UNFORESEEN
 from missions.sweeps.study_file import flattened
 from worldmodel import suggestion
 
 FIELDS = ("scenario", "strategy", "policy", "channel", "per")
+SUCCESS, MISSION_TIME = "completed", "mission_time_s"
+"""Metrics of which a failed run has a value, too: it has not completed."""
 OWN_COLUMNS = ("strategy.name", "communication.policy", "channel.name", "channel.per")
 """Settings that have a column of their own."""
 
@@ -28,6 +33,7 @@ class Treatment:
 
     Args:
         settings: other keys of the scenario that the study varies, with their values as text.
+        unforeseen: name of what is unforeseen in its runs; empty in a study without that axis.
     """
 
     scenario: str
@@ -36,36 +42,66 @@ class Treatment:
     channel: str
     per: float
     settings: tuple[tuple[str, str], ...]
+    unforeseen: str = ""
 
     def columns(self) -> dict[str, Any]:
         """The columns of a row that say which treatment it is about."""
         return {**vars(self), "settings": dict(self.settings)}
 
 
-def treatments_of(results: SweepResults) -> dict[Treatment, dict[int, Summary]]:
-    """Summaries of the runs that did not fail, by treatment and repeat, in a fixed order.
+@dataclass(frozen=True)
+class Outcome:
+    """How one run ended.
+
+    Args:
+        summary: of a run that failed it has no metrics.
+        failed: True if the run raised or killed its process.
+        duration_s: its longest mission time; None in folders of older versions.
+    """
+
+    summary: Summary
+    failed: bool
+    duration_s: float | None
+
+    @property
+    def completed(self) -> bool:
+        """True if its mission completed."""
+        return not self.failed and bool(self.summary["completed"])
+
+
+Outcomes = Mapping[int, Outcome]
+"""Outcomes of the runs of a treatment by repeat."""
+
+
+def treatments_of(results: SweepResults) -> dict[Treatment, dict[int, Outcome]]:
+    """Outcomes of the runs by treatment and repeat, in a fixed order; failed runs are among them.
 
     Raises:
         OutputError: no run has finished.
     """
-    constant = dict(flattened(results.schedule.file.set))
-    found = _grouped(results.lines.values(), {*OWN_COLUMNS, *constant})
+    file = results.schedule.file
+    cases = {key for one in file.unforeseen for key, _ in (*flattened(one.set), (FAULT, None))}
+    constant = {key for key, _ in flattened(file.set)}
+    place = {one.name: number for number, one in enumerate(file.unforeseen)}
+    found = _grouped(results.lines.values(), {*OWN_COLUMNS, *constant, *cases, UNFORESEEN})
     if not found:
         raise OutputError(f"{results.folder}: no run has finished yet, there is nothing to compare")
-    return found
+    in_order = sorted(found, key=lambda one: (place.get(one.unforeseen, len(place)), *_in_order(one)))
+    return {treatment: dict(sorted(found[treatment].items())) for treatment in in_order}
 
 
-def _grouped(lines: Iterable[Line], left_out: Collection[str]) -> dict[Treatment, dict[int, Summary]]:
-    """Summaries by treatment and repeat; ``left_out`` are keys of settings that do not tell treatments apart."""
-    found: dict[Treatment, dict[int, Summary]] = {}
+def _grouped(lines: Iterable[Line], left_out: Collection[str]) -> dict[Treatment, dict[int, Outcome]]:
+    """Outcomes by treatment and repeat; ``left_out`` are keys of settings that do not tell treatments apart."""
+    found: dict[Treatment, dict[int, Outcome]] = {}
     for line in lines:
         summary = line["summary"]
         settings = tuple((key, str(value)) for key, value in sorted(line["settings"].items()) if key not in left_out)
-        if line["status"] == DONE:
-            scenario, strategy, policy, channel, per = (summary[key] for key in FIELDS)
-            treatment = Treatment(scenario, strategy, policy, channel, per, settings)
-            found.setdefault(treatment, {})[line["repeat"]] = summary
-    return {treatment: dict(sorted(found[treatment].items())) for treatment in sorted(found, key=_in_order)}
+        scenario, strategy, policy, channel, per = (summary[key] for key in FIELDS)
+        case = line["settings"].get(UNFORESEEN, "")
+        treatment = Treatment(scenario, strategy, policy, channel, per, settings, case)
+        outcome = Outcome(summary, line["status"] != DONE, line.get("duration_s"))
+        found.setdefault(treatment, {})[line["repeat"]] = outcome
+    return found
 
 
 def _in_order(treatment: Treatment) -> tuple[Any, ...]:
@@ -88,9 +124,42 @@ def _number(text: str) -> float:
         return 0.0
 
 
-def values_of(runs: Mapping[int, Summary], metric: str) -> dict[int, float]:
-    """Values of a metric by repeat; runs in which it has none (a latency without a packet) are left out."""
-    return {repeat: float(run[metric]) for repeat, run in runs.items() if run.get(metric) is not None}
+def values_of(runs: Outcomes, metric: MetricRecord) -> dict[int, float]:
+    """Values of a metric by repeat.
+
+    A run that failed has not completed. Of a censored metric, a run that did not reach the event, or failed before,
+    counts with its duration: all are watched as long, so the mean is the area under the Kaplan-Meier curve up to
+    there. Of other metrics, runs without a value (a latency without a packet) are left out, and so are those in which a
+    metric makes no sense.
+    """
+    if metric.name == SUCCESS:
+        return {repeat: float(run.completed) for repeat, run in runs.items()}
+    applies = any(metric.name in run.summary for run in runs.values()) or all(run.failed for run in runs.values())
+    found: dict[int, float] = {}
+    for repeat, run in runs.items():
+        value = run.summary.get(metric.name)
+        if value is None and metric.censored and (metric.name in run.summary or (run.failed and applies)):
+            value = _duration_s(run, runs)
+        if value is not None:
+            found[repeat] = float(value)
+    return found
+
+
+def _duration_s(run: Outcome, runs: Outcomes) -> float | None:
+    """Longest mission time of a run; where the folder does not say it, that of those that did not complete."""
+    if run.duration_s is not None:
+        return run.duration_s
+    times_s = [one.summary["mission_time_s"] for one in runs.values() if not one.failed and not one.completed]
+    return max(times_s, default=None)
+
+
+def n_reached(runs: Outcomes, metric: MetricRecord) -> int | None:
+    """Runs that reached the event of a censored metric; None for other metrics."""
+    if not metric.censored:
+        return None
+    if metric.name == MISSION_TIME:
+        return sum(run.completed for run in runs.values())
+    return sum(run.summary.get(metric.name) is not None for run in runs.values())
 
 
 def check_name(option: str, name: str, known: Collection[str]) -> None:

@@ -108,7 +108,7 @@ def consistent_fraction(run: Run) -> float | None:
 
 
 CORE_METRICS = (
-    Metric("mission_time_s", "s", LOWER, "mission time", lambda run: round(run.end_s, 4), headline=True),
+    Metric("mission_time_s", "s", LOWER, "mission time", lambda run: round(run.end_s, 4), True, censored=True),
     Metric("completed", "", HIGHER, "success rate", lambda run: run.completed, headline=True),
     Metric("distance_m", "m", LOWER, "distance", lambda run: round(run.distance_m, 3)),
     Metric("energy_j", "J", LOWER, "energy", energy_j, headline=True),

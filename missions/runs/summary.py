@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from missions.metric import Metric
+from missions.metric import NOT_APPLICABLE, Absent, Metric
 from missions.runs.run import Run
 from missions.scenarios.scenario import Scenario
 from remoras.errors import PluginError
@@ -28,7 +28,7 @@ def summary(run: Run) -> dict[str, Any]:
     """The figures of a run, with the names of the contract: a field for every metric of its setup.
 
     ``per`` is the mean packet error rate of the loss model as it is set, without blackouts and range. A value that a
-    run does not have, such as a latency without packets, is None.
+    run does not have, such as a latency without packets, is None; one that it cannot have is left out.
 
     Raises:
         PluginError: a metric of the mission raises, or gives something else than a number, a truth value or None.
@@ -38,7 +38,7 @@ def summary(run: Run) -> dict[str, Any]:
         **identity(run.scenario, run.seed),
         "completed": values.pop("completed"),
         "reason": run.reason,
-        **values,
+        **{name: value for name, value in values.items() if value is not NOT_APPLICABLE},
         "wall_s": round(run.wall_s, 3),
         "milestones": [
             {"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": round(m.time_s, 4)}
@@ -47,13 +47,13 @@ def summary(run: Run) -> dict[str, Any]:
     }
 
 
-def _value(metric: Metric, run: Run) -> float | int | bool | None:
+def _value(metric: Metric, run: Run) -> float | int | bool | Absent | None:
     where = f"metric {metric.name} of {run.scenario.scenario.mission}"
     try:
         value = metric.of(run)
     except Exception as error:  # it may be somebody else's function
         raise PluginError(f"{where}: raised {type(error).__name__}: {error}") from error
-    if value is not None and not isinstance(value, float | int):
+    if value is not None and value is not NOT_APPLICABLE and not isinstance(value, float | int):
         raise PluginError(f"{where}: expected a number, a truth value or None; it gave {type(value).__name__}")
     if isinstance(value, float) and not math.isfinite(value):
         raise PluginError(f"{where}: expected a finite number, or None where a run has none; it gave {value}")

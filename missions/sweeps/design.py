@@ -1,7 +1,7 @@
 """Design: the combinations of settings that a study asks for.
 
-It is the product of scenarios, vehicles, strategies, policies, channels and points. A point sets keys of the scenario,
-named as ``--set`` names them; points come from a full grid, a list or a Latin hypercube.
+It is the product of scenarios, vehicles, strategies, policies, channels, points and what is unforeseen. A point sets
+keys of the scenario, named as ``--set`` names them; points come from a full grid, a list or a Latin hypercube.
 """
 
 from __future__ import annotations
@@ -11,33 +11,41 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from missions.sweeps.study_checks import LISTS, TABLE_OF, channel_place
-from missions.sweeps.study_file import StudyFile, flattened, is_axis
-
-
-class Setting(NamedTuple):
-    """A key of the scenario with its value.
-
-    Args:
-        place: key of the study file that sets it.
-    """
-
-    key: str
-    value: Any
-    place: str
-
+from missions.sweeps.study_file import Setting, StudyFile, Unforeseen, flattened, is_axis
 
 Settings = tuple[Setting, ...]
+FAULT = "fault"
+"""Key of the scenario that has the faults of a run."""
 
 
-def combinations(file: StudyFile) -> Iterator[Settings]:
+class Combination(NamedTuple):
+    """Settings of all runs of a configuration.
+
+    Args:
+        unforeseen: name of what is unforeseen in them; empty in a study without that axis.
+    """
+
+    settings: Settings
+    unforeseen: str
+
+
+def combinations(file: StudyFile) -> Iterator[Combination]:
     """Every combination of settings; each scenario of the study is run with all of them."""
     axes: list[list[Settings]] = [[tuple(Setting(key, value, f"set.{key}") for key, value in flattened(file.set))]]
     for name, key in LISTS.items():
         values: Sequence[Any] = getattr(file.study, name) or ()
         axes.append([(Setting(key, value, f"study.{name}"),) for value in values] or [()])
     axes += [_channels(file), points(file)]
+    cases = [Combination(_unforeseen(one, f"unforeseen.{one.name}"), one.name) for one in file.unforeseen]
     for chosen in itertools.product(*axes):
-        yield tuple(itertools.chain(*chosen))
+        for case in cases or [Combination((), "")]:
+            yield Combination((*itertools.chain(*chosen), *case.settings), case.unforeseen)
+
+
+def _unforeseen(case: Unforeseen, place: str) -> Settings:
+    """What an entry of ``[[unforeseen]]`` sets."""
+    found = [Setting(key, value, f"{place}.set.{key}") for key, value in flattened(case.set)]
+    return (*found, *([Setting(FAULT, list(case.fault), f"{place}.fault")] if case.fault else []))
 
 
 def _channels(file: StudyFile) -> list[Settings]:

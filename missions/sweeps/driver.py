@@ -224,7 +224,7 @@ def _drive(
             given_out = {task.key for chunk in busy.values() for task in chunk}
             queue.waiting.extend(plan.missing(folder.summaries, given_out))
         if progress is not None:
-            progress(len(folder.lines), plan.schedule.count(folder.summaries))
+            progress(len(folder.lines), len(folder.lines) + plan.schedule.n_missing(folder.summaries))
 
 
 def _is_death(error: Exception) -> bool:

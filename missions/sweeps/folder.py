@@ -1,8 +1,8 @@
 """Folder of a sweep: what it holds, and how a sweep that is going on writes it.
 
-``study.json`` says what the folder is for; another study is refused. ``ledger.jsonl`` has a line per finished run. The
-rest is made from these: ``runs.parquet`` (one row per run, sorted by key), ``tables/`` (tables of a sample of runs) and
-``parts/`` (while the sweep is on).
+``study.json`` says what the folder is for; another study is refused, unless it is the same one grown.
+``ledger.jsonl`` has a line per finished run. The rest is made from these: ``runs.parquet`` (one row per run, sorted by
+key), ``tables/`` (tables of a sample of runs) and ``parts/`` (while the sweep is on).
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from missions.sweeps.ledger import (
     read_ledger,
 )
 from missions.sweeps.plan import RunSchedule
-from missions.sweeps.record import DECLARATIONS, differences, record_of
+from missions.sweeps.record import DECLARATIONS, LABELS, differences, read_label, record_of
 from missions.sweeps.study_file import StudyFile
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ MOST_DIFFERENCES = 20
 
 @dataclass(frozen=True)
 class SweepStatus:
-    """How far a sweep is; ``done`` counts completed and censored runs."""
+    """How far a sweep is: ``planned`` are those made and those remaining, ``done`` are completed and censored."""
 
     planned: int
     done: int
@@ -101,12 +101,18 @@ class SweepResults:
         """
         record = self._record
         try:
-            return RunSchedule(record["version"], StudyFile.model_validate(record["study"]), tuple(record["digests"]))
+            file, labels = StudyFile.model_validate(record["study"]), tuple(map(read_label, record.get(LABELS, ())))
+            restricted = file.stopping is not None and bool(labels) and self._is_censored(file.stopping.metric)
+            return RunSchedule(record["version"], file, tuple(record["digests"]), labels, restricted)
         except (ValueError, TypeError, KeyError):  # pydantic's errors are ValueErrors
             raise OutputError(
                 f"{self.folder / STUDY}: does not describe a study of this version; "
                 f"{LEDGER} beside it still has the runs"
             ) from None
+
+    def _is_censored(self, metric: str) -> bool:
+        """True if the folder declares the metric as censored."""
+        return any(entry["name"] == metric and entry.get("censored") for entry in self._record.get(DECLARATIONS, ()))
 
     @cached_property
     def metrics(self) -> dict[str, MetricRecord]:
@@ -158,12 +164,16 @@ class SweepResults:
 
     @cached_property
     def lines(self) -> dict[str, Line]:
-        """Lines of the ledger by key, in the order of the keys.
+        """Lines of the ledger by key, in the order of the keys, with the settings that the study gives them now.
 
         Raises:
             OutputError: a line is not one of a run.
         """
-        return read_ledger(self.folder / LEDGER)
+        lines = read_ledger(self.folder / LEDGER)
+        try:
+            return self.schedule.labelled(lines)
+        except OutputError:  # it cannot be said what they were for; the runs are there
+            return lines
 
     def runs(self) -> Any:
         """A pandas data frame with one row per finished run."""
@@ -183,10 +193,10 @@ class SweepResults:
     def status(self) -> SweepStatus:
         """How far the sweep is."""
         lines = self.lines.values()
-        planned = self.schedule.count({key: line["summary"] for key, line in self.lines.items()})
+        remaining = self.schedule.n_missing({key: line["summary"] for key, line in self.lines.items()})
         failed = sum(line["status"] == FAILED for line in lines)
         censored = sum(line["status"] == DONE and not line["summary"]["completed"] for line in lines)
-        return SweepStatus(planned, len(self.lines) - failed, failed, censored, planned - len(self.lines))
+        return SweepStatus(len(lines) + remaining, len(lines) - failed, failed, censored, remaining)
 
 
 class SweepFolder:
@@ -204,6 +214,7 @@ class SweepFolder:
 
     def __init__(self, folder: Path, plan: SweepPlan, force_new: bool = False) -> None:
         self.folder = folder
+        self._plan = plan
         record = record_of(plan)
         if (folder / "summary.json").exists():
             raise OutputError(f"--out {folder}: holds the results of a single run; name another folder")
@@ -224,7 +235,7 @@ class SweepFolder:
             raise kind(f"--out {folder}: cannot be written: {error.strerror}") from None
 
     def _make_sure_of_study(self, record: Mapping[str, Any], force_new: bool) -> None:
-        """Refuse the runs of another study, or set them aside."""
+        """Refuse the runs of a study that this one does not go on with, or set them aside."""
         path = self.folder / STUDY
         if path.is_file():
             found = list(differences(path, record))
@@ -233,7 +244,8 @@ class SweepFolder:
         if found and not force_new:
             shown = "\n".join(f"  {line}" for line in found[:MOST_DIFFERENCES])
             raise StudyChangedError(
-                f"{self.folder} holds runs of a study that differs from this one:\n{shown}\n"
+                f"{self.folder} holds runs of a study that this one does not go on with:\n{shown}\n"
+                "a study may grow (repeats, strategies, policies, channels, vehicles, scenarios, points, unforeseen); "
                 "name another folder for --out, or set its runs aside and start anew with --force-new"
             )
         if found:
@@ -272,7 +284,7 @@ class SweepFolder:
         """
         try:
             draft = self.folder / f".{RUNS}"
-            pq.write_table(run_table(self.lines), draft, compression="zstd")
+            pq.write_table(run_table(self._plan.schedule.labelled(self.lines)), draft, compression="zstd")
             draft.replace(self.folder / RUNS)
             kept = [key for key, line in self.lines.items() if line["tables"]]
             step_tables.merge(self.folder / PARTS, self.folder / TABLES, kept)

@@ -21,8 +21,11 @@ from missions.sweeps.study_file import StoppingRule, StudyFile
 
 if TYPE_CHECKING:
     from missions.scenarios import Scenario
+    from missions.sweeps.ledger import Line
     from missions.sweeps.study import Configuration, Study
 
+UNFORESEEN = "unforeseen"
+"""Column of the table of runs with the name of what is unforeseen in them."""
 Summaries = Mapping[str, Mapping[str, Any]]
 """Summary of every finished run by key."""
 
@@ -61,6 +64,39 @@ class RunTask:
 
 
 @dataclass(frozen=True)
+class Label:
+    """What a folder says of a configuration, beside its digest.
+
+    Args:
+        source: scenario as `remoras run` takes it.
+        settings: every key that the study sets, with its value.
+        unforeseen: name of what is unforeseen in its runs; empty in a study without that axis.
+        duration_s: end of a run whose mission has not completed.
+    """
+
+    source: str
+    settings: tuple[tuple[str, Any], ...]
+    unforeseen: str
+    duration_s: float
+
+    @classmethod
+    def of(cls, configuration: Configuration) -> Label:
+        """The label of a configuration."""
+        duration_s = configuration.scenario.scenario.duration_s
+        return cls(configuration.source, configuration.settings, configuration.unforeseen, duration_s)
+
+    @property
+    def columns(self) -> dict[str, Any]:
+        """Settings as the table of runs has them."""
+        return {**dict(self.settings), **({UNFORESEEN: self.unforeseen} if self.unforeseen else {})}
+
+    def on(self, line: Line) -> Line:
+        """The line of a run of this configuration, with these settings."""
+        replay = replay_command(self, line["summary"]["seed"]) if line["error"] else ""
+        return {**line, "settings": self.columns, "replay": replay, "duration_s": self.duration_s}
+
+
+@dataclass(frozen=True)
 class RunSchedule:
     """Keys of the runs that a study asks for; enough to say how far a sweep is, without its scenarios.
 
@@ -68,16 +104,28 @@ class RunSchedule:
         version: of the program.
         file: the study.
         digests: a hash of every resolved configuration.
+        labels: of every configuration; none in folders of older versions.
+        restricted: whether a run without a value of the stopping rule's metric counts with its duration.
     """
 
     version: str
     file: StudyFile
     digests: tuple[str, ...]
+    labels: tuple[Label, ...] = ()
+    restricted: bool = False
 
     def key(self, number: int, repeat: int) -> str:
         """Key of a repeat of the configuration with that number."""
-        seed = seed_of(self.file.study.seed, repeat)
-        return hashlib.sha256(f"{self.version} {self.digests[number]} {seed}".encode()).hexdigest()[:20]
+        if (found := self._keys.get((number, repeat))) is None:
+            seed = seed_of(self.file.study.seed, repeat)
+            found = hashlib.sha256(f"{self.version} {self.digests[number]} {seed}".encode()).hexdigest()[:20]
+            self._keys[number, repeat] = found
+        return found
+
+    @cached_property
+    def _keys(self) -> dict[tuple[int, int], str]:
+        """Keys by configuration and repeat, as far as they have been asked for."""
+        return {}
 
     def repeats(self, number: int, summaries: Summaries) -> int:
         """Repeats that a configuration needs, as far as the finished runs tell."""
@@ -89,12 +137,28 @@ class RunSchedule:
             summary = summaries.get(self.key(number, repeat))
             if summary is None:
                 break
-            values.append(summary.get(rule.metric))
+            value = summary.get(rule.metric)
+            values.append(self.labels[number].duration_s if value is None and self.restricted else value)
         return repeats_needed(rule, values)
 
-    def count(self, summaries: Summaries) -> int:
-        """Runs that are planned, as far as the finished runs tell."""
-        return sum(self.repeats(number, summaries) for number in range(len(self.digests)))
+    def n_missing(self, summaries: Summaries) -> int:
+        """Runs that are needed and not finished, as far as the finished runs tell."""
+        return sum(
+            self.key(number, repeat) not in summaries
+            for number in range(len(self.digests))
+            for repeat in range(self.repeats(number, summaries))
+        )
+
+    def labelled(self, lines: Mapping[str, Line]) -> dict[str, Line]:
+        """Lines of the ledger with the settings that the study gives their configurations now.
+
+        A study that has grown may set keys that it left to the scenario before; the runs are the same.
+        """
+        n_repeats = 1 + max((line["repeat"] for line in lines.values()), default=-1)
+        label_of = {
+            self.key(number, repeat): label for number, label in enumerate(self.labels) for repeat in range(n_repeats)
+        }
+        return {key: label_of[key].on(line) if key in label_of else line for key, line in lines.items()}
 
 
 @dataclass(frozen=True)
@@ -110,19 +174,26 @@ class SweepPlan:
             hashlib.sha256(configuration.scenario.model_dump_json().encode()).hexdigest()
             for configuration in self.study.configurations
         )
-        return RunSchedule(version(), self.study.file, tuple(digests))
+        labels = map(Label.of, self.study.configurations)
+        return RunSchedule(version(), self.study.file, tuple(digests), tuple(labels), self._is_restricted)
+
+    @property
+    def _is_restricted(self) -> bool:
+        rule = self.study.file.stopping
+        return rule is not None and self.study.metrics[rule.metric].censored
 
     def task(self, number: int, repeat: int) -> RunTask:
         """A repeat of the configuration with that number, ready to run."""
         configuration = self.study.configurations[number]
+        label = self.schedule.labels[number]
         seed = seed_of(self.study.design.seed, repeat)
         return RunTask(
             self.schedule.key(number, repeat),
             configuration.scenario,
             seed,
             repeat,
-            dict(configuration.settings),
-            replay_command(configuration, seed),
+            label.columns,
+            replay_command(label, seed),
             repeat < self.study.design.keep_tables,
         )
 
@@ -150,7 +221,7 @@ def repeats_needed(rule: StoppingRule, values: Sequence[float | None]) -> int:
     a packet) counts as a repeat.
 
     Args:
-        rule: metric, half-width of its interval, fewest and most repeats.
+        rule: metric, limits of the half-width of its interval, fewest and most repeats.
         values: of the metric; None where a run has none.
     """
     from missions.statistics import t_half_width  # workers need no statistics, and loading them takes half a second
@@ -158,16 +229,15 @@ def repeats_needed(rule: StoppingRule, values: Sequence[float | None]) -> int:
     looked = rule.minimum
     while looked < rule.maximum and len(values) >= looked:
         known = [float(value) for value in values[:looked] if value is not None]
-        half_width = t_half_width(known) if len(known) > 1 else math.inf
-        if half_width <= rule.half_width:
+        if len(known) > 1 and rule.is_met(t_half_width(known), math.fsum(known) / len(known)):
             break
         looked = min(looked + max(1, rule.minimum // 2), rule.maximum)
     return looked
 
 
-def replay_command(configuration: Configuration, seed: int) -> str:
+def replay_command(label: Label, seed: int) -> str:
     """The one-line command that repeats a run alone."""
-    parts = ["remoras", "run", configuration.source, "--seed", str(seed)]
-    for key, value in configuration.settings:
+    parts = ["remoras", "run", label.source, "--seed", str(seed)]
+    for key, value in label.settings:
         parts += ["--set", f"{key}={value if isinstance(value, str) else toml_value(value)}"]
     return shlex.join(parts)

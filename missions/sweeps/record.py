@@ -1,8 +1,9 @@
 """Record: what a folder of a sweep is for, in ``study.json``.
 
-It names the version, the study, the scenarios, the digests of configurations and of plug-ins. A sweep goes on only in a
-folder with the same record. The record also declares the metrics, so that the folder can be compared, ranked and drawn
-where the mission cannot be imported; another declaration of a metric is no other study.
+It names the version, the study, the scenarios, the digests of configurations and of plug-ins. A sweep goes on in a
+folder whose every configuration it still has, with the same content: then all runs that were made are runs of the new
+study, too, and it may only have more of them. The record also declares the metrics and labels the configurations, so
+that the folder can be compared, ranked and drawn where the mission cannot be imported; that is no part of the study.
 """
 
 from __future__ import annotations
@@ -12,19 +13,26 @@ import importlib.util
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from missions.document import shown
 from missions.metric import MetricRecord
+from missions.sweeps.plan import Label
 
 if TYPE_CHECKING:
     from missions.sweeps.plan import SweepPlan
 
-DECLARATIONS = "metrics"
-"""Key of the record that may differ when a sweep goes on."""
+DECLARATIONS, LABELS = "metrics", "labels"
+"""Keys of the record that may differ when a sweep goes on."""
 OURS = ("worldmodel", "exchange", "remoras", "missions", "visualisation")
 """Packages of this program; their version stands for their code."""
+FIXED = ("version", "study.study.name", "study.study.seed", "study.study.keep_tables")
+"""Keys that never differ when a sweep goes on."""
+REPEATS = "study.study.repeats"
+REPORTED = ("study.study.metrics", "study.study.baseline", "study.stopping")
+"""Keys that change what is asked of the runs, or how many are needed, but no run."""
 REFERENCE = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):[A-Za-z_][\w.]*")
 """``package.module:object``."""
 
@@ -40,9 +48,20 @@ def record_of(plan: SweepPlan) -> dict[str, Any]:
         "code": code_digests(one.scenario.model_dump(mode="json") for one in study.configurations),
         DECLARATIONS: [MetricRecord.of(metric).written() for metric in study.metrics.values()],
         "digests": plan.schedule.digests,
+        LABELS: [vars(label) for label in plan.schedule.labels],
     }
     loaded: dict[str, Any] = json.loads(json.dumps(record))
     return loaded
+
+
+def read_label(entry: Mapping[str, Any]) -> Label:
+    """The label of a configuration that JSON has.
+
+    Raises:
+        TypeError, ValueError: it is none.
+    """
+    label = Label(**entry)
+    return replace(label, settings=tuple((str(key), value) for key, value in label.settings))
 
 
 def code_digests(scenarios: Iterable[Mapping[str, Any]]) -> dict[str, str]:
@@ -81,23 +100,54 @@ def _file_of(module: str) -> Path | None:
 
 
 def differences(path: Path, record: Mapping[str, Any]) -> Iterator[str]:
-    """What differs between a record and the one that is in the file, one line per key."""
+    """Why the runs of the record in a file are not all runs of another record, one line per key; nothing if they are.
+
+    Runs are kept if the other record has every configuration with the same content, seed and version, and asks for no
+    fewer repeats.
+    """
     try:
-        old = dict(_leaves(_comparable(json.loads(path.read_text(encoding="utf-8")))))
-    except ValueError:
+        before = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(before, dict):
+            raise TypeError("no table")
+        old, new = dict(_leaves(_compared(before))), dict(_leaves(_compared(record)))
+        lost = set(before["digests"]) - set(record["digests"])
+    except (ValueError, TypeError, KeyError):
         yield f"{path.name} cannot be read"
         return
-    new = dict(_leaves(_comparable(record)))
     changed = [key for key in [*old, *(key for key in new if key not in old)] if old.get(key) != new.get(key)]
-    for key in changed:
-        before, now = (shown(side[key]) if key in side else "absent" for side in (old, new))
-        if key != "digests" or len(changed) == 1:  # they differ with whatever else does
-            yield f"{key.removeprefix('study.')}: was {before}, now {now}"
+    found = [key for key in changed if not _is_growth(key, old.get(key), new.get(key), bool(lost))]
+    for key in found:
+        was, now = (shown(side[key]) if key in side else "absent" for side in (old, new))
+        yield f"{key.removeprefix('study.')}: was {was}, now {now}"
+    if lost and not found:
+        yield f"{len(lost)} of {len(before['digests'])} configurations are gone"
 
 
-def _comparable(record: Any) -> Any:
-    """The record without what may differ."""
-    return {key: value for key, value in record.items() if key != DECLARATIONS} if isinstance(record, dict) else record
+def _compared(record: Mapping[str, Any]) -> dict[str, Any]:
+    """What the record says of the study."""
+    compared = {key: value for key, value in record.items() if key not in (DECLARATIONS, LABELS, "digests")}
+    if record["study"].get("stopping"):  # the rule says how many repeats there are
+        design = {key: value for key, value in record["study"]["study"].items() if key != "repeats"}
+        compared["study"] = {**record["study"], "study": design}
+    return compared
+
+
+def _is_growth(key: str, old: Any, new: Any, lost: bool) -> bool:
+    """True if a difference cannot be why runs are lost.
+
+    Args:
+        key: of the record, dotted.
+        old: the value of the folder; None if it has none.
+        new: the value of the study; None if it has none.
+        lost: whether the study lacks configurations that the folder has.
+    """
+    if key in FIXED or (key.startswith("code.") and old is not None):
+        return False
+    if key == REPEATS:
+        return old is None or new is None or new >= old
+    if key.startswith(REPORTED) or not lost:
+        return True
+    return isinstance(old, list) and isinstance(new, list) and all(value in new for value in old)
 
 
 def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:

@@ -21,8 +21,8 @@ from missions.metric import Metric
 from missions.runs.metrics import metrics_of
 from missions.scenarios import Scenario, load, shipped
 from missions.scenarios.explanations import explanations_of
-from missions.sweeps.design import Settings, combinations
-from missions.sweeps.study_checks import faults_between
+from missions.sweeps.design import FAULT, Combination, Settings, combinations
+from missions.sweeps.study_checks import faults_between, faults_of_no_fault
 from missions.sweeps.study_file import Design, StudyFile
 from worldmodel import suggestion
 
@@ -34,11 +34,13 @@ class Configuration:
     Args:
         source: scenario as `remoras run` takes it.
         settings: every key that the study sets, with its value.
+        unforeseen: name of what is unforeseen in its runs; empty in a study without that axis.
     """
 
     source: str
     settings: tuple[tuple[str, Any], ...]
     scenario: Scenario
+    unforeseen: str = ""
 
 
 @dataclass(frozen=True)
@@ -140,15 +142,24 @@ def _resolved(file: StudyFile, folder: Path) -> tuple[list[Configuration], list[
             fault = ConfigurationFault("study.scenario", f'"{name}"', file_or_name(name, known))
             faults.setdefault((fault.key, fault.allowed), fault)
             continue
-        load(source)  # its own faults are raised as such
-        for settings in combinations(file):
+        base = load(source)  # its own faults are raised as such
+        has_faults = bool(getattr(base, FAULT, ()))
+        for combination in combinations(file):
+            lacking = [] if has_faults else list(faults_of_no_fault(combination.settings, source))
+            for fault in lacking:
+                faults.setdefault((fault.key, fault.allowed), fault)
+            if lacking:
+                continue
             try:
-                configuration = _configuration(source, settings)
+                configuration = _configuration(source, combination)
             except ConfigurationError as error:
-                for fault in _in_study(error.faults, settings):
+                for fault in _in_study(error.faults, combination.settings):
                     faults.setdefault((fault.key, fault.allowed), fault)
             else:
-                found.setdefault(configuration.scenario.model_dump_json(), configuration)
+                first = found.setdefault(configuration.scenario.model_dump_json(), configuration)
+                if (case := combination.unforeseen) != first.unforeseen:
+                    allowed = f'{source} runs alike with it and with "{first.unforeseen}"; leave one of the two out'
+                    faults.setdefault((case, ""), ConfigurationFault(f"unforeseen.{case}.name", f'"{case}"', allowed))
     return list(found.values()), list(faults.values())
 
 
@@ -162,16 +173,16 @@ def _source(name: str, folder: Path, known: Mapping[str, Path]) -> str | None:
     return name if is_file(Path(name)) else None
 
 
-def _configuration(source: str, settings: Settings) -> Configuration:
+def _configuration(source: str, combination: Combination) -> Configuration:
     """A scenario with a combination of settings; of two of one key the last counts.
 
     Raises:
         ConfigurationError: the scenario does not allow them.
     """
-    last = {setting.key: setting for setting in settings}
+    last = {setting.key: setting for setting in combination.settings}
     overrides = [(setting.place, f"{setting.key}={toml_value(setting.value)}") for setting in last.values()]
     pairs = tuple((setting.key, setting.value) for setting in last.values())
-    return Configuration(source, pairs, load(source, overrides))
+    return Configuration(source, pairs, load(source, overrides), combination.unforeseen)
 
 
 def _in_study(faults: Iterable[ConfigurationFault], settings: Settings) -> Iterator[ConfigurationFault]:
@@ -179,7 +190,9 @@ def _in_study(faults: Iterable[ConfigurationFault], settings: Settings) -> Itera
     places = sorted({setting.place for setting in settings}, key=len, reverse=True)
     for fault in faults:
         place = next((place for place in places if f"{fault.key} ".startswith(f"{place} ")), None)
-        yield replace(fault, key=place or fault.key, line=None)
+        inside = fault.key.partition(f" ({FAULT}.")[2].removesuffix(")")  # an entry of the list and its key
+        key = f"{place}.{inside}" if place and inside and place.endswith(f".{FAULT}") else place
+        yield replace(fault, key=key or fault.key, line=None)
 
 
 def _metrics(configurations: Sequence[Configuration]) -> tuple[dict[str, Metric], list[ConfigurationFault]]:

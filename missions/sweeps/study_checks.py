@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
-from missions.document import toml_value
+from missions.document import shown, toml_value
 from missions.errors import ConfigurationFault
-from missions.sweeps.study_file import StudyFile, flattened
+from missions.sweeps.study_file import Setting, StudyFile, flattened
 
 TABLE_OF = {"grid": "grid", "list": "point", "latin": "latin"}
 """The table that each kind of sampling reads."""
@@ -29,6 +29,9 @@ def faults_between(file: StudyFile) -> Iterator[ConfigurationFault]:
         yield ConfigurationFault("study.samples", str(design.samples), 'not used: study.sampling is not "latin"')
     if stopping and stopping.minimum > stopping.maximum:
         yield ConfigurationFault("stopping.minimum", str(stopping.minimum), f"allowed: 2 to {stopping.maximum}")
+    if stopping and stopping.half_width is None and stopping.half_width_share is None:
+        yield ConfigurationFault("stopping.half_width", "", "missing; give it, or half_width_share, or both")
+    yield from _unforeseen_faults(file)
     yield from _sampling_faults(file)
     yield from _empty_axes(file)
     yield from _bounds_faults(file)
@@ -45,6 +48,19 @@ def _sampling_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
             yield ConfigurationFault(table, "", f'not used: study.sampling is "{sampling}", which reads [{used}]')
         elif not given and table == used and used != "grid":
             yield ConfigurationFault("study.sampling", f'"{sampling}"', f"needs [{used}], which is missing")
+
+
+def _unforeseen_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
+    """Entries of the axis of what is unforeseen that cannot be told apart."""
+    names = [one.name for one in file.unforeseen]
+    empty = [number for number, one in enumerate(file.unforeseen, 1) if not one.set and not one.fault]
+    for number, name in enumerate(names, 1):
+        place = f"unforeseen.{number}"
+        if name in names[: number - 1]:
+            yield ConfigurationFault(f"{place}.name", f'"{name}"', "a second entry of this name; give each its own")
+        elif number in empty[1:]:
+            allowed = f'sets nothing, and neither does "{names[empty[0] - 1]}"; give it [unforeseen.set] or a fault'
+            yield ConfigurationFault(f"{place}.name", f'"{name}"', allowed)
 
 
 def _empty_axes(file: StudyFile) -> Iterator[ConfigurationFault]:
@@ -72,14 +88,32 @@ def _bounds_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
 def _conflicts(file: StudyFile) -> Iterator[ConfigurationFault]:
     """Keys of the scenario that two tables of the study set."""
     places: dict[str, str] = {}
+    own_faults = any(one.fault for one in file.unforeseen)
     set_by = [(f"study.{name}", key) for name, key in LISTS.items() if getattr(file.study, name) is not None]
     set_by += [(f"channel.{key}", f"channel.{key}") for table in file.channel for key in table]
     for table, given in (("set", [file.set]), ("grid", [file.grid]), ("point", file.point), ("latin", [file.latin])):
         set_by += [(f"{table}.{key}", key) for one in given for key, _ in flattened(one)]
+    for place, key in set_by:
+        if own_faults and key.partition(".")[0] == "fault":
+            yield ConfigurationFault(place, "", "[[unforeseen.fault]] sets all faults of its runs; set them there")
+    set_by += [("unforeseen.set", key) for key in {key for one in file.unforeseen for key, _ in flattened(one.set)}]
     for place, key in dict.fromkeys(set_by):
         if key in places:
             yield ConfigurationFault(place, "", f"is set by {places[key]} too; set it in one place")
         places[key] = place
+
+
+def faults_of_no_fault(settings: Iterable[Setting], source: str) -> Iterator[ConfigurationFault]:
+    """Settings of faults, for a scenario that has none.
+
+    Args:
+        settings: of a configuration.
+        source: what messages call the scenario.
+    """
+    for key, value, place in settings:
+        if key.startswith("fault."):
+            allowed = f"{source} has no [[fault]]; allowed: one in the scenario, or [[unforeseen.fault]] in the study"
+            yield ConfigurationFault(place, shown(value), allowed)
 
 
 def channel_place(file: StudyFile, number: int) -> str:

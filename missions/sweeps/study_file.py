@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from pydantic import Field, field_validator
 
@@ -40,9 +40,30 @@ class StoppingRule(Section):
     """The table ``[stopping]``: repeat a configuration until its mean is known well enough."""
 
     metric: str = Field(description="metric whose mean has to be known")
-    half_width: float = Field(gt=0.0, description="half-width of its 95 % interval at which a configuration is done")
+    half_width: float | None = Field(
+        None, gt=0.0, description="half-width of its 95 % interval at which a configuration is done"
+    )
+    half_width_share: float | None = Field(
+        None, gt=0.0, lt=1.0, description="the same as a share of the mean; of both limits the first that is met counts"
+    )
     minimum: int = Field(10, ge=2, strict=True, description="fewest repeats")
     maximum: int = Field(ge=2, le=1_000_000, strict=True, description="most repeats; replaces study.repeats")
+
+    def is_met(self, half_width: float, mean: float) -> bool:
+        """True if a mean with an interval of that half-width is known well enough."""
+        limits = [] if self.half_width is None else [self.half_width]
+        limits += [] if self.half_width_share is None else [self.half_width_share * abs(mean)]
+        return any(half_width <= limit for limit in limits)
+
+
+class Unforeseen(Section):
+    """One ``[[unforeseen]]``: what a mission meets that its plan did not count with."""
+
+    name: Name = Field(description="what figures and tables call it")
+    set: dict[str, Any] = Field({}, description="keys of the scenario that it sets")
+    fault: tuple[dict[str, Any], ...] = Field(
+        (), description="faults, as the tables [[fault]] of the scenario have them"
+    )
 
 
 class StudyFile(Section):
@@ -60,12 +81,27 @@ class StudyFile(Section):
     latin: dict[str, Any] = Field(
         {}, description='keys of the scenario with their [lowest, highest]; for sampling = "latin"'
     )
+    unforeseen: tuple[Unforeseen, ...] = Field(
+        (), description="an axis of its own: the runs of every entry are made with what it sets"
+    )
     stopping: StoppingRule | None = None
 
     @property
     def sampled_keys(self) -> tuple[str, ...]:
         """Keys of the scenario that a Latin hypercube varies; empty for other designs."""
         return tuple(key for key, _ in flattened(self.latin))
+
+
+class Setting(NamedTuple):
+    """A key of the scenario with its value.
+
+    Args:
+        place: key of the study file that sets it.
+    """
+
+    key: str
+    value: Any
+    place: str
 
 
 def flattened(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:

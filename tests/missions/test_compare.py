@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from sweeping import study_text, written
 
 from missions.comparison.baseline import compare
-from missions.comparison.ranking import column_ranks, mean_ranks, ranks
+from missions.comparison.ranking import Contender, column_ranks, mean_ranks, ranks
 from missions.comparison.rows import Comparison, Rank, write_csv
 from missions.comparison.treatments import Treatment
 from missions.errors import OutputError
@@ -56,7 +56,10 @@ def results(tmp_path: Path, n_censored: int = 0, repeats: int = 8) -> SweepResul
 
 def ranked(values: dict[str, list[float]], per: float = 0.1, better: Better = Better.LOWER) -> dict[str, Rank]:
     """Ranks of one column: values by strategy, in the order of repeats."""
-    column = {Treatment("s", name, "ack", "bernoulli", per, ()): dict(enumerate(own)) for name, own in values.items()}
+    column = {
+        Treatment("s", name, "ack", "bernoulli", per, ()): Contender(dict(enumerate(own)), [True] * len(own))
+        for name, own in values.items()
+    }
     return {rank.strategy: rank for rank in column_ranks(column, "m", better)}
 
 
@@ -165,7 +168,7 @@ def test_ranks_add_up_and_the_best_is_marked(columns: list[list[int]]) -> None:
 
 def test_no_rows_make_a_table_without_rows(tmp_path: Path) -> None:
     write_csv([], tmp_path / "rows.csv")
-    assert (tmp_path / "rows.csv").read_text().startswith("scenario,strategy,policy,channel,per,settings,metric,")
+    assert (tmp_path / "rows.csv").read_text().startswith("scenario,strategy,policy,channel,per,settings,unforeseen,")
 
 
 @pytest.mark.parametrize(("metrics", "baseline"), [(["mission_time"], None), ([], "remora")])

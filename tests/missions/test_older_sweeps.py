@@ -12,7 +12,8 @@ from missions.errors import OutputError, StudyChangedError
 from missions.metric import Better
 from missions.sweeps import SweepResults, load_study
 from missions.sweeps.folder import SweepFolder
-from missions.sweeps.plan import SweepPlan
+from missions.sweeps.plan import RunSchedule, SweepPlan
+from missions.sweeps.study_file import StudyFile
 from remoras.cli import app
 
 DIGESTS = ["1b7c" * 16, "2b7c" * 16]
@@ -51,8 +52,9 @@ def older(tmp_path: Path) -> Path:
         "digests": DIGESTS,
     }  # fmt: skip
     (folder / "study.json").write_text(json.dumps(record, indent=1), encoding="utf-8")
+    schedule = RunSchedule("0.1.0", StudyFile.model_validate(STUDY), tuple(DIGESTS))
     lines = [
-        LINE.replace("KEY", f"{number}{repeat}").replace("STRATEGY", strategy).replace("REPEAT", str(repeat))
+        LINE.replace("KEY", schedule.key(number, repeat)).replace("STRATEGY", strategy).replace("REPEAT", str(repeat))
         .replace("TIME", f"{time_s + repeat}")
         for number, (strategy, time_s) in enumerate({"remoras": 2000.0, "fixed-partition": 2100.0}.items())
         for repeat in range(2)

@@ -139,8 +139,8 @@ def test_the_folder_of_a_run_is_not_taken_for_a_sweep(tmp_path: Path) -> None:
 
 def test_a_changed_study_is_refused_and_the_change_shown(tmp_path: Path) -> None:
     folder, _ = finished_log(tmp_path)
-    changed = plan_of(tmp_path, study_text(repeats=3))
-    with pytest.raises(StudyChangedError, match=r"\n  study.repeats: was 2, now 3"):
+    changed = plan_of(tmp_path, study_text(repeats=1))
+    with pytest.raises(StudyChangedError, match=r"\n  study.repeats: was 2, now 1"):
         SweepFolder(folder, changed)
     assert len(SweepResults.read(folder).lines) == 3
 
@@ -163,7 +163,7 @@ def test_comments_and_order_are_no_change(tmp_path: Path) -> None:
 def test_starting_anew_sets_the_old_runs_aside(tmp_path: Path) -> None:
     folder, _ = finished_log(tmp_path)
     old = (folder / LEDGER).read_bytes()
-    log = SweepFolder(folder, plan_of(tmp_path, study_text(repeats=3)), force_new=True)
+    log = SweepFolder(folder, plan_of(tmp_path, study_text(repeats=1)), force_new=True)
     assert log.lines == {}
     log.close()
     assert (folder / "before-1" / LEDGER).read_bytes() == old

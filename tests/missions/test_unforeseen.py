@@ -1,0 +1,74 @@
+"""What is unforeseen, as an axis of a study."""
+
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+from sweeping import study_text, written
+
+from missions.comparison import compare, ranks
+from missions.errors import ConfigurationError
+from missions.sweeps import SweepResults, load_study, sweep
+from missions.sweeps.folder import RUNS
+
+NOTHING = '[[unforeseen]]\nname = "nothing"\n'
+SPREAD = '[[unforeseen]]\nname = "speeds within 30 %"\n[unforeseen.set]\n"uncertainty.speed_spread" = 0.3\n'
+LOST = '[[unforeseen]]\nname = "one lost"\n[[unforeseen.fault]]\nvehicle = "any"\nkind = "lost"\nat_s = [3.0, 15.0]\n'
+
+
+def test_every_entry_is_run_with_everything_else(tmp_path: Path) -> None:
+    study = load_study(str(written(tmp_path, study_text(extra=SPREAD + NOTHING))))
+    assert len(study.configurations) == 2 * 2 * 2  # policies, loss rates, entries
+    found = {(one.unforeseen, one.scenario.uncertainty.speed_spread) for one in study.configurations}
+    assert found == {("nothing", 0.0), ("speeds within 30 %", 0.3)}
+
+
+def test_its_name_is_a_column_of_runs_and_of_comparisons_and_a_condition_of_ranks(tmp_path: Path) -> None:
+    """Pairs and ranks are within one entry: two policies, one loss rate, two entries."""
+    text = study_text(repeats=2, per="[0.1]", extra=SPREAD + NOTHING)
+    sweep(load_study(str(written(tmp_path, text))), tmp_path / "out")
+    column = pq.read_table(tmp_path / "out" / RUNS).column("unforeseen").to_pylist()
+    assert sorted(column) == 4 * ["nothing"] + 4 * ["speeds within 30 %"]
+    rows = compare(SweepResults.read(tmp_path / "out"), ["n_bytes"])
+    assert [row.unforeseen for row in rows] == 2 * ["speeds within 30 %"] + 2 * ["nothing"]  # in the order of the file
+    assert all(row.settings == {} for row in rows)
+    assert [row.diff_to_baseline is None for row in rows] == 2 * [True, False]
+    ranked = ranks(SweepResults.read(tmp_path / "out"), "n_bytes")
+    assert sorted(rank.rank for rank in ranked if rank.unforeseen == "nothing") in ([1, 2], [1.5, 1.5])
+
+
+@pytest.mark.parametrize(
+    ("extra", "expected"),
+    [
+        (NOTHING + NOTHING, 'study.toml:20: unforeseen.2.name = "nothing": a second entry of this name'),
+        (NOTHING + NOTHING.replace("nothing", "calm"), 'unforeseen.2.name = "calm": sets nothing, and neither does'),
+        (SPREAD.replace("0.3", "0.9"), "study.toml:20: unforeseen.speeds within 30 %.set.uncertainty.speed_spread"),
+        (SPREAD.replace("unforeseen.set", "unforeseen.sets"), "unknown key, allowed here: name, set, fault"),
+        (NOTHING + SPREAD.replace("0.3", "0.0"), 'runs alike with it and with "nothing"'),
+        (SPREAD + "[grid]\nuncertainty.speed_spread = [0.1]\n", "is set by grid.uncertainty.speed_spread too"),
+        (LOST + '[grid]\n"fault.1.at_s" = [1.0]\n', "grid.fault.1.at_s: [[unforeseen.fault]] sets all faults"),
+    ],
+)
+def test_bad_entries_are_named_with_their_place(tmp_path: Path, extra: str, expected: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        load_study(str(written(tmp_path, study_text(extra=extra))))
+    assert expected in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("extra", "expected"),
+    [
+        ('[grid]\n"fault.1.at_s" = [1.0, 2.0]\n', "study.toml:18: grid.fault.1.at_s = 1.0"),
+        (
+            '[[unforeseen]]\nname = "late"\n[unforeseen.set]\nfault.kind = "lost"\n',
+            "study.toml:20: unforeseen.late.set",
+        ),
+    ],
+)
+def test_an_axis_of_faults_without_a_fault_is_refused(tmp_path: Path, extra: str, expected: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        load_study(str(written(tmp_path, study_text(extra=extra))))
+    assert expected in str(caught.value)
+    assert "mapping-rendezvous has no [[fault]]; allowed: one in the scenario, or [[unforeseen.fault]]" in str(
+        caught.value
+    )
