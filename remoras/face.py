@@ -121,13 +121,16 @@ def open(folder: str | Path) -> Run | Sweep:
     return Run(Results.read(path))
 
 
-def sweep(study: str | Path, out: str | Path, jobs: int = 1) -> Sweep:
+def sweep(study: str | Path, out: str | Path, jobs: int = 1, strategies: Sequence[str] = ()) -> Sweep:
     """Make all runs of a study that ``out`` does not have yet; an interrupted sweep goes on with the same call.
+
+    So does a study that has grown since: by repeats, strategies, policies, channels, vehicles, scenarios or points.
 
     Args:
         study: shipped name, or path of a TOML file.
         out: folder for the runs.
         jobs: processes; a script that uses more than one has its calls below ``if __name__ == "__main__":``.
+        strategies: to add to those of the study, as ``["central", "mine.py:Mine"]``.
 
     Raises:
         ConfigurationError: with every fault of the study.
@@ -136,7 +139,7 @@ def sweep(study: str | Path, out: str | Path, jobs: int = 1) -> Sweep:
     from missions.sweeps import SweepResults, load_study
     from missions.sweeps import sweep as make
 
-    make(load_study(str(study)), Path(out), jobs)
+    make(load_study(str(study), strategies), Path(out), jobs)
     return Sweep(SweepResults.read(Path(out)))
 
 

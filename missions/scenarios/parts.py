@@ -95,6 +95,8 @@ def strategy_of(scenario: Scenario) -> Strategy:
 def strategy_named(name: str) -> Strategy:
     """A shipped strategy by name, or one from outside by ``package.module:object``.
 
+    A class stands for an object of it with its defaults.
+
     Raises:
         PluginError: there is none of that name, it cannot be loaded, or it lacks a part of the seam.
     """
@@ -103,12 +105,17 @@ def strategy_named(name: str) -> Strategy:
         if name not in known:
             raise PluginError(f"{', '.join(known)}{suggestion(name, known)}")
         return known[name]
-    found: Strategy = named_object(name)
+    found: Any = named_object(name)
     if isinstance(found, type):
-        raise PluginError("a class; name an object of it, such as STRATEGY = Class()")
+        try:
+            found = found()
+        except Exception as error:  # it is somebody else's class
+            why = f"{type(error).__name__}: {error}"
+            raise PluginError(f"a class that needs no arguments, or an object; {name} raised {why}") from error
     if faults := list(faults_of_strategy(found)):
         raise PluginError(f"a strategy: {'; '.join(faults)}")
-    return found
+    strategy: Strategy = found
+    return strategy
 
 
 def sensor_kind(reference: str, kinds: Mapping[str, type[SensorSettings]]) -> type[SensorSettings]:

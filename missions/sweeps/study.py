@@ -21,6 +21,7 @@ from missions.metric import Metric
 from missions.runs.metrics import metrics_of
 from missions.scenarios import Scenario, load, shipped
 from missions.scenarios.explanations import explanations_of
+from missions.sweeps.additions import OPTION, with_strategies
 from missions.sweeps.design import FAULT, Combination, Settings, combinations
 from missions.sweeps.study_checks import faults_between, faults_of_no_fault
 from missions.sweeps.study_file import Design, StudyFile
@@ -100,11 +101,12 @@ def study_explanations() -> dict[str, tuple[str, str]]:
     return explanations_of(StudyFile)
 
 
-def load_study(name_or_path: str) -> Study:
+def load_study(name_or_path: str, strategies: Sequence[str] = ()) -> Study:
     """Read a study and resolve all of its configurations.
 
     Args:
         name_or_path: a shipped study, see ``shipped_studies``, or a TOML file.
+        strategies: to add to those of the study: shipped names, ``package.module:object`` or ``file.py:object``.
 
     Returns:
         The study, ready for ``sweep``.
@@ -120,7 +122,8 @@ def load_study(name_or_path: str) -> Study:
         file = StudyFile.model_validate(tables)
     except ValidationError as error:
         raise document.error(document.faults_of(error, StudyFile)) from None
-    if faults := [*faults_between(file)]:
+    file, unknown = _with_strategies(file, strategies, Path(document.path).parent)
+    if faults := [*faults_between(file), *unknown]:
         raise document.error(faults)
     configurations, faults = _resolved(file, Path(document.path).parent)
     metrics, more = _metrics(configurations)
@@ -128,7 +131,20 @@ def load_study(name_or_path: str) -> Study:
         more += _metric_faults(file, metrics)
     if faults or more:
         raise document.error([*faults, *more])
-    return Study(document.text, _with_metrics(file, metrics), tuple(configurations), metrics)
+    text = "".join(f"# {OPTION} {name}\n" for name in strategies) + document.text
+    return Study(text, _with_metrics(file, metrics), tuple(configurations), metrics)
+
+
+def _with_strategies(file: StudyFile, added: Sequence[str], folder: Path) -> tuple[StudyFile, list[ConfigurationFault]]:
+    """The tables with more strategies, and what is wrong with these; where none are listed the scenarios' own stay."""
+    if not added:
+        return file, []
+    listed: Iterable[str] = file.study.strategies or ()
+    if file.study.strategies is None:
+        sources = (_source(name, folder, shipped()) for name in file.study.scenario)
+        listed = dict.fromkeys(load(source).strategy.name for source in sources if source is not None)
+    names, faults = with_strategies(tuple(listed), added)
+    return file.model_copy(update={"study": file.study.model_copy(update={"strategies": names})}), faults
 
 
 def _resolved(file: StudyFile, folder: Path) -> tuple[list[Configuration], list[ConfigurationFault]]:

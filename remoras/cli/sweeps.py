@@ -26,6 +26,12 @@ def sweep(
     cluster: Annotated[
         str | None, typer.Option(metavar="tcp://HOST:PORT", help="Dask scheduler to use instead of this machine.")
     ] = None,
+    strategies: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--strategy", metavar="NAME", help="Add a strategy: a shipped name, mine.py:Mine or package.module:object."
+        ),
+    ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Count runs, estimate time, write nothing.")] = False,
     force_new: Annotated[
         bool, typer.Option("--force-new", help="If the study has changed: set its old runs aside, start anew.")
@@ -36,7 +42,7 @@ def sweep(
     from missions.sweeps import driver
     from missions.sweeps.study import load_study
 
-    loaded = load_study(study)
+    loaded = load_study(study, strategies or ())
     if dry_run:
         guess = driver.estimate(loaded, jobs)
         _show(asdict(guess), as_json, [f"{guess.planned} runs, about {guess.estimate_s:.0f} s on {jobs} processes"])

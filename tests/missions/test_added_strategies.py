@@ -1,0 +1,126 @@
+"""Strategies that are added to a study by whoever starts the sweep."""
+
+import itertools
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from sweeping import environment, study_text, written
+
+import remoras
+from missions.errors import ConfigurationError, StudyChangedError
+from missions.sweeps import SweepResults, load_study, sweep
+
+OWN = """
+from dataclasses import dataclass
+from typing import ClassVar
+
+from remoras.strategies.central import STRATEGY as CENTRAL
+from remoras.strategy import Declaration
+
+
+@dataclass(frozen=True)
+class Mine:
+    turns: int = 2
+    name: ClassVar[str] = "mine"
+    declaration: ClassVar[Declaration] = CENTRAL.declaration
+    form = staticmethod(CENTRAL.form)
+    adapt = staticmethod(CENTRAL.adapt)
+    negotiator = staticmethod(CENTRAL.negotiator)
+
+
+class Needy(Mine):
+    def __init__(self, word):
+        pass
+
+
+class Half:
+    name = "half"
+
+
+INSTANCE = Mine(3)
+"""
+NUMBER = itertools.count()
+
+
+def own_file(folder: Path) -> Path:
+    """A file of a name that no other test has: a module is imported once."""
+    path = folder / "elsewhere" / f"strategy_of_mine_{next(NUMBER)}.py"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(OWN, encoding="utf-8")
+    return path
+
+
+SMALL = study_text(repeats=2, per="[0.1]").replace('["ack", "mps-ack"]', '["ack"]')
+
+
+def test_a_sweep_with_a_class_of_a_file_is_made_resumed_and_read_without_it(tmp_path: Path) -> None:
+    """Two worker processes find the file in a folder that is neither theirs nor ours; the readers need no file."""
+    study, own, out = written(tmp_path, SMALL), own_file(tmp_path), tmp_path / "out"
+
+    def remoras_command(*arguments: object) -> "subprocess.CompletedProcess[str]":
+        code = "import sys; from remoras.cli import main; sys.argv[0] = 'remoras'; main()"
+        command = [sys.executable, "-c", code, *map(str, arguments)]
+        return subprocess.run(command, env=environment(), cwd=tmp_path, capture_output=True, text=True, check=False)
+
+    given = (
+        "sweep",
+        study,
+        "--out",
+        out,
+        "--jobs",
+        2,
+        "--strategy",
+        f"elsewhere/{own.name}:Mine",
+        "--strategy",
+        "cbba",
+    )
+    made = remoras_command(*given)
+    assert made.returncode == 0, made.stderr
+    assert remoras_command(*given).returncode == 0
+    own.unlink()
+    rows = remoras_command("compare", out, "--json")
+    assert f'"{own.stem}:Mine"' in rows.stdout
+    assert remoras_command("status", out).stdout.startswith("6 planned, 6 done")
+    assert remoras_command("plot", out, "bytes", "--out", tmp_path / "figures").returncode == 0
+    assert set(SweepResults.read(out).runs().strategy) == {"remoras", f"{own.stem}:Mine", "cbba"}
+    assert (out / "study.toml").read_text().startswith(f"# --strategy elsewhere/{own.name}:Mine\n# --strategy cbba\n")
+
+
+def test_the_face_takes_them_too_and_a_folder_grows_by_them(tmp_path: Path) -> None:
+    study, out = written(tmp_path, SMALL), tmp_path / "out"
+    sweep(load_study(str(study)), out)
+    grown = remoras.sweep(study, out, strategies=[f"{own_file(tmp_path)}:INSTANCE"])
+    assert grown.status["done"] == 4
+    with pytest.raises(StudyChangedError, match="strategies: was"):  # it would lose them again
+        sweep(load_study(str(study)), out)
+
+
+def test_a_study_that_lists_none_keeps_that_of_its_scenario(tmp_path: Path) -> None:
+    study = written(tmp_path, SMALL.replace('strategies = ["remoras"]\n', ""))
+    assert load_study(str(study), ["central", "central", "remoras"]).design.strategies == ("remoras", "central")
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ("FOLDER/none.py:Mine", "no such file: "),
+        ("FILE", "names a file and no object in it; allowed: "),
+        ("FILE:Other", "has no attribute 'Other'"),
+        ("FILE:Half", "a strategy: lacks "),
+        ("FILE:Needy", "a class that needs no arguments, or an object; "),
+        ("FOLDER/statistics.py:Mine", "statistics.py has the name of "),
+        ("FOLDER/two-words.py:Mine", "two-words.py cannot be imported"),
+        ("centrl", "did you mean 'central'"),
+        ("no.such.module:Mine", "No module named 'no'"),
+    ],
+)
+def test_what_cannot_be_added_is_named(tmp_path: Path, given: str, expected: str) -> None:
+    for name in ("statistics.py", "two-words.py"):
+        (tmp_path / name).write_text(OWN, encoding="utf-8")
+    own = given.replace("FILE", str(own_file(tmp_path))).replace("FOLDER", str(tmp_path))
+    with pytest.raises(ConfigurationError) as caught:
+        load_study(str(written(tmp_path, SMALL)), [own])
+    assert f'--strategy = "{own}": ' in str(caught.value)
+    assert expected in str(caught.value)
