@@ -51,13 +51,19 @@ class LatestValue:
 
 @dataclass(frozen=True, slots=True)
 class Transmission:
-    """What a vehicle says in one slot, and what it decided in doing so."""
+    """What a vehicle says in one slot, and what it decided in doing so.
+
+    ``fragments`` has (attribute of the first fact, size_bits) of each fragment, status too; the rest of ``size_bits``
+    beside ``signals_bits`` is the header.
+    """
 
     slot: int
     data: bytes
     size_bits: int
     items: tuple[ItemUid, ...]
     n_acks: int
+    fragments: tuple[tuple[int, int], ...] = ()
+    signals_bits: int = 0
 
 
 class Reception(NamedTuple):
@@ -248,7 +254,8 @@ class ExchangeManager:
         signals = self._signals
         frame = self._frame(slot)
         spared_bits = self._codec.header.largest_bits - self._codec.header.size_bits(self._me, frame)
-        columns, wire = self._choose(self._room_bits + spared_bits - len(signals) * self._codec.signal_bits)
+        signals_bits = len(signals) * self._codec.signal_bits
+        columns, wire, fragments = self._choose(self._room_bits + spared_bits - signals_bits)
         content = 0
         for column in columns:
             content |= 1 << column
@@ -262,22 +269,27 @@ class ExchangeManager:
             8 * len(data),
             tuple(self._uid(column) for column in columns),
             self._codec.header.n_set(self._me, rows, frame),
+            tuple(fragments),
+            signals_bits,
         )
 
-    def _choose(self, room_bits: int) -> tuple[list[int], list[tuple[int, int]]]:
-        """Columns of the items for this packet, and the wire form of all it carries, by the weighted queue."""
+    def _choose(self, room_bits: int) -> tuple[list[int], list[tuple[int, int]], list[tuple[int, int]]]:
+        """By the weighted queue: columns of the items, wire form of all fragments, (first attribute, bits) of each."""
         queue: list[Entry | LatestValue] = [self._ledger.entries[column] for column in self._open]
         queue += [status for status in self._status.values() if status.fragment is not None]
         columns: list[int] = []
         wire: list[tuple[int, int]] = []
+        fragments: list[tuple[int, int]] = []
         for position in heaviest(queue, room_bits):
             candidate = queue[position]
             wire.append((candidate.bits, candidate.size_bits))
+            if candidate.fragment is not None:
+                fragments.append((candidate.fragment.facts[0].attribute, candidate.size_bits))
             if isinstance(candidate, LatestValue):
                 candidate.fragment = None
             else:
                 columns.append(self._open[position])
-        return columns, wire
+        return columns, wire, fragments
 
     def holds(self, uid: ItemUid) -> bool:
         """True if this vehicle holds the item."""

@@ -17,6 +17,7 @@ from exchange.schedule import TdmaSchedule
 from remoras.clock import Clock, Priority
 from remoras.faults import OVER, Condition, Fault, hears_throughout
 from remoras.functional.vital import Neighbour
+from remoras.holders import HolderCount
 from remoras.mission import Truth
 from remoras.plugins import broken_promise
 from remoras.recorder import Recorder
@@ -109,6 +110,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self.completed = False
         self.reason = ""
         self.n_false_beliefs = 0
+        self.holders = HolderCount()
         self._faults = tuple(faults)
         self._holding: dict[str, list[Fault]] = {vehicle.name: [] for vehicle in self.vehicles}
         for fault in self._faults:
@@ -192,6 +194,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             case FrameEnds(number=frame):
                 for vehicle in self.vehicles:
                     vehicle.consult(now_s)
+                self.holders.compare([(v.name, v.social.organisation) for v in self.vehicles if v.is_alive])
                 self._observe(now_s)
                 next_s = self.schedule.start_s((frame + 1) * self.schedule.n_nodes)
                 self.clock.schedule(next_s, Priority.CONSULTATION, FrameEnds(frame + 1))

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from exchange.manager import ExchangeManager, Reception, Transmission
 from exchange.packets import InfluenceSignal, ItemUid
 from remoras.beliefs import Beliefs
+from remoras.contents import BitCount
 from remoras.organisation import Group
 from remoras.picture import Peers
 from remoras.recorder import Recorder
@@ -86,6 +87,7 @@ class Radio:
         self._recorder = recorder
         self._position = beliefs.model.tbox.attribute_named("position").uid
         self._news = _news_attributes(beliefs.model.tbox)
+        self._bits = BitCount(beliefs.model.tbox, declaration, recorder.bits)
         self._signalling = {
             beliefs.uid(group.path(role.name)): Signalling(group.name, role.name, role.influences)
             for group in groups
@@ -120,7 +122,9 @@ class Radio:
             offered.append(InfluenceSignal(self._beliefs.uid(f"{group}.{role}"), value))
         if offered:
             self.manager.offer_signals(offered)
-        return self.manager.packet_to_send(now_s)
+        sent = self.manager.packet_to_send(now_s)
+        self._bits.add(sent)
+        return sent
 
     # In ------------------------------------------------------------------------------------------
 

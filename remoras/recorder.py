@@ -9,9 +9,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from remoras.errors import PluginError
+
+if TYPE_CHECKING:
+    from remoras.contents import Content
 
 Row = tuple[Any, ...]
 KINDS = ("float", "int", "str", "list")
@@ -92,7 +95,10 @@ TABLES = (TRAJECTORIES, ROLES, ACTIVITIES, SATISFACTION, PACKETS, KNOWLEDGE, FAU
 
 
 class Recorder:
-    """Rows of every table.
+    """Rows of every table, and counts that need no rows.
+
+    Attributes:
+        bits: sent by the whole fleet, by what they are for.
 
     Args:
         tables: of the mission and its sensors, beside those of every run; declared alike by several is declared once.
@@ -102,6 +108,7 @@ class Recorder:
     """
 
     def __init__(self, tables: Iterable[Table] = ()) -> None:
+        self.bits: Counter[Content] = Counter()
         self.tables: dict[str, Table] = {}
         self._rows: dict[str, list[Row]] = {}
         for table in (*TABLES, *tables):

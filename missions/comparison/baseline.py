@@ -5,7 +5,7 @@ baseline's strategy (or policy) alone, run by run of the same repeat.
 
 A run that did not reach the event of a censored metric, such as completion, is known to need longer than the mission's
 duration. It stays in with that duration, and so does a run that failed. All runs of a treatment are watched as long,
-so the mean of these restricted times is the area under the Kaplan-Meier curve up to the duration. ``completed`` as a
+so the mean of these restricted times is the integral of the Kaplan-Meier curve up to the duration. ``completed`` as a
 metric is the success rate, with Wilson's interval; failed runs have not completed.
 """
 

@@ -128,7 +128,7 @@ def values_of(runs: Outcomes, metric: MetricRecord) -> dict[int, float]:
     """Values of a metric by repeat.
 
     A run that failed has not completed. Of a censored metric, a run that did not reach the event, or failed before,
-    counts with its duration: all are watched as long, so the mean is the area under the Kaplan-Meier curve up to
+    counts with its duration: all are watched as long, so the mean is the integral of the Kaplan-Meier curve up to
     there. Of other metrics, runs without a value (a latency without a packet) are left out, and so are those in which a
     metric makes no sense.
     """

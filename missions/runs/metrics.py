@@ -5,12 +5,14 @@ from __future__ import annotations
 import itertools
 import math
 import statistics
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from missions.metric import Better, Metric, collected
+from missions.runs.fleet_metrics import closest_approach_m, idle_s, recovery_time_s
 from missions.scenarios.parts import mission_class, transmit_j_per_bit
 from missions.scenarios.scenario import Scenario
+from remoras.contents import Content
 from remoras.recorder import Recorder
 
 if TYPE_CHECKING:
@@ -30,6 +32,11 @@ def energy_j(run: Run) -> float:
 def n_bits(run: Run) -> int:
     """Bits that the modems sent."""
     return sum(row[3] for row in run.recorder.packets)
+
+
+def bits_of(content: Content) -> Callable[[Run], int]:
+    """The metric that counts the bits sent for a purpose; those of all purposes add up to ``n_bits``."""
+    return lambda run: run.recorder.bits[content]
 
 
 def modem_energy_j(run: Run) -> float:
@@ -115,6 +122,7 @@ CORE_METRICS = (
     Metric("modem_energy_j", "J", LOWER, "modem energy", modem_energy_j),
     Metric("n_packets", "", LOWER, "packets", lambda run: len(run.recorder.packets)),
     Metric("n_bytes", "B", LOWER, "bytes", lambda run: n_bits(run) // 8, headline=True),
+    *(Metric(f"bits_{one.value}", "bit", LOWER, f"{one.value} sent", bits_of(one)) for one in Content),
     Metric("delivery_ratio", "", HIGHER, "delivery ratio", delivery_ratio),
     Metric("mean_latency_s", "s", LOWER, "latency", mean_latency_s, note=NEVER_RECEIVED),
     Metric("p95_latency_s", "s", LOWER, "95 % latency", p95_latency_s, note=NEVER_RECEIVED),
@@ -124,6 +132,19 @@ CORE_METRICS = (
     ),
     Metric("consistent_fraction", "", HIGHER, "consistent fraction", consistent_fraction),
     Metric("false_beliefs", "", LOWER, "false beliefs", lambda run: run.n_false_beliefs),
+    Metric(
+        "wrong_belief_fraction", "", LOWER, "wrong beliefs of who does a job", lambda run: run.wrong_belief_fraction,
+        note="Of all cases, at the end of a TDMA frame, in which a vehicle named another one as the holder of a job.",
+    ),
+    Metric("idle_s", "s", LOWER, "idle time", idle_s, note="Mean over the vehicles that are able to do a job."),
+    Metric(
+        "recovery_time_s", "s", LOWER, "recovery time", recovery_time_s, censored=True,
+        note="From the first fault until others hold the work; runs in which none was lost are left out.",
+    ),
+    Metric(
+        "closest_approach_m", "m", HIGHER, "closest approach", closest_approach_m,
+        note="Of two vehicles in one depth layer, after the first minute.",
+    ),
 )  # fmt: skip
 """Metrics of every run."""
 

@@ -26,6 +26,7 @@ class Run:
         end_s: mission time; the whole duration where the mission is not complete.
         n_false_beliefs: how often a vehicle came to believe that a peer held what that peer lacked.
         distance_m: travelled by the whole fleet; wall_s: what the run took on this machine.
+        wrong_belief_fraction: how often one was wrong that a vehicle named as the holder of a job.
     """
 
     setup: Setup
@@ -38,6 +39,7 @@ class Run:
     n_false_beliefs: int
     distance_m: float
     wall_s: float
+    wrong_belief_fraction: float | None = None
 
     @property
     def scenario(self) -> Scenario:
@@ -89,6 +91,7 @@ def run(
         fleet.n_false_beliefs,
         sum(vehicle.functional.motion.distance_m for vehicle in fleet.vehicles),
         time.perf_counter() - began,
+        fleet.holders.wrong_fraction,
     )
     fleet.close()
     return result

@@ -1,0 +1,120 @@
+"""Metrics of a fleet at work: who waited, who came close to whom, how soon lost work was taken over.
+
+They are computed from tables that every run has, so they hold for every mission whose work is jobs of roles.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from missions.metric import NOT_APPLICABLE, Absent
+from missions.scenarios.scenario import Scenario
+from remoras.fleet import SAME_DEPTH_M
+
+if TYPE_CHECKING:
+    from missions.runs.run import Run
+
+STARTED_S = 60.0
+"""Vehicles may start side by side; from then on they have to keep apart."""
+DISABLING = frozenset({"lost", "mute", "deaf", "sensor"})
+"""Kinds of faults after which others have to take over."""
+LOST = "lost"
+OVER = "over"
+"""Detail of the row that says that a fault has ended."""
+
+
+def idle_s(run: Run) -> float | None:
+    """Mean time, over the vehicles that are able to do a job, in which a vehicle did none until the mission's end.
+
+    A vehicle does a job, or is on the way to it, while the decision of its executive layer serves a role that has one.
+    It is idle while it waits, stands, follows, or heads for a meeting. A vehicle that is lost is not idle after. None
+    if no vehicle is able to do a job.
+    """
+    work = job_roles(run.scenario)
+    able = able_to_work(run.scenario)
+    lost_s = {row[1]: row[0] for row in reversed(run.recorder.faults) if row[2] == LOST and row[3] != OVER}
+    idle = []
+    for vehicle in able:
+        end_s = min(run.end_s, lost_s.get(vehicle, run.end_s))
+        idle.append(end_s - math.fsum(end - begin for begin, end in _working(run, vehicle, work, end_s)))
+    return round(math.fsum(idle) / len(idle), 4) if idle else None
+
+
+def _working(run: Run, vehicle: str, work: set[tuple[str, str]], end_s: float) -> Iterator[tuple[float, float]]:
+    """Spells in which a vehicle's decision served a role with a job, in time order and apart from each other."""
+    serving: set[tuple[str, str]] = set()
+    since_s = 0.0
+    for time_s, name, group, role, event in run.recorder.roles:
+        if name != vehicle or (group, role) not in work or event not in ("active", "inactive") or time_s > end_s:
+            continue
+        before = bool(serving)
+        serving = serving | {(group, role)} if event == "active" else serving - {(group, role)}
+        if serving and not before:
+            since_s = time_s
+        elif before and not serving:
+            yield since_s, time_s
+    if serving:
+        yield since_s, end_s
+
+
+def job_roles(scenario: Scenario) -> set[tuple[str, str]]:
+    """(group, role) of the roles that have a job."""
+    return {(group.name, role.name) for group in scenario.group for role in group.role if role.job is not None}
+
+
+def able_to_work(scenario: Scenario) -> tuple[str, ...]:
+    """Vehicles that are able to play a role that has a job."""
+    names = {role for _, role in job_roles(scenario)}
+    return tuple(vehicle.name for vehicle in scenario.vehicle if not names.isdisjoint(vehicle.playable_roles))
+
+
+def closest_approach_m(run: Run) -> float | None:
+    """Least distance of two vehicles in one depth layer after the first minute; None if no two ever shared one."""
+    n_vehicles = len(run.scenario.vehicle)
+    rows = run.recorder.trajectories  # all vehicles at every tick, in the order of the scenario
+    n_times = len(rows) // n_vehicles
+    first = next((number for number in range(n_times) if rows[number * n_vehicles][0] >= STARTED_S), n_times)
+    shown = rows[first * n_vehicles : n_times * n_vehicles]
+    if not shown:
+        return None
+    depth_m = {vehicle.name: vehicle.depth_m for vehicle in run.scenario.vehicle}
+    names = [row[1] for row in shown[:n_vehicles]]
+    at_m = np.array([row[2:4] for row in shown]).reshape(-1, n_vehicles, 2)
+    least = [
+        float(np.min(np.sum(np.square(at_m[:, one] - at_m[:, other]), axis=1)))
+        for one, other in itertools.combinations(range(n_vehicles), 2)
+        if abs(depth_m[names[one]] - depth_m[names[other]]) <= SAME_DEPTH_M
+    ]
+    return round(math.sqrt(min(least)), 3) if least else None
+
+
+def recovery_time_s(run: Run) -> float | Absent | None:
+    """From the first fault that disables a vehicle until others hold all roles with jobs that it held then.
+
+    Roles that nobody took over before the mission completed had no work left, and do not count. None if the mission
+    did not complete and such a role was never taken over. It does not apply without such a fault, and where the
+    vehicle held no work.
+    """
+    first = next((row for row in run.recorder.faults if row[2] in DISABLING and row[3] != OVER), None)
+    if first is None:
+        return NOT_APPLICABLE
+    at_s, vehicle = first[0], first[1]
+    work = job_roles(run.scenario)
+    held: set[tuple[str, str]] = set()
+    taken_s: dict[tuple[str, str], float] = {}
+    for time_s, name, group, role, event in run.recorder.roles:
+        if (group, role) not in work:
+            continue
+        if time_s <= at_s and name == vehicle and event in ("assigned", "left"):
+            held = held | {(group, role)} if event == "assigned" else held - {(group, role)}
+        elif time_s > at_s and name != vehicle and event == "assigned":
+            taken_s.setdefault((group, role), time_s)
+    times_s = [taken_s[one] - at_s for one in held if one in taken_s]
+    if len(times_s) < len(held) and not run.completed:
+        return None
+    return round(max(times_s), 4) if times_s else NOT_APPLICABLE
