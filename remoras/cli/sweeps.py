@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from remoras.cli.app import FAILED, Json, command, fail, show_json
 from remoras.cli.progress import Progress
+
+if TYPE_CHECKING:
+    from missions.comparison.rows import Comparison
 
 PARTLY_DONE = 3
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")]
@@ -90,54 +94,61 @@ def compare(
     found = compared(results, tuple(dict.fromkeys(metrics or ())), baseline)
     state = results.status()
     if state.failed or state.remaining > 0:
-        left_out = f"{state.failed} runs failed and {state.remaining} have not been made"
-        print(f"remoras: {left_out}; what has finished is compared", file=sys.stderr)
+        counted = f"{state.failed} runs failed and count as not completed, {state.remaining} have not been made"
+        print(f"remoras: {counted}; what has finished is compared", file=sys.stderr)
     rows = [asdict(row) for row in found]
     if out is not None:
         try:
             write_csv(found, out)
         except OSError as error:
             raise OutputError(f"--out {out}: cannot be written: {error.strerror}") from None
-    _show(rows, as_json, list(_comparison_lines(rows)))
+    _show(rows, as_json, [] if as_json else list(_comparison_lines(found)))
 
 
 def _status_line(status: dict[str, Any]) -> str:
     return ", ".join(f"{count} {name}" for name, count in status.items())
 
 
-def _comparison_lines(rows: Sequence[dict[str, Any]]) -> Sequence[str]:
-    """A table for people: mean with interval, difference to the baseline with interval."""
+def _comparison_lines(rows: Sequence[Comparison]) -> Sequence[str]:
+    """A table for people: mean with interval, difference to the baseline with interval, and what to know of them."""
 
     def interval(mean: float | None, low: float | None, high: float | None) -> str:
         bounds = "" if low is None or high is None else f" [{low:.4g}, {high:.4g}]"
         return "-" if mean is None else f"{mean:.4g}{bounds}"
 
     lines = []
-    for number, row in enumerate(rows):
-        if number == 0 or row["metric"] != rows[number - 1]["metric"]:
-            heading = f"difference to {row['baseline']}"
-            lines.append(f"{row['metric']}\n  {'per':>5} {'strategy':<18}{'policy':<16}{'n':>5}{'done':>5}  "
-                         f"{'mean [95 %]':<34}{heading:<36}{'p (Holm)':>9}")  # fmt: skip
-        p = "-" if row["p_holm"] is None else f"{row['p_holm']:.2g}"
-        settings = "  " + " ".join(f"{key}={value}" for key, value in row["settings"].items())
-        mean = interval(row["mean"], row["ci95_low"], row["ci95_high"])
-        difference = interval(row["diff_to_baseline"], row["diff_ci95_low"], row["diff_ci95_high"])
-        names = f"{row['per']:>5g} {row['strategy']:<18}{row['policy']:<16}"
-        lines.append(f"  {names}{row['n']:>5}{row['n_completed']:>5}  "
-                     f"{mean:<34}{difference:<36}{p:>9}{settings}".rstrip())  # fmt: skip
-        if number + 1 == len(rows) or rows[number + 1]["metric"] != row["metric"]:
-            lines += _too_few([other for other in rows if other["metric"] == row["metric"]])
+    for metric, same in itertools.groupby(rows, key=lambda row: row.metric):
+        own = list(same)
+        heading = f"difference to {own[0].baseline}"
+        lines.append(f"{metric}\n  {'per':>5} {'strategy':<18}{'policy':<16}{'n':>5}{'done':>5}  "
+                     f"{'mean [95 %]':<34}{heading:<36}{'p (Holm)':>9}")  # fmt: skip
+        for row in own:
+            p = "-" if row.p_holm is None else f"{row.p_holm:.2g}"
+            settings = "  " + " ".join(f"{key}={value}" for key, value in row.settings.items())
+            case = f"  {row.unforeseen}" if row.unforeseen else ""
+            mean = interval(row.mean, row.ci95_low, row.ci95_high)
+            difference = interval(row.diff_to_baseline, row.diff_ci95_low, row.diff_ci95_high)
+            names = f"{row.per:>5g} {row.strategy:<18}{row.policy:<16}"
+            lines.append(f"  {names}{row.n:>5}{row.n_completed:>5}  "
+                         f"{mean:<34}{difference:<36}{p:>9}{case}{settings}".rstrip())  # fmt: skip
+        lines += [f"  {note}" for note in _notes(own)]
     return lines
 
 
-def _too_few(rows: Sequence[dict[str, Any]]) -> list[str]:
-    """A warning if no difference of a metric could come out as significant."""
+def _notes(rows: Sequence[Comparison]) -> Iterator[str]:
+    """What to know of the rows of one metric: restricted means, unequal work, too few runs."""
     from missions.comparison.pairs import SIGNIFICANT, least_p_holm
+    from missions.comparison.ranking import of_unequal_work
 
-    tested = [row["n"] for row in rows if row["p_holm"] is not None]
-    if not tested or (least := least_p_holm(max(tested), len(tested))) < SIGNIFICANT:
-        return []
-    return [f"  no p (Holm) of {len(tested)} comparisons of {max(tested)} pairs can be below {least:.2g}: repeat more"]
+    if rows[0].n_reached is not None:
+        n, reached = sum(row.n for row in rows), sum(row.n_reached or 0 for row in rows)
+        yield f"restricted means: the {n - reached} of {n} runs that did not get there count with the whole duration"
+    if rows[0].metric != "completed" and (unequal := of_unequal_work(rows)):
+        names = ", ".join(dict.fromkeys(f"{row.strategy} with {row.policy} at per {row.per:g}" for row in unequal))
+        yield f"unequal work, success rates differ by more than their intervals, do not rank by this: {names}"
+    tested = [row.n for row in rows if row.p_holm is not None]
+    if tested and (least := least_p_holm(max(tested), len(tested))) >= SIGNIFICANT:
+        yield f"no p (Holm) of {len(tested)} comparisons of {max(tested)} pairs can be below {least:.2g}: repeat more"
 
 
 def _show(value: Any, as_json: bool, lines: Sequence[str]) -> None:

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from sweeping import study_text, written
+from typer.testing import CliRunner
 
 from missions.comparison.baseline import compare
 from missions.comparison.ranking import Contender, column_ranks, mean_ranks, ranks
@@ -21,6 +22,7 @@ from missions.sweeps.folder import SweepFolder, SweepResults
 from missions.sweeps.ledger import FinishedRun
 from missions.sweeps.plan import RunTask, SweepPlan
 from missions.sweeps.study import load_study
+from remoras.cli import app
 
 COLUMNS = (
     "n, n_completed, mean, ci95_low, ci95_high, median, diff_to_baseline, diff_ci95_low, diff_ci95_high, p_holm, "
@@ -44,6 +46,13 @@ def made_up(task: RunTask, completed: bool = True) -> FinishedRun:
         "error": "", "replay": "", "tables": False, "machine": machine,
     }  # fmt: skip
     return FinishedRun(line, {})
+
+
+def raised(task: RunTask) -> FinishedRun:
+    """A run in which a plug-in raised."""
+    line = made_up(task).line
+    summary = identity(task.scenario, task.seed)
+    return FinishedRun({**line, "status": "failed", "summary": summary, "error": "ValueError: oops"}, {})
 
 
 def results(tmp_path: Path, n_censored: int = 0, repeats: int = 8) -> SweepResults:
@@ -105,6 +114,93 @@ def test_censored_runs_stay_in(tmp_path: Path) -> None:
     success = row_of(compare(found, ["completed"]), "ack", "completed")
     assert (success.mean, success.ci95_low, success.ci95_high) == (0.75, row.success_ci95_low, row.success_ci95_high)
     assert found.status().censored == 4
+
+
+def test_runs_that_failed_count_against_success_and_with_their_duration(tmp_path: Path) -> None:
+    """Two of eight raised: (2 * 1000 + 120 + ... + 170) / 8 = 358.75 s; bytes are those of the six others."""
+    plan = SweepPlan(load_study(str(written(tmp_path, study_text(repeats=8, per="[0.1]", duration_s=1000)))))
+    log = SweepFolder(tmp_path / "out", plan)
+    runs = [raised(task) if task.repeat < 2 else made_up(task) for task in plan.missing({})]
+    log.append(runs)
+    log.close()
+    found = SweepResults.read(tmp_path / "out")
+    rows = compare(found, ["mission_time_s", "completed", "n_bytes"])
+    row = row_of(rows, "ack")
+    assert (row.n, row.n_completed, row.n_failed, row.n_reached, row.success_rate) == (8, 6, 2, 6, 0.75)
+    assert row.mean == row.restricted_mean_time_s == pytest.approx(358.75)
+    success = row_of(rows, "ack", "completed")
+    assert (success.n, success.mean) == (8, 0.75)
+    assert row_of(rows, "ack", "n_bytes").n == 6
+    assert row_of(rows, "ack", "n_bytes").n_reached is None
+
+
+def test_a_treatment_of_which_all_runs_failed_has_a_row(tmp_path: Path) -> None:
+    plan = SweepPlan(load_study(str(written(tmp_path, study_text(repeats=2, per="[0.1]")))))
+    log = SweepFolder(tmp_path / "out", plan)
+    log.append([raised(task) for task in plan.missing({})])
+    log.close()
+    row = row_of(compare(SweepResults.read(tmp_path / "out"), ["mission_time_s"]), "ack")
+    assert (row.n, row.mean, row.success_rate) == (2, 20.0, 0.0)
+
+
+def test_of_a_censored_metric_no_run_is_left_out(tmp_path: Path) -> None:
+    """Mapped in 9 s, or not within the duration of 20 s with every other repeat: restricted mean (4 * 9 + 4 * 20) / 8.
+
+    Differences are taken of restricted values: with mps-ack all need 9 s, so the mean is -(4 * 0 + 4 * 11) / 8 s.
+    """
+    plan = SweepPlan(load_study(str(written(tmp_path, study_text(repeats=8, per="[0.1]")))))
+    log = SweepFolder(tmp_path / "out", plan)
+    runs = [made_up(task) for task in plan.missing({})]
+    for run, task in zip(runs, plan.missing({}), strict=True):
+        late = task.repeat % 2 == 0 and task.scenario.communication.policy == "ack"
+        run.line["summary"]["mapping_time_s"] = None if late else 9.0
+    log.append(runs)
+    log.close()
+    rows = compare(SweepResults.read(tmp_path / "out"), ["mapping_time_s"])
+    slow, quick = row_of(rows, "ack", "mapping_time_s"), row_of(rows, "mps-ack", "mapping_time_s")
+    assert (slow.n, slow.n_reached, slow.mean) == (8, 4, 14.5)
+    assert (quick.n, quick.n_reached, quick.mean, quick.diff_to_baseline) == (8, 8, 9.0, -5.5)
+    assert slow.ci95_low is not None
+    assert slow.ci95_low < 14.5
+    text = CliRunner().invoke(app, ["compare", str(tmp_path / "out"), "--metric", "mapping_time_s"]).stdout
+    assert "restricted means: the 4 of 16 runs that did not get there count with the whole duration" in text
+
+
+def test_where_a_metric_does_not_apply_a_run_is_left_out(tmp_path: Path) -> None:
+    """Nothing was lost in half of the runs, so there is nothing to recover from; one of the others never recovered."""
+    plan = SweepPlan(load_study(str(written(tmp_path, study_text(repeats=4, per="[0.1]")))))
+    log = SweepFolder(tmp_path / "out", plan)
+    runs = [made_up(task) for task in plan.missing({})]
+    for run in runs:
+        if run.line["repeat"] < 2:
+            run.line["summary"]["recovery_time_s"] = None if run.line["repeat"] else 4.0
+    log.append(runs)
+    log.close()
+    row = row_of(compare(SweepResults.read(tmp_path / "out"), ["recovery_time_s"]), "ack", "recovery_time_s")
+    assert (row.n, row.n_reached, row.mean) == (2, 1, (4.0 + 20.0) / 2)
+
+
+def test_success_ranks_before_the_metric_and_unequal_work_is_told() -> None:
+    """a is quicker and completes 2 of 8 (Wilson 0.07 to 0.59), b completes all (0.68 to 1), c 7 of 8 (0.53 to 0.98)."""
+    times = {"a": [1.0] * 8, "b": [5.0] * 8, "c": [4.0] * 8}
+    done = {"a": [True] * 2 + [False] * 6, "b": [True] * 8, "c": [True] * 7 + [False]}
+    column = {
+        Treatment("s", name, "ack", "bernoulli", 0.1, ()): Contender(dict(enumerate(own)), done[name])
+        for name, own in times.items()
+    }
+    found = {rank.strategy: rank for rank in column_ranks(column, "m", Better.LOWER)}
+    assert [found[name].rank for name in "bca"] == [1, 2, 3]
+    assert [found[name].unequal_success for name in "bca"] == [False, False, True]
+    assert not found["a"].among_best
+
+
+def test_the_table_says_where_success_differs(tmp_path: Path) -> None:
+    plan = SweepPlan(load_study(str(written(tmp_path, study_text(repeats=8, per="[0.1]")))))
+    log = SweepFolder(tmp_path / "out", plan)
+    log.append([made_up(task, task.scenario.communication.policy == "ack") for task in plan.missing({})])
+    log.close()
+    text = CliRunner().invoke(app, ["compare", str(tmp_path / "out"), "--metric", "mission_time_s"]).stdout
+    assert "do not rank by this: remoras with mps-ack at per 0.1" in text
 
 
 def test_a_metric_without_values_has_no_row(tmp_path: Path) -> None:
