@@ -10,5 +10,5 @@ KINDS: Mapping[str, tuple[str, ...]] = {
     "satisfaction": ("satisfaction", "roles"),
 }
 """Kinds of figures that every run has, with the tables that each needs; its mission may declare more."""
-SWEEP_KINDS = ("trade-off", "ranking", "overview")
+SWEEP_KINDS = ("differences", "trade-off", "ranking", "overview")
 """Kinds of figures of a sweep, beside a chart of each metric."""

@@ -1,9 +1,9 @@
 """Ranking of strategies and policies, among those that were run under the same conditions.
 
-Success comes first: of two treatments the one that completes more often stands before the other, and only among equals
-does the metric decide. The direction comes from the declaration of the metric, which the folder of the sweep holds. A
-ranking also says which treatments the runs cannot tell from the best, and which of them did other work than the best:
-where intervals of success rates do not meet, a mean time or distance is that of unequal work.
+Success comes first: a treatment whose success rate is below the highest by more than their intervals did other work,
+and its mean time or distance cannot be set against that of the others. It stands behind them; the metric decides among
+those of like success. The direction comes from the declaration of the metric, which the folder of the sweep holds. A
+ranking also says which treatments the runs cannot tell from the best.
 """
 
 from __future__ import annotations
@@ -82,11 +82,11 @@ def column_ranks(column: Mapping[Treatment, Contender], metric: str, better: Bet
     """
     sign = -1.0 if better is Better.HIGHER else 1.0
     means = {treatment: plain.fmean(one.values.values()) for treatment, one in column.items()}
-    scores = {treatment: (-one.success_rate, sign * means[treatment]) for treatment, one in column.items()}
+    tiers = _tiers(column)
+    scores = {treatment: (tiers[treatment], sign * means[treatment]) for treatment in column}
     best = min(scores, key=lambda treatment: scores[treatment])
     others = {treatment: one for treatment, one in column.items() if treatment != best}
     paired = {treatment: paired_with(one.values, column[best].values) for treatment, one in others.items()}
-    unequal = {one for one in others if are_apart(column[one].success_interval, column[best].success_interval)}
     tested = {treatment: found.p for treatment, found in paired.items() if found and found.p is not None}
     corrected = dict(zip(tested, holm(list(tested.values())), strict=True))
     return [
@@ -99,16 +99,24 @@ def column_ranks(column: Mapping[Treatment, Contender], metric: str, better: Bet
             rank=sum(other < score for other in scores.values())
             + (1 + sum(other == score for other in scores.values())) / 2,
             p_holm_to_best=corrected.get(treatment),
-            among_best=treatment not in unequal and corrected.get(treatment, 1.0) >= SIGNIFICANT,
-            unequal_success=treatment in unequal,
+            among_best=not tiers[treatment] and corrected.get(treatment, 1.0) >= SIGNIFICANT,
+            unequal_success=tiers[treatment] > 0,
         )
         for treatment, score in scores.items()
     ]
 
 
-def are_apart(one: Interval, other: Interval) -> bool:
-    """True if two intervals do not meet."""
-    return one[1] < other[0] or other[1] < one[0]
+def _tiers(column: Mapping[Treatment, Contender]) -> dict[Treatment, int]:
+    """Number of the tier of success of each: 0 for those whose interval meets that of the highest rate, and so on."""
+    left = sorted(column, key=lambda treatment: -column[treatment].success_rate)
+    found: dict[Treatment, int] = {}
+    tier = 0
+    while left:
+        least = column[left[0]].success_interval[0]
+        found |= {one: tier for one in left if column[one].success_interval[1] >= least}
+        left = [one for one in left if one not in found]
+        tier += 1
+    return found
 
 
 def of_unequal_work(rows: Sequence[Comparison]) -> list[Comparison]:

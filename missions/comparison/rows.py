@@ -54,13 +54,13 @@ class Rank:
     """How a strategy with its policy stands among those run under the same conditions.
 
     Args:
-        rank: by the success rate and then the mean, 1 is best; equal ones share the mean of their ranks (Friedman
+        rank: by the mean among those of like success, 1 is best; equal ones share the mean of their ranks (Friedman
             1937).
         p_holm_to_best: of the paired differences to the best, corrected over those conditions; None for the best
             itself, and where there are fewer than two pairs.
         among_best: the best, or neither in the metric nor in success significantly different from it.
-        unequal_success: the interval of its success rate does not meet that of the best, so that the two did unequal
-            work and their means say nothing of each other.
+        unequal_success: its success rate is below the highest by more than their intervals; it stands behind those of
+            like success, since a mean of other work says nothing about theirs.
     """
 
     scenario: str

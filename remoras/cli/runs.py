@@ -99,7 +99,7 @@ def plot(
     file_format: Annotated[Format, typer.Option("--format", help="File format.")] = Format.PNG,
     out: Annotated[Path | None, typer.Option(help="Folder for the figures; DIR if left out.")] = None,
     metric: Annotated[
-        str | None, typer.Option(help="Field of the summary that a sweep's ranking is by; else mission_time_s.")
+        str | None, typer.Option(help="Field of the summary of a sweep's ranking and differences; else mission_time_s.")
     ] = None,
 ) -> None:
     """Draw the figures of a run (trajectories, roles and more) or of a sweep (metrics over loss, ranking and more)."""
@@ -136,8 +136,8 @@ def _plot_sweep(folder: Path, kinds: Sequence[str], out: Path, file_format: Form
     from visualisation.sweeps import draw
     from visualisation.sweeps.measures import RANKED
 
-    if metric is not None and kinds and "ranking" not in kinds:
-        fail(f"--metric {metric}: is what a ranking is by; name the figure ranking too")
+    if metric is not None and kinds and not {"ranking", "differences"} & {*kinds}:
+        fail(f"--metric {metric}: is about a ranking and differences; name the figure ranking or differences too")
     with Progress(f"plot {folder}", 1, "steps") as progress:
         drawn = draw(SweepResults.read(folder), kinds, out, file_format.value, metric or RANKED, progress.of)
     _show_drawn(drawn)

@@ -13,12 +13,13 @@ import numpy as np
 
 from missions.comparison.baseline import compare
 from missions.comparison.rows import Comparison
+from missions.comparison.treatments import FIELDS
 from missions.mapping.metrics import METRICS as MAPPING_METRICS
 from missions.metric import Metric, MetricRecord
 from missions.runs.metrics import CORE_METRICS
 from missions.sweeps.folder import STUDY, SweepResults
 from missions.sweeps.ledger import DONE, FAILED, LEDGER
-from missions.sweeps.plan import seed_of
+from missions.sweeps.plan import RunSchedule, seed_of
 from missions.sweeps.study_file import StudyFile
 
 METRICS = (*CORE_METRICS, *MAPPING_METRICS)
@@ -67,6 +68,7 @@ class Sweep:
     scenarios: Sequence[str] = ("mapping-rendezvous",)
     channels: Sequence[tuple[str, Sequence[float], dict[str, Any]]] = (("bernoulli", TEN, {}),)
     grid: dict[str, Sequence[Any]] = field(default_factory=dict)
+    unforeseen: Sequence[str] = ()
     repeats: int = 30
     n_failed: int = 0
     n_remaining: int = 0
@@ -80,36 +82,41 @@ class Sweep:
         folder.mkdir(parents=True)
         points = [dict(zip(self.grid, values, strict=True)) for values in itertools.product(*self.grid.values())]
         channels = [(name, per, keys) for name, rates, keys in self.channels for per in rates]
-        cells = list(itertools.product(self.scenarios, self.strategies, self.policies, channels, points))
+        cases = self.unforeseen or [""]
+        cells = list(itertools.product(self.scenarios, self.strategies, self.policies, channels, points, cases))
         design = {
             "name": "synthetic", "scenario": list(self.scenarios), "strategies": list(self.strategies),
             "policies": list(self.policies), "repeats": self.repeats, "seed": 11,
         }  # fmt: skip
         if self.metrics:
             design["metrics"] = list(self.metrics)
-        file = StudyFile.model_validate({"study": design, "grid": self.grid})
+        axis = [{"name": name, "set": {"unforeseen.key": number}} for number, name in enumerate(self.unforeseen)]
+        file = StudyFile.model_validate({"study": design, "grid": self.grid, "unforeseen": axis})
         digests = [hashlib.sha256(repr(cell).encode()).hexdigest() for cell in cells]
         study = {"version": "9.8.7", "study": file.model_dump(mode="json"), "scenario": {}, "digests": digests}
         if self.declared:
             study["metrics"] = [MetricRecord.of(metric).written() for metric in self.declared]
         (folder / STUDY).write_text(json.dumps(study), encoding="utf-8")
+        schedule = RunSchedule("9.8.7", file, tuple(digests))
         lines = [
-            self._line(f"{digest[:16]}{repeat:04}", repeat, *cell)
-            for digest, cell in zip(digests, cells, strict=True)
+            self._line(schedule.key(number, repeat), repeat, *cell)
+            for number, cell in enumerate(cells)
             for repeat in range(self.repeats)
         ]
         for line in lines[1 : 1 + self.n_failed]:
-            line.update(status=FAILED, error="Traceback\nValueError: no fleet today", replay="remoras run")
+            identity = {name: line["summary"][name] for name in (*FIELDS, "seed")}
+            line.update(status=FAILED, error="Traceback\nValueError: no fleet", replay="remoras run", summary=identity)
         made = lines[: len(lines) - self.n_remaining]
         (folder / LEDGER).write_text("".join(json.dumps(line) + "\n" for line in made), encoding="utf-8")
         return SweepResults.read(folder)
 
     def _line(
         self, key: str, repeat: int, scenario: str, strategy: str, policy: str,
-        channel: tuple[str, float, dict[str, Any]], point: dict[str, Any],
+        channel: tuple[str, float, dict[str, Any]], point: dict[str, Any], case: str,
     ) -> dict[str, Any]:  # fmt: skip
         name, per, keys = channel
         settings = {"strategy.name": strategy, "communication.policy": policy, "channel.name": name, **keys, **point}
+        settings |= {"unforeseen": case} if case else {}
         numbers = {key: value for key, value in point.items() if isinstance(value, int | float)}
         identity = {"scenario": scenario, "strategy": strategy, "policy": policy, "channel": name, "per": per}
         summary = {**identity, "seed": seed_of(11, repeat), **self.summary(strategy, policy, per, repeat, numbers)}
@@ -131,6 +138,9 @@ SWEEPS = {
     "three channels": Sweep(SEVEN[:3], channels=[("perfect", [0.0], {}), *BURSTS], repeats=3),
     "vehicles": Sweep(SEVEN, channels=[("bernoulli", [0.4], {})], grid={"fleet.size": [2, 4, 8, 16]}, repeats=3),
     "one point": Sweep(["remoras"], channels=[("perfect", [0.0], {})], repeats=1),
+    "unforeseen": Sweep(
+        SEVEN, repeats=3, unforeseen=("nothing", "speeds within 30 %", "one vehicle lost", "the head lost", "found")
+    ),
     "all the same": Sweep(SEVEN, channels=[("bernoulli", FEW, {})], repeats=3, summary=flat),
 }  # fmt: skip
 

@@ -1,9 +1,9 @@
 """How the configurations of a sweep are laid out in figures: what is the axis, a series, a panel.
 
-The axis is the packet error rate. If that does not vary, it is the numeric setting with the most values. Series are
-strategies, policies, or both, whichever vary. What else varies (scenario, channel, other settings) makes a combination,
-which has a panel of its own; settings that rise or fall with the axis do not. The perfect channel is the packet
-error rate 0 of every other channel.
+The axis is the packet error rate. If that does not vary, it is the numeric setting with the most values; if none does,
+the cases of what is unforeseen. Series are strategies, policies, or both, whichever vary. What else varies (scenario,
+channel, other settings, what is unforeseen) makes a combination, which has a panel of its own; settings that rise or
+fall with the axis do not. The perfect channel is the packet error rate 0 of every other channel.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 from missions.comparison.rows import Comparison, Rank
+from missions.sweeps.plan import UNFORESEEN
 from visualisation.errors import DrawingError
 
 PER, PERFECT = "per", "perfect"
@@ -25,6 +26,7 @@ POLICIES = ("ack", "m-ack", "mps-ack", "knowledge", "adaptive")
 """Names whose look and place in legends is the same in all studies; a policy may end in ``-repeat``."""
 REPEAT = "-repeat"
 WORDS = {
+    UNFORESEEN: "case of what is unforeseen",
     "fleet.size": "number of vehicles",
     "channel.p_bad_to_good": "probability per slot that a bad spell ends",
     "channel.p_good_to_bad": "probability per slot that a bad spell begins",
@@ -43,6 +45,7 @@ class Combination(NamedTuple):
     scenario: str
     channel: str
     settings: tuple[tuple[str, str], ...]
+    unforeseen: str
 
 
 class Series(NamedTuple):
@@ -61,9 +64,12 @@ class Arrangement:
     follows: frozenset[str]
     series: tuple[Series, ...]
     titles: Mapping[Combination, str]
+    cases: tuple[str, ...] = ()
 
     def x(self, row: Comparison | Rank) -> float:
-        """Place on the axis."""
+        """Place on the axis; cases of what is unforeseen are numbered from 1."""
+        if self.axis == UNFORESEEN:
+            return float(self.cases.index(row.unforeseen) + 1)
         return row.per if self.axis == PER else float(row.settings[self.axis])
 
     @property
@@ -111,13 +117,14 @@ def arranged(rows: Sequence[Comparison]) -> Arrangement:
         if axis == PER and any(other.channel != PERFECT and _completes(one, other) for other in combinations)
     }  # fmt: skip
     kept = [one for one in combinations if one not in merged]
-    places = {(_combination(row, follows), row.per if axis == PER else row.settings.get(axis)) for row in rows}
+    places = {(_combination(row, follows), _place_of(row, axis)) for row in rows}
     if len(kept) > 4 and len(places) <= len(kept):
         raise DrawingError(
             f"{len(kept)} combinations of settings, each with a single point on the axis {axis!r}: a figure "
             "needs an axis along which several points share the other settings; runs.parquet has all runs"
         )
-    return Arrangement(axis, follows, _series(rows), dict(zip(kept, _titles(kept), strict=True)))
+    cases = tuple(dict.fromkeys(row.unforeseen for row in rows)) if axis == UNFORESEEN else ()
+    return Arrangement(axis, follows, _series(rows), dict(zip(kept, _titles(kept), strict=True)), cases)
 
 
 def _axis(rows: Sequence[Comparison]) -> str:
@@ -128,7 +135,15 @@ def _axis(rows: Sequence[Comparison]) -> str:
         values = {row.settings.get(key, "") for row in rows}
         if len(values) > 1 and all(map(_is_number, values)):
             n_values[key] = len(values)
+    if not n_values and len({row.unforeseen for row in rows}) > 1:
+        return UNFORESEEN
     return max(n_values, key=lambda key: n_values[key], default=PER)
+
+
+def _place_of(row: Comparison, axis: str) -> float | str | None:
+    if axis == UNFORESEEN:
+        return row.unforeseen
+    return row.per if axis == PER else row.settings.get(axis)
 
 
 def _is_number(text: str) -> bool:
@@ -142,7 +157,7 @@ def _following(rows: Sequence[Comparison], axis: str) -> frozenset[str]:
     """The axis, and settings that rise or fall with it: they have one value at each of its places."""
     values: dict[str, dict[float, set[str]]] = defaultdict(lambda: defaultdict(set))
     for row in rows:
-        if row.channel != PERFECT and (axis == PER or axis in row.settings):
+        if row.channel != PERFECT and axis != UNFORESEEN and (axis == PER or axis in row.settings):
             for key, value in row.settings.items():
                 values[key][row.per if axis == PER else float(row.settings[axis])].add(value)
     follows = {axis}
@@ -157,14 +172,15 @@ def _following(rows: Sequence[Comparison], axis: str) -> frozenset[str]:
 
 def _combination(row: Comparison | Rank, left_out: Collection[str]) -> Combination:
     settings = tuple(pair for pair in row.settings.items() if pair[0] not in left_out)
-    return Combination(row.scenario, row.channel, settings)
+    return Combination(row.scenario, row.channel, settings, "" if UNFORESEEN in left_out else row.unforeseen)
 
 
 def _completes(perfect: Combination, other: Combination) -> bool:
     """True if these rows of a perfect channel are the other's at a packet error rate of 0."""
     rest = tuple(pair for pair in other.settings if not pair[0].startswith("channel."))
     own = tuple(pair for pair in perfect.settings if not pair[0].startswith("channel."))
-    return perfect.channel == PERFECT and (perfect.scenario, own) == (other.scenario, rest)
+    same = (perfect.scenario, own, perfect.unforeseen) == (other.scenario, rest, other.unforeseen)
+    return perfect.channel == PERFECT and same
 
 
 def _series(rows: Sequence[Comparison]) -> tuple[Series, ...]:
@@ -193,7 +209,10 @@ def policy_place(policy: str) -> tuple[int, str]:
 def _titles(combinations: Sequence[Combination]) -> list[str]:
     """What tells combinations apart: only what differs among them."""
     keys = dict.fromkeys(key for one in combinations for key, _ in one.settings)
-    parts = [[one.scenario, one.channel, *(dict(one.settings).get(key, "") for key in keys)] for one in combinations]
-    names = ["", "", *(f"{WORDS.get(key, key)} = " for key in keys)]
+    parts = [
+        [one.unforeseen, one.scenario, one.channel, *(dict(one.settings).get(key, "") for key in keys)]
+        for one in combinations
+    ]
+    names = ["", "", "", *(f"{WORDS.get(key, key)} = " for key in keys)]
     varied = [at for at in range(len(names)) if len({own[at] for own in parts}) > 1]
     return [", ".join(names[at] + own[at] for at in varied if own[at]) for own in parts]

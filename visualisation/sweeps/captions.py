@@ -6,17 +6,17 @@ from collections.abc import Iterable, Sequence
 
 from missions.comparison.baseline import INTERVALS_OF_MEANS
 from missions.comparison.pairs import SIGNIFICANT
-from missions.comparison.ranking import are_too_few
+from missions.comparison.ranking import are_too_few, of_unequal_work
 from missions.comparison.rows import Comparison, Rank
 from missions.metric import Better, MetricRecord
 from missions.sweeps.folder import SweepResults
 from visualisation import words
 from visualisation.sweeps.arrangement import Arrangement, Combination
-from visualisation.sweeps.measures import RANKED, Measure
+from visualisation.sweeps.measures import Measure
 
 CUT = "Intervals are cut at the frame."
 OF_RATES = "Wilson's 95 % intervals of the rate"
-CENSORED = "A run that did not complete counts with the mission's whole duration (restricted mean)."
+CENSORED = "A run that did not get there, or failed, counts with the mission's whole duration (restricted mean)."
 
 
 def metric(
@@ -32,7 +32,9 @@ def metric(
         _without_values(arrangement, rows),
         _aside(arrangement),
         _spacing(arrangement, rows),
-        CENSORED if measure.metric.name == RANKED else "",
+        CENSORED if measure.metric.censored else "",
+        _cases(arrangement),
+        "" if rate else unequal_work(rows),
         _panels(arrangement, combinations),
     )
 
@@ -49,8 +51,42 @@ def overview(arrangement: Arrangement, rows: Sequence[Comparison], measures: Seq
         CUT,
         *notes,
         _aside(arrangement),
-        CENSORED if any(measure.metric.name == RANKED for measure in measures) else "",
+        _cases(arrangement),
+        CENSORED if any(measure.metric.censored for measure in measures) else "",
     )
+
+
+def differences(
+    arrangement: Arrangement, combinations: Sequence[Combination], rows: Sequence[Comparison], measure: Measure
+) -> str:
+    """Caption of the differences of one metric to the baseline."""
+    better = {Better.HIGHER: "Above zero is better.", Better.LOWER: "Below zero is better."}
+    return words.joined(
+        f"{words.capital(measure.name)}: mean differences to {rows[0].baseline} over {arrangement.axis_label}, run by "
+        "run of the same repeat.",
+        better.get(measure.metric.better, "") if measure.metric.better else "",
+        f"Bands: {INTERVALS_OF_MEANS}.",
+        CUT,
+        measure.metric.note,
+        _aside(arrangement),
+        _cases(arrangement),
+        CENSORED if measure.metric.censored else "",
+        unequal_work(rows),
+        _panels(arrangement, combinations),
+    )
+
+
+def unequal_work(rows: Sequence[Comparison]) -> str:
+    """Said where success rates differ, so that what is compared is not the same work."""
+    names = dict.fromkeys(row.strategy for row in of_unequal_work(rows))
+    if not names:
+        return ""
+    return f"Unequal work: success rates of {', '.join(names)} are below the highest by more than their intervals."
+
+
+def _cases(arrangement: Arrangement) -> str:
+    listed = [f"{number} {case}" for number, case in enumerate(arrangement.cases, 1)]
+    return f"Cases: {', '.join(listed)}." if listed else ""
 
 
 def trade_off(arrangement: Arrangement, combinations: Sequence[Combination], across: Measure, up: Measure) -> str:
@@ -60,7 +96,8 @@ def trade_off(arrangement: Arrangement, combinations: Sequence[Combination], acr
         "the size of the markers tells; lines that end elsewhere than others have a number at their end. "
         f"Crosses: {INTERVALS_OF_MEANS}.",
         CUT,
-        CENSORED,
+        CENSORED if across.metric.censored or up.metric.censored else "",
+        _cases(arrangement),
         _panels(arrangement, combinations),
     )
 
@@ -73,11 +110,22 @@ def ranking(arrangement: Arrangement, by: MetricRecord, rows: Sequence[Rank]) ->
         "equal means share their ranks. "
         "Bold and shaded: the best of the column and those that do not differ significantly from it "
         f"(sign-flip test of the paired differences, Holm-corrected in each column, p >= {SIGNIFICANT:g}). "
-        "Last column: mean rank.",
+        "Last column: mean rank. Behind a line of like success stand those whose success rate is below the highest by "
+        "more than their intervals: their means are of unequal work.",
+        _unequal(arrangement, rows),
+        _cases(arrangement),
         "There are too few runs for any difference to be significant." if are_too_few(rows) else "",
         by.note,
-        CENSORED if by.name == RANKED else "",
+        CENSORED if by.censored else "",
     )
+
+
+def _unequal(arrangement: Arrangement, rows: Sequence[Rank]) -> str:
+    at: dict[str, list[str]] = {}
+    for row in rows:
+        if row.unequal_success:
+            at.setdefault(row.strategy, []).append(f"{arrangement.x(row):g}")
+    return f"Here: {'; '.join(f'{name} at {chr(44).join(places)}' for name, places in at.items())}." if at else ""
 
 
 def conditions(results: SweepResults, arrangement: Arrangement, rows: Iterable[Comparison | Rank]) -> str:
@@ -96,7 +144,7 @@ def conditions(results: SweepResults, arrangement: Arrangement, rows: Iterable[C
         f"{words.named_all('policy', [one.policy for one in series], 'policies')}, "
         f"{words.named_all('channel', [row.channel for row in rows])}. "
         f"Study {study.name}: {status.done} of {status.planned} runs done, {status.censored} of them not completed "
-        f"(censored), {status.failed} failed (left out){unfinished}; remoras {results.schedule.version}."
+        f"(censored), {status.failed} failed (not completed){unfinished}; remoras {results.schedule.version}."
     )
 
 
@@ -123,5 +171,5 @@ def _spacing(arrangement: Arrangement, rows: Sequence[Comparison]) -> str:
 
 
 def _panels(arrangement: Arrangement, combinations: Sequence[Combination]) -> str:
-    listed = [f"({letter}) {arrangement.titles[one]}" for letter, one in zip("abcd", combinations, strict=False)]
+    listed = [f"({letter}) {arrangement.titles[one]}" for letter, one in zip("abcdef", combinations, strict=False)]
     return f"Panels: {'; '.join(listed)}." if len(combinations) > 1 else ""

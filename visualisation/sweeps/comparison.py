@@ -1,7 +1,7 @@
 """Figures of a sweep, each with the numbers behind it as CSV and a caption.
 
-Up to four combinations of scenario, channel and other settings share a figure as panels; more have a figure each, with
-the combination in its name. The overview and the ranking always have one each.
+Up to six combinations of scenario, channel, other settings and what is unforeseen share a figure as panels; more have
+a figure each, with the combination in its name. The overview and the ranking always have one each.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from visualisation.files import Drawn, check_format, write
 from visualisation.kinds import KINDS, SWEEP_KINDS
 from visualisation.sweeps import captions
 from visualisation.sweeps.arrangement import Arrangement, Combination, arranged
-from visualisation.sweeps.measures import MOST_IN_OVERVIEW, RANKED, TRADE_OFF, Measure, by_kind, measure
+from visualisation.sweeps.measures import MOST_IN_OVERVIEW, RANKED, TRADE_OFF, Measure, by_kind, measure, of_differences
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOST_PANELS = 4
+MOST_PANELS = 6
 DIRECTIONS = (Better.HIGHER, Better.LOWER)
 
 
@@ -39,7 +39,7 @@ class Numbers:
     Args:
         kinds: metrics by the kinds of figures that draw one.
         overview: names of the metrics of the overview.
-        ranked_by: the metric of the ranking.
+        ranked_by: the metric of the ranking, and of the differences.
         measures: metrics on their axes, by name.
         rows: of the comparison, by the name of the metric.
         ranks: of all combinations; empty if no ranking is asked for.
@@ -56,7 +56,7 @@ class Numbers:
 
     def drawn_by(self, kind: str) -> tuple[str, ...]:
         """Names of the metrics that a kind draws; none for the ranking."""
-        return _drawn_by(kind, self.kinds, self.overview)
+        return _drawn_by(kind, self.kinds, self.overview, self.ranked_by.name)
 
     def lacking(self, kind: str) -> str:
         """Why there is nothing to draw for a kind; empty if there is."""
@@ -65,6 +65,10 @@ class Numbers:
                 return f"{self.ranked_by.name} has no value that is the best one, or this folder does not say which"
             enough = len(self.arrangement.series) > 1
             return "" if enough and self.ranks else "no values" if enough else "needs two strategies or policies"
+        if kind == "differences" and len(self.arrangement.series) < 2:
+            return "needs two strategies or policies"
+        if kind == "differences" and all(row.diff_to_baseline is None for row in self.rows[self.ranked_by.name]):
+            return "no two runs are a pair"
         missing = [name for name in self.drawn_by(kind) if not self.rows.get(name)]
         if missing and (kind != "overview" or len(missing) == len(self.overview)):
             return f"no run has a value of {', '.join(missing)}"
@@ -96,7 +100,7 @@ def draw(
         kinds: names in ``SWEEP_KINDS``, or metrics by the name of their chart or of their field.
         folder: made if it is not there.
         format: png, svg or pdf.
-        ranked: name of the metric that the ranking is by.
+        ranked: name of the metric that the ranking is by, and whose differences are drawn.
         progress: told what is done of how much.
 
     Returns:
@@ -141,8 +145,8 @@ def _asked(kinds: Sequence[str], charts: Mapping[str, MetricRecord]) -> list[str
     return list(dict.fromkeys(found)) or list(known)
 
 
-def _drawn_by(kind: str, charts: Mapping[str, MetricRecord], overview: tuple[str, ...]) -> tuple[str, ...]:
-    of_kind = {"overview": overview, "trade-off": TRADE_OFF, "ranking": ()}
+def _drawn_by(kind: str, charts: Mapping[str, MetricRecord], overview: tuple[str, ...], ranked: str) -> tuple[str, ...]:
+    of_kind = {"overview": overview, "trade-off": TRADE_OFF, "differences": (ranked,), "ranking": ()}
     return of_kind[kind] if kind in of_kind else (charts[kind].name,)
 
 
@@ -162,7 +166,7 @@ def _numbers(
         ranks = ranked_by_metric(results, ranked)  # says which metrics there are if this one is none
     if ranked_by is None:
         raise unknown("metric", ranked, declared)
-    drawn = (name for kind in asked for name in _drawn_by(kind, charts, overview))
+    drawn = (name for kind in asked for name in _drawn_by(kind, charts, overview, ranked))
     wanted = [name for name in dict.fromkeys([RANKED, *drawn]) if name in declared]
     rows: dict[str, Sequence[Comparison]] = {}
     for name in wanted:
@@ -184,7 +188,7 @@ def _written(results: SweepResults, kind: str, numbers: Numbers, folder: Path, f
     from visualisation import style
 
     ranked = numbers.ranked_by.name
-    stem = f"ranking-{ranked}" if kind == "ranking" and ranked != RANKED else kind
+    stem = f"{kind}-{ranked}" if kind in ("ranking", "differences") and ranked != RANKED else kind
     taken: set[str] = set()
     charts = {_file_name(stem, chart.title, taken): chart for chart in _charts(kind, numbers)}
     pictures = {name: style.rendered(chart.figure(), format) for name, chart in charts.items()}
@@ -233,6 +237,10 @@ def _chart(kind: str, title: str, group: Sequence[Combination], numbers: Numbers
         across, up = drawn
         text = captions.trade_off(arrangement, group, across, up)
         return Chart(title, own, text, partial(charts.trade_off, arrangement, group, across, up, rows))
+    if kind == "differences":
+        compared, differences = of_differences(drawn[0], rows[drawn[0].metric.name])
+        text = captions.differences(arrangement, group, own, drawn[0])
+        return Chart(title, own, text, partial(charts.metric, arrangement, group, differences, compared))
     text = captions.metric(arrangement, group, own, drawn[0])
     return Chart(title, own, text, partial(charts.metric, arrangement, group, own, drawn[0]))
 

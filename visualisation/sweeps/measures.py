@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from missions.comparison.rows import Comparison
 from missions.metric import MetricRecord
@@ -37,12 +37,14 @@ class Measure:
         unit: of the axis.
         scale: factor from the metric's unit to that of the axis.
         share: whether all means lie between 0 and 1.
+        signed: whether its zero is a value like others, as that of a difference is.
     """
 
     metric: MetricRecord
     unit: str
     scale: float
     share: bool
+    signed: bool = False
 
     @property
     def name(self) -> str:
@@ -61,7 +63,7 @@ class Measure:
         A success rate is equal in so many series that bands would pile up. Intervals of a rate of 1 are left out:
         nearly all of them would be of one length, and hide the lines.
         """
-        return self.metric.name == RATE
+        return self.metric.name == RATE and not self.signed
 
     def bounds(self, row: Comparison) -> tuple[float, float]:
         """Ends of the interval on the scale of the axis; the mean where there is none."""
@@ -77,6 +79,22 @@ def measure(metric: MetricRecord, rows: Sequence[Comparison]) -> Measure:
     scale, sign = prefix if metric.unit in PREFIXED else (1.0, "")
     share = metric.unit in ("", "1") and all(0.0 <= mean <= 1.0 for mean in means)
     return Measure(metric, sign + metric.unit, scale, share)
+
+
+def of_differences(own: Measure, rows: Sequence[Comparison]) -> tuple[Measure, list[Comparison]]:
+    """The differences to the baseline as a measure of their own, and rows that have them in place of the means.
+
+    Args:
+        own: the metric on its axis.
+        rows: of the metric; those without a difference are left out.
+    """
+    metric = replace(own.metric, label=f"{own.metric.label}, difference")
+    found = [
+        replace(row, mean=row.diff_to_baseline, ci95_low=row.diff_ci95_low, ci95_high=row.diff_ci95_high)
+        for row in rows
+        if row.diff_to_baseline is not None
+    ]
+    return replace(own, metric=metric, share=False, signed=True), found
 
 
 def kind_of(metric: MetricRecord) -> str:

@@ -36,6 +36,8 @@ DRAWN = (
     "consistency-time",
 )
 """Charts of metrics that the made-up runs have."""
+COUNTING_FAILURES = ("mission-time", "success-rate", "differences", "ranking")
+"""Figures of metrics of which a failed run has a value."""
 OVERVIEW = ("mission_time_s", "completed", "energy_j", "n_bytes", "coverage_fraction", "duplicate_fraction")
 """Headline metrics, which a study that names none has, in the order of their declaration."""
 
@@ -101,7 +103,8 @@ def test_the_same_sweep_gives_the_same_bytes(
 
 def test_all_kinds_are_those_with_values_and_notes_on_the_others(tmp_path: Path, seven: SweepResults) -> None:
     drawn = draw(seven, (), tmp_path, "svg")
-    missing = ("modem_energy_j", "p95_latency_s", "consistent_fraction", "mapping_time_s", "least_mapped_fraction")
+    missing = {metric.name for metric in METRICS} - {CHARTS[kind].name for kind in DRAWN}
+    missing -= {"distance_m", "n_packets", "delivery_ratio", "false_beliefs"}
     assert len(drawn.files) == 3 * (len(METRICS) - len(missing) + len(SWEEP_KINDS))
     assert len(drawn.notes) == len(missing)
     assert all(any(note.endswith(f"no run has a value of {name}") for note in drawn.notes) for name in missing)
@@ -131,9 +134,10 @@ def test_captions_say_what_the_figure_rests_on(tmp_path: Path, kind: str) -> Non
     draw(results.write(tmp_path / "sweep"), [kind], tmp_path / "out")
     text = (tmp_path / "out" / f"{kind}.txt").read_text(encoding="utf-8")
     for part in (
-        "n = 2 to 3" if kind == "consistency-time" else "n = 3 to 4",
+        {"consistency-time": "n = 2 to 3", **dict.fromkeys(COUNTING_FAILURES, "n = 4 ")}.get(kind, "n = 3 to 4"),
         "master seed 11", "strategies remoras, fixed-partition", "policy m-ack",
-        "channel bernoulli", "Scenario mapping-rendezvous", "23 of 24 runs done", "1 failed", "remoras 9.8.7",
+        "channel bernoulli", "Scenario mapping-rendezvous", "23 of 24 runs done", "remoras 9.8.7",
+        "1 failed (not completed)",
     ):  # fmt: skip
         assert part in text
     assert re.search(r"\d+ of them not completed \(censored\)", text)
@@ -178,19 +182,51 @@ def test_what_cannot_be_drawn_is_refused(tmp_path: Path, seven: SweepResults) ->
     assert not (tmp_path / "out").exists()
 
 
-def test_up_to_four_combinations_share_a_figure_and_more_have_one_each(tmp_path: Path) -> None:
+def test_up_to_six_combinations_share_a_figure_and_more_have_one_each(tmp_path: Path) -> None:
     for n, names in (
-        (4, {"bytes.svg", "bytes.csv", "bytes.txt"}),
-        (5, {f"bytes-mission.mode={at}.{suffix}" for at in range(5) for suffix in ("svg", "csv", "txt")}),
+        (6, {"bytes.svg", "bytes.csv", "bytes.txt"}),
+        (7, {f"bytes-mission.mode={at}.{suffix}" for at in range(7) for suffix in ("svg", "csv", "txt")}),
     ):
         sweep = Sweep(
             ["remoras"], channels=[("bernoulli", [0.1, 0.2], {})], repeats=1, grid={"mission.mode": list(range(n))}
         )
         drawn = draw(sweep.write(tmp_path / f"sweep{n}"), ["bytes"], tmp_path / f"out{n}", "svg")
         assert {path.name for path in drawn.files} == names
-    rows = table(tmp_path / "out5" / "bytes-mission.mode=3.csv")
+    rows = table(tmp_path / "out7" / "bytes-mission.mode=3.csv")
     assert [json.loads(row["settings"]) for row in rows] == [{"mission.mode": "3"}] * 2
-    assert (tmp_path / "out5" / "bytes-mission.mode=3.txt").read_text().startswith("mission.mode = 3: ")
+    assert (tmp_path / "out7" / "bytes-mission.mode=3.txt").read_text().startswith("mission.mode = 3: ")
+
+
+def test_every_case_of_what_is_unforeseen_has_a_panel_or_is_a_place_on_the_axis(tmp_path: Path) -> None:
+    cases = ("nothing", "speeds within 30 %", "one vehicle lost")
+    several = Sweep(SEVEN[:3], channels=[("bernoulli", FEW, {})], repeats=4, unforeseen=cases).write(
+        tmp_path / "panels"
+    )
+    draw(several, ["mission-time", "differences"], tmp_path, "svg")
+    for kind in ("mission-time", "differences"):
+        caption = (tmp_path / f"{kind}.txt").read_text(encoding="utf-8")
+        assert "Panels: (a) nothing; (b) speeds within 30 %; (c) one vehicle lost." in caption
+    one = Sweep(SEVEN[:3], channels=[("bernoulli", [0.4], {})], repeats=4, unforeseen=cases).write(tmp_path / "axis")
+    draw(one, ["mission-time", "ranking"], tmp_path / "out", "svg")
+    caption = (tmp_path / "out" / "mission-time.txt").read_text(encoding="utf-8")
+    assert "Mission time over case of what is unforeseen." in caption
+    assert "Cases: 1 nothing, 2 speeds within 30 %, 3 one vehicle lost." in caption
+    assert {row["unforeseen"] for row in table(tmp_path / "out" / "ranking.csv")} == set(cases)
+
+
+def test_differences_are_those_of_compare_and_the_baseline_has_none(tmp_path: Path) -> None:
+    results = Sweep(SEVEN[:3], channels=[("bernoulli", FEW, {})], repeats=4).write(tmp_path / "sweep")
+    figure = figures(results)["differences "]
+    lines = {len(line.get_ydata()): line.get_ydata() for line in figure.axes[0].get_lines()}
+    assert list(lines[2]) == [0.0, 0.0]
+    shown = sorted(y for line in figure.axes[0].get_lines() if len(line.get_ydata()) == 3 for y in line.get_ydata())
+    found = [row.diff_to_baseline for row in compare(results, [RANKED]) if row.diff_to_baseline is not None]
+    assert shown == pytest.approx(sorted(found))
+    assert len(found) == 2 * 3
+    draw(results, ["differences"], tmp_path / "out", ranked="n_bytes")
+    caption = (tmp_path / "out" / "differences-n_bytes.txt").read_text(encoding="utf-8")
+    assert caption.startswith("Bytes: mean differences to remoras over packet error rate")
+    assert "Below zero is better." in caption
 
 
 def test_names_of_files_are_safe_and_differ() -> None:
