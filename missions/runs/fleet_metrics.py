@@ -14,6 +14,7 @@ import numpy as np
 
 from missions.metric import NOT_APPLICABLE, Absent
 from missions.scenarios.scenario import Scenario
+from remoras.faults import OVER, FaultKind
 from remoras.fleet import SAME_DEPTH_M
 
 if TYPE_CHECKING:
@@ -21,28 +22,37 @@ if TYPE_CHECKING:
 
 STARTED_S = 60.0
 """Vehicles may start side by side; from then on they have to keep apart."""
-DISABLING = frozenset({"lost", "mute", "deaf", "sensor"})
+DISABLING = frozenset({FaultKind.LOST, FaultKind.MUTE, FaultKind.DEAF, FaultKind.SENSOR})
 """Kinds of faults after which others have to take over."""
-LOST = "lost"
-OVER = "over"
-"""Detail of the row that says that a fault has ended."""
 
 
 def idle_s(run: Run) -> float | None:
     """Mean time, over the vehicles that are able to do a job, in which a vehicle did none until the mission's end.
 
     A vehicle does a job, or is on the way to it, while the decision of its executive layer serves a role that has one.
-    It is idle while it waits, stands, follows, or heads for a meeting. A vehicle that is lost is not idle after. None
-    if no vehicle is able to do a job.
+    It is idle while it waits, stands, follows, or heads for a meeting. It is not before it joins, nor from its loss on.
+    None if no vehicle is able to do a job.
     """
     work = job_roles(run.scenario)
-    able = able_to_work(run.scenario)
-    lost_s = {row[1]: row[0] for row in reversed(run.recorder.faults) if row[2] == LOST and row[3] != OVER}
+    joined_s, lost_s = _joined_s(run), _first_s(run, FaultKind.LOST, False)
     idle = []
-    for vehicle in able:
+    for vehicle in able_to_work(run.scenario):
         end_s = min(run.end_s, lost_s.get(vehicle, run.end_s))
-        idle.append(end_s - math.fsum(end - begin for begin, end in _working(run, vehicle, work, end_s)))
+        working_s = math.fsum(end - begin for begin, end in _working(run, vehicle, work, end_s))
+        idle.append(max(0.0, end_s - joined_s.get(vehicle, 0.0) - working_s))
     return round(math.fsum(idle) / len(idle), 4) if idle else None
+
+
+def _first_s(run: Run, kind: FaultKind, over: bool) -> dict[str, float]:
+    """When a kind of fault first began, or was over, by vehicle."""
+    found = [(row[1], row[0]) for row in run.recorder.faults if row[2] == kind and (row[3] == OVER) == over]
+    return dict(reversed(found))
+
+
+def _joined_s(run: Run) -> dict[str, float]:
+    """When vehicles joined that were not there from the start; infinite for those that never did."""
+    away = _first_s(run, FaultKind.JOINS, False)
+    return {vehicle: _first_s(run, FaultKind.JOINS, True).get(vehicle, math.inf) for vehicle in away}
 
 
 def _working(run: Run, vehicle: str, work: set[tuple[str, str]], end_s: float) -> Iterator[tuple[float, float]]:
@@ -74,7 +84,10 @@ def able_to_work(scenario: Scenario) -> tuple[str, ...]:
 
 
 def closest_approach_m(run: Run) -> float | None:
-    """Least distance of two vehicles in one depth layer after the first minute; None if no two ever shared one."""
+    """Least distance of two vehicles in one depth layer after the first minute; None if no two ever shared one.
+
+    A vehicle that joins late counts from then on.
+    """
     n_vehicles = len(run.scenario.vehicle)
     rows = run.recorder.trajectories  # all vehicles at every tick, in the order of the scenario
     n_times = len(rows) // n_vehicles
@@ -85,11 +98,14 @@ def closest_approach_m(run: Run) -> float | None:
     depth_m = {vehicle.name: vehicle.depth_m for vehicle in run.scenario.vehicle}
     names = [row[1] for row in shown[:n_vehicles]]
     at_m = np.array([row[2:4] for row in shown]).reshape(-1, n_vehicles, 2)
-    least = [
-        float(np.min(np.sum(np.square(at_m[:, one] - at_m[:, other]), axis=1)))
-        for one, other in itertools.combinations(range(n_vehicles), 2)
-        if abs(depth_m[names[one]] - depth_m[names[other]]) <= SAME_DEPTH_M
-    ]
+    times_s = np.array([row[0] for row in shown[::n_vehicles]])
+    joined_s = _joined_s(run)
+    least = []
+    for one, other in itertools.combinations(range(n_vehicles), 2):
+        if abs(depth_m[names[one]] - depth_m[names[other]]) <= SAME_DEPTH_M:
+            both_s = max(joined_s.get(names[one], 0.0), joined_s.get(names[other], 0.0))
+            apart_m = (at_m[:, one] - at_m[:, other])[times_s >= both_s]
+            least += [float(np.min(np.sum(np.square(apart_m), axis=1)))] if len(apart_m) else []
     return round(math.sqrt(min(least)), 3) if least else None
 
 

@@ -103,6 +103,12 @@ class Sweep:
             for number, cell in enumerate(cells)
             for repeat in range(self.repeats)
         ]
+        if self.n_failed:
+            study["labels"] = [
+                {"source": "", "settings": [*line["settings"].items()], "unforeseen": "", "duration_s": HORIZON_S}
+                for line in lines[:: self.repeats]
+            ]
+            (folder / STUDY).write_text(json.dumps(study), encoding="utf-8")
         for line in lines[1 : 1 + self.n_failed]:
             identity = {name: line["summary"][name] for name in (*FIELDS, "seed")}
             line.update(status=FAILED, error="Traceback\nValueError: no fleet", replay="remoras run", summary=identity)

@@ -195,21 +195,34 @@ def _curves(
         aside = places.spread * ((number + 0.5) / len(arrangement.series) - 0.5)
         at = [places.at[arrangement.x(row)] + aside for row in own]
         look = {**drawn[series], "markersize": size * drawn[series]["markersize"]}
-        _intervals(axes, at, own, measure, look["color"], min(BAND, MOST_INK / len(arrangement.series)))
+        if arrangement.cases:  # they are no scale, so nothing lies between them
+            look["linestyle"] = ""
+        _intervals(axes, at, own, measure, look["color"], _opacity(arrangement), bool(arrangement.cases))
         axes.plot(at, [row.mean * measure.scale for row in own], **look)
     _place_ticks(axes, places)
 
 
+def _opacity(arrangement: Arrangement) -> float:
+    """Of the band of one series."""
+    return min(BAND, MOST_INK / len(arrangement.series))
+
+
 def _intervals(
-    axes: Axes, at: Sequence[float], rows: Sequence[Comparison], measure: Measure, colour: str, opacity: float
+    axes: Axes,
+    at: Sequence[float],
+    rows: Sequence[Comparison],
+    measure: Measure,
+    colour: str,
+    opacity: float,
+    apart: bool,
 ) -> None:
-    """A band around the means of a series; lines where the measure wants them, and at a single point."""
+    """A band around the means of a series; lines where the measure wants them, and at points that stand apart."""
     bounds = [measure.bounds(row) for row in rows]
-    if not measure.whiskers:
+    if not measure.whiskers and not apart:
         axes.fill_between(
             at, [low for low, _ in bounds], [high for _, high in bounds], color=colour, alpha=opacity, linewidth=0
         )
-    if measure.whiskers or len(rows) == 1:
+    if measure.whiskers or apart or len(rows) == 1:
         for x, (low, high), row in zip(at, bounds, rows, strict=True):
             if not measure.whiskers or row.mean < 1.0:
                 axes.vlines(x, low, high, color=colour, linewidth=0.7)

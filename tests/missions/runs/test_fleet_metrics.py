@@ -47,6 +47,18 @@ def test_idle_is_the_time_in_which_no_role_with_a_job_is_served() -> None:
     assert idle_s(finished(roles=roles, faults=lost)) == pytest.approx((300 + 500 + 200) / 3, abs=1e-4)
 
 
+def test_who_joins_late_is_neither_idle_nor_close_before() -> None:
+    """AUV02 joins at 400 s, so of 1000 s it is idle for 600 s; it stands on AUV01 until then and 50 m off after."""
+    joins = [(0.0, "AUV02", "joins", "away until 400 s"), (400.0, "AUV02", "joins", "over")]
+    assert idle_s(finished(faults=joins)) == pytest.approx((1000 + 1000 + 600) / 3, abs=1e-4)
+    places_m = {"AUV00": 900.0, "AUV01": 0.0, "AUV02": 0.0, "ASV00": 0.0}
+    names = [vehicle.name for vehicle in SCENARIO.vehicle]
+    rows = [(60.0, name, places_m[name], 0.0, 0.0, 0.0, 0.0) for name in names]
+    rows += [(400.0, name, 50.0 if name == "AUV02" else places_m[name], 0.0, 0.0, 0.0, 0.0) for name in names]
+    assert closest_approach_m(finished(faults=joins, trajectories=rows)) == 50.0
+    assert closest_approach_m(finished(trajectories=rows)) == 0.0
+
+
 def test_only_vehicles_in_one_layer_come_close_and_not_in_the_first_minute() -> None:
     """AUV00 and AUV01 are 5 m apart (3, 4) at 60 s, all others far; before that, all are in one place."""
     names = [vehicle.name for vehicle in SCENARIO.vehicle]
