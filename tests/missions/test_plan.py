@@ -2,10 +2,12 @@
 
 from pathlib import Path
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from sweeping import study_text, written
 
+from missions.errors import ConfigurationError
 from missions.sweeps.plan import SweepPlan, repeats_needed, seed_of
 from missions.sweeps.study import load_study
 from missions.sweeps.study_file import StoppingRule
@@ -48,6 +50,29 @@ def test_the_stopping_rule_looks_at_the_minimum_and_then_now_and_again() -> None
     assert repeats_needed(RULE, [*spread, 0.0]) == 6
     assert repeats_needed(RULE, [*spread, 0.0, 9.0]) == 8
     assert repeats_needed(RULE, [*spread, *spread, 0.0, 9.0]) == 10
+
+
+def test_a_rule_may_be_a_share_of_the_mean_and_of_two_limits_the_first_counts() -> None:
+    """Student's half-width of 99, 101, 99, 101 is 3.18 * 1.155 / 2 = 1.84: above 1, below 2 % of the mean."""
+    values = [99.0, 101.0, 99.0, 101.0]
+    limits = {"metric": "n_bytes", "minimum": 4, "maximum": 10}
+    assert repeats_needed(StoppingRule(half_width_share=0.02, **limits), values) == 4
+    assert repeats_needed(StoppingRule(half_width_share=0.018, **limits), values) == 6
+    assert repeats_needed(StoppingRule(half_width=1.0, half_width_share=0.02, **limits), values) == 4
+    assert repeats_needed(StoppingRule(half_width=1.0, half_width_share=0.018, **limits), values) == 6
+
+
+def test_a_rule_without_a_limit_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match=r"stopping.half_width: missing; give it, or half_width_share"):
+        plan_of(tmp_path, study_text(extra='[stopping]\nmetric = "n_bytes"\nminimum = 2\nmaximum = 3\n'))
+
+
+def test_runs_that_never_got_there_count_in_a_rule_with_their_duration(tmp_path: Path) -> None:
+    """Nobody maps 95 % in 20 s, so all values are 20 s and the mean is known after the fewest repeats."""
+    rule = '[stopping]\nmetric = "mapping_time_s"\nhalf_width = 1\nminimum = 3\nmaximum = 9\n'
+    schedule = plan_of(tmp_path, study_text(per="[0.1]", extra=rule)).schedule
+    summaries = {schedule.key(0, repeat): {"mapping_time_s": None} for repeat in range(3)}
+    assert schedule.repeats(0, summaries) == 3
 
 
 def test_failed_runs_count_as_repeats() -> None:

@@ -1,5 +1,7 @@
 """What is unforeseen, as an axis of a study."""
 
+import itertools
+import shlex
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -8,8 +10,11 @@ from sweeping import study_text, written
 
 from missions.comparison import compare, ranks
 from missions.errors import ConfigurationError
+from missions.runs.run import run
+from missions.scenarios import load, shipped
 from missions.sweeps import SweepResults, load_study, sweep
 from missions.sweeps.folder import RUNS
+from missions.sweeps.plan import SweepPlan
 
 NOTHING = '[[unforeseen]]\nname = "nothing"\n'
 SPREAD = '[[unforeseen]]\nname = "speeds within 30 %"\n[unforeseen.set]\n"uncertainty.speed_spread" = 0.3\n'
@@ -72,3 +77,40 @@ def test_an_axis_of_faults_without_a_fault_is_refused(tmp_path: Path, extra: str
     assert "mapping-rendezvous has no [[fault]]; allowed: one in the scenario, or [[unforeseen.fault]]" in str(
         caught.value
     )
+
+
+def test_faults_are_drawn_per_run_and_can_be_replayed(tmp_path: Path) -> None:
+    """The same repeat loses the same vehicle at the same time whatever the policy."""
+    study = load_study(str(written(tmp_path, study_text(per="[0.1]", extra=NOTHING + LOST))))
+    assert [one.unforeseen for one in study.configurations] == ["nothing", "one lost"] * 2
+    assert [len(one.scenario.fault) for one in study.configurations] == [0, 1] * 2
+    plan = SweepPlan(study)
+    lost = [run(plan.task(number, 0).scenario, plan.task(number, 0).seed).recorder.faults for number in (1, 3)]
+    assert lost[0] == lost[1] != []
+    task = plan.task(3, 0)
+    words = shlex.split(task.replay)
+    overrides = [("--set", value) for option, value in itertools.pairwise(words) if option == "--set"]
+    assert load(words[2], overrides) == task.scenario
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (('"any"', '"AUV09"'), 'study.toml:20: unforeseen.one lost.fault.1.vehicle = "AUV09": allowed: '),
+        (('"lost"\nat', '"sunk"\nat'), 'study.toml:21: unforeseen.one lost.fault.1.kind = "sunk": '),
+        (("at_s", "at"), "study.toml:22: unforeseen.one lost.fault.1.at = [3.0, 15.0]: unknown key"),
+    ],
+)
+def test_bad_faults_are_named_with_their_place(tmp_path: Path, change: tuple[str, str], expected: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        load_study(str(written(tmp_path, study_text(extra=LOST.replace(*change)))))
+    assert expected in str(caught.value)
+
+
+def test_a_fault_of_the_scenario_is_an_axis_by_its_number(tmp_path: Path) -> None:
+    source = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
+    own = source + '\n[[fault]]\nvehicle = "AUV01"\nkind = "lost"\nat_s = 5.0\n'
+    (tmp_path / "own.toml").write_text(own, encoding="utf-8")
+    text = study_text(per="[0.1]", extra='[grid]\n"fault.1.at_s" = [3.0, 7.0]\n')
+    study = load_study(str(written(tmp_path, text.replace("mapping-rendezvous", "own.toml"))))
+    assert {one.scenario.fault[0].at_s for one in study.configurations} == {3.0, 7.0}
