@@ -110,8 +110,8 @@ def ranking(arrangement: Arrangement, by: MetricRecord, rows: Sequence[Rank]) ->
         "equal means share their ranks. "
         "Bold and shaded: the best of the column and those that do not differ significantly from it "
         f"(sign-flip test of the paired differences, Holm-corrected in each column, p >= {SIGNIFICANT:g}). "
-        "Last column: mean rank. Behind a line of like success stand those whose success rate is below the highest by "
-        "more than their intervals: their means are of unequal work.",
+        "Last column: mean rank. Those whose success rate is below the highest by more than their intervals stand "
+        "behind the others and are marked: theirs are means of unequal work.",
         _unequal(arrangement, rows),
         _cases(arrangement),
         "There are too few runs for any difference to be significant." if are_too_few(rows) else "",

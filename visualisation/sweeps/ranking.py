@@ -23,6 +23,8 @@ MEAN = "mean"
 BEST = style.tint(style.BLUE, 0.25)
 TOO_FEW = "too few runs to tell any from the best"
 NOTE = "bold, shaded: best, or not significantly different from it"
+UNEQUAL, NOTE_OF_UNEQUAL = "*", "; *: unequal work"
+"""Mark of a rank behind those of like success."""
 
 
 def ordered(arrangement: Arrangement, shown: Sequence[Rank]) -> list[tuple[Series, float | None]]:
@@ -88,6 +90,7 @@ def figure(arrangement: Arrangement, shown: Sequence[Rank], measured: str) -> Fi
         bottom_in = top_in + len(rows) * ROW_IN + 0.04
         table.rule(bottom_in, 0.8)
         note = TOO_FEW if are_too_few(shown) else NOTE
+        note += NOTE_OF_UNEQUAL if any(rank.unequal_success for rank in shown) else ""
         table.write(EDGE_IN, bottom_in + 0.12, note, ha="left", fontsize=style.TINY_PT)
     return page.figure
 
@@ -130,5 +133,5 @@ def _entry(table: RankTable, number: int, y_in: float, rank: Rank | None) -> Non
         left_in = table.first_in + number * table.column_in
         box = (left_in + 0.01, y_in - ROW_IN / 2 + 0.01), table.column_in - 0.02, ROW_IN - 0.02
         table.axes.add_patch(Rectangle(*box, facecolor=BEST, linewidth=0))
-    text = "\u2013" if rank is None else f"{rank.rank:g}"
+    text = "\u2013" if rank is None else f"{rank.rank:g}{UNEQUAL if rank.unequal_success else ''}"
     table.write(table.middle_in(number), y_in, text, weight="bold" if best else "normal")

@@ -214,6 +214,25 @@ def test_every_case_of_what_is_unforeseen_has_a_panel_or_is_a_place_on_the_axis(
     assert {row["unforeseen"] for row in table(tmp_path / "out" / "ranking.csv")} == set(cases)
 
 
+def half(*what: object) -> dict[str, object]:
+    """The usual law, but central never completes: 30 failures in 30 are more than chance (Wilson 0 to 0.11)."""
+    found = law(*what)
+    return {**found, "completed": what[0] != "central", "mission_time_s": 900.0 if what[0] == "central" else 1000.0}
+
+
+def test_unequal_work_is_ranked_behind_and_marked(tmp_path: Path) -> None:
+    """By time alone central would be the first."""
+    results = Sweep(SEVEN[:3], channels=[("bernoulli", FEW, {})], summary=half).write(tmp_path / "sweep")
+    texts = [text.get_text() for text in figures(results)["ranking "].axes[0].texts]
+    assert texts.count("3*") == len(FEW)
+    assert any(text.endswith("; *: unequal work") for text in texts)
+    draw(results, ["ranking", "bytes"], tmp_path / "out", "svg")
+    caption = (tmp_path / "out" / "ranking.txt").read_text(encoding="utf-8")
+    assert "Here: central at 0.1,0.5,0.8." in caption
+    caption = (tmp_path / "out" / "bytes.txt").read_text(encoding="utf-8")
+    assert "Unequal work: success rates of central are below the highest by more than their intervals." in caption
+
+
 def test_differences_are_those_of_compare_and_the_baseline_has_none(tmp_path: Path) -> None:
     results = Sweep(SEVEN[:3], channels=[("bernoulli", FEW, {})], repeats=4).write(tmp_path / "sweep")
     figure = figures(results)["differences "]
