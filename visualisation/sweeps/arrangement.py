@@ -15,10 +15,9 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 from missions.comparison.rows import Comparison, Rank
-from missions.sweeps.plan import UNFORESEEN
 from visualisation.errors import DrawingError
 
-PER, PERFECT = "per", "perfect"
+PER, PERFECT, UNFORESEEN = "per", "perfect", "unforeseen"
 STRATEGIES = (
     "remoras", "fixed-partition", "central", "contract-net", "status-broadcast", "cbba", "rendezvous-sync",
 )  # fmt: skip
