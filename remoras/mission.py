@@ -134,6 +134,14 @@ class VehicleView(Protocol):
         """True while ``group`` has work that it still has to give out or to see done."""
         ...
 
+    def can_play(self, role: str) -> bool:
+        """True if it is able to play a role of that name."""
+        ...
+
+    def has_met(self, group: str) -> bool:
+        """True if it takes ``group`` for gathered."""
+        ...
+
 
 class FleetView(Protocol):
     """What a truth sees of the fleet."""

@@ -14,7 +14,7 @@ hold it, which capabilities they need.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
@@ -164,6 +164,12 @@ class Organisation:
             member = self.is_member(vehicle, group)
             return self, Outcome.ROLE_NOT_HANDLED if member else Outcome.NOT_IN_GROUP
         return replace(self, assignments=self.assignments - {assignment}), Outcome.SUCCESS
+
+    def without(self, vehicles: Set[str]) -> Organisation:
+        """The organisation in which these vehicles play nothing."""
+        if vehicles.isdisjoint(a.vehicle for a in self.assignments):
+            return self
+        return replace(self, assignments=frozenset(a for a in self.assignments if a.vehicle not in vehicles))
 
     @classmethod
     def of(cls, groups: Iterable[Group], assignments: Iterable[RoleAssignment] = ()) -> Organisation:

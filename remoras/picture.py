@@ -19,6 +19,8 @@ class Body:
         outside_m: how far the vehicle is outside the area of operations.
         collision: bearing (rad) and urgency 0..1 of a vehicle on collision course, else None.
         last_yield_s: when its own sensors last found something.
+        contacts_m: where the obstacle sonar sees vehicles; it does not tell which.
+        settled_s: since when the vehicle has stayed near one place.
     """
 
     now_s: float = 0.0
@@ -27,6 +29,8 @@ class Body:
     outside_m: float = 0.0
     collision: tuple[float, float] | None = None
     last_yield_s: float = -math.inf
+    contacts_m: tuple[Point, ...] = ()
+    settled_s: float = 0.0
 
 
 @dataclass(slots=True)
@@ -63,11 +67,13 @@ class Groups:
         planning_due: True while the social layer has something to plan.
         awaited: by group, how much of the wait for its meeting is for this vehicle, 0..1: 0 if another one is
             expected to be at work as long, 1 if all others are free.
+        idle_since_s: by group that this vehicle leads, since when there is nothing left that anybody present can do.
     """
 
     gathered: set[str] = field(default_factory=set)
     planning_due: bool = False
     awaited: dict[str, float] = field(default_factory=dict)
+    idle_since_s: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(slots=True)

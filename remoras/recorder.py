@@ -88,9 +88,10 @@ PACKETS = Table("packets", (
 KNOWLEDGE = Table("knowledge", (
     TIME, VEHICLE, Column("item", "str"), Column("origin", "str"), Column("event", "str"),
 ))  # fmt: skip
+MEMBERSHIP = Table("membership", (TIME, VEHICLE, Column("peer", "str"), Column("event", "str")))
 FAULTS = Table("faults", (TIME, VEHICLE, Column("kind", "str"), Column("detail", "str")))
 
-TABLES = (TRAJECTORIES, ROLES, ACTIVITIES, SATISFACTION, PACKETS, KNOWLEDGE, FAULTS)
+TABLES = (TRAJECTORIES, ROLES, MEMBERSHIP, ACTIVITIES, SATISFACTION, PACKETS, KNOWLEDGE, FAULTS)
 """Tables of every run."""
 
 
@@ -115,6 +116,7 @@ class Recorder:
             self.declare(table)
         self.trajectories = self._rows["trajectories"]
         self.roles = self._rows["roles"]
+        self.membership = self._rows["membership"]
         self.activities = self._rows["activities"]
         self.satisfaction = self._rows["satisfaction"]
         self.packets = self._rows["packets"]

@@ -160,12 +160,16 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self._conclude(self.social.resign(), now_s)
         if decision.has(ActivityType.PLANNING) and self.social.planner.is_due:
             self._plan(now_s)
-        self._conclude(self.social.findings(functional.motion), now_s)
+        self._conclude(self.social.findings(functional.motion), now_s, not self.social.is_cut_off)
 
     def _note_what_is_done(self, perceptions: Sequence[Perception], now_s: float) -> bool:
-        """Make known the first objective for which all has been done; True if there was one."""
+        """Make known the first objective for which all has been done, or that cannot be done; True if there was one."""
         for index, perception in enumerate(perceptions):
             objective = self.executive.sets[index].objective
+            if perception.failed and objective is not None and (facts := self.social.failed(objective)):
+                self._recorder.faults.append((now_s, self.name, "cannot", str(objective)))
+                self._conclude(facts, now_s)
+                return True
             if perception.done and objective is not None and (facts := self.social.completed(objective)):
                 self._conclude(facts, now_s)
                 return True
@@ -175,7 +179,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         deliberation = self.social.plan_missions()
         for no_plan in deliberation.impossible:
             self._recorder.faults.append((now_s, self.name, "no plan", str(no_plan.task)))
-        self._conclude(deliberation.facts, now_s)
+        self._conclude(deliberation.facts, now_s, not self.social.is_cut_off)
 
     # Consultation --------------------------------------------------------------------------------
 
@@ -183,11 +187,29 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         """End of a TDMA frame: what was heard in it counts, and what is made of it. True if something changed here."""
         if not self.is_alive:
             return False
-        changed = self._take_effect(now_s)
+        changed = self._look_around(now_s)
+        changed = self._take_effect(now_s) or changed
+        for facts in self.social.claims():
+            self._conclude(facts, now_s)
         calls = self.executive.calls(now_s) if self.radio.influences else {}
         for facts, told in self.social.negotiate(now_s, self.functional.motion, calls):
             self._conclude(facts, now_s, told)
         return self._take_effect(now_s) or changed
+
+    def _look_around(self, now_s: float) -> bool:
+        """See who is there, and act on it. True if somebody is there or away who was not."""
+        seen = self.social.look_around(now_s)
+        for event, peers in seen.changes._asdict().items():
+            self._recorder.membership.extend((now_s, self.name, peer, event) for peer in peers)
+        for one in seen.left:
+            self._record_role(now_s, one.group, one.role, "left")
+        for one in seen.assigned:
+            self._record_role(now_s, one.group, one.role, "assigned")
+        self._conclude(seen.facts, now_s)
+        if seen.activities_due:
+            self._adopt()
+            self.think(now_s, 0.0)
+        return any(seen.changes)
 
     def _take_effect(self, now_s: float) -> bool:
         """Roles and objectives stated so far count from now on."""
@@ -207,7 +229,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _adopt(self) -> None:
         sets = self.functional.prepare(self.social.activity_sets(self.functional.motion.position_m))
-        self.executive.adopt(sets, [(a.group, a.role) for a in self.social.organisation.roles_of(self.name)])
+        self.executive.adopt(sets, [(a.group, a.role) for a in self.social.present.roles_of(self.name)])
         self.functional.perform(self.executive.decision.chosen)
 
     # The exchange --------------------------------------------------------------------------------
@@ -254,12 +276,12 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     def _share(self, change: Change, now_s: float, told: bool = True) -> None:
         if told and self.radio.communicates:
             self.radio.tell(change, self.social.addressed, now_s)
-        self._consider([change])
+        self._consider([change], told)
 
-    def _consider(self, changes: Sequence[Change]) -> None:
+    def _consider(self, changes: Sequence[Change], told: bool = True) -> None:
         self.beliefs.note(changes)
         self.radio.note(changes)
-        if self.social.consider(changes):
+        if self.social.consider(changes, told):
             self._adopt()
 
     # Recording -----------------------------------------------------------------------------------

@@ -95,6 +95,14 @@ class ReadOnlyVehicle:
         """True while ``group`` has work that it still has to give out or to see done."""
         return self._social.gives_out(group)
 
+    def can_play(self, role: str) -> bool:
+        """True if it is able to play a role of that name."""
+        return self._vehicle.data.can_play(role)
+
+    def has_met(self, group: str) -> bool:
+        """True if it takes ``group`` for gathered."""
+        return self._social.has_met(group)
+
 
 class ReadOnlyFleet(NamedTuple):
     """A fleet as a truth sees it: a ``remoras.mission.FleetView``.

@@ -121,6 +121,7 @@ class MappingMission(Mission):
             settings.arrival_radius_m,
             settings.follow_distance_m,
             settings.patience_s,
+            settings.meeting_deadline_s,
             settings.importance,
         )
         methods = supervision_methods(groups, self.meeting), mapping_methods(groups, self.meeting)

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import AliasChoices, Field, field_validator
 
+from missions.meeting.settings import MEETING_DEADLINE
 from missions.scenarios.scenario import GroupTable, Role, Scenario, World
 from missions.scenarios.tables import Name, PointM, Section
 
@@ -23,6 +24,7 @@ class MappingSettings(Section):
     patience_s: float = Field(
         gt=0.0, description="a leader is content if news came in this time, a worker if its work yielded something"
     )
+    meeting_deadline_s: float = MEETING_DEADLINE
     importance: dict[str, Annotated[float, Field(ge=0.0, le=1.0)]] = Field(
         description="importance of objectives, by Role.Objective or by Objective"
     )

@@ -28,6 +28,7 @@ from pydantic import Field, field_validator
 from missions.figure import Place
 from missions.meeting.meeting import GATHERING, NEEDS, OBJECTIVES, RENDEZ_VOUS, ROAMING, SUPERVISION, Meeting, Pursuit
 from missions.meeting.meeting import importance_of as importance_in
+from missions.meeting.settings import MEETING_DEADLINE
 from missions.meeting.truth import JOBS, JobTruth
 from missions.scenarios.parts import groups_of
 from missions.scenarios.scenario import Scenario
@@ -56,6 +57,7 @@ class JobSettings(Section):
     arrival_radius_m: float = Field(20.0, gt=0.0, description="a vehicle this near to a rally point has arrived")
     follow_distance_m: float = Field(40.0, gt=0.0, description="a follower lets its leader get this far ahead")
     patience_s: float = Field(60.0, gt=0.0, description="a leader is content if news came in this time")
+    meeting_deadline_s: float = MEETING_DEADLINE
     importance: dict[str, Annotated[float, Field(ge=0.0, le=1.0)]] = Field(
         IMPORTANCE,
         description=f"importance of objectives, by Role.Objective or by Objective: {', '.join(IMPORTANCE)}",
@@ -102,6 +104,7 @@ class JobMission(Mission):
             settings.arrival_radius_m,
             settings.follow_distance_m,
             settings.patience_s,
+            settings.meeting_deadline_s,
             settings.importance,
         )
         operators = [Operator("GiveMission"), Operator("AllocateRoles"), Operator("AssignObjective")]
@@ -214,10 +217,12 @@ class JobMission(Mission):
     ) -> Sequence[Finding]:
         """A head at the rally point that has lately heard all others there takes the group for gathered.
 
-        It does not before it knows that all jobs of the group are done: vehicles may start at the rally point.
+        It does not before it knows that all jobs of the group are done, since vehicles may start at the rally point,
+        or has waited there to the deadline.
         """
-        found = self.meeting.findings(group, organisation, beliefs, picture, motion)
-        return () if found and self._unfinished(beliefs, group) else found
+        if self._unfinished(beliefs, group) and not self.meeting.is_overdue(group, beliefs, picture):
+            return ()
+        return self.meeting.findings(group, organisation, beliefs, picture, motion)
 
     def truth(self, recorder: Recorder) -> JobTruth:
         """Notes jobs and meetings; a mission that wants to know more gives a subclass of it."""

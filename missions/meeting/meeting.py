@@ -69,6 +69,7 @@ class Meeting:
         arrival_radius_m: a vehicle this near to a rally point has arrived.
         follow_distance_m: a follower lets its leader get this far ahead.
         patience_s: a leader is content if news came in this time.
+        deadline_s: a head that has waited this long at the rally point meets with those who are there.
         importance: of objectives, by ``Role.Objective`` or by ``Objective``.
     """
 
@@ -77,6 +78,7 @@ class Meeting:
     arrival_radius_m: float
     follow_distance_m: float
     patience_s: float
+    deadline_s: float
     importance: Mapping[str, float]
 
     def founding_objectives(self) -> list[Objective]:
@@ -152,21 +154,53 @@ class Meeting:
     def findings(
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
-        """A head at the rally point that has lately heard all others there takes the group for gathered."""
+        """A head at the rally point takes the group for gathered on evidence that all others are there, or in the end.
+
+        Evidence of a member is its position, heard lately, or a sonar contact at the rally point that stands for
+        nobody else.
+        """
         if group.rally_point is None or group.name in picture.groups.gathered:
             return ()
-        x_m, y_m = self.rally_points_m[group.rally_point]
-        radius_m = self.arrival_radius_m
-        if math.hypot(motion.x_m - x_m, motion.y_m - y_m) > radius_m:
+        if not self._is_there(group, motion.position_m, 0.0):
             return ()
-        for name in set(organisation.members(group.name)).difference(organisation.heads(group.name)):
-            observed_s, position = beliefs.observed_s(("position", name)), picture.peers.positions_m.get(name)
-            if (
-                observed_s is None
-                or position is None
-                or picture.body.now_s - observed_s > NEWS_FRAMES * picture.frame_s
-            ):
-                return ()
-            if math.hypot(position[0] - x_m, position[1] - y_m) > radius_m + HEARD_TOLERANCE_M:
-                return ()
+        if not self.is_overdue(group, beliefs, picture) and not self._all_are_there(group, organisation, beliefs, picture):
+            return ()
         return (Finding(group.name, "gatheredAt", group.rally_point),)
+
+    def is_overdue(self, group: Group, beliefs: Beliefs, picture: Picture) -> bool:
+        """True once a head has waited where it is, without work to give out, for as long as it waits for others.
+
+        Who supervises other groups begins to wait when they have met.
+        """
+        since_s = max(picture.body.settled_s, picture.groups.idle_since_s.get(group.name, math.inf))
+        for other in self._before(group):
+            met_s = beliefs.observed_s(("gatheredAt", other))
+            since_s = max(since_s, math.inf if met_s is None else met_s)
+        return picture.body.now_s - since_s >= self.deadline_s
+
+    def _before(self, group: Group) -> list[str]:
+        """Groups that meet before this one: those that it supervises, since it had its mission from the start."""
+        if group.mission is None:
+            return []
+        return [other.name for other in self.groups.values() if other.mission is None and other.rally_point is not None]
+
+    def _all_are_there(self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture) -> bool:
+        n_heard, n_not_heard = 0, 0
+        others = set(organisation.members(group.name)).difference(organisation.heads(group.name))
+        if not others and any(beliefs.observed_s(("gatheredAt", name)) is None for name in self._before(group)):
+            return False  # a member may yet come of them
+        for name in others:
+            observed_s, position_m = beliefs.observed_s(("position", name)), picture.peers.positions_m.get(name)
+            news_s = NEWS_FRAMES * picture.frame_s
+            if observed_s is None or position_m is None or picture.body.now_s - observed_s > news_s:
+                n_not_heard += 1
+            elif self._is_there(group, position_m, HEARD_TOLERANCE_M):
+                n_heard += 1
+            else:
+                return False
+        n_seen = sum(self._is_there(group, contact_m, HEARD_TOLERANCE_M) for contact_m in picture.body.contacts_m)
+        return n_not_heard <= max(0, n_seen - n_heard)
+
+    def _is_there(self, group: Group, position_m: Point, tolerance_m: float) -> bool:
+        x_m, y_m = self.rally_points_m[group.rally_point or ""]
+        return math.hypot(position_m[0] - x_m, position_m[1] - y_m) <= self.arrival_radius_m + tolerance_m

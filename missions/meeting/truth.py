@@ -1,19 +1,28 @@
 """Truth of missions that end with a meeting: watches a run from outside and notes its milestones.
 
 A group that was given its mission from the start supervises the others: it counts as gathered only when they have.
+Success is judged over survivors: nobody waits for a vehicle that is dead, has resigned, or is out of contact by a fault,
+nor for a role that no survivor is free to play. Where a head has waited to the deadline, the meeting of those who came
+counts, and a milestone ``missed_meeting`` says who did not.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from missions.meeting.meeting import Meeting
-from remoras.mission import FleetView, Milestone
+from remoras.mission import FleetView, Milestone, VehicleView
 from remoras.organisation import Group
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
 
 JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
 """When a vehicle had done a job; a job that two vehicles do has two rows."""
+
+
+def is_survivor(vehicle: VehicleView) -> bool:
+    """True while a vehicle is alive and no fault keeps it from hearing or being heard: it can do its part."""
+    return vehicle.is_alive and getattr(vehicle, "is_in_contact", True)
 
 
 class MeetingTruth:
@@ -27,6 +36,9 @@ class MeetingTruth:
         self.milestones: list[Milestone] = []
         self._rally_points_m = meeting.rally_points_m
         self._radius_m = meeting.arrival_radius_m
+        self._deadline_s = meeting.deadline_s
+        self._there_s: dict[tuple[str, str], float] = {}  # vehicle and group
+        self._has_met: set[tuple[str, str]] = set()
         self._consulted = False
         together_first = sorted(meeting.groups.values(), key=lambda group: group.mission is not None)
         self._apart = [group for group in together_first if group.rally_point is not None]
@@ -46,30 +58,42 @@ class MeetingTruth:
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         """Note what has happened; True once the last group is together."""
+        survivors = [vehicle for vehicle in fleet.vehicles if is_survivor(vehicle)]
         if not self._consulted:
-            if not self._is_consulted(fleet):
+            if not self._is_consulted(survivors):
                 return False
             self._consulted = True
             self.milestones.append(Milestone(now_s, "consultation_done"))
         self.watch(fleet, now_s)
         for group in list(self._apart):
             waits_for_others = group.mission is not None and self._apart[0].mission is None
-            if not waits_for_others and self.is_worked_off(group) and self._is_together(fleet, group):
-                self._apart.remove(group)
-                self.milestones.append(Milestone(now_s, "gathered", group=group.name))
+            if waits_for_others:
+                continue
+            self._note_who_is_there(survivors, group, now_s)
+            if self.is_worked_off(group) and self._is_together(survivors, group):
+                self._note_meeting(group, (), now_s)
+            elif self._is_overdue(survivors, group, now_s):
+                missing = [v.name for v in self._members(survivors, group) if not self._has_come(v, group)]
+                self._note_meeting(group, missing, now_s)
         if self._apart:
             return False
         self.milestones.append(Milestone(now_s, "mission_complete"))
         return True
+
+    def _note_meeting(self, group: Group, missing: Sequence[str], now_s: float) -> None:
+        self._apart.remove(group)
+        self.milestones.append(Milestone(now_s, "gathered", group=group.name))
+        self.milestones += [Milestone(now_s, "missed_meeting", name, group.name) for name in missing]
 
     def close(self, fleet: FleetView, now_s: float) -> str:
         """Say who is missing where."""
         if not self._consulted:
             return f"consultation had not ended after {now_s:.0f} s"
         if self._apart:
+            survivors = [vehicle for vehicle in fleet.vehicles if is_survivor(vehicle)]
             names = ", ".join(
                 f"{group.name} (without {' and '.join(lacking)})"
-                if (lacking := self._lacking(fleet, group))
+                if (lacking := self._lacking(survivors, group))
                 else group.name
                 for group in self._apart
             )
@@ -79,44 +103,85 @@ class MeetingTruth:
         return ""
 
     @staticmethod
-    def _is_consulted(fleet: FleetView) -> bool:
+    def _is_consulted(survivors: Sequence[VehicleView]) -> bool:
         """True once every mission is planned, and everything assigned counts where it was meant to."""
-        by_name = {vehicle.name: vehicle for vehicle in fleet.vehicles}
-        for vehicle in fleet.vehicles:
+        by_name = {vehicle.name: vehicle for vehicle in survivors}
+        for vehicle in survivors:
             for group in vehicle.organisation.groups:
                 if vehicle.leads(group) and not vehicle.has_planned(group):
                     return False
             for a in vehicle.issued:
-                if not by_name[a.vehicle].organisation.plays(a.vehicle, a.group, a.role):
+                if a.vehicle in by_name and not by_name[a.vehicle].organisation.plays(a.vehicle, a.group, a.role):
                     return False
             for objective in vehicle.issued_objectives:
-                for holder in vehicle.organisation.members(objective.group, objective.role):
+                for holder in by_name.keys() & vehicle.organisation.members(objective.group, objective.role):
                     if objective not in by_name[holder].objectives_of(holder):
                         return False
         return True
 
-    def _is_together(self, fleet: FleetView, group: Group) -> bool:
-        """True if all members are at the rally point, no work is left to give out, and founding roles are filled."""
+    @staticmethod
+    def _members(survivors: Sequence[VehicleView], group: Group) -> list[VehicleView]:
+        """Survivors that belong to the group, as each sees itself."""
+        return [vehicle for vehicle in survivors if vehicle.organisation.is_member(vehicle.name, group.name)]
+
+    def _is_at_rally_point(self, vehicle: VehicleView, group: Group) -> bool:
         x_m, y_m = self._rally_points_m[group.rally_point or ""]
-        for vehicle in fleet.vehicles:
-            if vehicle.organisation.is_member(vehicle.name, group.name):
-                own_x_m, own_y_m = vehicle.position_m
-                if math.hypot(own_x_m - x_m, own_y_m - y_m) > self._radius_m:
-                    return False
-                if vehicle.leads(group.name) and vehicle.gives_out(group.name):
-                    return False
-        return not self._lacking(fleet, group)
+        own_x_m, own_y_m = vehicle.position_m
+        return math.hypot(own_x_m - x_m, own_y_m - y_m) <= self._radius_m
+
+    def _note_who_is_there(self, survivors: Sequence[VehicleView], group: Group, now_s: float) -> None:
+        """Who has been at the rally point since when, and who has met there: it believed so and was there."""
+        for vehicle in survivors:
+            key = vehicle.name, group.name
+            if not self._is_at_rally_point(vehicle, group):
+                self._there_s.pop(key, None)
+                continue
+            self._there_s.setdefault(key, now_s)
+            if vehicle.has_met(group.name):
+                self._has_met.add(key)
+
+    def _has_come(self, vehicle: VehicleView, group: Group) -> bool:
+        key = vehicle.name, group.name
+        return key in self._there_s or key in self._has_met
+
+    def _is_together(self, survivors: Sequence[VehicleView], group: Group) -> bool:
+        """True if all members have come to the rally point, no work is left to give out, and roles are filled."""
+        for vehicle in self._members(survivors, group):
+            if not self._has_come(vehicle, group):
+                return False
+            if vehicle.leads(group.name) and vehicle.gives_out(group.name):
+                return False
+        return not self._lacking(survivors, group)
+
+    def _is_overdue(self, survivors: Sequence[VehicleView], group: Group, now_s: float) -> bool:
+        """True if a head has waited at the rally point to the deadline and takes the group for gathered."""
+        for vehicle in survivors:
+            there_s = self._there_s.get((vehicle.name, group.name), math.inf)
+            if vehicle.leads(group.name) and vehicle.has_met(group.name) and now_s - there_s >= self._deadline_s:
+                return True
+        return False
 
     @staticmethod
-    def _lacking(fleet: FleetView, group: Group) -> list[str]:
-        """Founding roles that too few vehicles still play, as each vehicle sees itself."""
-        return [
-            role.name
-            for role in group.roles
-            if role.founding
-            and sum(v.organisation.plays(v.name, group.name, role.name) for v in fleet.vehicles if v.is_alive)
-            < role.minimum
-        ]
+    def _lacking(survivors: Sequence[VehicleView], group: Group) -> list[str]:
+        """Founding roles that too few survivors play, as each sees itself, though others would be free to."""
+
+        def is_free(vehicle: VehicleView, role: str) -> bool:
+            held = {one.role for one in vehicle.organisation.roles_of(vehicle.name, group.name)}
+            return vehicle.can_play(role) and held.isdisjoint(founding)
+
+        founding = {role.name for role in group.roles if role.founding}
+        lacking = []
+        for role in group.roles:
+            if not role.founding:
+                continue
+            holders = [v for v in survivors if v.organisation.plays(v.name, group.name, role.name)]
+            if role.head:
+                leaders = [v for v in survivors if v.leads(group.name)]
+                if not leaders and any(v.can_play(role.name) for v in survivors):
+                    lacking.append(role.name)
+            elif len(holders) < role.minimum and any(is_free(v, role.name) for v in survivors):
+                lacking.append(role.name)
+        return lacking
 
 
 class JobTruth(MeetingTruth):

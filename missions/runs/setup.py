@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -52,6 +53,8 @@ from worldmodel import (
 
 STATUS_PER_FRAME = 2
 """Status blocks (position, battery) that a vehicle records in a TDMA frame."""
+SOCIAL_ATTRIBUTES = ("available", "headedBy", "headTerm")
+"""What vehicles say of themselves whatever the strategy."""
 SPARE_BLOCKS = 1024
 """Blocks of a vehicle that are neither status nor observations: assignments, findings."""
 
@@ -159,10 +162,10 @@ def _instances(scenario: Scenario, mission: Mission, tbox: TBox) -> tuple[Instan
 def _needs(scenario: Scenario, strategy: Strategy, mission: Mission, tbox: TBox) -> NeedsIndex:
     """Every vehicle needs every listed attribute of every instance of its domain.
 
-    What the strategy says is needed most if it is not listed.
+    What the strategy says, who leads and who takes jobs is needed most if it is not listed.
     """
     listed = scenario.communication.needs
-    stated = negotiated_attributes(strategy, mission.jobs, tbox)
+    stated = (*negotiated_attributes(strategy, mission.jobs, tbox), *SOCIAL_ATTRIBUTES)
     strategic = dict.fromkeys(stated, max(listed.values()))
     attributes = [(tbox.attribute_named(name), priority) for name, priority in {**strategic, **listed}.items()]
     needs = tuple(InformationNeed(a.uid, priority, class_uid=a.domain) for a, priority in attributes)
@@ -327,6 +330,7 @@ def _vehicle(fleet: Fleet, setup: Setup, real: VehicleData, sensors: dict[str, S
                 setup.agreement,
                 setup.rally_points_m,
                 picture,
+                communication.lease_frames * setup.schedule.frame_s if declaration.communicates else math.inf,
             ),
             ExecutiveLayer(setup.decision),
             FunctionalLayer(real, mission, sensors, setup.bounds_m, picture),

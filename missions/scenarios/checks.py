@@ -38,7 +38,9 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
         raw: the tables as TOML has them.
         mission: class of the mission, which has checks of its own; None if it cannot be had.
     """
-    checks = (_names, _slots, _times, _world, _choices, _weights, channel_faults, _groups, _played_by, _vehicles)
+    checks = (
+        _names, _slots, _times, _world, _choices, _weights, channel_faults, _groups, _played_by, _successions, _vehicles,
+    )  # fmt: skip
     faults = [fault for check in checks for fault in check(raw)]
     faults += fault_table_faults(raw, "" if mission is None else next(iter(mission.sensors), ""))
     if mission is not None:
@@ -277,6 +279,28 @@ def _played_by(raw: Raw) -> Iterator[ConfigurationFault]:
             if not any(names <= set(map(str, list_of(v, "playable_roles"))) for v in entries(raw, "vehicle")):
                 key = f"group.{group.get('name')}.role.{role.get('name')}.played_by"
                 yield ConfigurationFault(key, f'"{other}"', "no vehicle is able to play both roles")
+
+
+def _successions(raw: Raw) -> Iterator[ConfigurationFault]:
+    """Holders of some role of a succession have to be able to lead."""
+    for group in entries(raw, "group"):
+        key, given = f"group.{group.get('name')}.succession", list_of(group, "succession")
+        faults = [fault for role in given for fault in one_of(key, role, names_of(group, "role"))]
+        yield from faults
+        head = next((str(role.get("name")) for role in entries(group, "role") if role.get("head")), None)
+        if faults or not given or head is None:
+            continue
+        able = [
+            vehicle
+            for vehicle in entries(raw, "vehicle")
+            if vehicle.get("social_layer", True) and head in list_of(vehicle, "playable_roles")
+        ]
+        if not any(role in list_of(vehicle, "playable_roles") for vehicle in able for role in given):
+            allowed = (
+                f"nobody can fill it: no vehicle that is able to play {' or '.join(map(str, given))} has the social "
+                f"layer and is able to play {head}; list {head} in playable_roles of one"
+            )
+            yield ConfigurationFault(key, json.dumps(given), allowed)
 
 
 def _role_players(key: str, role: Raw, vehicles: Sequence[Raw]) -> Iterator[ConfigurationFault]:

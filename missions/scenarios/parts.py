@@ -197,4 +197,4 @@ def _group(table: GroupTable) -> Group:
         )
         for role in table.role
     )
-    return Group(table.name, roles, table.rally_point, table.mission)
+    return Group(table.name, roles, table.rally_point, table.mission, table.succession)

@@ -42,6 +42,9 @@ class Communication(Section):
     range_m: Positive = Field(description="operating range: sets the guard of a slot; nothing is heard beyond it")
     transmit_power_w: NotNegative = Field(10.0, description="power of the modem while it sends")
     policy: str = Field(description="exchange policy, see `remoras list policies`")
+    lease_frames: int = Field(
+        40, ge=1, le=100_000, description="TDMA frames without a packet after which a vehicle is taken to have left"
+    )
     carrier_evidence: bool = Field(True, description="take a peer that sends an item as holding it")
     time_resolution_s: float = Field(
         0.1, ge=0.001, le=10.0, multiple_of=0.001, description="resolution of observation times on the wire"
@@ -115,6 +118,9 @@ class GroupTable(Section):
     name: Name = Field(description="name of the group")
     rally_point: str = Field(description="where the group meets")
     mission: str | None = Field(None, description="mission it has from the start; else it is given one")
+    succession: tuple[str, ...] = Field(
+        (), description="roles of the group whose holders succeed a head that is lost, the first of them first"
+    )
     role: tuple[Role, ...] = Field(min_length=1, description="roles of the group")
 
 
@@ -135,7 +141,7 @@ class VehicleTable(Section):
     energy_j: Positive = Field(description="battery capacity")
     hotel_w: NotNegative = Field(description="power at rest")
     drag_w_per_mps3: NotNegative = Field(description="power of propulsion per cubed speed")
-    playable_roles: tuple[str, ...] = Field(description="roles the vehicle is able to play")
+    playable_roles: tuple[str, ...] = Field(description="roles the vehicle is able to play, those it is meant for first")
     sensor: tuple[dict[str, Any], ...] = Field(  # each kind of sensor says what it allows
         (), description="sensors of the vehicle, a table each; `type` names the kind, or package.module:object"
     )

@@ -21,6 +21,8 @@ from remoras.work import Point
 
 RESERVE_MARGIN = 1.25
 """Energy kept for the way home, as a multiple of what the way takes."""
+NEAR_M = 30.0
+"""A vehicle that stays within this distance of a place has settled there; it evades others meanwhile."""
 OBSERVATIONS = "a list of Observation"
 PERCEPTION = "a Perception, stimulus 0..1"
 REFERENCE = "None, or a Reference with a finite target_m and a speed_mps of 0 or more"
@@ -90,6 +92,7 @@ class FunctionalLayer:
         """True once the battery is empty: the vehicle does nothing any more."""
         self.picture = picture
         self._sound_target_m: Point = data.start_m
+        self._settled_m: Point = data.start_m
         self._mission = mission
         self._world = mission.world()
         self._sensors = sensors
@@ -217,6 +220,9 @@ class FunctionalLayer:
         x_min, y_min, x_max, y_max = self._bounds_m
         body.outside_m = max(x_min - motion.x_m, motion.x_m - x_max, y_min - motion.y_m, motion.y_m - y_max, 0.0)
         body.collision = most_urgent(neighbours, motion) if neighbours else None
+        body.contacts_m = tuple([(motion.x_m + one.dx_m, motion.y_m + one.dy_m) for one in neighbours])
+        if math.hypot(motion.x_m - self._settled_m[0], motion.y_m - self._settled_m[1]) > NEAR_M:
+            self._settled_m, body.settled_s = motion.position_m, now_s
         if not self._working:
             return []
         pose = Pose(motion.x_m, motion.y_m, data.depth_m, motion.heading_rad, motion.speed_mps)

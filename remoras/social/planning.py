@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact, Key
-from remoras.htn import Domain, NoPlan, Task, plan
+from remoras.htn import Domain, FactsLike, NoPlan, Task, plan
 from remoras.organisation import Group, RoleAssignment
 from remoras.social.consultation import OBJECTIVE_PREFIX
 from remoras.strategy import Strategy, adapt_roles
@@ -85,8 +85,18 @@ class MissionPlanner:
             if ("hasMission", group) in keys or not self._rests_on.get(group, frozenset()).isdisjoint(keys):
                 self._due.add(group)
 
+    def lead(self, groups: Collection[str], taken_over: Collection[str]) -> None:
+        """Missions of these groups are this vehicle's to plan; of those taken over they are due.
+
+        Args:
+            groups: that it leads now.
+            taken_over: those of them that it did not lead before.
+        """
+        self._due.intersection_update(groups)
+        self._due.update(taken_over)
+
     def replace_who_left(self, group: str) -> None:
-        """Somebody left a role of the group, whose mission is due again if it has been planned here."""
+        """Somebody left the group or came back, whose mission is due again if it has been planned here."""
         if group in self._rests_on:
             self._due.add(group)
 
@@ -101,11 +111,16 @@ class MissionPlanner:
     # Planning ------------------------------------------------------------------------------------
 
     def plan(
-        self, missions: Mapping[str, str], work: Mapping[str, Work], objectives: Collection[Objective]
+        self,
+        facts_known: FactsLike,
+        missions: Mapping[str, str],
+        work: Mapping[str, Work],
+        objectives: Collection[Objective],
     ) -> Deliberation:
         """Plan the missions that are due.
 
         Args:
+            facts_known: what the plans rest on.
             missions: of the groups, by name.
             work: of the groups, by name.
             objectives: that count already.
@@ -116,7 +131,7 @@ class MissionPlanner:
             mission = missions.get(group)
             if mission is None:
                 continue
-            found = plan(self._domain, self._beliefs, Task(mission, (group,)))
+            found = plan(self._domain, facts_known, Task(mission, (group,)))
             self._rests_on[group] = found.rests_on | precedence(work[group].group, work[group].jobs)
             if isinstance(found, NoPlan):
                 impossible.append(found)

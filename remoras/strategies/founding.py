@@ -1,13 +1,14 @@
 """Who founds the groups: the same for every shipped strategy, so that they differ in nothing but allocation.
 
-Every founding role goes to the vehicles able to play it, as many as it allows, those with the most energy first; a
-head needs the social layer; a role may have to be played by the holder of another (a Coordinator is the Tactician
-of the group above). Source: Carlesi, Michel, Jouvencel, Ferber 2011, sections IV and VII.
+Every founding role goes to the vehicles able to play it, as many as it allows: first those that name it before their
+other founding roles among the roles they can play, then those with the most energy. Who has a role in a group takes
+another one of it only where too few others are able to. A head needs the social layer; a role may have to be played by
+the holder of another (a Coordinator is the Tactician of the group above). Source: Carlesi, Michel, Jouvencel, Ferber 2011, sections IV and VII.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from remoras.database import AUVDatabase, VehicleData
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
@@ -18,6 +19,7 @@ def founded(database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
     """Groups and their founding roles: ``form`` of every shipped strategy."""
     organisation = Organisation.of(groups)
     founding = [(group.name, role) for group in groups for role in group.roles if role.founding]
+    names = {role.name for _, role in founding}
     done: set[tuple[str, str]] = set()
     while ready := [
         (group, role)
@@ -26,18 +28,28 @@ def founded(database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
     ]:
         for group, role in ready:
             done.add((group, role.name))
-            for data in _founders(database, organisation, role):
+            for data in _founders(database, organisation, group, role, names):
                 organisation, _ = organisation.assign(data.name, group, role.name)
     return organisation
 
 
-def _founders(database: AUVDatabase, organisation: Organisation, role: RoleSpecification) -> list[VehicleData]:
+def _founders(
+    database: AUVDatabase, organisation: Organisation, group: str, role: RoleSpecification, founding: Collection[str]
+) -> list[VehicleData]:
+    """Who is to play a founding role of a group; ``founding`` are the names of all such roles."""
     able = [data for data in database.able_to_play(role.name) if data.social_layer or not role.head]
     if role.played_by is not None:
         holders = organisation.members(*role.played_by)
         able = [data for data in able if data.name in holders]
-    able.sort(key=lambda data: (-data.energy_j, data.node))
-    return able if role.maximum is None else able[: role.maximum]
+
+    def order(data: VehicleData) -> tuple[bool, int, float, int]:
+        before = [name for name in data.playable_roles if name in founding].index(role.name)
+        return organisation.is_member(data.name, group), before, -data.energy_j, data.node
+
+    able.sort(key=order)
+    n_others = sum(not organisation.is_member(data.name, group) for data in able)
+    n_founders = max(n_others, role.minimum)
+    return able[: n_founders if role.maximum is None else min(n_founders, role.maximum)]
 
 
 def common_roles(work: Work) -> tuple[RoleAssignment, ...]:

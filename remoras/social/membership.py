@@ -1,0 +1,98 @@
+"""Membership as a lease: who is there, as one vehicle sees it, by a rule that all vehicles apply alike.
+
+A peer of which no packet was heard for a lease is absent. Absence is a view of one vehicle and no fact: nothing is
+taken away from the organisation, and a peer that is heard again is present again. The start counts as heard, and so
+does the time at which a vehicle that was away itself comes back. A vehicle that has heard nobody at all for a lease is
+cut off: then it is the vehicle itself that has left, whatever it believes of the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+from remoras.organisation import Organisation
+
+AWAY_FRAMES = 1.5
+"""A vehicle that has not looked around for more TDMA frames than this was away itself."""
+
+
+class Changes(NamedTuple):
+    """Peers that have become absent and present, in the order of their names."""
+
+    absent: tuple[str, ...] = ()
+    present: tuple[str, ...] = ()
+
+
+def absent_peers(
+    peers: Iterable[str], heard_s: Mapping[str, float], since_s: float, now_s: float, lease_s: float
+) -> frozenset[str]:
+    """Peers whose lease is over.
+
+    Args:
+        peers: names.
+        heard_s: when a packet of each was last heard.
+        since_s: when the vehicle began to listen; leases begin then at the earliest.
+        now_s: time at which it looks around.
+        lease_s: how long a lease lasts.
+
+    >>> sorted(absent_peers(["AUV01", "AUV02"], {"AUV01": 50.0}, since_s=0.0, now_s=100.0, lease_s=60.0))
+    ['AUV02']
+    """
+    return frozenset(name for name in peers if now_s - max(since_s, heard_s.get(name, since_s)) >= lease_s)
+
+
+class Membership:
+    """Who is there, as one vehicle sees it.
+
+    Args:
+        me: name of the vehicle.
+        names: of all vehicles.
+        lease_s: how long a lease lasts; infinite where nobody speaks.
+        frame_s: length of a TDMA frame, after each of which the vehicle looks around.
+    """
+
+    def __init__(self, me: str, names: Iterable[str], lease_s: float, frame_s: float) -> None:
+        self._me = me
+        self._peers = tuple(name for name in names if name != me)
+        self._lease_s = lease_s
+        self._away_s = AWAY_FRAMES * frame_s
+        self._looked_s = 0.0
+        self._since_s = 0.0
+        self.absent: frozenset[str] = frozenset()
+        """Names of the peers that are absent now."""
+
+    @property
+    def cut_off(self) -> bool:
+        """True while the vehicle has heard nobody at all for a lease."""
+        return bool(self._peers) and len(self.absent) == len(self._peers)
+
+    def look_around(self, now_s: float, heard_s: Mapping[str, float]) -> Changes:
+        """End of a TDMA frame: see who is absent and present now.
+
+        Args:
+            now_s: time of the end of the frame.
+            heard_s: when a packet of each peer was last heard.
+        """
+        if now_s - self._looked_s > self._away_s:
+            self._since_s = now_s
+        self._looked_s = now_s
+        before, self.absent = self.absent, absent_peers(self._peers, heard_s, self._since_s, now_s, self._lease_s)
+        if before == self.absent:
+            return Changes()
+        return Changes(tuple(sorted(self.absent - before)), tuple(sorted(before - self.absent)))
+
+    def seen(self, organisation: Organisation, leads_alone: bool) -> Organisation:
+        """The organisation as this vehicle acts on it: without the absent, and where it is cut off, led by itself.
+
+        Args:
+            organisation: as agreed.
+            leads_alone: True if the vehicle is able to lead.
+        """
+        seen = organisation.without(self.absent)
+        if self.cut_off and leads_alone:
+            for one in seen.roles_of(self._me):
+                head_role = seen.groups[one.group].head_role
+                if head_role is not None:
+                    seen, _ = seen.assign(self._me, one.group, head_role)
+        return seen

@@ -1,0 +1,102 @@
+"""Succession of heads: who leads a group whose head is lost, by an order that all its members compute alike.
+
+The first in that order claims the group under the greatest term known and one more. Vehicles may see different peers,
+so several may claim. The greatest claim wins, by term and then by lower node, whatever the order in which claims
+are heard and however often: ``Headship`` is a join. Whoever led before and hears of it steps down.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import NamedTuple
+
+from remoras.database import AUVDatabase
+from remoras.organisation import Group, Organisation, RoleAssignment
+
+HEADED_BY, HEAD_TERM = "headedBy", "headTerm"
+LAST_TERM = 255
+"""The ontology names terms up to this one."""
+
+
+class Claim(NamedTuple):
+    """A claim to lead a group, to be compared: the greater wins.
+
+    Attributes:
+        term: how often the group has changed its head, this change included.
+        rank: minus the node of who claims.
+    """
+
+    term: int
+    rank: int
+
+
+class Headship:
+    """The greatest claim known for each group."""
+
+    def __init__(self) -> None:
+        self._claims: dict[str, Claim] = {}
+
+    def take(self, group: str, claim: Claim) -> bool:
+        """Note a claim; True if it is the greatest now and was not before."""
+        if group in self._claims and self._claims[group] >= claim:
+            return False
+        self._claims[group] = claim
+        return True
+
+    def term(self, group: str) -> int:
+        """The greatest term known of a group; 0 for the head that was agreed before the mission."""
+        return self._claims[group].term if group in self._claims else 0
+
+    def next_term(self, group: str) -> int:
+        """The term of a new claim."""
+        return min(self.term(group) + 1, LAST_TERM)
+
+
+def successor(
+    group: Group, organisation: Organisation, database: AUVDatabase, unavailable: Collection[str] = ()
+) -> str | None:
+    """Who is to lead a group without a head; None if nobody is able to.
+
+    The members that play a role of the succession and are able to lead are ordered by the first such role, then by how
+    many roles with a job they are able to play, by energy and by name.
+
+    Args:
+        group: that has no head.
+        organisation: without vehicles that are absent.
+        database: static data of all vehicles.
+        unavailable: vehicles that take no jobs.
+    """
+    jobs = [role.name for role in group.roles if role.job is not None]
+
+    def order(name: str) -> tuple[int, int, float, str]:
+        data = database[name]
+        first = next(n for n, role in enumerate(group.succession) if organisation.plays(name, group.name, role))
+        n_able = 0 if name in unavailable else sum(data.can_play(role) for role in jobs)
+        return first, -n_able, -data.energy_j, name
+
+    holders = {name for role in group.succession for name in organisation.members(group.name, role)}
+    return min((name for name in holders if is_able_to_lead(database, name, group)), key=order, default=None)
+
+
+def is_able_to_lead(database: AUVDatabase, vehicle: str, group: Group) -> bool:
+    """True if the vehicle has the social layer and can play the head's role."""
+    data = database[vehicle]
+    return data.social_layer and group.head_role is not None and data.can_play(group.head_role)
+
+
+def role_after(database: AUVDatabase, vehicle: str, group: Group, organisation: Organisation) -> RoleAssignment | None:
+    """The role that a head takes when it steps down: the first of the succession that it can play.
+
+    None if it plays another founding role of the group already, or can play none.
+
+    Args:
+        database: static data of all vehicles.
+        vehicle: who leads no longer.
+        group: that it has led.
+        organisation: after it has left the head's role.
+    """
+    founding = {role.name for role in group.roles if role.founding}
+    if any(one.role in founding for one in organisation.roles_of(vehicle, group.name)):
+        return None
+    role = next((role for role in group.succession if database[vehicle].can_play(role)), None)
+    return None if role is None else RoleAssignment(group.name, role, vehicle)
