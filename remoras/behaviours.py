@@ -229,7 +229,7 @@ class Homing(Behaviour):
         self._was_there = False
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due until the group is together and the vehicle has come, however late; it advances while the vehicle comes nearer.
+        """Due until the group is together and the vehicle has come; it advances while the vehicle comes nearer.
 
         It answers calls as far as the group waits for this vehicle and for nobody else.
         """
@@ -292,16 +292,17 @@ class LeadingFollowers(Behaviour):
         self._followers = followers
         self._group = group
         self._distance_m = distance_m
+        self._came: set[str] = set()
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due while a follower of the gathered group has fallen behind."""
+        """Due while a follower of the gathered group has fallen behind; one that never came does not follow."""
         if self._group not in picture.groups.gathered:
             return IDLE
         positions_m = picture.peers.positions_m
-        behind = any(
-            distance_m(motion, positions_m[name]) > self._distance_m for name in self._followers if name in positions_m
-        )
-        return DUE if behind else IDLE
+        known = {name for name in self._followers if name in positions_m}
+        behind = {name for name in known if distance_m(motion, positions_m[name]) > self._distance_m}
+        self._came |= known - behind
+        return DUE if behind & self._came else IDLE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Stay."""

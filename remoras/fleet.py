@@ -253,12 +253,12 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
     # What is so ----------------------------------------------------------------------------------
 
     def _neighbours(self) -> dict[int, list[Neighbour]]:
-        """What the obstacle sonar of every vehicle sees of the others."""
+        """What the obstacle sonar of every vehicle sees of the others; one without power floats up, out of the way."""
         seen: dict[int, list[Neighbour]] = {}
-        there = [vehicle for vehicle in self.vehicles if vehicle.condition.is_there]
-        for number, one in enumerate(there):
+        alive = [vehicle for vehicle in self.vehicles if vehicle.is_alive]
+        for number, one in enumerate(alive):
             a = one.functional.motion
-            for other in there[number + 1 :]:
+            for other in alive[number + 1 :]:
                 b = other.functional.motion
                 dx_m, dy_m = b.x_m - a.x_m, b.y_m - a.y_m
                 if dx_m * dx_m + dy_m * dy_m > SONAR_M * SONAR_M:

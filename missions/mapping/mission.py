@@ -205,7 +205,7 @@ class MappingMission(Mission):
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
         """Activities of Table II, by HTN and with the vehicle's own characteristics."""
         if objective.name in OBJECTIVES:
-            return self.meeting.activity_sets(objective, facts)
+            return self.meeting.activity_sets(objective, data.name, facts)
         found = plan(self._activity_domain, facts, Task(f"Pursue{objective.name}", (Context(objective, data),)))
         if not isinstance(found, Plan):
             raise PlanningError(f"{data.name} has no way to pursue {objective}")

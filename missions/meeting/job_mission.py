@@ -189,7 +189,7 @@ class JobMission(Mission):
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
         """Those of the meeting; a job is one activity that guides, until it is done or the group is together."""
         if objective.name in OBJECTIVES:
-            return self.meeting.activity_sets(objective, facts)
+            return self.meeting.activity_sets(objective, data.name, facts)
         job = self._jobs[objective.argument]
         ends = frozenset({job.done, ("gatheredAt", objective.group)})
         if any(facts.get(key) is not None for key in ends):

@@ -101,8 +101,8 @@ class Meeting:
                     tasks.append(Task("AssignObjective", (group.name, role.name, RENDEZ_VOUS, group.rally_point)))
         return tasks
 
-    def activity_sets(self, objective: Objective, facts: FactsLike) -> Pursuit:
-        """Activities for one of the three objectives, and the facts that this choice rests on."""
+    def activity_sets(self, objective: Objective, vehicle: str, facts: FactsLike) -> Pursuit:
+        """Activities of a vehicle for one of the three objectives, and the facts that this choice rests on."""
         group = self.groups[objective.group]
         head_key = "members", f"{group.name}.{group.head_role}"
         match objective.name:
@@ -126,7 +126,15 @@ class Meeting:
                 return sets, frozenset({head_key})
         point_m = self.rally_points_m[objective.argument]
         homing = Activity("Homing", ActivityType.GUIDANCE, (point_m, group.name))
-        return (self._set(objective, homing, ROAMING),), frozenset()
+        head = group.role(objective.role)
+        rests_on: set[Key] = set()
+        if head is not None and head.head:  # who leads its supervisors too meets with its own group first
+            for other in self._before(group):
+                roles = {("members", self.groups[other].path(role.name)) for role in self.groups[other].roles}
+                rests_on |= {("gatheredAt", other), *roles}
+                if facts.get(("gatheredAt", other)) is None and any(vehicle in facts.get(key) for key in roles):
+                    return (), frozenset(rests_on)
+        return (self._set(objective, homing, ROAMING),), frozenset(rests_on)
 
     def _set(self, objective: Objective, *activities: Activity) -> ActivitySet:
         importance = importance_of(self.importance, objective)
@@ -163,7 +171,9 @@ class Meeting:
             return ()
         if not self._is_there(group, motion.position_m, 0.0):
             return ()
-        if not self.is_overdue(group, beliefs, picture) and not self._all_are_there(group, organisation, beliefs, picture):
+        if not self.is_overdue(group, beliefs, picture) and not self._all_are_there(
+            group, organisation, beliefs, picture
+        ):
             return ()
         return (Finding(group.name, "gatheredAt", group.rally_point),)
 
@@ -180,7 +190,7 @@ class Meeting:
 
     def _before(self, group: Group) -> list[str]:
         """Groups that meet before this one: those that it supervises, since it had its mission from the start."""
-        if group.mission is None:
+        if self.groups[group.name].mission is None:
             return []
         return [other.name for other in self.groups.values() if other.mission is None and other.rally_point is not None]
 

@@ -1,8 +1,8 @@
 """Truth of missions that end with a meeting: watches a run from outside and notes its milestones.
 
 A group that was given its mission from the start supervises the others: it counts as gathered only when they have.
-Success is judged over survivors: nobody waits for a vehicle that is dead, has resigned, or is out of contact by a fault,
-nor for a role that no survivor is free to play. Where a head has waited to the deadline, the meeting of those who came
+Success is judged over survivors: nobody waits for a vehicle that is dead, has resigned, or is out of contact by a
+fault, nor for a role that no survivor is free to play. Where a head has waited to the deadline, the meeting of those who came
 counts, and a milestone ``missed_meeting`` says who did not.
 """
 

@@ -141,7 +141,9 @@ class VehicleTable(Section):
     energy_j: Positive = Field(description="battery capacity")
     hotel_w: NotNegative = Field(description="power at rest")
     drag_w_per_mps3: NotNegative = Field(description="power of propulsion per cubed speed")
-    playable_roles: tuple[str, ...] = Field(description="roles the vehicle is able to play, those it is meant for first")
+    playable_roles: tuple[str, ...] = Field(
+        description="roles the vehicle is able to play, those it is meant for first"
+    )
     sensor: tuple[dict[str, Any], ...] = Field(  # each kind of sensor says what it allows
         (), description="sensors of the vehicle, a table each; `type` names the kind, or package.module:object"
     )

@@ -12,7 +12,6 @@ What a vehicle states while it is cut off counts for itself alone; ``Consultatio
 
 from __future__ import annotations
 
-from collections.abc import Set
 from dataclasses import dataclass, field
 
 from remoras.activities import Objective
@@ -25,7 +24,7 @@ from worldmodel import Change, Observation, PropertyValue
 
 OBJECTIVE_PREFIX = "objective"
 """Attributes whose name begins so give a role an objective."""
-NOBODY: Set[str] = frozenset()
+NOBODY: frozenset[str] = frozenset()
 
 Age = tuple[float, int, int, int]
 
@@ -43,8 +42,8 @@ class Agreed:
     """
 
     organisation: Organisation
-    absent: Set[str] = NOBODY
-    unavailable: Set[str] = NOBODY
+    absent: frozenset[str] = NOBODY
+    unavailable: frozenset[str] = NOBODY
     assigned: list[RoleAssignment] = field(default_factory=list)
     left: list[RoleAssignment] = field(default_factory=list)
     objectives: list[Objective] = field(default_factory=list)
@@ -123,7 +122,9 @@ class Consultation:
         name = self._attributes[fact.attribute].name
         return name, self._beliefs.name(fact.subject if name.startswith(OBJECTIVE_PREFIX) else fact.target)
 
-    def end(self, organisation: Organisation, absent: Set[str] = NOBODY, unavailable: Set[str] = NOBODY) -> Agreed:
+    def end(
+        self, organisation: Organisation, absent: frozenset[str] = NOBODY, unavailable: frozenset[str] = NOBODY
+    ) -> Agreed:
         """End of the round: what was said in it counts now, unless something newer counts already.
 
         Args:
@@ -221,7 +222,7 @@ class Consultation:
         if head_role is None or not is_able_to_lead(self._database, vehicle, group):
             agreed.refused.append(f"{vehicle} as head of {group.name}: it is not able to lead")
             return
-        claim = Claim(int(terms[0]), -self._database[vehicle].node)  # type: ignore[call-overload]  # a number
+        claim = Claim(round(terms[0]), -self._database[vehicle].node)  # type: ignore[arg-type]  # it is a number
         if not self.headship.take(group.name, claim):
             return
         age = _age(observation)
@@ -236,9 +237,7 @@ class Consultation:
             if then is not None and self._is_newest((then.group, then.role, then.vehicle), age):
                 agreed.assign(then)
 
-    def _hand_over(
-        self, to: RoleAssignment, holders: list[str] | tuple[str, ...], age: Age, agreed: Agreed
-    ) -> None:
+    def _hand_over(self, to: RoleAssignment, holders: list[str] | tuple[str, ...], age: Age, agreed: Agreed) -> None:
         """Let holders leave a role for another, unless a newer word says something else of one of them."""
         for name in holders:
             if name != to.vehicle and self._is_newest((to.group, to.role, name), age):

@@ -29,7 +29,7 @@ from remoras.picture import Picture
 from remoras.plugins import answer, broken_promise
 from remoras.social.agreement import Agreement
 from remoras.social.consultation import Agreed, Consultation
-from remoras.social.membership import Changes, Membership
+from remoras.social.membership import NO_CHANGES, Changes, Membership
 from remoras.social.negotiation import ROLE_ATTRIBUTES, Negotiation
 from remoras.social.planning import Deliberation, MissionPlanner, missions_of
 from remoras.social.succession import HEAD_TERM, HEADED_BY, role_after, successor
@@ -68,7 +68,7 @@ class Review:
         activities_due: True if its activities have to be chosen anew.
     """
 
-    changes: Changes = Changes()
+    changes: Changes = NO_CHANGES
     facts: list[Fact] = field(default_factory=list)
     assigned: list[RoleAssignment] = field(default_factory=list)
     left: list[RoleAssignment] = field(default_factory=list)

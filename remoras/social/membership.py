@@ -3,7 +3,9 @@
 A peer of which no packet was heard for a lease is absent. Absence is a view of one vehicle and no fact: nothing is
 taken away from the organisation, and a peer that is heard again is present again. The start counts as heard, and so
 does the time at which a vehicle that was away itself comes back. A vehicle that has heard nobody at all for a lease is
-cut off: then it is the vehicle itself that has left, whatever it believes of the others.
+cut off: then it is the vehicle itself that has left, whatever it believes of the others. Before that, one that has
+heard nobody for a part of the lease does not know who has left, and takes nobody else for absent: else a deaf head
+would order others about while their leases end one by one.
 """
 
 from __future__ import annotations
@@ -24,6 +26,11 @@ class Changes(NamedTuple):
     present: tuple[str, ...] = ()
 
 
+NO_CHANGES = Changes()
+DOUBT = 0.25
+"""Share of a lease in which a vehicle that hears nobody may still judge others."""
+
+
 def absent_peers(
     peers: Iterable[str], heard_s: Mapping[str, float], since_s: float, now_s: float, lease_s: float
 ) -> frozenset[str]:
@@ -36,10 +43,20 @@ def absent_peers(
         now_s: time at which it looks around.
         lease_s: how long a lease lasts.
 
-    >>> sorted(absent_peers(["AUV01", "AUV02"], {"AUV01": 50.0}, since_s=0.0, now_s=100.0, lease_s=60.0))
+    >>> sorted(absent_peers(["AUV01", "AUV02"], {"AUV01": 50.0}, since_s=0.0, now_s=60.0, lease_s=60.0))
     ['AUV02']
+    >>> sorted(absent_peers(["AUV01", "AUV02"], {"AUV01": 20.0}, since_s=0.0, now_s=60.0, lease_s=60.0))
+    []
+    >>> sorted(absent_peers(["AUV01", "AUV02"], {"AUV01": 20.0}, since_s=0.0, now_s=80.0, lease_s=60.0))
+    ['AUV01', 'AUV02']
     """
-    return frozenset(name for name in peers if now_s - max(since_s, heard_s.get(name, since_s)) >= lease_s)
+    last_s = {name: max(since_s, heard_s.get(name, since_s)) for name in peers}
+    if not last_s:
+        return frozenset()
+    newest_s = max(last_s.values())
+    if now_s - newest_s < lease_s:
+        now_s = min(now_s, newest_s + DOUBT * lease_s)
+    return frozenset(name for name, heard in last_s.items() if now_s - heard >= lease_s)
 
 
 class Membership:
@@ -79,7 +96,7 @@ class Membership:
         self._looked_s = now_s
         before, self.absent = self.absent, absent_peers(self._peers, heard_s, self._since_s, now_s, self._lease_s)
         if before == self.absent:
-            return Changes()
+            return NO_CHANGES
         return Changes(tuple(sorted(self.absent - before)), tuple(sorted(before - self.absent)))
 
     def seen(self, organisation: Organisation, leads_alone: bool) -> Organisation:

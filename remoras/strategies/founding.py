@@ -3,7 +3,8 @@
 Every founding role goes to the vehicles able to play it, as many as it allows: first those that name it before their
 other founding roles among the roles they can play, then those with the most energy. Who has a role in a group takes
 another one of it only where too few others are able to. A head needs the social layer; a role may have to be played by
-the holder of another (a Coordinator is the Tactician of the group above). Source: Carlesi, Michel, Jouvencel, Ferber 2011, sections IV and VII.
+the holder of another (a Coordinator is the Tactician of the group above). Source: Carlesi, Michel, Jouvencel, Ferber
+2011, sections IV and VII.
 """
 
 from __future__ import annotations
@@ -26,7 +27,9 @@ def founded(database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
         for group, role in founding
         if (group, role.name) not in done and (role.played_by is None or role.played_by in done)
     ]:
-        for group, role in ready:
+        led = {group for group, role in founding if role.head and (group, role.name) in done}
+        heads_first = [(group, role) for group, role in ready if role.head or group in led]
+        for group, role in heads_first or ready:
             done.add((group, role.name))
             for data in _founders(database, organisation, group, role, names):
                 organisation, _ = organisation.assign(data.name, group, role.name)
