@@ -157,16 +157,16 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self._record_decision(now_s, decision)
         if functional.must_go_home and not self._resigned:
             self._resigned = True
-            self._conclude(self.social.resign(), now_s)
+            self._conclude(self.social.standing.resign(), now_s)
         if decision.has(ActivityType.PLANNING) and self.social.planner.is_due:
             self._plan(now_s)
-        self._conclude(self.social.findings(functional.motion), now_s, not self.social.is_cut_off)
+        self._conclude(self.social.findings(functional.motion), now_s, not self.social.standing.is_cut_off)
 
     def _note_what_is_done(self, perceptions: Sequence[Perception], now_s: float) -> bool:
         """Make known the first objective for which all has been done, or that cannot be done; True if there was one."""
         for index, perception in enumerate(perceptions):
             objective = self.executive.sets[index].objective
-            if perception.failed and objective is not None and (facts := self.social.failed(objective)):
+            if perception.failed and objective is not None and (facts := self.social.standing.give_up(objective)):
                 self._recorder.faults.append((now_s, self.name, "cannot", str(objective)))
                 self._conclude(facts, now_s)
                 return True
@@ -179,7 +179,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         deliberation = self.social.plan_missions()
         for no_plan in deliberation.impossible:
             self._recorder.faults.append((now_s, self.name, "no plan", str(no_plan.task)))
-        self._conclude(deliberation.facts, now_s, not self.social.is_cut_off)
+        self._conclude(deliberation.facts, now_s, not self.social.standing.is_cut_off)
 
     # Consultation --------------------------------------------------------------------------------
 
@@ -189,8 +189,6 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             return False
         changed = self._look_around(now_s)
         changed = self._take_effect(now_s) or changed
-        for facts in self.social.claims():
-            self._conclude(facts, now_s)
         calls = self.executive.calls(now_s) if self.radio.influences else {}
         for facts, told in self.social.negotiate(now_s, self.functional.motion, calls):
             self._conclude(facts, now_s, told)

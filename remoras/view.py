@@ -101,7 +101,7 @@ class ReadOnlyVehicle:
 
     def has_met(self, group: str) -> bool:
         """True if it takes ``group`` for gathered."""
-        return self._social.has_met(group)
+        return group in self._vehicle.functional.picture.groups.gathered
 
 
 class ReadOnlyFleet(NamedTuple):

@@ -201,6 +201,11 @@ class Work:
         )
 
     @property
+    def has_something_left(self) -> bool:
+        """True while there is an unfinished job that somebody holds, or that a worker is able to do."""
+        return any(self.holders(role) or any(self.able(one, role) for one in self.workers) for role in self.unfinished)
+
+    @property
     def members(self) -> tuple[str, ...]:
         """Vehicles of the group, by name."""
         return self.organisation.members(self.group.name)
@@ -247,6 +252,16 @@ class Work:
             _, number, outlook = min(then)
             del left[number]
         return outlook
+
+    def awaited(self, vehicle: str, now_s: float) -> float:
+        """How much of the wait for the meeting of the group is for a vehicle: 0..1, see ``Groups.awaited``."""
+        free_s = {
+            name: self.after_all(Outlook(now_s, self.position_m(name)), self.database[name], self.held_by(name)).free_s
+            for name in self.members
+        }
+        own_s = free_s.pop(vehicle, now_s) - now_s
+        others_s = max(free_s.values(), default=now_s) - now_s
+        return 1.0 if own_s <= 0.0 else max(0.0, 1.0 - others_s / own_s)
 
     def knowing(self, done: Collection[str]) -> Work:
         """The same work where jobs ``done`` are known to be done too."""

@@ -2,8 +2,8 @@
 
 A group that was given its mission from the start supervises the others: it counts as gathered only when they have.
 Success is judged over survivors: nobody waits for a vehicle that is dead, has resigned, or is out of contact by a
-fault, nor for a role that no survivor is free to play. Where a head has waited to the deadline, the meeting of those who came
-counts, and a milestone ``missed_meeting`` says who did not.
+fault, nor for a role that no survivor is free to play. Where a head has waited to the deadline, the meeting of those
+who came counts, and a milestone ``missed_meeting`` says who did not.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
 
 def is_survivor(vehicle: VehicleView) -> bool:
     """True while a vehicle is alive and no fault keeps it from hearing or being heard: it can do its part."""
-    return vehicle.is_alive and getattr(vehicle, "is_in_contact", True)
+    return vehicle.is_alive and vehicle.is_in_contact
 
 
 class MeetingTruth:

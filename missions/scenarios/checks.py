@@ -39,7 +39,8 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
         mission: class of the mission, which has checks of its own; None if it cannot be had.
     """
     checks = (
-        _names, _slots, _times, _world, _choices, _weights, channel_faults, _groups, _played_by, _successions, _vehicles,
+        _names, _slots, _times, _world, _choices, _weights, channel_faults,
+        _groups, _played_by, _successions, _vehicles,
     )  # fmt: skip
     faults = [fault for check in checks for fault in check(raw)]
     faults += fault_table_faults(raw, "" if mission is None else next(iter(mission.sensors), ""))

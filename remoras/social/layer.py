@@ -9,36 +9,35 @@ Its eight modules, by the paper's names, and where they are:
 * mission planner: ``MissionPlanner``, which turns the missions of the groups that this vehicle leads into objectives;
 * individual objectives of a vehicle and collective objectives of a role: ``objectives_of``.
 
-Organisational data are facts of the world model and travel as such; ``Consultation`` says from when they count.
+Organisational data are facts of the world model and travel as such; ``Consultation`` says from when they count, and
+``Standing`` who of the members is there.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from remoras.activities import ActivitySet, Objective
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase
-from remoras.mission import Finding, SocialPart
+from remoras.mission import SocialPart
 from remoras.motion import Motion
-from remoras.organisation import Group, RoleAssignment
+from remoras.organisation import Organisation, RoleAssignment
 from remoras.picture import Picture
-from remoras.plugins import answer, broken_promise
 from remoras.social.agreement import Agreement
-from remoras.social.consultation import Agreed, Consultation
-from remoras.social.membership import NO_CHANGES, Changes, Membership
+from remoras.social.conclusions import Conclusions
+from remoras.social.gatherings import Gatherings
+from remoras.social.membership import NO_CHANGES, Changes
 from remoras.social.negotiation import ROLE_ATTRIBUTES, Negotiation
 from remoras.social.planning import Deliberation, MissionPlanner, missions_of
-from remoras.social.succession import HEAD_TERM, HEADED_BY, role_after, successor
+from remoras.social.pursuit import Pursuit
+from remoras.social.standing import Standing
 from remoras.strategy import Strategy
-from remoras.work import Outlook, Point, Work, jobs_left, works
+from remoras.work import Point, Work, jobs_left, works
 from worldmodel import Change
-
-Means = tuple[tuple[ActivitySet, ...], frozenset[Key]]
-"""Activities by which an objective is pursued, and the facts that this choice rests on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,31 +107,33 @@ class SocialLayer:
         self.me = me
         self.database = database
         self.strategy = strategy
-        self.organisation = agreement.organisation
         self.finished: list[Objective] = []
         self._beliefs = beliefs
         self._mission = mission
         self._mission_name = f"mission {type(mission).__name__}"
         self._picture = picture
         picture.facts = beliefs
-        self._meets_after = agreement.meets_after
         self._objectives = {(one.group, one.role, one.name): one for one in agreement.objectives}
-        self._activities: dict[Objective, Means] = {}
         self._jobs = mission.jobs
-        self._meetings = frozenset(("gatheredAt", group) for group in self.organisation.groups)
-        self._met_alone: dict[str, float] = {}  # groups taken for gathered while cut off, and when
-        self._unavailable: frozenset[str] = frozenset()
-        self._is_out_of_reach = False  # it has said that it takes no jobs, since it is cut off
-        self._given_up: set[Objective] = set()
-        self._membership = Membership(me, database.names, lease_s, picture.frame_s)
-        self.present = self.organisation
-        self._led = self._groups_led()
+        self._pursuit = Pursuit(database[me], mission, self._mission_name)
+        self._conclusions = Conclusions(me, mission, self._mission_name, beliefs)
+        self._gatherings = Gatherings(beliefs, agreement.organisation.groups, agreement.meets_after)
+        self.standing = Standing(me, database, beliefs, agreement.organisation, lease_s, picture.frame_s)
+        self._led = self.standing.led
         planned = {group: agreement.rests_on[group] for group in self._led if group in agreement.rests_on}
         self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned)
         self.planner.take_on(group for group in self._led if group in self.missions)
-        self._consultation = Consultation(beliefs, database)
-        self._plays_role = beliefs.model.tbox.attribute_named("playsRole").uid
         self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, self._jobs)
+
+    @property
+    def organisation(self) -> Organisation:
+        """Groups and roles as agreed."""
+        return self.standing.organisation
+
+    @property
+    def present(self) -> Organisation:
+        """Groups and roles that the vehicle acts on: without the absent; where it is cut off, it leads itself."""
+        return self.standing.present
 
     @property
     def missions(self) -> Mapping[str, str]:
@@ -148,14 +149,14 @@ class SocialLayer:
         """True if this vehicle is a head of ``group`` and has the social layer to lead it."""
         return group in self._led
 
-    def _groups_led(self) -> tuple[str, ...]:
-        if not self.database[self.me].social_layer:
-            return ()
-        return tuple(group for group in self.present.groups if self.me in self.present.heads(group))
-
     def _work(self, positions_m: Mapping[str, Point]) -> dict[str, Work]:
         jobs, done = jobs_left(self._jobs, self._beliefs)
-        return works(self.present, self.database, jobs, done, positions_m, self._takes_no_jobs)
+        found = works(self.present, self.database, jobs, done, positions_m, self.standing.takes_no_jobs)
+        if self.standing.is_cut_off and any(
+            work.held_by(self.me) for work in found.values()
+        ):  # its own jobs come first
+            found = {name: replace(one, unavailable=one.unavailable | {self.me}) for name, one in found.items()}
+        return found
 
     # Hearing -------------------------------------------------------------------------------------
 
@@ -169,157 +170,69 @@ class SocialLayer:
             changes: of the world model.
             told: False if this vehicle keeps to itself what it states.
         """
-        alone = self.is_cut_off and not told
+        alone = self.standing.is_cut_off and not told
         for change in changes:
-            self._consultation.note(change, alone)
+            self.standing.consultation.note(change, alone)
             self._negotiation.note(change)
             self.planner.note(change)
         keys = self._beliefs.keys_of(changes)
-        if any(attribute == "available" for attribute, _ in keys):
-            self._unavailable = frozenset(
-                name for name in self.database if self._beliefs.get(("available", name)) is False
-            )
-        if not self._meetings.isdisjoint(keys):
+        self.standing.note_availability(keys)
+        if not self._gatherings.keys.isdisjoint(keys):
             if alone:
-                self._met_alone |= {name: changes[0].block.time_s for attribute, name in keys & self._meetings}
-            self._picture.groups.gathered = self._gathered()
+                self._gatherings.note_alone(keys, changes[0].block.time_s)
+            self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
         self.planner.reconsider(keys, self._led)
-        return self._drop_activities(keys)
-
-    def _drop_activities(self, keys: Collection[Key]) -> bool:
-        """Let go of activities that rest on any of the facts ``keys``; True if there were some."""
-        if not keys:
-            return False
-        stale = [one for one, (_, rests_on) in self._activities.items() if not rests_on.isdisjoint(keys)]
-        for objective in stale:
-            del self._activities[objective]
-        return bool(stale)
-
-    def _gathered(self) -> set[str]:
-        """Groups believed to be together; a meeting before those that it must follow does not count."""
-        met_s = {
-            group: None if self._is_undone(group) else self._beliefs.observed_s(("gatheredAt", group))
-            for group in self.organisation.groups
-        }
-
-        def follows_all(group: str, when_s: float) -> bool:
-            before = (met_s[other] for other in self._meets_after.get(group, ()))
-            return all(before_s is None or before_s <= when_s for before_s in before)
-
-        return {group for group, when_s in met_s.items() if when_s is not None and follows_all(group, when_s)}
-
-    def _is_undone(self, group: str) -> bool:
-        """True if this vehicle took the group for gathered while it was cut off, and is so no longer."""
-        if self.is_cut_off or group not in self._met_alone:
-            return False
-        return self._beliefs.observed_s(("gatheredAt", group)) == self._met_alone[group]
+        if self.standing.is_cut_off and any(job.done in keys for job in self._jobs.values()):
+            for group in self._led:  # it is free for what others have left
+                self.planner.replace_who_left(group)
+        return self._pursuit.let_go(keys)
 
     # Who is there --------------------------------------------------------------------------------
 
-    @property
-    def is_cut_off(self) -> bool:
-        """True while this vehicle has heard nobody at all for a lease: its orders are for itself alone."""
-        return self._membership.cut_off
-
-    @property
-    def _takes_no_jobs(self) -> frozenset[str]:
-        """Vehicles that take no jobs; one that is cut off still takes those that it gives itself."""
-        return self._unavailable - {self.me} if self._is_out_of_reach and self.is_cut_off else self._unavailable
-
     def look_around(self, now_s: float) -> Review:
         """End of a round: see who is there. Where somebody is not, others take the roles, and heads plan anew."""
-        was_cut_off = self.is_cut_off
-        changes = self._membership.look_around(now_s, self._picture.peers.heard_s)
-        moved = {*changes.absent, *changes.present}
-        if not moved:
+        before = self.present.roles_of(self.me)
+        seen = self.standing.look_around(now_s, self._picture.peers.heard_s)
+        if seen is None:
             return Review()
-        facts: list[Fact] = []
-        undone = Agreed(self.organisation)
-        if self.is_cut_off and not was_cut_off:
-            facts = self._fall_out()
-        elif was_cut_off and not self.is_cut_off:
-            undone = self._consultation.come_back(self.organisation)
-            self.organisation = undone.organisation
-            self._picture.groups.gathered = self._gathered()
-            facts = self._come_back()
+        self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
+        moved = {*seen.changes.absent, *seen.changes.present}
         roles = [one for one in self.organisation.assignments if one.vehicle in moved]
+        undone = seen.undone
         keys = {("members", f"{one.group}.{one.role}") for one in [*roles, *undone.assigned, *undone.left]}
-        stale = self._drop_activities(keys | {("gatheredAt", group) for group in self._met_alone})
-        before = self.present
-        self._renew()
+        stale = self._pursuit.let_go(keys | self._gatherings.concluded_alone)
+        self._renew_leads()
         for group in {one.group for one in roles}.intersection(self._led):
             self.planner.replace_who_left(group)
-        own = [one for one in undone.assigned if one.vehicle == self.me]
+        assigned = [one for one in undone.assigned if one.vehicle == self.me]
         left = [one for one in undone.left if one.vehicle == self.me]
-        due = stale or before.roles_of(self.me) != self.present.roles_of(self.me)
-        return Review(changes, facts, own, left, due)
+        due = stale or before != self.present.roles_of(self.me)
+        return Review(seen.changes, seen.facts, assigned, left, due)
 
-    def _renew(self) -> None:
-        """The organisation or who is there has changed."""
-        self.present = self._membership.seen(self.organisation, self.database[self.me].social_layer)
-        before, self._led = self._led, self._groups_led()
+    def _renew_leads(self) -> None:
+        """The organisation or who is there has changed: missions of groups that this vehicle leads now are due."""
+        before, self._led = self._led, self.standing.led
         if before != self._led:
             self.planner.lead(self._led, [one for one in self._led if one not in before and one in self.missions])
-
-    def _fall_out(self) -> list[Fact]:
-        """What a vehicle that is cut off tells those who may still hear it: it takes no jobs and leads no longer."""
-        facts: list[Fact] = []
-        for group in self.organisation.groups.values():
-            role = group.head_role
-            if role is None or not group.succession or not self.organisation.plays(self.me, group.name, role):
-                continue
-            facts.append(self._beliefs.fact(self.me, "leftRole", group.path(role)))
-            left, _ = self.organisation.leave_role(self.me, group.name, role)
-            then = role_after(self.database, self.me, group, left)
-            if then is not None:
-                facts.insert(0, self._beliefs.fact(self.me, "playsRole", group.path(then.role)))
-        if self.me not in self._unavailable:
-            self._is_out_of_reach = True
-            facts.append(self._beliefs.fact(self.me, "available", False))
-        return facts
-
-    def _come_back(self) -> list[Fact]:
-        """What a vehicle that hears others again tells them: it takes jobs again."""
-        if not self._is_out_of_reach:
-            return []
-        self._is_out_of_reach = False
-        return [self._beliefs.fact(self.me, "available", True)]
-
-    def claims(self) -> list[list[Fact]]:
-        """End of a round: claims to lead groups without a head, where this vehicle is the first to succeed."""
-        if self.is_cut_off:
-            return []
-        claimed = []
-        for group in self.present.groups.values():
-            if not group.succession or not self.present.is_member(self.me, group.name):
-                continue
-            if any(self.database[name].social_layer for name in self.present.heads(group.name)):
-                continue
-            if successor(group, self.present, self.database, self._unavailable) == self.me:
-                term = self._consultation.headship.next_term(group.name)
-                facts = (group.name, HEADED_BY, self.me), (group.name, HEAD_TERM, term)
-                claimed.append([self._beliefs.fact(*fact) for fact in facts])
-        return claimed
 
     # The end of a round --------------------------------------------------------------------------
 
     @property
     def consultation_due(self) -> bool:
         """True if something was said of roles or objectives that does not count yet."""
-        return self._consultation.is_due
+        return self.standing.consultation.is_due
 
     def consult(self) -> Consulted:
         """End of a round: what was said in it of roles and objectives counts from now on."""
-        agreed = self._consultation.end(self.organisation, self._membership.absent, self._takes_no_jobs)
-        self.organisation = agreed.organisation
+        agreed = self.standing.agree()
         self._objectives |= {(one.group, one.role, one.name): one for one in agreed.objectives}
         self.planner.end_round()
-        self._renew()
+        self._renew_leads()
         for one in agreed.left:
             if self.leads(one.group):
                 self.planner.replace_who_left(one.group)
         moved = [*agreed.assigned, *agreed.left]
-        stale = self._drop_activities({("members", f"{one.group}.{one.role}") for one in moved})
+        stale = self._pursuit.let_go({("members", f"{one.group}.{one.role}") for one in moved})
         assigned = [one for one in agreed.assigned if one.vehicle == self.me]
         left = [one for one in agreed.left if one.vehicle == self.me]
         return Consulted(assigned, left, agreed.refused, bool(agreed.objectives or stale or assigned or left))
@@ -331,44 +244,19 @@ class SocialLayer:
             motion: of this vehicle.
             calls: how dissatisfied the vehicles are that call on this one, by name.
         """
+        stated = [(facts, True) for facts in self.standing.claims()]
         if not (self._negotiation.takes_part or self.strategy.declaration.influences):
-            return []
+            return stated
         peers = self._picture.peers
         work = self._work({**peers.positions_m, self.me: motion.position_m})
         if self.strategy.declaration.influences:
-            self._picture.groups.awaited = {name: self._awaited(one, now_s) for name, one in work.items()}
-        unheard = {name: roles for name, roles in peers.unheard.items() if name not in self._membership.absent}
-        stated = []
+            self._picture.groups.awaited = {name: one.awaited(self.me, now_s) for name, one in work.items()}
+        unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.standing.absent}
         for said in self._negotiation.negotiate(now_s, work, peers.heard_s, unheard, calls):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in said.facts)
-            facts = self._in_place_of_the_absent(self._beliefs.fact(*fact) for fact in said.facts)
-            stated.append((facts, said.told and not (is_order and self.is_cut_off)))
+            facts = self.standing.in_place_of_the_absent(self._beliefs.fact(*fact) for fact in said.facts)
+            stated.append((facts, said.told and not (is_order and self.standing.is_cut_off)))
         return stated
-
-    def _in_place_of_the_absent(self, facts: Iterable[Fact]) -> list[Fact]:
-        """The same facts, and before each that gives away a role held by the absent, that these leave it."""
-        stated: list[Fact] = []
-        for fact in facts:
-            if fact[1] == self._plays_role:
-                group, role = self._beliefs.name(fact[2]).split(".")
-                holders = self.organisation.members(group, role)
-                specification = self.organisation.groups[group].role(role)
-                is_full = specification is not None and specification.maximum == len(holders)
-                if is_full and self._membership.absent.issuperset(holders):
-                    path = f"{group}.{role}"
-                    stated += [self._beliefs.fact(name, "leftRole", path) for name in holders]
-            stated.append(fact)
-        return stated
-
-    def _awaited(self, work: Work, now_s: float) -> float:
-        """How much of the wait for the meeting of a group is for this vehicle: 0..1, see ``Groups.awaited``."""
-        free_s = {
-            name: work.after_all(Outlook(now_s, work.position_m(name)), self.database[name], work.held_by(name)).free_s
-            for name in work.members
-        }
-        own_s = free_s.pop(self.me, now_s) - now_s
-        others_s = max(free_s.values(), default=now_s) - now_s
-        return 1.0 if own_s <= 0.0 else max(0.0, 1.0 - others_s / own_s)
 
     # Planning and concluding ---------------------------------------------------------------------
 
@@ -380,7 +268,7 @@ class SocialLayer:
         """Plan the missions that are due, and let the strategy allocate what the plans ask for."""
         work = self._work(dict(self._picture.peers.positions_m))
         planned = self.planner.plan(self, self.missions, work, self._objectives.values())
-        return replace(planned, facts=self._in_place_of_the_absent(planned.facts))
+        return replace(planned, facts=self.standing.in_place_of_the_absent(planned.facts))
 
     def findings(self, motion: Motion) -> list[Fact]:
         """What this vehicle concludes as the leader of its groups, as facts."""
@@ -388,51 +276,24 @@ class SocialLayer:
         idle_since_s = self._picture.groups.idle_since_s
         work = self._work({}) if self._led else {}
         for name in self._led:
-            if self._is_work_left(work[name]):
+            if work[name].has_something_left:
                 idle_since_s.pop(name, None)
             else:
                 idle_since_s.setdefault(name, self._picture.body.now_s)
-            if self._holds(work[name]):
-                continue
-            group = self.present.groups[name]
-            facts += self._facts_of(self._found(group, motion))
+            if not self._holds(work[name]):
+                facts += self._conclusions.of_head(name, self.present, self._picture, motion)
         return facts
 
-    def _found(self, group: Group, motion: Motion) -> Sequence[Finding]:
-        expected = "a list of Finding"
-        try:
-            found = tuple(self._mission.findings(group, self.present, self._beliefs, self._picture, motion))
-        except Exception as error:
-            raise broken_promise(self._mission_name, "findings", expected, error) from error
-        if found and not all(isinstance(one, Finding) for one in found):
-            raise broken_promise(self._mission_name, "findings", expected, found)
-        return found
-
-    def _facts_of(self, findings: Sequence[Finding]) -> list[Fact]:
-        return [self._beliefs.fact(one.subject, one.attribute, one.value) for one in findings]
-
-    def has_met(self, group: str) -> bool:
-        """True if this vehicle takes ``group`` for gathered."""
-        return group in self._picture.groups.gathered
-
     def gives_out(self, group: str) -> bool:
-        """True while ``group`` has work that this vehicle still has to give out or to see done.
-
-        Work that nobody present is able to do is none.
-        """
-        return group in self._negotiation.holding and self._is_work_left(self._work({})[group])
-
-    @staticmethod
-    def _is_work_left(work: Work) -> bool:
-        """True while somebody present holds a job that is not done, or is able to do one."""
-        return any(work.holders(role) or any(work.able(one, role) for one in work.workers) for role in work.unfinished)
+        """True while ``group`` has work, for somebody present, that this vehicle has to give out or to see done."""
+        return group in self._negotiation.holding and self._work({})[group].has_something_left
 
     def _holds(self, work: Work) -> bool:
         """True while a group still has work to hand out or to confirm, so that it does not count as gathered."""
         name = work.group.name
-        if name in self._negotiation.holding and self._is_work_left(work):
+        if name in self._negotiation.holding and work.has_something_left:
             return True
-        unheard = frozenset(self._picture.peers.unheard) - self._membership.absent
+        unheard = frozenset(self._picture.peers.unheard) - self.standing.absent
         return self.leads(name) and self.planner.waits_for(unheard, work.done)
 
     def addressed(self, change: Change) -> dict[str, set[str]]:
@@ -441,53 +302,14 @@ class SocialLayer:
         These are the vehicles that are given roles. Where missions are planned at sea, all members of a group have to
         hear of its roles and objectives.
         """
-        given: dict[str, set[str]] = {}
-        for fact in change.block.facts:
-            if (said := self._consultation.role_named(fact)) is not None:
-                attribute, role = said
-                if attribute == "playsRole":
-                    given.setdefault(self._beliefs.name(fact.subject), set()).add(role)
-                if not self.strategy.declaration.planned_before:
-                    for member in self.present.members(role.split(".")[0]):
-                        given.setdefault(member, set())
-        given.pop(self.me, None)
-        return given
-
-    def resign(self) -> list[Fact]:
-        """Leave all roles: a vehicle that has to look after itself is of no use to its groups, now and later."""
-        self._is_out_of_reach = False
-        return [*self._leaving(self.organisation.roles_of(self.me)), self._beliefs.fact(self.me, "available", False)]
-
-    def failed(self, objective: Objective) -> list[Fact]:
-        """What to make known once it is clear that this vehicle cannot do what ``objective`` takes.
-
-        It takes no jobs any more and leaves those that it has, but it stays with its groups. Empty if it has said so.
-        """
-        if objective in self._given_up:
-            return []
-        self._given_up.add(objective)
-        self._is_out_of_reach = False
-        with_job = {(g.name, role.name) for g in self.organisation.groups.values() for role in g.roles if role.job}
-        with_job.add((objective.group, objective.role))
-        roles = [one for one in self.organisation.roles_of(self.me) if (one.group, one.role) in with_job]
-        return [*self._leaving(roles), self._beliefs.fact(self.me, "available", False)]
-
-    def _leaving(self, roles: Iterable[RoleAssignment]) -> list[Fact]:
-        return [self._beliefs.fact(self.me, "leftRole", f"{one.group}.{one.role}") for one in roles]
+        return self.standing.addressed(change, everybody=not self.strategy.declaration.planned_before)
 
     def completed(self, objective: Objective) -> list[Fact]:
         """What to make known when all has been done for ``objective``."""
-        finding = answer(
-            self._mission_name,
-            "completion",
-            "a Finding or None",
-            lambda found: found is None or isinstance(found, Finding),
-            lambda: self._mission.completion(objective, self.me),
-        )
-        if finding is None:
-            return []
-        self.finished.append(objective)
-        return self._facts_of([finding])
+        facts = self._conclusions.completion(objective)
+        if facts:
+            self.finished.append(objective)
+        return facts
 
     # Activities ----------------------------------------------------------------------------------
 
@@ -495,29 +317,10 @@ class SocialLayer:
         """A fact for planning: ``("members", "Group.Role")`` from the organisation, others from the beliefs."""
         if key[0] == "members":
             return self.present.members(*key[1].split("."))
-        if self._met_alone and key[0] == "gatheredAt" and self._is_undone(key[1]):
+        if self._gatherings.is_undone(key, self.standing.is_cut_off):
             return default
         return self._beliefs.get(key, default)
 
     def activity_sets(self, position_m: Point) -> tuple[ActivitySet, ...]:
-        """Activities by which this vehicle pursues the objectives of its roles.
-
-        Those under way are kept as they are unless a fact that they rest on has changed.
-        """
-        objectives = sorted(self.objectives_of(self.me), key=lambda o: (o.group, o.role, o.name, o.argument))
-        self._activities = {one: self._activities.get(one) or self._means_to(one, position_m) for one in objectives}
-        return tuple(activity_set for sets, _ in self._activities.values() for activity_set in sets)
-
-    def _means_to(self, objective: Objective, position_m: Point) -> Means:
-        return answer(
-            f"{self._mission_name}, objective {objective}",
-            "activity_sets",
-            "a tuple of ActivitySet, and a frozenset of the keys that it rests on",
-            _are_means,
-            lambda: self._mission.activity_sets(objective, self.database[self.me], self, position_m),
-        )
-
-
-def _are_means(found: Any) -> bool:
-    sets, rests_on = found
-    return all(isinstance(one, ActivitySet) for one in sets) and isinstance(rests_on, frozenset)
+        """Activities by which it pursues its objectives; those under way stay while the facts do that they rest on."""
+        return self._pursuit.sets(self.objectives_of(self.me), self, position_m)

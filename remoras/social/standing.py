@@ -1,0 +1,188 @@
+"""Standing: the organisation as one vehicle knows it, and its own place in it.
+
+What was agreed is one value, what the vehicle acts on another: the same without those who are absent. A vehicle that is
+cut off tells those who may still hear it that it takes no jobs and leads no longer; then it leads itself, and what it
+orders is for itself alone. When it hears somebody again, it lets go of what it took on alone and takes jobs again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+
+from remoras.activities import Objective
+from remoras.beliefs import Beliefs, Fact, Key
+from remoras.database import AUVDatabase
+from remoras.organisation import Organisation
+from remoras.social.consultation import Agreed, Consultation
+from remoras.social.membership import NO_CHANGES, Changes, Membership
+from remoras.social.statements import AVAILABLE, Statements
+from worldmodel import Change
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What a look around at the end of a round has shown.
+
+    Attributes:
+        changes: peers that have become absent and present.
+        undone: roles that count no longer, or again, now that this vehicle has come back.
+        facts: what it tells the others of itself on falling out and on coming back.
+    """
+
+    changes: Changes
+    undone: Agreed
+    facts: list[Fact] = field(default_factory=list)
+
+
+class Standing:
+    """Organisation, membership and availability as one vehicle sees them.
+
+    Args:
+        me: own name.
+        database: static data of all vehicles.
+        beliefs: of the vehicle.
+        organisation: as agreed before the mission.
+        lease_s: how long a peer that is not heard counts as present; frame_s: length of a TDMA frame.
+    """
+
+    def __init__(
+        self,
+        me: str,
+        database: AUVDatabase,
+        beliefs: Beliefs,
+        organisation: Organisation,
+        lease_s: float,
+        frame_s: float,
+    ) -> None:
+        self._me = me
+        self._database = database
+        self._beliefs = beliefs
+        self._membership = Membership(me, database.names, lease_s, frame_s)
+        self._statements = Statements(me, beliefs, database)
+        self._unavailable: frozenset[str] = frozenset()
+        self._is_out_of_reach = False  # it has said that it takes no jobs, since it is cut off
+        self._given_up: set[Objective] = set()
+        self.consultation = Consultation(beliefs, database)
+        self.organisation = organisation
+        self.present = organisation
+        self._renew(organisation)
+
+    # What the vehicle acts on --------------------------------------------------------------------
+
+    @property
+    def absent(self) -> frozenset[str]:
+        """Peers that are absent."""
+        return self._membership.absent
+
+    @property
+    def is_cut_off(self) -> bool:
+        """True while this vehicle has heard nobody at all for a lease: its orders are for itself alone."""
+        return self._membership.cut_off
+
+    @property
+    def takes_no_jobs(self) -> frozenset[str]:
+        """Vehicles that take no jobs; one that is cut off still takes those that it gives itself."""
+        return self._unavailable - {self._me} if self._is_out_of_reach and self.is_cut_off else self._unavailable
+
+    @property
+    def led(self) -> tuple[str, ...]:
+        """Groups that this vehicle leads."""
+        if not self._database[self._me].social_layer:
+            return ()
+        return tuple(group for group in self.present.groups if self._me in self.present.heads(group))
+
+    def _renew(self, organisation: Organisation) -> None:
+        self.organisation = organisation
+        self.present = self._membership.seen(organisation, self._database[self._me].social_layer)
+
+    def note_availability(self, keys: Collection[Key]) -> None:
+        """See who takes jobs, if one of the changed facts ``keys`` is about that."""
+        if any(attribute == AVAILABLE for attribute, _ in keys):
+            self._unavailable = frozenset(
+                name for name in self._database if self._beliefs.get((AVAILABLE, name)) is False
+            )
+
+    # The end of a round --------------------------------------------------------------------------
+
+    def look_around(self, now_s: float, heard_s: Mapping[str, float]) -> Seen | None:
+        """End of a round: see who is there; None if all is as it was.
+
+        Args:
+            now_s: time of the end of the round.
+            heard_s: when a packet of each peer was last heard.
+        """
+        was_cut_off = self.is_cut_off
+        changes = self._membership.look_around(now_s, heard_s)
+        if changes == NO_CHANGES:
+            return None
+        facts: list[Fact] = []
+        undone = Agreed(self.organisation)
+        if self.is_cut_off and not was_cut_off:
+            facts = self._statements.stepping_down(self.organisation)
+            if self._me not in self._unavailable:
+                self._is_out_of_reach = True
+                facts.append(self._statements.available(False))
+        elif was_cut_off and not self.is_cut_off:
+            undone = self.consultation.come_back(self.organisation)
+            if self._is_out_of_reach:
+                self._is_out_of_reach = False
+                facts = [self._statements.available(True)]
+        self._renew(undone.organisation)
+        return Seen(changes, undone, facts)
+
+    def agree(self) -> Agreed:
+        """End of a round: what was said in it counts from now on."""
+        agreed = self.consultation.end(self.organisation, self.absent, self.takes_no_jobs)
+        self._renew(agreed.organisation)
+        return agreed
+
+    # What the vehicle states ---------------------------------------------------------------------
+
+    def claims(self) -> list[list[Fact]]:
+        """Claims to lead groups without a head, where this vehicle is the first to succeed."""
+        if self.is_cut_off:
+            return []
+        return self._statements.claims(self.present, self.consultation.headship, self._unavailable)
+
+    def in_place_of_the_absent(self, facts: Iterable[Fact]) -> list[Fact]:
+        """The same facts, and before each that gives away a role held by the absent, that these leave it."""
+        return self._statements.in_place_of(self.absent, self.organisation, facts)
+
+    def resign(self) -> list[Fact]:
+        """It leaves all roles: a vehicle that has to look after itself is of no use to its groups, now and later."""
+        self._is_out_of_reach = False
+        return self._statements.leaving(self.organisation.roles_of(self._me))
+
+    def give_up(self, objective: Objective) -> list[Fact]:
+        """It cannot do what ``objective`` takes; empty if it has said so.
+
+        It takes no jobs any more and leaves those that it has, but it stays with its groups.
+        """
+        if objective in self._given_up:
+            return []
+        self._given_up.add(objective)
+        self._is_out_of_reach = False
+        with_job = {(g.name, role.name) for g in self.organisation.groups.values() for role in g.roles if role.job}
+        with_job.add((objective.group, objective.role))
+        roles = [one for one in self.organisation.roles_of(self._me) if (one.group, one.role) in with_job]
+        return self._statements.leaving(roles)
+
+    def addressed(self, change: Change, everybody: bool) -> dict[str, set[str]]:
+        """Vehicles that have to hear of a block of this vehicle's own, by name, and the roles that it gives them.
+
+        Args:
+            change: that the block made.
+            everybody: True if all members of a group have to hear of its roles and objectives.
+        """
+        given: dict[str, set[str]] = {}
+        for fact in change.block.facts:
+            if (said := self.consultation.role_named(fact)) is not None:
+                attribute, role = said
+                if attribute == "playsRole":
+                    given.setdefault(self._beliefs.name(fact.subject), set()).add(role)
+                if everybody:
+                    for member in self.present.members(role.split(".")[0]):
+                        given.setdefault(member, set())
+        given.pop(self._me, None)
+        return given
