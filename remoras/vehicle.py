@@ -12,7 +12,7 @@ and the executive layer. Every step returns a value; nothing calls back up.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import mesa
@@ -27,9 +27,10 @@ from remoras.executive.layer import Decision, ExecutiveLayer
 from remoras.faults import SOUND, Condition
 from remoras.functional.layer import FunctionalLayer
 from remoras.functional.vital import Neighbour
+from remoras.organisation import RoleAssignment
 from remoras.radio import Radio
 from remoras.recorder import Recorder
-from remoras.social.layer import SocialLayer
+from remoras.social.layer import Consulted, Review, SocialLayer
 from worldmodel import Change, WorldModelError
 
 
@@ -79,8 +80,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._next_decision_s = 0.0
         self._resigned = False
         self._driving: frozenset[tuple[str, str]] = frozenset()
-        for assignment in self.social.organisation.roles_of(self.name):
-            self._record_role(0.0, assignment.group, assignment.role, "assigned")
+        self._record_roles(0.0, self.social.organisation.roles_of(self.name), "assigned")
         self._adopt()
 
     @property
@@ -150,8 +150,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         perceptions = functional.perceive(executive.decision.chosen)
         if self._note_what_is_done(perceptions, now_s):
             perceptions = functional.perceive(executive.decision.chosen)
-        before = executive.decision
-        decision = executive.decide(perceptions, now_s, dt_s)
+        before, decision = executive.decision, executive.decide(perceptions, now_s, dt_s)
         if decision is not before:
             functional.perform(decision.chosen)
             self._record_decision(now_s, decision)
@@ -187,43 +186,36 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         """End of a TDMA frame: what was heard in it counts, and what is made of it. True if something changed here."""
         if not self.is_alive:
             return False
-        changed = self._look_around(now_s)
-        changed = self._take_effect(now_s) or changed
+        changed = self._look_around(now_s) | self._take_effect(now_s)
         calls = self.executive.calls(now_s) if self.radio.influences else {}
         for facts, told in self.social.negotiate(now_s, self.functional.motion, calls):
             self._conclude(facts, now_s, told)
         return self._take_effect(now_s) or changed
 
     def _look_around(self, now_s: float) -> bool:
-        """See who is there, and act on it. True if somebody is there or away who was not."""
+        """See who is there, and act on it. True if somebody came or went."""
         seen = self.social.look_around(now_s)
-        for event, peers in seen.changes._asdict().items():
-            self._recorder.membership.extend((now_s, self.name, peer, event) for peer in peers)
-        for one in seen.left:
-            self._record_role(now_s, one.group, one.role, "left")
-        for one in seen.assigned:
-            self._record_role(now_s, one.group, one.role, "assigned")
+        self._recorder.membership.extend((now_s, self.name, peer, event) for event, peer in seen.events)
         self._conclude(seen.facts, now_s)
-        if seen.activities_due:
-            self._adopt()
-            self.think(now_s, 0.0)
-        return any(seen.changes)
+        self._take_on(seen, now_s)
+        return bool(seen.events)
 
     def _take_effect(self, now_s: float) -> bool:
         """Roles and objectives stated so far count from now on."""
         if not self.social.consultation_due:
             return False
         result = self.social.consult()
-        for assignment in result.assigned:
-            self._record_role(now_s, assignment.group, assignment.role, "assigned")
-        for assignment in result.left:
-            self._record_role(now_s, assignment.group, assignment.role, "left")
-        for detail in result.refused:
-            self._recorder.faults.append((now_s, self.name, "refused assignment", detail))
+        self._recorder.faults.extend((now_s, self.name, "refused assignment", detail) for detail in result.refused)
+        self._take_on(result, now_s)
+        return True
+
+    def _take_on(self, result: Review | Consulted, now_s: float) -> None:
+        """Play the roles that changed, by activities chosen anew where they have to be."""
+        self._record_roles(now_s, result.assigned, "assigned")
+        self._record_roles(now_s, result.left, "left")
         if result.activities_due:
             self._adopt()
             self.think(now_s, 0.0)
-        return True
 
     def _adopt(self) -> None:
         sets = self.functional.prepare(self.social.activity_sets(self.functional.motion.position_m))
@@ -284,15 +276,16 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     # Recording -----------------------------------------------------------------------------------
 
-    def _record_role(self, now_s: float, group: str, role: str, event: str) -> None:
-        self._recorder.roles.append((now_s, self.name, group, role, event))
+    def _record_roles(self, now_s: float, roles: Iterable[RoleAssignment], event: str) -> None:
+        self._recorder.roles.extend((now_s, self.name, one.group, one.role, event) for one in roles)
 
     def _record_decision(self, now_s: float, decision: Decision) -> None:
         executive = self.executive
-        for group, role in sorted(self._driving - decision.driving):
-            self._record_role(now_s, group, role, "inactive")
-        for group, role in sorted(decision.driving - self._driving):
-            self._record_role(now_s, group, role, "active")
+        for before, now, event in (
+            (self._driving, decision.driving, "inactive"),
+            (decision.driving, self._driving, "active"),
+        ):
+            self._recorder.roles.extend((now_s, self.name, *role, event) for role in sorted(before - now))
         self._driving = decision.driving
         for index in decision.chosen:
             one, motivation = executive.sets[index], executive.motivations[index]

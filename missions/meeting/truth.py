@@ -59,6 +59,8 @@ class MeetingTruth:
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         """Note what has happened; True once the last group is together."""
         survivors = [vehicle for vehicle in fleet.vehicles if is_survivor(vehicle)]
+        if not survivors:
+            return False
         if not self._consulted:
             if not self._is_consulted(survivors):
                 return False
@@ -161,25 +163,27 @@ class MeetingTruth:
                 return True
         return False
 
-    @staticmethod
-    def _lacking(survivors: Sequence[VehicleView], group: Group) -> list[str]:
-        """Founding roles that too few survivors play, as each sees itself, though others would be free to."""
+    @classmethod
+    def _lacking(cls, survivors: Sequence[VehicleView], group: Group) -> list[str]:
+        """Founding roles that too few survivors play, as each sees itself, though others would be free to.
 
-        def is_free(vehicle: VehicleView, role: str) -> bool:
-            held = {one.role for one in vehicle.organisation.roles_of(vehicle.name, group.name)}
-            return vehicle.can_play(role) and held.isdisjoint(founding)
-
-        founding = {role.name for role in group.roles if role.founding}
+        Who has left all groups has resigned; it is missed only where that leaves nobody in the group.
+        """
+        members = cls._members(survivors, group)
+        at_work = [v for v in survivors if not members or v.organisation.roles_of(v.name)]
+        founding = [role for role in group.roles if role.founding]
+        names = {role.name for role in founding}
+        idle = [v for v in at_work if names.isdisjoint(r.role for r in v.organisation.roles_of(v.name, group.name))]
         lacking = []
-        for role in group.roles:
-            if not role.founding:
-                continue
-            holders = [v for v in survivors if v.organisation.plays(v.name, group.name, role.name)]
+        for role in founding:
             if role.head:
-                leaders = [v for v in survivors if v.leads(group.name)]
-                if not leaders and any(v.can_play(role.name) for v in survivors):
-                    lacking.append(role.name)
-            elif len(holders) < role.minimum and any(is_free(v, role.name) for v in survivors):
+                is_held = any(v.leads(group.name) for v in survivors)
+                able = at_work
+            else:
+                n_holders = sum(v.organisation.plays(v.name, group.name, role.name) for v in survivors)
+                is_held = n_holders >= role.minimum
+                able = idle
+            if not is_held and any(v.can_play(role.name) for v in able):
                 lacking.append(role.name)
         return lacking
 

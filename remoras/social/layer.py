@@ -30,7 +30,6 @@ from remoras.picture import Picture
 from remoras.social.agreement import Agreement
 from remoras.social.conclusions import Conclusions
 from remoras.social.gatherings import Gatherings
-from remoras.social.membership import NO_CHANGES, Changes
 from remoras.social.negotiation import ROLE_ATTRIBUTES, Negotiation
 from remoras.social.planning import Deliberation, MissionPlanner, missions_of
 from remoras.social.pursuit import Pursuit
@@ -61,13 +60,13 @@ class Review:
     """What a look around at the end of a round has shown.
 
     Attributes:
-        changes: peers that have become absent and present.
+        events: "absent" or "present", and the peer that has become so.
         facts: what this vehicle tells the others about itself on falling out and on coming back.
         assigned, left: roles that it plays again and no longer, now that it has come back.
         activities_due: True if its activities have to be chosen anew.
     """
 
-    changes: Changes = NO_CHANGES
+    events: tuple[tuple[str, str], ...] = ()
     facts: list[Fact] = field(default_factory=list)
     assigned: list[RoleAssignment] = field(default_factory=list)
     left: list[RoleAssignment] = field(default_factory=list)
@@ -196,7 +195,8 @@ class SocialLayer:
         if seen is None:
             return Review()
         self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
-        moved = {*seen.changes.absent, *seen.changes.present}
+        events = tuple((event, peer) for event, peers in seen.changes._asdict().items() for peer in peers)
+        moved = {peer for _, peer in events}
         roles = [one for one in self.organisation.assignments if one.vehicle in moved]
         undone = seen.undone
         keys = {("members", f"{one.group}.{one.role}") for one in [*roles, *undone.assigned, *undone.left]}
@@ -207,7 +207,7 @@ class SocialLayer:
         assigned = [one for one in undone.assigned if one.vehicle == self.me]
         left = [one for one in undone.left if one.vehicle == self.me]
         due = stale or before != self.present.roles_of(self.me)
-        return Review(seen.changes, seen.facts, assigned, left, due)
+        return Review(events, seen.facts, assigned, left, due)
 
     def _renew_leads(self) -> None:
         """The organisation or who is there has changed: missions of groups that this vehicle leads now are due."""
@@ -231,8 +231,7 @@ class SocialLayer:
         for one in agreed.left:
             if self.leads(one.group):
                 self.planner.replace_who_left(one.group)
-        moved = [*agreed.assigned, *agreed.left]
-        stale = self._pursuit.let_go({("members", f"{one.group}.{one.role}") for one in moved})
+        stale = self._pursuit.let_go({("members", f"{a.group}.{a.role}") for a in [*agreed.assigned, *agreed.left]})
         assigned = [one for one in agreed.assigned if one.vehicle == self.me]
         left = [one for one in agreed.left if one.vehicle == self.me]
         return Consulted(assigned, left, agreed.refused, bool(agreed.objectives or stale or assigned or left))

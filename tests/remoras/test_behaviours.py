@@ -69,6 +69,8 @@ def test_a_leader_waits_for_who_falls_behind() -> None:
     picture.peers.saw("AUV01", (0.0, 100.0))
     assert leading.perceive(at(0.0), picture, False) == IDLE  # they are not moving together yet
     picture.groups.gathered.add("Operational")
+    assert leading.perceive(at(0.0), picture, False) == IDLE  # it has never come
+    assert leading.perceive(at(0.0, 20.0), picture, False) == IDLE  # now it has
     assert leading.perceive(at(0.0), picture, False) == DUE
     assert leading.reference(at(3.0, 4.0), picture) == Reference((3.0, 4.0), 0.0)
     assert leading.perceive(at(0.0, 20.0), picture, False) == IDLE

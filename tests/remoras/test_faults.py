@@ -346,12 +346,15 @@ def test_who_joins_late_is_not_there_before() -> None:
     assert [row[2:] for row in finished.recorder.faults] == [("joins", "away until 300 s"), ("joins", "over")]
 
 
-@pytest.mark.parametrize(("kind", "evades"), [("lost", True), ("joins", False)])
-def test_a_lost_vehicle_is_an_obstacle_and_one_that_has_not_joined_is_none(kind: str, evades: bool) -> None:
-    """AUV01 is on the way of AUV00, at its depth; AUV02 and the surface vehicle are elsewhere."""
-    at_s = 0.0 if kind == "lost" else 5000.0
+@pytest.mark.parametrize(("kind", "evades"), [("slow", True), ("lost", False), ("joins", False)])
+def test_a_lost_vehicle_floats_up_and_one_that_has_not_joined_is_no_obstacle(kind: str, evades: bool) -> None:
+    """AUV01 is on the way of AUV00, at its depth; AUV02 and the surface vehicle are elsewhere.
+
+    If a lost vehicle stayed where it was, one that is to survey this place would evade it for ever.
+    """
+    at_s = 5000.0 if kind == "joins" else 0.0
     finished = run_with(
-        f'kind="{kind}",vehicle="AUV01",at_s={at_s}',
+        f'kind="{kind}",vehicle="AUV01",at_s={at_s}' + (",factor=0.01" if kind == "slow" else ""),
         settings=["vehicle.AUV01.start_m=[60.0,60.0]", "vehicle.AUV02.start_m=[700.0,-50.0]", "scenario.duration_s=90"],
     )
     evading = [row for row in finished.recorder.activities if row[1] == "AUV00" and row[3] == "Evading"]

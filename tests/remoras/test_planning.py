@@ -115,7 +115,7 @@ class Head:
 
     def plan(self, mission: str = "Sweep", done: frozenset[str] = frozenset()) -> list[tuple[str, str, str]]:
         work = works(self.organisation, FLEET, JOBS, done, {})
-        deliberation = self.planner.plan({"Operational": mission}, work, self.objectives)
+        deliberation = self.planner.plan(self.beliefs, {"Operational": mission}, work, self.objectives)
         attributes = TBOX.attributes
         return [
             (self.beliefs.name(subject), attributes[attribute].name, self.beliefs.name(value))
@@ -225,7 +225,7 @@ def test_an_impossible_mission_is_told_and_not_planned_again() -> None:
     head = Head()
     head.planner.take_on(["Operational"])
     work = works(MEMBERS, FLEET, JOBS, frozenset(), {})
-    deliberation = head.planner.plan({"Operational": "Impossible"}, work, ())
+    deliberation = head.planner.plan(head.beliefs, {"Operational": "Impossible"}, work, ())
     assert [str(one.task) for one in deliberation.impossible] == ["Impossible(Operational)"]
     assert deliberation.facts == []
     assert not head.planner.is_due

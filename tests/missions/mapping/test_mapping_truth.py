@@ -36,6 +36,15 @@ class Seen:
     has: tuple[Objective, ...] = ()
     planned: bool = True
     busy: bool = False
+    is_in_contact: bool = True
+    able: tuple[str, ...] = ("Hand",)
+    met: bool = False
+
+    def can_play(self, role: str) -> bool:
+        return role in self.able
+
+    def has_met(self, group: str) -> bool:
+        return self.met
 
     def objectives_of(self, vehicle: str) -> tuple[Objective, ...]:
         return self.has
@@ -64,7 +73,7 @@ class Fleet(FleetView):
 
 def truth(*groups: Group) -> MappingTruth:
     named = {group.name: group for group in groups or (TEAM,)}
-    return MappingTruth(Meeting(named, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, {}))
+    return MappingTruth(Meeting(named, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, 900.0, {}))
 
 
 def names(watching: MappingTruth) -> list[str]:
@@ -130,14 +139,48 @@ def test_at_the_end_it_is_said_who_is_missing_and_who_has_no_energy() -> None:
     watching.observe(fleet, 1.0)
     assert watching.close(fleet, 60.0) == "not together after 60 s: Team"
     fleet.b.is_alive = False
-    assert watching.close(fleet, 60.0) == "not together after 60 s: Team (without Hand); battery exhausted: B"
+    assert watching.close(fleet, 60.0) == "not together after 60 s: Team; battery exhausted: B"
 
 
-def test_a_group_whose_founding_role_nobody_alive_plays_is_not_together() -> None:
+def test_nobody_waits_for_the_dead_unless_somebody_is_free_to_take_the_place() -> None:
     watching, fleet = truth(), Fleet()
-    fleet.a.position_m = fleet.b.position_m = JETTY_M
-    fleet.b.is_alive = False
+    fleet.a.position_m = JETTY_M
+    fleet.b.is_in_contact = False
+    assert watching.observe(fleet, 1.0)
+    spare = Seen("C", organisation=Organisation.of([TEAM], [*PLAYED, RoleAssignment("Team", "Extra", "C")]))
+    spare.position_m = JETTY_M
+    watching, fleet.b = truth(), spare
     assert not watching.observe(fleet, 1.0)
+    assert watching.close(fleet, 1.0) == "not together after 1 s: Team (without Hand)"
+    spare.able = ()
+    assert watching.observe(fleet, 2.0)
+
+
+def test_a_fleet_of_which_nobody_is_left_has_not_met() -> None:
+    watching, fleet = truth(), Fleet()
+    fleet.a.is_alive = fleet.b.is_alive = False
+    assert not watching.observe(fleet, 1.0)
+
+
+def test_whom_a_head_that_waited_to_the_deadline_met_without_is_said() -> None:
+    """The deadline is 900 s after the head came, if it takes the group for gathered then."""
+    watching, fleet = truth(), Fleet()
+    fleet.a.position_m = JETTY_M
+    assert not watching.observe(fleet, 100.0)
+    assert not watching.observe(fleet, 1000.0)  # it still waits
+    fleet.a.met = True
+    assert not watching.observe(fleet, 999.0)
+    assert watching.observe(fleet, 1000.0)
+    gathered = Milestone(1000.0, "gathered", group="Team"), Milestone(1000.0, "missed_meeting", "B", "Team")
+    assert tuple(watching.milestones[1:3]) == gathered
+
+
+def test_who_met_may_have_gone_on_when_the_last_one_comes() -> None:
+    watching, fleet = truth(), Fleet()
+    fleet.a.position_m, fleet.a.met = JETTY_M, True
+    assert not watching.observe(fleet, 1.0)
+    fleet.a.position_m, fleet.b.position_m = (500.0, 500.0), JETTY_M
+    assert watching.observe(fleet, 2.0)
 
 
 def test_the_group_that_supervises_gathers_last() -> None:

@@ -36,6 +36,7 @@ milestones""".replace("\n", " ").split(", ")
 COLUMNS = {
     "trajectories": "time_s, vehicle, x_m, y_m, heading_rad, speed_mps, energy_j",
     "roles": "time_s, vehicle, group, role, event",
+    "membership": "time_s, vehicle, peer, event",
     "activities": "time_s, vehicle, type, name, role, motivation",
     "satisfaction": "time_s, vehicle, group, role, value",
     "coverage": "time_s, vehicle, cell_x, cell_y",

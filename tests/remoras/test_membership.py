@@ -1,0 +1,100 @@
+"""Membership as a lease, and the succession of heads: pure functions of what was heard."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+from samples import auv, database
+
+from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
+from remoras.social.membership import Changes, Membership, absent_peers
+from remoras.social.succession import LAST_TERM, Claim, Headship, successor
+
+PEERS = ("AUV01", "AUV02", "AUV03")
+LEASE_S, FRAME_S = 100.0, 10.0
+heard = st.dictionaries(st.sampled_from(PEERS), st.floats(0.0, 500.0))
+
+
+@given(heard, st.floats(0.0, 500.0), st.floats(0.0, 500.0))
+def test_who_was_heard_within_the_lease_is_present(heard_s: dict[str, float], now_s: float, since_s: float) -> None:
+    heard_s = {name: min(time_s, now_s) for name, time_s in heard_s.items()}
+    absent = absent_peers(PEERS, heard_s, min(since_s, now_s), now_s, LEASE_S)
+    assert all(now_s - heard_s.get(name, 0.0) >= LEASE_S for name in absent)
+
+
+@given(heard, st.floats(0.0, 500.0))
+def test_it_counts_when_each_was_heard_and_not_in_which_order(heard_s: dict[str, float], now_s: float) -> None:
+    turned = dict(reversed(heard_s.items()))
+    assert absent_peers(PEERS, heard_s, 0.0, now_s, LEASE_S) == absent_peers(PEERS[::-1], turned, 0.0, now_s, LEASE_S)
+
+
+def test_a_vehicle_that_hears_nobody_judges_nobody_before_it_is_cut_off() -> None:
+    """Leases of 100 s end at 120, 130 and 140 s; a quarter of a lease after 40 s, the last word, judgement ends."""
+    seen = Membership("AUV00", ("AUV00", *PEERS), LEASE_S, FRAME_S)
+    heard_s = {"AUV01": 20.0, "AUV02": 30.0, "AUV03": 40.0}
+    for frame in range(1, 14):
+        assert seen.look_around(10.0 * frame, heard_s) == Changes()
+    assert seen.look_around(140.0, heard_s) == Changes(absent=PEERS)
+    assert seen.cut_off
+    assert seen.look_around(150.0, {**heard_s, "AUV02": 145.0}) == Changes(present=("AUV02",))
+    assert not seen.cut_off
+
+
+def test_who_was_away_itself_begins_anew() -> None:
+    seen = Membership("AUV00", ("AUV00", *PEERS), LEASE_S, FRAME_S)
+    seen.look_around(10.0, {})
+    assert seen.look_around(900.0, {}) == Changes()
+    for frame in range(91, 100):
+        assert seen.look_around(10.0 * frame, {}) == Changes()
+    assert seen.look_around(1000.0, {}).absent == PEERS
+
+
+# Succession ---------------------------------------------------------------------------------------
+
+TEAM = Group(
+    "Team",
+    (
+        RoleSpecification("Head", 1, 1, head=True, founding=True),
+        RoleSpecification("Mate", founding=True),
+        RoleSpecification("Hand", founding=True),
+        RoleSpecification("Digger", job="pit"),
+    ),
+    succession=("Mate", "Hand"),
+)
+
+
+def organised(**roles: str) -> Organisation:
+    return Organisation.of([TEAM], [RoleAssignment("Team", role, name) for name, role in roles.items()])
+
+
+def test_roles_come_first_then_ability_then_energy_then_names() -> None:
+    able = ("Head", "Mate", "Hand")
+    fleet = database(
+        auv("AUV01", playable_roles=able, energy_j=1.0e6),
+        auv("AUV02", playable_roles=able, energy_j=2.0e6),
+        auv("AUV03", playable_roles=(*able, "Digger"), energy_j=1.0e6),
+        auv("AUV04", playable_roles=able, energy_j=2.0e6),
+        auv("AUV05", playable_roles=("Mate",), energy_j=9.0e6),
+        auv("AUV06", playable_roles=able, energy_j=9.0e6, social_layer=False),
+    )
+    hands = {f"AUV0{n}": "Hand" for n in range(1, 5)}
+    everybody = organised(**{**hands, "AUV01": "Mate"}, AUV05="Mate", AUV06="Mate")
+    assert successor(TEAM, everybody, fleet) == "AUV01"  # the only Mate that is able to lead
+    assert successor(TEAM, organised(**hands), fleet) == "AUV03"  # the only one that can dig
+    assert successor(TEAM, organised(**hands), fleet, {"AUV03"}) == "AUV02"  # energy, then the name
+    assert successor(TEAM, organised(AUV05="Mate", AUV06="Mate"), fleet) is None
+
+
+claims = st.lists(st.builds(Claim, st.integers(0, LAST_TERM), st.integers(-63, 0)), min_size=1)
+
+
+@given(claims, st.randoms(use_true_random=False))
+def test_claims_are_a_join(heard_claims: list[Claim], random: object) -> None:
+    """In whatever order, however often: the greatest term counts, of equals the lower node."""
+    turned = heard_claims * 2
+    random.shuffle(turned)  # type: ignore[attr-defined]
+    one, other = Headship(), Headship()
+    for claim in heard_claims:
+        one.take("Team", claim)
+    winners = [claim for claim in turned if other.take("Team", claim)]
+    assert one.term("Team") == other.term("Team") == max(heard_claims).term
+    assert winners[-1] == max(heard_claims)
+    assert one.next_term("Team") == min(max(heard_claims).term + 1, LAST_TERM)
