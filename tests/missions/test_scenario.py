@@ -275,8 +275,21 @@ def test_a_head_that_nobody_can_be_because_of_whom_it_must_be_played_by_is_a_fau
     """The Coordinator must be the Tactician, AUV00, which is not able to play it; AUV01 is."""
     settings = ['vehicle.AUV00.playable_roles=["Tactician", "Cartographer", "LeftWinger", "Midfield", "RightWinger"]']
     settings += ['vehicle.AUV01.playable_roles=["Performer", "Coordinator", "Cartographer"]']
+    settings += ['vehicle.AUV02.playable_roles=["Performer", "Cartographer"]']
     with pytest.raises(ConfigurationError, match="Coordinator"):
         load("mapping-rendezvous", [("--set", setting) for setting in settings])
+
+
+def test_a_succession_names_roles_of_its_group_and_somebody_who_is_able_to_lead():
+    with pytest.raises(ConfigurationError, match=r"group.Operational.succession = .*Performr.*Performer"):
+        load("mapping-rendezvous", [("--set", 'group.Operational.succession=["Performr"]')])
+    with pytest.raises(ConfigurationError, match=r"group.Operational.succession.*nobody can fill it.*Coordinator"):
+        load("mapping-rendezvous", [("--set", 'group.Operational.succession=["Cartographer"]'), *(
+            ("--set", f'vehicle.{name}.playable_roles=["Performer", "LeftWinger", "Midfield", "RightWinger"]')
+            for name in ("AUV01", "AUV02")
+        ), ("--set", 'vehicle.AUV00.playable_roles=["Tactician", "Coordinator", "LeftWinger"]'),
+            ("--set", 'vehicle.ASV00.playable_roles=["MissionAdministrator", "Cartographer"]')])
+
 
 
 def test_a_name_too_long_for_a_file_is_no_scenario():
