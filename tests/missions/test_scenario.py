@@ -284,12 +284,18 @@ def test_a_succession_names_roles_of_its_group_and_somebody_who_is_able_to_lead(
     with pytest.raises(ConfigurationError, match=r"group.Operational.succession = .*Performr.*Performer"):
         load("mapping-rendezvous", [("--set", 'group.Operational.succession=["Performr"]')])
     with pytest.raises(ConfigurationError, match=r"group.Operational.succession.*nobody can fill it.*Coordinator"):
-        load("mapping-rendezvous", [("--set", 'group.Operational.succession=["Cartographer"]'), *(
-            ("--set", f'vehicle.{name}.playable_roles=["Performer", "LeftWinger", "Midfield", "RightWinger"]')
-            for name in ("AUV01", "AUV02")
-        ), ("--set", 'vehicle.AUV00.playable_roles=["Tactician", "Coordinator", "LeftWinger"]'),
-            ("--set", 'vehicle.ASV00.playable_roles=["MissionAdministrator", "Cartographer"]')])
-
+        load(
+            "mapping-rendezvous",
+            [
+                ("--set", 'group.Operational.succession=["Cartographer"]'),
+                *(
+                    ("--set", f'vehicle.{name}.playable_roles=["Performer", "LeftWinger", "Midfield", "RightWinger"]')
+                    for name in ("AUV01", "AUV02")
+                ),
+                ("--set", 'vehicle.AUV00.playable_roles=["Tactician", "Coordinator", "LeftWinger"]'),
+                ("--set", 'vehicle.ASV00.playable_roles=["MissionAdministrator", "Cartographer"]'),
+            ],
+        )
 
 
 def test_a_name_too_long_for_a_file_is_no_scenario():
