@@ -138,7 +138,8 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             vehicle.step(now_s, dt_s, neighbours.get(vehicle.data.node, ()))
         self._record(now_s)
         self._observe(now_s)
-        if self.completed or now_s + self.tick_s > self.duration_s or self._is_nobody_left:
+        over = now_s + self.tick_s > self.duration_s or self._is_nobody_left or getattr(self.truth, "is_over", False)
+        if self.completed or over:
             self.running = False
             self.reason = self.truth.close(self.view, now_s)
 

@@ -79,6 +79,16 @@ class VehicleView(Protocol):
         ...
 
     @property
+    def speed_mps(self) -> float:
+        """How fast it really moves."""
+        ...
+
+    @property
+    def data(self) -> VehicleData:
+        """What it really is in this run."""
+        ...
+
+    @property
     def is_alive(self) -> bool:
         """True while it has energy and no fault has taken it away."""
         ...
@@ -90,7 +100,7 @@ class VehicleView(Protocol):
 
     @property
     def sensing(self) -> tuple[str, ...]:
-        """Names of its sensors that are switched on and work."""
+        """Names of its sensors that were on, and worked, in the last motion tick."""
         ...
 
     @property
@@ -168,6 +178,11 @@ class Truth(Protocol):
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         """Look at the fleet after a motion tick or a round of consultation; True if the mission is complete."""
         ...
+
+    @property
+    def is_over(self) -> bool:
+        """True once nothing more will come of the run although the mission is not complete: it ends then."""
+        return False
 
     def close(self, fleet: FleetView, now_s: float) -> str:
         """End of the run: the reason if the mission is not complete, else an empty text."""

@@ -21,6 +21,7 @@ class Body:
         last_yield_s: when its own sensors last found something.
         contacts_m: where the obstacle sonar sees vehicles; it does not tell which.
         settled_s: since when the vehicle has stayed near one place.
+        sensors_on: names of the sensors that are switched on, whether they work or not.
     """
 
     now_s: float = 0.0
@@ -31,6 +32,7 @@ class Body:
     last_yield_s: float = -math.inf
     contacts_m: tuple[Point, ...] = ()
     settled_s: float = 0.0
+    sensors_on: tuple[str, ...] = ()
 
 
 @dataclass(slots=True)

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from remoras.activities import Objective
+from remoras.database import VehicleData
 from remoras.executive.layer import Decision
 from remoras.organisation import Organisation, RoleAssignment
 from remoras.work import Point
@@ -35,6 +36,16 @@ class ReadOnlyVehicle:
         return self._vehicle.functional.motion.position_m
 
     @property
+    def speed_mps(self) -> float:
+        """How fast it really moves."""
+        return self._vehicle.functional.motion.speed_mps
+
+    @property
+    def data(self) -> VehicleData:
+        """What it really is in this run."""
+        return self._vehicle.functional.data
+
+    @property
     def is_alive(self) -> bool:
         """True while it has energy and no fault has taken it away."""
         return self._vehicle.is_alive
@@ -47,7 +58,7 @@ class ReadOnlyVehicle:
 
     @property
     def sensing(self) -> tuple[str, ...]:
-        """Names of its sensors that are switched on and work."""
+        """Names of its sensors that were on, and worked, in the last motion tick."""
         return self._vehicle.functional.sensing if self._vehicle.is_alive else ()
 
     @property

@@ -1,63 +1,319 @@
-"""How the mapping of an area is carried out: the behaviour that leads a vehicle over it, row by row."""
+"""How the mapping of an area is carried out: the behaviour that leads a vehicle over what is left, row by row.
+
+The vehicle plans one row ahead: at the end of each row it looks up which cells it does not know to be mapped, and takes
+the way over them by which it is done soonest. So it goes on where another one stopped, skips rows that others have
+mapped, and leaves a row early where news of its cells come in. What its own sensor maps does not shorten a row.
+
+A cell that stays unknown although its row was passed is tried once more at the end, then given up. Two whole rows
+without any yield, with the sensor on, mean that the sensor gives nothing: the vehicle has failed.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-from missions.mapping.sensors import mapping_speed_mps
+from missions.mapping.ground import Survey, Way
+from missions.mapping.jobs import SurveyJob
+from missions.mapping.sensors import mapping_speed_mps, swath_m
 from remoras.behaviours import (
     CAPTURE_M,
     DONE,
+    FAILED,
     Approach,
     Behaviour,
     Perception,
     Reference,
+    Working,
     attracted,
     distance_m,
 )
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.picture import Picture
-from remoras.work import Point
+from remoras.work import Known, Point
+
+DEAD_ROWS = 2
+"""A sensor that yields nothing on so many whole rows is taken for dead."""
+BRAKING_S = 2.0
+"""A vehicle that has to slow down before a row begins to so much earlier than it must."""
+LONG_LINK = 2.0
+"""From a row to the next one that is more swaths away than this, a vehicle goes at transit speed."""
+
+
+def due(share_left: float, half_left: float) -> float:
+    """Stimulus of work of which a share is left, 0..1.
+
+    Args:
+        share_left: 0..1.
+        half_left: share at which the stimulus is half; 0 if it does not fall.
+
+    >>> due(1.0, 0.25), due(0.25, 0.25), due(0.0, 0.25)
+    (0.8, 0.5, 0.0)
+    """
+    return share_left / (share_left + half_left) if share_left > 0.0 else 0.0
+
+
+class WorkLeft:
+    """How much is left of the area of which most is left, as far as a vehicle knows: a measure of the work to come.
+
+    It is the same for all areas, so that a vehicle which holds several of them finishes one before it begins the next.
+
+    Args:
+        jobs: surveys of the areas of the group.
+    """
+
+    def __init__(self, jobs: Sequence[SurveyJob]) -> None:
+        self._jobs = list(jobs)
+
+    def share(self, facts: Known) -> float:
+        """Greatest share left of any area, 0..1; what is done once stays done and is not looked at again."""
+        most, done = 0.0, []
+        for job in self._jobs:
+            share = job.left(facts).share_left
+            if share > most and facts.get(job.done) is None:
+                most = share
+                if most == 1.0:
+                    break
+            elif share == 0.0:
+                done.append(job)
+        for job in done:
+            self._jobs.remove(job)
+        return most
+
+
+@dataclass(slots=True)
+class _Passage:
+    """The row that a vehicle is to pass, or is passing.
+
+    Attributes:
+        row: its number; begin_m, end_m: of what is left of it.
+        cells: bits of the cells for which it is passed.
+        speed_mps: on the way to its begin.
+        since_s: when it was begun; None before.
+        sensed: True while the sensor was on all the time since.
+    """
+
+    row: int
+    begin_m: Point
+    end_m: Point
+    cells: int
+    speed_mps: float
+    since_s: float | None = None
+    sensed: bool = True
+
+    @property
+    def target_m(self) -> Point:
+        """Where the vehicle goes now."""
+        return self.begin_m if self.since_s is None else self.end_m
 
 
 class ZigzagExploring(Behaviour):
-    """Explores along the rows of a grid: at transit speed to the first point, then as fast as the sensor maps.
+    """Explores what is left of an area along rows: in transit to the first one, then as fast as the sensor maps.
 
-    Until it has begun, its stimulus falls with the distance to the first point.
+    Its stimulus falls with the work that is left; until it has begun, also with the distance to the first point.
 
     Args:
-        waypoints: ends of the rows, in the order in which they are passed.
+        job: the survey of the area.
         data: of the vehicle.
+        work: what is left of all areas of the group; of this one alone if None.
+        half_left: share of the area at which the stimulus is half.
+        others: vehicles that are already at it; the vehicle begins as far from them as it can.
     """
 
-    def __init__(self, waypoints: Sequence[Point], data: VehicleData) -> None:
-        self._waypoints = list(waypoints)
-        self._transit_speed_mps = data.transit_speed_mps
+    def __init__(
+        self,
+        job: SurveyJob,
+        data: VehicleData,
+        work: WorkLeft | None = None,
+        half_left: float = 0.0,
+        others: Sequence[str] = (),
+    ) -> None:
+        self._job = job
+        self._work = work or WorkLeft([job])
+        self._data = data
+        self._half_left = half_left
+        self._others = others
+        self._swath_m = swath_m(data)
         self._speed_mps = mapping_speed_mps(data)
-        self._next = 0
-        self._approach = Approach(self._transit_speed_mps)
+        braking_m = (data.transit_speed_mps**2 - self._speed_mps**2) / (2.0 * data.acceleration_mps2)
+        self._braking_m = max(0.0, braking_m) + BRAKING_S * data.transit_speed_mps
+        self._passage: _Passage | None = None
+        self._begun = False
+        self._tried = 0
+        self._given_up = 0
+        self._n_dead = 0
+        self._left = job.bits
+        self._seen_s = 0.0
+        self._approach = Approach(self._speed_mps)
 
-    def _reached_end(self, motion: Motion) -> bool:
-        """Pass the waypoints that are reached; True once the last one is."""
-        while self._next < len(self._waypoints) and distance_m(motion, self._waypoints[self._next]) <= CAPTURE_M:
-            self._next += 1
-            self._approach = Approach(self._speed_mps)
-        return self._next == len(self._waypoints)
+    @property
+    def _survey(self) -> Survey:
+        return self._job.on.survey(self._swath_m)
+
+    # What the vehicle perceives and does ---------------------------------------------------------
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due until the last waypoint is reached; turning at the end of a row is progress."""
-        if self._reached_end(motion):
+        """Due while cells are left that the vehicle can map; turning at the end of a row is progress."""
+        job = self._job.left(picture.facts)
+        if not job.bits:
             return DONE
-        to_go_m = distance_m(motion, self._waypoints[self._next])
+        if not performed and not (self._passage is not None and self._passage.since_s is None and self._others):
+            self._passage = None
+        self._hear(job.bits, motion, picture.body.now_s)
+        if performed:
+            self._follow(motion, picture)
+        elif self._passage is None:
+            self._plan(motion, picture)
+        if self._passage is None:
+            return FAILED
+        to_go_m = distance_m(motion, self._passage.target_m)
         advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
-        if self._next == 0 and not performed:
-            return attracted(to_go_m)
-        return Perception(1.0, None if advance is None else abs(advance))  # turning at the end of a row is progress
+        stimulus = due(self._work.share(picture.facts), self._half_left)
+        if not self._begun and not performed:
+            return Perception(stimulus * attracted(to_go_m).stimulus)
+        return Perception(stimulus, None if advance is None else abs(advance))
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To the next waypoint; None behind the last one."""
-        if self._reached_end(motion):
+        """To the begin of the next row, then to its end; None if there is nothing that the vehicle can map."""
+        self._follow(motion, picture)
+        passage = self._passage
+        if passage is None:
             return None
-        speed_mps = self._speed_mps if self._next else self._transit_speed_mps
-        return Reference(self._waypoints[self._next], speed_mps)
+        speed_mps = self._speed_mps
+        if passage.since_s is None and distance_m(motion, passage.begin_m) > self._brake_m(passage):
+            speed_mps = passage.speed_mps
+        return Reference(passage.target_m, speed_mps)
+
+    def _brake_m(self, passage: _Passage) -> float:
+        """How far before a row the vehicle slows down: it does on the row if that is long and its first cells wide."""
+        is_passed_fast = (
+            self._swath_m / 2.0 < self._braking_m or math.dist(passage.begin_m, passage.end_m) < self._braking_m
+        )
+        return self._braking_m if is_passed_fast else 0.0
+
+    # Row by row ----------------------------------------------------------------------------------
+
+    def _follow(self, motion: Motion, picture: Picture) -> None:
+        """Pass the points that are reached, and plan the next row where one ends."""
+        body = picture.body
+        if self._passage is None:
+            self._plan(motion, picture)
+        for _ in range(2 * len(self._job.on.cells) + 2):  # rows of one point follow each other at once
+            passage = self._passage
+            if passage is None:
+                return
+            if not self._is_on(picture):
+                passage.sensed = False
+            if distance_m(motion, passage.target_m) > CAPTURE_M:
+                return
+            self._approach = Approach(self._speed_mps)
+            if passage.since_s is None:
+                passage.since_s, passage.sensed, self._begun = body.now_s, self._is_on(picture), True
+            else:
+                self._note_passed(passage, picture)
+                self._plan(motion, picture)
+
+    def _is_on(self, picture: Picture) -> bool:
+        return bool(picture.body.sensors_on)
+
+    def _plan(self, motion: Motion, picture: Picture) -> None:
+        """Choose the row to pass next; none if there is none that could yield anything."""
+        self._passage = None
+        if self._n_dead >= DEAD_ROWS:
+            return
+        left = self._job.left(picture.facts).bits & ~self._given_up
+        part = self._job.of(left & ~self._tried)
+        way = self._way(part, motion, picture)
+        if way is None:
+            part = self._job.of(left)
+            way = self._way(part, motion, picture)
+        if way is None:
+            return
+        is_far = not self._begun or distance_m(motion, way.first_m) > LONG_LINK * self._swath_m
+        speed_mps = self._data.transit_speed_mps if is_far else self._speed_mps
+        cells = part.bits & self._survey.rows[way.row].cells
+        self._passage = _Passage(way.row, *way.ends_m, cells, speed_mps)
+        self._approach = Approach(speed_mps)
+
+    def _way(self, part: SurveyJob, motion: Motion, picture: Picture) -> Way | None:
+        """The way by which the vehicle is done soonest; before it has begun, from the end farthest from the others."""
+        positions_m = picture.peers.positions_m
+        others_m = [positions_m[name] for name in self._others if name in positions_m]
+        if self._begun or not others_m:
+            return part.way(motion.position_m, self._data)
+        ways = self._survey.ways(part.bits)
+        return max(ways, key=lambda way: min(math.dist(way.first_m, at_m) for at_m in others_m), default=None)
+
+    def _note_passed(self, passage: _Passage, picture: Picture) -> None:
+        """Note which cells of a row that was passed with the sensor on are still not known to be mapped."""
+        if not passage.sensed or passage.since_s is None:
+            return
+        missed = passage.cells & self._job.left(picture.facts).bits
+        again = missed & self._tried
+        self._given_up |= again
+        self._tried |= missed
+        if picture.body.last_yield_s >= passage.since_s:
+            self._n_dead = 0
+        elif missed and not again and 2 * missed.bit_count() >= self._survey.rows[passage.row].cells.bit_count():
+            self._n_dead += 1
+
+    # What is heard of others ---------------------------------------------------------------------
+
+    def _hear(self, left: int, motion: Motion, now_s: float) -> None:
+        """Shorten the row, or choose another one, where others have mapped cells of it that lie ahead."""
+        news, self._left = self._left & ~left, left
+        moved_m, self._seen_s = self._data.transit_speed_mps * (now_s - self._seen_s), now_s
+        passage = self._passage
+        if passage is None or not (news & passage.cells):
+            return
+        mapped = self._not_near(news & passage.cells, motion, self._swath_m / 2.0 + moved_m + CAPTURE_M)
+        if not mapped:
+            return
+        if passage.since_s is None:
+            self._passage = None
+            return
+        passage.cells &= ~mapped
+        survey = self._survey
+        here_m, end_m = survey.along_m(motion.position_m), survey.along_m(passage.end_m)
+        onwards = 1.0 if end_m >= survey.along_m(passage.begin_m) else -1.0
+        span_m = survey.span_m(passage.row, passage.cells)
+        if span_m is None:
+            self._passage = None
+            return
+        last_m = span_m[1] if onwards > 0.0 else span_m[0]
+        if (last_m - here_m) * onwards > 0.0:
+            passage.end_m = survey.point_m(passage.row, last_m)
+        elif (end_m - here_m) * onwards > 0.0:
+            self._passage = None
+
+    def _not_near(self, cells: int, motion: Motion, reach_m: float) -> int:
+        """Those of the cells that the vehicle has not just mapped itself, being too far from them."""
+        far = 0
+        while cells:
+            bit = cells & -cells
+            cells ^= bit
+            if distance_m(motion, self._job.on.centre_m(bit.bit_length() - 1)) > reach_m:
+                far |= bit
+        return far
+
+
+class MappingAlong(Working):
+    """Maps what is explored: productive work, which is the less due the less is left of the areas.
+
+    Args:
+        patience_s: how long it waits for the next yield.
+        work: what is left of the areas of the group.
+        half_left: share of an area at which the stimulus is half.
+    """
+
+    def __init__(self, patience_s: float, work: WorkLeft, half_left: float) -> None:
+        super().__init__(patience_s)
+        self._work = work
+        self._half_left = half_left
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due as far as work is left; advancing as all productive work is."""
+        found = super().perceive(motion, picture, performed)
+        return found._replace(stimulus=due(self._work.share(picture.facts), self._half_left))

@@ -1,32 +1,53 @@
-"""The jobs of the mapping mission: each is the survey of one area."""
+"""The jobs of the mapping mission: each is the survey of one area, as far as it is left."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
+from missions.mapping.ground import Ground, Way, ground_of
 from missions.mapping.sensors import mapping_speed_mps, swath_m
-from missions.mapping.survey import length_m, zigzag
 from remoras.beliefs import Key
 from remoras.database import VehicleData
-from remoras.work import Outlook, Point
+from remoras.work import Known, Outlook, Point
+
+CELL_M = 25.0
+"""Side of the cells of an area that is given without any."""
+
+MOST_PARTS = 4096
+"""Parts of a survey that are remembered."""
 
 
 @dataclass(frozen=True)
 class SurveyJob:
-    """The survey of one area in zigzag rows, by a vehicle with a mapping sensor.
+    """The survey of one area in zigzag rows, by a vehicle with a mapping sensor: a ``remoras.work.DivisibleJob``.
 
     Attributes:
         name: of the area.
         corners_m: of the area, in order.
         needs: areas that are to be mapped before.
+        ground: the cells of the area; made of cells of 25 m if None.
+        cells: bits of the cells that are left; all if None.
+        parts: of the same survey, by the bits of their cells: each is made once.
     """
 
     name: str
     corners_m: tuple[Point, ...]
     needs: tuple[str, ...] = ()
+    ground: Ground | None = None
+    cells: int | None = None
+    parts: dict[int, SurveyJob] = field(default_factory=dict, compare=False, repr=False)
+
+    @cached_property
+    def on(self) -> Ground:
+        """The cells of the area."""
+        return self.ground or ground_of(self.corners_m, CELL_M)
+
+    @cached_property
+    def bits(self) -> int:
+        """Bits of the cells that are left."""
+        return self.on.work if self.cells is None else self.cells
 
     @property
     def place_m(self) -> Point:
@@ -39,35 +60,57 @@ class SurveyJob:
         """Somebody has finished the area."""
         return "areaDone", self.name
 
+    @cached_property
+    def share_left(self) -> float:
+        """Share of the cells that are left, 0..1."""
+        work = self.on.work
+        return self.bits.bit_count() / work.bit_count() if work else 0.0
+
     def is_able(self, data: VehicleData) -> bool:
         """True if the vehicle has a mapping sensor."""
         return swath_m(data) > 0.0
 
-    def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
-        """When and where the vehicle will be free if it surveys the area next; None without a sensor.
+    def left(self, facts: Known) -> SurveyJob:
+        """The survey of the cells that a vehicle which knows ``facts`` does not know to be mapped."""
+        on = self.on
+        return self.of(on.work & ~on.bits(facts.values(("mappedCell", self.name))))
 
-        It begins at the nearest of the ends that the survey may begin at.
-        """
+    def of(self, cells: int) -> SurveyJob:
+        """The survey of these cells of the area."""
+        if cells == self.bits:
+            return self
+        part = self.parts.get(cells)
+        if part is None:
+            if len(self.parts) >= MOST_PARTS:
+                self.parts.clear()
+            part = self.parts[cells] = replace(self, ground=self.on, cells=cells)
+        return part
+
+    def way(self, position_m: Point, data: VehicleData) -> Way | None:
+        """The way over what is left by which the vehicle is done soonest; None if there is none for it."""
         swath, survey_mps = swath_m(data), mapping_speed_mps(data)
         if swath <= 0.0 or survey_mps <= 0.0:
             return None
-        x_m, y_m = outlook.position_m
-        way_m, last, survey_m = min(
-            (math.hypot(first[0] - x_m, first[1] - y_m), last, length)
-            for first, last, length in _surveys(self.corners_m, swath)
+        ways = self.on.survey(swath).ways(self.bits)
+        if not ways:
+            return None
+        (x_m, y_m), transit_mps = position_m, data.transit_speed_mps
+        return min(
+            ways,
+            key=lambda way: (
+                math.hypot(way.first_m[0] - x_m, way.first_m[1] - y_m) / transit_mps + way.length_m / survey_mps
+            ),
         )
-        return Outlook(outlook.free_s + way_m / data.transit_speed_mps + survey_m / survey_mps, last)
 
+    def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
+        """When and where the vehicle will be free if it surveys what is left next.
 
-@lru_cache(maxsize=4096)
-def _surveys(corners_m: tuple[Point, ...], swath_m: float) -> tuple[tuple[Point, Point, float], ...]:
-    """First waypoint, last waypoint and length (m) of the survey from each end that it may begin at."""
-    ends = dict.fromkeys(zigzag(corners_m, swath_m, corner)[0] for corner in _box(corners_m))
-    found = [(zigzag(corners_m, swath_m, end), end) for end in ends]
-    return tuple((end, waypoints[-1], length_m(waypoints)) for waypoints, end in found)
-
-
-def _box(corners_m: Sequence[Point]) -> list[Point]:
-    """Corners of the rectangle around the area."""
-    xs, ys = [x for x, _ in corners_m], [y for _, y in corners_m]
-    return [(x, y) for x in (min(xs), max(xs)) for y in (min(ys), max(ys))]
+        None without a sensor, or if its rows pass none of the cells that are left.
+        """
+        if not self.bits:
+            return outlook
+        way = self.way(outlook.position_m, data)
+        if way is None:
+            return None
+        way_s = math.dist(outlook.position_m, way.first_m) / data.transit_speed_mps
+        return Outlook(outlook.free_s + way_s + way.length_m / mapping_speed_mps(data), way.last_m)

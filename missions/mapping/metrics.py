@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from missions.mapping.truth import GOAL
 from missions.metric import Better, Metric
 from missions.scenarios.scenario import Scenario
 
 if TYPE_CHECKING:
     from missions.runs.run import Run
 
-MAPPED_SHARE = 0.95
-"""Share of the cells at which the areas count as mapped."""
+SHARES = (50, 80, 95, 100)
+"""Shares of the goal (%) whose times are measured."""
 
 
 def _n_cells(run: Run) -> int:
@@ -30,14 +31,15 @@ def coverage_fraction(run: Run) -> float:
     return len(_mapped(run)) / n_cells if n_cells else 0.0
 
 
-def mapping_time_s(run: Run) -> float | None:
-    """When 95 % of all cells had been mapped by anybody; None if they never were, or if there are none."""
-    n_cells = _n_cells(run)
-    first_s: dict[tuple[int, int], float] = {}
-    for time_s, _, x, y in run.recorder.rows("coverage"):
-        first_s.setdefault((x, y), time_s)
-    needed = math.ceil(MAPPED_SHARE * n_cells)
-    return round(sorted(first_s.values())[needed - 1], 4) if 0 < needed <= len(first_s) else None
+def time_to_s(share: float) -> Callable[[Run], float | None]:
+    """When that share (0..1) of the goal had been reached on the ground, as a metric; None in runs that never got there."""
+
+    def reached_s(run: Run) -> float | None:
+        reached = (time_s for time_s, fraction in run.recorder.rows(GOAL.name) if fraction >= share - 1e-9)
+        first_s = next(reached, None)
+        return None if first_s is None else round(first_s, 4)
+
+    return reached_s
 
 
 def duplicate_fraction(run: Run) -> float:
@@ -69,10 +71,14 @@ def least_mapped_fraction(run: Run) -> float | None:
 
 METRICS = (
     Metric("coverage_fraction", "", Better.HIGHER, "coverage", coverage_fraction, headline=True),
-    Metric(
-        "mapping_time_s", "s", Better.LOWER, "mapping time", mapping_time_s, censored=True,
+    *(
+        Metric(
+            f"time_to_{share}_s", "s", Better.LOWER, f"time to {share} % of the goal", time_to_s(share / 100.0),
+            censored=True,
+        )
+        for share in SHARES
     ),
-    Metric("duplicate_fraction", "", Better.LOWER, "duplicated work", duplicate_fraction, headline=True),
+    Metric("duplicate_fraction", "", Better.LOWER, "double work", duplicate_fraction, headline=True),
     Metric("least_mapped_fraction", "", Better.HIGHER, "least mapped fraction", least_mapped_fraction),
 )  # fmt: skip
 """Metrics of the mapping mission."""

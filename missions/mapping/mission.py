@@ -11,7 +11,7 @@ Objectives become activities (each vehicle plans its own, with its own character
                          | GlobalReactiveNavigation + Following (Leader to ...)
     MissionGathering  -> PerformerSubordination | LocalReactiveNavigation + Following (Follower to ...)
     RendezVous(p)     -> GlobalReactiveNavigation + Homing(p)
-    Exploring(area)   -> GlobalReactiveNavigation + ZigzagExploring(grid), while nobody has finished the area
+    Exploring(area)   -> GlobalReactiveNavigation + ZigzagExploring(area), while nobody has finished the area
     Mapping           -> Mapping, at the side of ZigzagExploring
     Positioning       -> GlobalReactiveNavigation + Positioning(place in the formation)
 
@@ -28,26 +28,26 @@ from typing import Any, ClassVar, Self
 
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
-from missions.mapping.behaviours import ZigzagExploring
+from missions.mapping.behaviours import MappingAlong, WorkLeft, ZigzagExploring
 from missions.mapping.checks import mapping_faults
 from missions.mapping.figures import FIGURES, places
+from missions.mapping.ground import grounds_of
 from missions.mapping.jobs import SurveyJob
 from missions.mapping.metrics import METRICS
 from missions.mapping.scenario import NEEDED_OBJECTIVES, MappingScenario, MappingSettings
-from missions.mapping.sensors import Seabed, SwathSettings, seabed_of, swath_m
-from missions.mapping.survey import grid, zigzag
+from missions.mapping.sensors import COVERAGE, Seabed, SwathSettings, seabed_of, swath_m
+from missions.mapping.survey import contains
 from missions.mapping.tasks import Context, activity_domain, mapping_methods, supervision_methods
-from missions.mapping.truth import MappingTruth
+from missions.mapping.truth import GOAL, MappingTruth
 from missions.meeting.meeting import OBJECTIVES, Meeting, importance_of
 from missions.metric import Metric
-from missions.scenarios.parts import groups_of
+from missions.scenarios.parts import database_of, groups_of
 from missions.scenarios.tables import Raw
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import (
     Behaviour,
     Positioning,
     Standing,
-    Working,
 )
 from remoras.beliefs import Beliefs, Key
 from remoras.database import VehicleData
@@ -85,6 +85,7 @@ class MappingMission(Mission):
         formation: place in the formation (row, side) of positional roles, by (group, role).
         corners_m: corners of every area, by name; rally_points_m: rally points by name.
         cell_m: side of a seabed cell.
+        swaths_m: of the vehicles that are able to map each area, by name of area and vehicle.
         places: what pictures show.
     """
 
@@ -94,6 +95,7 @@ class MappingMission(Mission):
     needs = ("playsRole", "hasMission", "position", "gatheredAt", *(f"objective{name}" for name in NEEDED_OBJECTIVES))
     vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"mapping": SwathSettings}
+    tables = (COVERAGE, GOAL)
     metrics: ClassVar[tuple[Metric, ...]] = METRICS
     figures: ClassVar[tuple[Declared, ...]] = FIGURES
 
@@ -105,6 +107,7 @@ class MappingMission(Mission):
         corners_m: Mapping[str, tuple[Point, ...]],
         rally_points_m: Mapping[str, Point],
         cell_m: float,
+        swaths_m: Mapping[str, Mapping[str, float]],
         places: Sequence[Place] = (),
     ) -> None:
         self.settings = settings
@@ -114,7 +117,10 @@ class MappingMission(Mission):
         self._formation = formation
         self._cell_m = cell_m
         self._places = places
-        self._jobs = {name: SurveyJob(name, corners) for name, corners in corners_m.items()}
+        self.swaths_m = swaths_m
+        swaths = tuple(tuple(sorted(set(swaths_m[name].values()))) for name in corners_m)
+        grounds = grounds_of(cell_m, tuple(corners_m.items()), swaths)
+        self._jobs = {name: SurveyJob(name, corners, (), grounds[name]) for name, corners in corners_m.items()}
         self.meeting = Meeting(
             self.groups,
             rally_points_m,
@@ -140,13 +146,19 @@ class MappingMission(Mission):
             for role in group.role
             if role.position is not None
         }
+        groups, database = groups_of(scenario), database_of(scenario, cls)
+        swaths_m: dict[str, dict[str, float]] = {area.name: {} for area in scenario.area}
+        for role in (role for group in groups for role in group.roles if role.job in swaths_m):
+            swaths = {data.name: swath_m(data) for data in database.able_to_play(role.name)}
+            swaths_m[role.job or ""] |= {name: swath for name, swath in swaths.items() if swath > 0.0}
         return cls(
             scenario.mission,
-            groups_of(scenario),
+            groups,
             formation,
             {area.name: area.corners_m for area in scenario.area},
             {rally.name: rally.position_m for rally in scenario.rally_point},
             scenario.world.cell_m,
+            swaths_m,
             places(scenario),
         )
 
@@ -184,8 +196,8 @@ class MappingMission(Mission):
         return seabed_of(self._cell_m, tuple(self.corners_m.items()))
 
     def truth(self, recorder: Recorder) -> MappingTruth:
-        """Watches for the ends of surveys and for meetings."""
-        return MappingTruth(self.meeting)
+        """Keeps the map of what was really covered, and watches for the ends of surveys and for meetings."""
+        return MappingTruth(self.meeting, self._seabed, self.swaths_m, self.settings.goal, recorder)
 
     @property
     def places(self) -> Sequence[Place]:
@@ -235,14 +247,29 @@ class MappingMission(Mission):
         head_key = ("members", f"{group.name}.{group.head_role}")
         match name:
             case "ZigzagExploring":
-                width_m = swath_m(data)
-                inset_m = min(width_m, self._cell_m) / 2.0
-                waypoints = zigzag(self.corners_m[objective.argument], width_m, position_m, inset_m)
-                return (tuple(waypoints), grid(waypoints, width_m)), set()
+                if (role := group.role(objective.role)) is None or role.maximum == 1:
+                    return (objective.argument, group.name, ()), set()
+                holders_key = ("members", group.path(objective.role))
+                others = self._others(objective.argument, data.name, facts.get(holders_key), facts, position_m)
+                return (objective.argument, group.name, others), {holders_key}
+            case "Mapping":
+                return (group.name,), set()
             case "Positioning":
                 place = self._formation.get((group.name, objective.role), ("top", "middle"))
                 return (place, facts.get(head_key), group.name), {head_key}
         return (), set()
+
+    def _others(
+        self, area: str, me: str, holders: Sequence[str], facts: FactsLike, position_m: Point
+    ) -> tuple[str, ...]:
+        """Vehicles that are at an area before this one: none if it is there itself; else those that are, else who is
+        listed before it."""
+        corners_m = self.corners_m[area]
+        if contains(corners_m, position_m):
+            return ()
+        positions_m = {name: facts.get(("position", name)) for name in holders if name != me}
+        there = tuple(name for name, at_m in positions_m.items() if at_m is not None and contains(corners_m, at_m))
+        return there or tuple(holders[: holders.index(me)] if me in holders else ())
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """The behaviour that carries out the set which ``activity`` leads."""
@@ -251,9 +278,10 @@ class MappingMission(Mission):
         settings, parameters = self.settings, activity.parameters
         match activity.name:
             case "Mapping":
-                return Working(settings.patience_s)
+                return MappingAlong(settings.patience_s, self._work(parameters[0]), settings.half_left)
             case "ZigzagExploring":
-                return ZigzagExploring(parameters[0], data)
+                area, group, others = parameters
+                return ZigzagExploring(self._jobs[area], data, self._work(group), settings.half_left, others)
             case "Positioning":
                 (row, side), leaders, group = parameters
                 ahead = {"top": 0.0, "bottom": -settings.formation_spacing_m}[row]
@@ -263,6 +291,10 @@ class MappingMission(Mission):
                 others = tuple(name for name in leaders if name != data.name)
                 return Positioning(others, group, (ahead, left), data)
         return Standing()
+
+    def _work(self, group: str) -> WorkLeft:
+        """What is left of the areas of a group."""
+        return WorkLeft([self._jobs[role.job] for role in self.groups[group].roles if role.job in self._jobs])
 
     def findings(
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion

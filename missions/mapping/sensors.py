@@ -17,7 +17,10 @@ from remoras.work import Point
 
 Cell = tuple[int, int]
 COVERAGE = Table("coverage", (TIME, VEHICLE, Column("cell_x", "int", "cell"), Column("cell_y", "int", "cell")))
-"""Cells that a vehicle has mapped for the first time."""
+"""Cells that a vehicle really covered for the first time; what its sensor claims is in the world models alone."""
+
+LIMIT_TOLERANCE = 1.000001
+"""A vehicle at the greatest speed still maps."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,15 @@ class Seabed:
                         cells[column, row] = name, index
                         index += 1
         return cls(cell_m, cells)
+
+    @property
+    def box_m(self) -> tuple[float, float, float, float]:
+        """Rectangle around all cells (x_min, y_min, x_max, y_max); empty without cells."""
+        if not self.cells:
+            return math.inf, math.inf, -math.inf, -math.inf
+        columns, rows = [column for column, _ in self.cells], [row for _, row in self.cells]
+        size = self.cell_m
+        return min(columns) * size, min(rows) * size, (max(columns) + 1) * size, (max(rows) + 1) * size
 
     def under(self, x_m: float, y_m: float, reach_m: float) -> list[Cell]:
         """Cells of an area whose centre is within ``reach_m`` of (x_m, y_m)."""
@@ -85,11 +97,11 @@ class SwathSensor:
         speed_limit_mps: greatest speed at which it maps.
     """
 
-    table = COVERAGE
+    table = None
 
     def __init__(self, swath_m: float, speed_limit_mps: float) -> None:
         self._reach_m = swath_m / 2.0
-        self._speed_limit_mps = speed_limit_mps * 1.000001  # a vehicle at the limit still maps
+        self._speed_limit_mps = speed_limit_mps * LIMIT_TOLERANCE
         self.mapped: set[Cell] = set()
 
     def sense(self, pose: Pose, world: Seabed, now_s: float) -> list[Observation]:
@@ -103,7 +115,7 @@ class SwathSensor:
         found = []
         for cell in new:
             area, index = world.cells[cell]
-            found.append(Observation(((area, "mappedCell", index),), cell))
+            found.append(Observation(((area, "mappedCell", index),)))
         return found
 
 

@@ -24,6 +24,12 @@ def _crossings(corners: Sequence[Point], axis: int, level: float) -> list[float]
     return sorted(found)
 
 
+def runs_along_x(corners: Sequence[Point]) -> bool:
+    """True if rows run along x (east), False if along y."""
+    xs, ys = [x for x, _ in corners], [y for _, y in corners]
+    return max(xs) - min(xs) >= max(ys) - min(ys)
+
+
 def rows(corners: Sequence[Point], swath_m: float, inset_m: float | None = None) -> list[tuple[Point, Point]]:
     """Ends of the survey rows, each from its lower to its higher coordinate.
 
@@ -36,7 +42,7 @@ def rows(corners: Sequence[Point], swath_m: float, inset_m: float | None = None)
     ((112.5, 112.5), (337.5, 112.5))
     """
     xs, ys = [x for x, _ in corners], [y for _, y in corners]
-    along_x = max(xs) - min(xs) >= max(ys) - min(ys)
+    along_x = runs_along_x(corners)
     low, high = (min(ys), max(ys)) if along_x else (min(xs), max(xs))
     n_rows = max(1, math.ceil((high - low) / swath_m - 1e-9))
     spacing = (high - low) / n_rows
@@ -67,18 +73,6 @@ def zigzag(corners: Sequence[Point], swath_m: float, start_m: Point, inset_m: fl
         begin = (first_end + number) % 2
         waypoints += [line[begin], line[1 - begin]]
     return waypoints
-
-
-def grid(waypoints: Sequence[Point], spacing_m: float) -> tuple[Point, ...]:
-    """The points of the rows, ``spacing_m`` apart, in the order in which they are passed."""
-    points = []
-    for begin, end in zip(waypoints[::2], waypoints[1::2], strict=True):
-        length = math.dist(begin, end)
-        n = round(length / spacing_m)
-        for step in range(n + 1):
-            part = step / n if n else 0.0
-            points.append((begin[0] + part * (end[0] - begin[0]), begin[1] + part * (end[1] - begin[1])))
-    return tuple(points)
 
 
 def length_m(waypoints: Sequence[Point]) -> float:

@@ -1,31 +1,144 @@
-"""Truth of the mapping and rendezvous mission: notes when vehicles finish or give up, beside what every meeting has."""
+"""Truth of the mapping and rendezvous mission: what was really covered, and who finished or gave up.
+
+The truth keeps its own map, by geometry alone: a cell is covered once its centre was within half a swath of a vehicle
+whose mapping sensor was on, worked, and was carried slowly enough. What sensors claim does not count.
+
+The goal is judged over what the survivors can reach: of an area that no living vehicle is able to map, what is not
+covered does not count.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
+from missions.mapping.sensors import LIMIT_TOLERANCE, Cell, Seabed, SwathSettings
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import MeetingTruth
 from remoras.activities import Objective
-from remoras.mission import FleetView, Milestone
+from remoras.mission import FleetView, Milestone, VehicleView
+from remoras.recorder import TIME, Column, Recorder, Table
+from remoras.work import Point
+
+GOAL = Table("goal", (TIME, Column("goal_fraction", "float")))
+"""Share of the goal that was reached on the ground, whenever it changed."""
 
 
 class MappingTruth(MeetingTruth):
-    """Watches the run: when consultation ends, who finishes or gives up, which group is together."""
+    """Watches the run: what is covered, when consultation ends, who finishes or gives up, which group is together.
 
-    def __init__(self, meeting: Meeting) -> None:
+    Args:
+        meeting: of the mission.
+        seabed: cells of all areas.
+        swaths_m: of the vehicles that are able to map each area, by name of area and vehicle.
+        goal: share of the cells that must be covered for the mission to complete.
+        recorder: takes the rows of what is covered.
+    """
+
+    def __init__(
+        self,
+        meeting: Meeting,
+        seabed: Seabed,
+        swaths_m: Mapping[str, Mapping[str, float]],
+        goal: float,
+        recorder: Recorder,
+    ) -> None:
         super().__init__(meeting)
+        self._seabed = seabed
+        self._swaths_m = swaths_m
+        self._goal = goal
+        self._coverage, self._progress = recorder.rows("coverage"), recorder.rows(GOAL.name)
+        self._covered: dict[str, set[Cell]] = {}
+        self._all_covered: set[Cell] = set()
+        self._n_uncovered = dict.fromkeys(swaths_m, 0)
+        for area, _ in seabed.cells.values():
+            self._n_uncovered[area] += 1
+        self._n_lost = 0
+        self._beside_m = seabed.box_m
+        self._patience_s = meeting.patience_s
+        self._met_s: float | None = None
+        self._now_s = 0.0
+        self._goal_fraction = 0.0 if seabed.cells else 1.0
         self._last_performed: dict[int, tuple[str, ...]] = {}
         self._exploring: dict[str, bool] = {}
         self._stopped: dict[str, Milestone] = {}
         self._finished: set[Objective] = set()
 
+    # What is covered -----------------------------------------------------------------------------
+
+    @property
+    def goal_fraction(self) -> float:
+        """Share of the goal that is reached on the ground, 0..1."""
+        return self._goal_fraction
+
+    def observe(self, fleet: FleetView, now_s: float) -> bool:
+        """Keep the map, and note what has happened; True once the goal is reached and the last group is together."""
+        self._now_s = now_s
+        changed = False
+        for vehicle in fleet.vehicles:
+            if vehicle.sensing and self._is_over_ground(vehicle.position_m):
+                changed |= self._cover(vehicle, now_s)
+        n_lost = sum(not vehicle.is_alive for vehicle in fleet.vehicles)
+        if changed or n_lost != self._n_lost:
+            self._n_lost = n_lost
+            self._judge(fleet, now_s)
+        return super().observe(fleet, now_s)
+
+    def _is_over_ground(self, at_m: Point) -> bool:
+        """True if a swath there may reach an area."""
+        x_min, y_min, x_max, y_max = self._beside_m
+        return x_min <= at_m[0] <= x_max and y_min <= at_m[1] <= y_max
+
+    def _cover(self, vehicle: VehicleView, now_s: float) -> bool:
+        """Note the cells under the swath of a vehicle; True if the fleet had not covered one of them."""
+        data, name, at_m = vehicle.data, vehicle.name, vehicle.position_m
+        covered = self._covered.setdefault(name, set())
+        changed = False
+        for sensor in data.sensors:
+            if not isinstance(sensor, SwathSettings) or sensor.name not in vehicle.sensing:
+                continue
+            if vehicle.speed_mps > data.speed_factor * sensor.speed_limit_mps * LIMIT_TOLERANCE:
+                continue
+            for cell in self._seabed.under(*at_m, sensor.swath_m / 2.0):
+                if cell in covered:
+                    continue
+                covered.add(cell)
+                self._coverage.append((now_s, name, *cell))
+                if cell not in self._all_covered:
+                    self._all_covered.add(cell)
+                    self._n_uncovered[self._seabed.cells[cell][0]] -= 1
+                    changed = True
+        return changed
+
+    def _judge(self, fleet: FleetView, now_s: float) -> None:
+        """Work out the share of the goal that is reached."""
+        alive = {vehicle.name for vehicle in fleet.vehicles if vehicle.is_alive}
+        n_open = sum(n for area, n in self._n_uncovered.items() if not alive.isdisjoint(self._swaths_m[area]))
+        n_covered = len(self._all_covered)
+        share = n_covered / (n_covered + n_open) if n_covered + n_open else 1.0
+        fraction = min(1.0, share / self._goal + 1e-9)
+        if fraction != self._goal_fraction:
+            self._goal_fraction = fraction
+            self._progress.append((now_s, fraction))
+
+    # How it ends ---------------------------------------------------------------------------------
+
+    @property
+    def is_over(self) -> bool:
+        """True once the groups have met without the goal, and nobody has gone on with it for the time of patience."""
+        return self._met_s is not None and self._now_s - self._met_s > self._patience_s
+
     def close(self, fleet: FleetView, now_s: float) -> str:
-        """Add who gave up, and say who is missing where."""
+        """Add who gave up; say who is missing where, and how much of the work is done if it is not enough."""
         self.milestones += self._stopped.values()
         self.milestones.sort(key=lambda milestone: milestone.time_s)
-        return super().close(fleet, now_s)
+        reason = super().close(fleet, now_s)
+        if self._goal_fraction >= 1.0:
+            return reason
+        share = f"{100.0 * self._goal_fraction * self._goal:.0f} % of the work done, goal {100.0 * self._goal:g} %"
+        return f"{reason}; {share}" if reason else f"together after {now_s:.0f} s: {share}"
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Note who finishes an area, and who turns away from one."""
+        """Note who finishes an area, who turns away from one, and whether anybody is at work once all have met."""
         for number, vehicle in enumerate(fleet.vehicles):
             performed = vehicle.performed
             if performed is self._last_performed.get(number):
@@ -42,3 +155,8 @@ class MappingTruth(MeetingTruth):
                     self._finished.add(objective)
                     self._stopped.pop(vehicle.name, None)
                     self.milestones.append(Milestone(now_s, "mapping_done", vehicle.name))
+        at_work = any(self._exploring.get(vehicle.name) and vehicle.is_alive for vehicle in fleet.vehicles)
+        if self._apart or self._goal_fraction >= 1.0 or at_work:
+            self._met_s = None
+        elif self._met_s is None:
+            self._met_s = now_s

@@ -57,7 +57,7 @@ class MeetingTruth:
         return True
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
-        """Note what has happened; True once the last group is together."""
+        """Note what has happened; True once the last group is together and the goal is reached."""
         survivors = [vehicle for vehicle in fleet.vehicles if is_survivor(vehicle)]
         if not survivors:
             return False
@@ -77,7 +77,7 @@ class MeetingTruth:
             elif self._is_overdue(survivors, group, now_s):
                 missing = [v.name for v in self._members(survivors, group) if not self._has_come(v, group)]
                 self._note_meeting(group, missing, now_s)
-        if self._apart:
+        if self._apart or self.goal_fraction < 1.0:
             return False
         self.milestones.append(Milestone(now_s, "mission_complete"))
         return True

@@ -22,6 +22,7 @@ class Run:
     Attributes:
         setup: the scenario resolved; seed: root of its draws.
         recorder: its tables; milestones: in time order.
+        goal_fraction: share of the mission's goal that was reached on the ground, 0..1.
         completed: the mission is complete; reason: why not, else empty.
         end_s: mission time; the whole duration where the mission is not complete.
         n_false_beliefs: how often a vehicle came to believe that a peer held what that peer lacked.
@@ -33,6 +34,7 @@ class Run:
     seed: int
     recorder: Recorder
     milestones: tuple[Milestone, ...]
+    goal_fraction: float
     completed: bool
     reason: str
     end_s: float
@@ -85,6 +87,7 @@ def run(
         seed,
         fleet.recorder,
         tuple(fleet.truth.milestones),
+        fleet.truth.goal_fraction,
         fleet.completed,
         fleet.reason,
         fleet.now_s if fleet.completed else fleet.duration_s,

@@ -90,6 +90,8 @@ class FunctionalLayer:
         self.motion = Motion(*data.start_m)
         self.exhausted = False
         """True once the battery is empty: the vehicle does nothing any more."""
+        self.sensing: tuple[str, ...] = ()
+        """Names of the sensors that were on, and worked, in the last motion tick."""
         self.picture = picture
         self._sound_target_m: Point = data.start_m
         self._settled_m: Point = data.start_m
@@ -124,11 +126,6 @@ class FunctionalLayer:
         self._reserve_per_m = _reserve_per_m(self.data, speed_factor * self.data.survey_speed_mps)
         self._dead = dead_sensors
         self._working = [(name, sensor) for name, sensor in self._on if name not in dead_sensors]
-
-    @property
-    def sensing(self) -> tuple[str, ...]:
-        """Names of the sensors that are switched on and work."""
-        return tuple(name for name, _ in self._working)
 
     # Energy --------------------------------------------------------------------------------------
 
@@ -200,6 +197,7 @@ class FunctionalLayer:
                     self._guiding = index
         self._on = [(name, sensor) for name, sensor in self._sensors.items() if name in named]
         self._working = [(name, sensor) for name, sensor in self._on if name not in self._dead]
+        self.picture.body.sensors_on = tuple(name for name, _ in self._on)
 
     # Every tick and every decision ---------------------------------------------------------------
 
@@ -223,6 +221,7 @@ class FunctionalLayer:
         body.contacts_m = tuple([(motion.x_m + one.dx_m, motion.y_m + one.dy_m) for one in neighbours])
         if math.hypot(motion.x_m - self._settled_m[0], motion.y_m - self._settled_m[1]) > NEAR_M:
             self._settled_m, body.settled_s = motion.position_m, now_s
+        self.sensing = tuple(name for name, _ in self._working) if self._working else ()
         if not self._working:
             return []
         pose = Pose(motion.x_m, motion.y_m, data.depth_m, motion.heading_rad, motion.speed_mps)

@@ -1,0 +1,237 @@
+"""Remaining work: the way over the cells of an area that are left, row by row.
+
+Rows are those of ``survey``, for the swath of the vehicle. Each cell belongs to the row that passes it nearest. A row of
+which some cells are mapped is cut to the span of those that are left; a row of which none is left is not run. Rows are
+run upwards or downwards, each from the end from which the whole way is shortest, so a vehicle never goes farther where
+less is left. An area of which nothing is mapped is run as ``zigzag`` says.
+
+Cells left are the bits of one whole number, by their index in the area: such a number is compared, remembered and cut to
+a row without looking at single cells.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+import weakref
+from collections.abc import Sequence, Set
+from functools import lru_cache, reduce
+from typing import NamedTuple
+
+from missions.mapping.sensors import Cell, Seabed, seabed_of
+from missions.mapping.survey import Point, length_m, rows, runs_along_x, zigzag
+
+TOLERANCE_M = 1e-6
+
+
+class Row(NamedTuple):
+    """A row of a survey.
+
+    Attributes:
+        ends_m: from the lower to the higher coordinate.
+        cells: bits of the cells that it passes nearest.
+        lines: bits of these by line of cells; in a line the coordinate along the row rises with the bit.
+    """
+
+    ends_m: tuple[Point, Point]
+    cells: int
+    lines: tuple[int, ...]
+
+
+class Way(NamedTuple):
+    """One way over all that is left.
+
+    Attributes:
+        first_m, last_m: its ends; length_m: of the way between them.
+        row: number of the row that it begins with; ends_m: of what is left of that row, in the order of passage.
+    """
+
+    first_m: Point
+    last_m: Point
+    length_m: float
+    row: int
+    ends_m: tuple[Point, Point]
+
+
+class Ground:
+    """The cells of one area, and the ways over them; all runs of a study share it.
+
+    Args:
+        corners_m: of the area, in order.
+        cell_m: side of a cell.
+        cells: of the area, by index: row by row, from the south-west.
+        swaths_m: of the vehicles that are to survey it.
+    """
+
+    def __init__(
+        self, corners_m: Sequence[Point], cell_m: float, cells: Sequence[Cell], swaths_m: Sequence[float] = ()
+    ) -> None:
+        self.corners_m = tuple(corners_m)
+        self.cell_m = cell_m
+        self.cells = tuple(cells)
+        self._known: dict[int, tuple[weakref.ref[Set[float]], int, int]] = {}
+        self.survey = lru_cache(maxsize=64)(self._survey)
+        self.work = (1 << len(self.cells)) - 1
+        """Bits of the cells that there are to map: those which the rows of at least one of the vehicles cover."""
+        if swaths_m:
+            self.work = reduce(operator.or_, (self.survey(swath_m).reach for swath_m in swaths_m))
+
+    def centre_m(self, index: int) -> Point:
+        """Centre of a cell."""
+        column, row = self.cells[index]
+        return (column + 0.5) * self.cell_m, (row + 0.5) * self.cell_m
+
+    def _survey(self, swath_m: float) -> Survey:
+        return Survey(self, swath_m)
+
+    def bits(self, known: Set[float]) -> int:
+        """Bits of the cells whose index is in ``known``, a set that may only grow: remembered while it does not."""
+        found = self._known.get(id(known))
+        if found is not None and found[0]() is known and found[1] == len(known):
+            return found[2]
+        bits = 0
+        for index in known:
+            bits |= 1 << int(index)  # numbers of the world model are floats
+        key = id(known)
+        self._known[key] = weakref.ref(known, lambda _: self._known.pop(key, None)), len(known), bits
+        return bits
+
+
+class Survey:
+    """Rows over a ground with a swath of one width.
+
+    Args:
+        ground: the area.
+        swath_m: width that the sensor covers.
+    """
+
+    def __init__(self, ground: Ground, swath_m: float) -> None:
+        self.ground = ground
+        self.swath_m = swath_m
+        self._inset_m = min(swath_m, ground.cell_m) / 2.0
+        ends = rows(ground.corners_m, swath_m, self._inset_m)
+        self._axis = 0 if runs_along_x(ground.corners_m) else 1
+        self._along_m: list[float] = [0.0] * len(ground.cells)
+        lines: list[dict[int, int]] = [{} for _ in ends]
+        for index in range(len(ground.cells)):
+            if (number := self._nearest(index, ends)) is not None:
+                line = ground.cells[index][1 - self._axis]
+                lines[number][line] = lines[number].get(line, 0) | 1 << index
+        self.rows = [
+            Row(of_row, sum(of_lines.values()), tuple(of_lines.values()))
+            for of_row, of_lines in zip(ends, lines, strict=True)
+        ]
+        self.reach = sum(row.cells for row in self.rows)
+        """Bits of the cells that the rows cover."""
+        self._runs_all = all(row.cells for row in self.rows)
+        self.ways = lru_cache(maxsize=4096)(self._ways)
+
+    def _nearest(self, index: int, ends: Sequence[tuple[Point, Point]]) -> int | None:
+        """The row that passes a cell nearest; None if none covers it. Notes where on the row that is."""
+        centre_m, axis = self.ground.centre_m(index), self._axis
+        found, least_m = None, self.swath_m / 2.0 + TOLERANCE_M
+        for number, (first, last) in enumerate(ends):
+            if abs(centre_m[1 - axis] - first[1 - axis]) > least_m:
+                continue
+            along_m = min(max(centre_m[axis], first[axis]), last[axis])
+            off_m = math.hypot(centre_m[axis] - along_m, centre_m[1 - axis] - first[1 - axis])
+            if off_m <= least_m - (0.0 if found is None else TOLERANCE_M):
+                found, least_m = number, off_m
+                self._along_m[index] = along_m
+        return found
+
+    def along_m(self, point: Point) -> float:
+        """Coordinate of a point along the rows."""
+        return point[self._axis]
+
+    def span_m(self, number: int, left: int) -> tuple[float, float] | None:
+        """Lowest and highest coordinate of what is left of a row; None if nothing is."""
+        row = self.rows[number]
+        if not (here := left & row.cells):
+            return None
+        if here == row.cells:
+            return row.ends_m[0][self._axis], row.ends_m[1][self._axis]
+        low, high, along_m = math.inf, -math.inf, self._along_m
+        for line in row.lines:
+            if bits := here & line:
+                low = min(low, along_m[(bits & -bits).bit_length() - 1])
+                high = max(high, along_m[bits.bit_length() - 1])
+        return low, high
+
+    def point_m(self, number: int, along_m: float) -> Point:
+        """The point of a row at a coordinate along it."""
+        level_m = self.rows[number].ends_m[0][1 - self._axis]
+        return (along_m, level_m) if self._axis == 0 else (level_m, along_m)
+
+    def _ways(self, left: int) -> tuple[Way, ...]:
+        """The shortest way from each end that a survey of the cells ``left`` may begin at; none if no row covers any."""
+        left &= self.reach
+        if left == self.reach and self._runs_all:
+            return self._whole()
+        lines = []
+        for number in range(len(self.rows)):
+            if (span := self.span_m(number, left)) is not None:
+                lines.append((number, (self.point_m(number, span[0]), self.point_m(number, span[1]))))
+        return (*_onwards(lines), *_onwards(lines[::-1]))
+
+    def _whole(self) -> tuple[Way, ...]:
+        """As ``zigzag`` runs the area, from each corner of the box around it."""
+        xs, ys = [x for x, _ in self.ground.corners_m], [y for _, y in self.ground.corners_m]
+        found: dict[Point, Way] = {}
+        for corner in [(x, y) for x in (min(xs), max(xs)) for y in (min(ys), max(ys))]:
+            start = zigzag(self.ground.corners_m, self.swath_m, corner, self._inset_m)[0]
+            points = zigzag(self.ground.corners_m, self.swath_m, start, self._inset_m)
+            number = next(n for n, row in enumerate(self.rows) if points[0] in row.ends_m)
+            found[start] = Way(start, points[-1], length_m(points), number, (points[0], points[1]))
+        return tuple(found.values())
+
+
+def _onwards(lines: Sequence[tuple[int, tuple[Point, Point]]]) -> list[Way]:
+    """The shortest way over rows in this order, from either end of the first one; found from the last row backwards."""
+    then: list[tuple[float, Point]] = []
+    before: tuple[Point, Point] | None = None
+    for _, ends_m in reversed(lines):
+        own_m = math.dist(*ends_m)
+        if before is None:
+            then = [(own_m, ends_m[1]), (own_m, ends_m[0])]
+        else:
+            (low_m, low_last), (high_m, high_last) = then
+            then = []
+            for leaving in (ends_m[1], ends_m[0]):
+                to_low, to_high = math.dist(leaving, before[0]) + low_m, math.dist(leaving, before[1]) + high_m
+                then.append((own_m + to_low, low_last) if to_low <= to_high else (own_m + to_high, high_last))
+        before = ends_m
+    if before is None:
+        return []
+    number = lines[0][0]
+    low, high = before
+    return [
+        Way(low, then[0][1], then[0][0], number, (low, high)),
+        Way(high, then[1][1], then[1][0], number, (high, low)),
+    ]
+
+
+@lru_cache(maxsize=256)
+def ground_of(corners_m: tuple[Point, ...], cell_m: float) -> Ground:
+    """The ground of an area that stands alone."""
+    return Ground(corners_m, cell_m, tuple(Seabed.of_areas(cell_m, {"": corners_m}).cells))
+
+
+@lru_cache(maxsize=8)
+def grounds_of(
+    cell_m: float, corners_m: tuple[tuple[str, tuple[Point, ...]], ...], swaths_m: tuple[tuple[float, ...], ...]
+) -> dict[str, Ground]:
+    """The grounds of areas by name; the runs of a study share theirs.
+
+    Args:
+        cell_m: side of a cell.
+        corners_m: of each area, with its name.
+        swaths_m: of the vehicles that are to survey it, for each area.
+    """
+    cells: dict[str, list[Cell]] = {name: [] for name, _ in corners_m}
+    for cell, (name, _) in seabed_of(cell_m, corners_m).cells.items():
+        cells[name].append(cell)
+    return {
+        name: Ground(corners, cell_m, cells[name], swaths)
+        for (name, corners), swaths in zip(corners_m, swaths_m, strict=True)
+    }
