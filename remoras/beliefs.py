@@ -38,6 +38,7 @@ class Beliefs:
         self.model = model
         self._tbox: TBox = model.tbox
         self._collected: dict[tuple[int, int], set[Any]] = {}  # by subject and attribute, where asked for
+        self._by_key: dict[Key, set[Any]] = {}  # the same sets
 
     # From the world model ------------------------------------------------------------------------
 
@@ -49,11 +50,14 @@ class Beliefs:
 
     def values(self, key: Key) -> Set[Any]:
         """Every value of a fact that was ever told; the same set, which grows, whenever it is asked for."""
+        if (found := self._by_key.get(key)) is not None:
+            return found
         attribute = self._tbox.attribute_named(key[0])
         slot = self.uid(key[1]), attribute.uid
         if slot not in self._collected:
             self._collected[slot] = {self._plain(attribute, one.value) for one in self.model.history(*slot)}
-        return self._collected[slot]
+        found = self._by_key[key] = self._collected[slot]
+        return found
 
     def note(self, changes: Iterable[Change]) -> None:
         """Keep ``values`` up to date with what was recorded or merged."""

@@ -159,7 +159,7 @@ class ZigzagExploring(Behaviour):
         job = self._job.left(picture.facts)
         if not job.bits:
             return DONE
-        if not performed and not (self._passage is not None and self._passage.since_s is None and self._others):
+        if not performed or (self._others and not self._begun):
             self._passage = None
         self._hear(job.bits, motion, picture.body.now_s)
         if performed:
@@ -187,11 +187,9 @@ class ZigzagExploring(Behaviour):
         return Reference(passage.target_m, speed_mps)
 
     def _brake_m(self, passage: _Passage) -> float:
-        """How far before a row the vehicle slows down: it does on the row if that is long and its first cells wide."""
-        is_passed_fast = (
-            self._swath_m / 2.0 < self._braking_m or math.dist(passage.begin_m, passage.end_m) < self._braking_m
-        )
-        return self._braking_m if is_passed_fast else 0.0
+        """How far before a row the vehicle slows down: not at all if row and swath leave it room to do so there."""
+        least_m = min(self._swath_m / 2.0, math.dist(passage.begin_m, passage.end_m))
+        return self._braking_m if least_m < self._braking_m else 0.0
 
     # Row by row ----------------------------------------------------------------------------------
 
@@ -238,13 +236,17 @@ class ZigzagExploring(Behaviour):
         self._approach = Approach(speed_mps)
 
     def _way(self, part: SurveyJob, motion: Motion, picture: Picture) -> Way | None:
-        """The way by which the vehicle is done soonest; before it has begun, from the end farthest from the others."""
-        positions_m = picture.peers.positions_m
-        others_m = [positions_m[name] for name in self._others if name in positions_m]
+        """The way by which the vehicle is done soonest; before it has begun, from the row farthest from the others."""
+        survey, positions_m = self._survey, picture.peers.positions_m
+        others_m = [survey.across_m(positions_m[name]) for name in self._others if name in positions_m]
         if self._begun or not others_m:
             return part.way(motion.position_m, self._data)
-        ways = self._survey.ways(part.bits)
-        return max(ways, key=lambda way: min(math.dist(way.first_m, at_m) for at_m in others_m), default=None)
+
+        def preference(way: Way) -> tuple[float, float]:
+            off_m = min(abs(survey.across_m(way.first_m) - across_m) for across_m in others_m)
+            return round(off_m / self._swath_m), -distance_m(motion, way.first_m)
+
+        return max(survey.ways(part.bits), key=preference, default=None)
 
     def _note_passed(self, passage: _Passage, picture: Picture) -> None:
         """Note which cells of a row that was passed with the sensor on are still not known to be mapped."""

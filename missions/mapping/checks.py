@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from typing import TypeGuard
 
 from missions.errors import ConfigurationFault
+from missions.mapping.ground import grounds_of
+from missions.mapping.scenario import MappingSettings
 from missions.mapping.sensors import Seabed
 from missions.scenarios.checks import outside_faults
 from missions.scenarios.tables import Raw, entries, list_of, names_of, one_of, point_of, table_of
@@ -15,12 +19,18 @@ MAX_CELLS = 4096
 
 
 def mapping_faults(raw: Raw, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
-    """All faults of areas, of roles that explore them, and of importances.
+    """All faults of areas, of roles that explore them, of importances, and of the goal.
 
     Args:
         raw: the tables as TOML has them.
         missions: names of missions, which no area may have.
     """
+    found = list(_of_tables(raw, missions))
+    yield from found or _goal(raw)
+
+
+def _of_tables(raw: Raw, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
+    """Faults of everything but the goal, which can be judged only where there are none."""
     yield from _names(raw, missions)
     corners = [(f"area.{a.get('name')}.corners_m", c) for a in entries(raw, "area") for c in _corners(a)]
     yield from outside_faults(raw, corners)
@@ -88,3 +98,56 @@ def _explorers(raw: Raw) -> Iterator[ConfigurationFault]:
             if able and not any(v.get("sensor") for v in able):
                 allowed = "explores an area, but no vehicle able to play it has a [vehicle.sensor]"
                 yield ConfigurationFault(key, "", allowed)
+
+
+def _goal(raw: Raw) -> Iterator[ConfigurationFault]:
+    """A goal that asks for more cells than all the vehicles together are able to map."""
+    goal = table_of(raw, "mission").get("goal", MappingSettings.model_fields["goal"].default)
+    cell_m = table_of(raw, "world").get("cell_m")
+    areas = [(str(area.get("name")), tuple(_corners(area))) for area in entries(raw, "area")]
+    if not (_is_number(goal) and _is_number(cell_m) and cell_m > 0 and all(len(c) >= 3 for _, c in areas) and areas):
+        return
+    swaths = tuple(tuple(sorted(_swaths_m(raw, name))) for name, _ in areas)
+    if any(math.isnan(swath) for of_area in swaths for swath in of_area):
+        return  # a sensor of another kind, whose reach is not known here
+    grounds = grounds_of(float(cell_m), tuple(areas), swaths)
+    reached = {
+        name: grounds[name].work.bit_count() if of_area else 0 for (name, _), of_area in zip(areas, swaths, strict=True)
+    }
+    n_cells = sum(len(ground.cells) for ground in grounds.values())
+    if sum(reached.values()) < goal * n_cells:
+        most = math.floor(1000.0 * sum(reached.values()) / n_cells) / 1000.0
+        lacking = [
+            f"{name} ({len(ground.cells) - reached[name]} of {len(ground.cells)} cells)"
+            for name, ground in grounds.items()
+            if reached[name] < len(ground.cells)
+        ]
+        allowed = (
+            f"out of reach: no row of a vehicle able to play a role with the area covers all of {', '.join(lacking)}; "
+            f"allowed: above 0 to {most:g}, or give vehicles roles and swaths that cover them"
+        )
+        yield ConfigurationFault("mission.goal", str(goal), allowed)
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _swaths_m(raw: Raw, area: str) -> set[float]:
+    """Swaths of the vehicles that are able to map an area; not a number for a sensor of another kind."""
+    roles = {
+        role.get("name")
+        for group in entries(raw, "group")
+        for role in entries(group, "role")
+        if area in (role.get("job"), role.get("area"))
+    }
+    found = set()
+    for vehicle in entries(raw, "vehicle"):
+        if roles.isdisjoint(str(name) for name in list_of(vehicle, "playable_roles")):
+            continue
+        sensors = vehicle.get("sensor", [])
+        for sensor in sensors if isinstance(sensors, list) else [sensors]:
+            width_m = sensor.get("swath_m") if isinstance(sensor, dict) else None
+            is_own = isinstance(sensor, dict) and sensor.get("type", "mapping") in ("", "mapping")
+            found.add(float(width_m) if is_own and _is_number(width_m) and width_m > 0.0 else math.nan)
+    return found

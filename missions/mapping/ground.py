@@ -1,12 +1,12 @@
 """Remaining work: the way over the cells of an area that are left, row by row.
 
-Rows are those of ``survey``, for the swath of the vehicle. Each cell belongs to the row that passes it nearest. A row of
-which some cells are mapped is cut to the span of those that are left; a row of which none is left is not run. Rows are
-run upwards or downwards, each from the end from which the whole way is shortest, so a vehicle never goes farther where
-less is left. An area of which nothing is mapped is run as ``zigzag`` says.
+Rows are those of ``survey``, for the swath of the vehicle. Each cell belongs to the row that passes it nearest. A row
+of which some cells are mapped is cut to the span of those that are left; a row of which none is left is not run. Rows
+are run upwards or downwards, each from the end from which the whole way is shortest, so a vehicle never goes farther
+where less is left. An area of which nothing is mapped is run as ``zigzag`` says.
 
-Cells left are the bits of one whole number, by their index in the area: such a number is compared, remembered and cut to
-a row without looking at single cells.
+Cells left are the bits of one whole number, by their index in the area: such a number is compared, remembered and cut
+to a row without looking at single cells.
 """
 
 from __future__ import annotations
@@ -144,6 +144,10 @@ class Survey:
         """Coordinate of a point along the rows."""
         return point[self._axis]
 
+    def across_m(self, point: Point) -> float:
+        """Coordinate of a point across the rows."""
+        return point[1 - self._axis]
+
     def span_m(self, number: int, left: int) -> tuple[float, float] | None:
         """Lowest and highest coordinate of what is left of a row; None if nothing is."""
         row = self.rows[number]
@@ -164,7 +168,7 @@ class Survey:
         return (along_m, level_m) if self._axis == 0 else (level_m, along_m)
 
     def _ways(self, left: int) -> tuple[Way, ...]:
-        """The shortest way from each end that a survey of the cells ``left`` may begin at; none if no row covers any."""
+        """The shortest way from each end that a survey of ``left`` may begin at; none if no row covers any."""
         left &= self.reach
         if left == self.reach and self._runs_all:
             return self._whole()

@@ -32,7 +32,7 @@ def coverage_fraction(run: Run) -> float:
 
 
 def time_to_s(share: float) -> Callable[[Run], float | None]:
-    """When that share (0..1) of the goal had been reached on the ground, as a metric; None in runs that never got there."""
+    """A metric: when that share (0..1) of the goal had been reached on the ground; None if it never was."""
 
     def reached_s(run: Run) -> float | None:
         reached = (time_s for time_s, fraction in run.recorder.rows(GOAL.name) if fraction >= share - 1e-9)

@@ -81,7 +81,13 @@ class MappingTruth(MeetingTruth):
         if changed or n_lost != self._n_lost:
             self._n_lost = n_lost
             self._judge(fleet, now_s)
-        return super().observe(fleet, now_s)
+        is_complete = super().observe(fleet, now_s)
+        at_work = any(self._exploring.get(vehicle.name) and vehicle.is_alive for vehicle in fleet.vehicles)
+        if self._apart or at_work:
+            self._met_s = None
+        elif self._met_s is None:
+            self._met_s = now_s
+        return is_complete
 
     def _is_over_ground(self, at_m: Point) -> bool:
         """True if a swath there may reach an area."""
@@ -138,7 +144,7 @@ class MappingTruth(MeetingTruth):
         return f"{reason}; {share}" if reason else f"together after {now_s:.0f} s: {share}"
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Note who finishes an area, who turns away from one, and whether anybody is at work once all have met."""
+        """Note who finishes an area, and who turns away from one."""
         for number, vehicle in enumerate(fleet.vehicles):
             performed = vehicle.performed
             if performed is self._last_performed.get(number):
@@ -155,8 +161,3 @@ class MappingTruth(MeetingTruth):
                     self._finished.add(objective)
                     self._stopped.pop(vehicle.name, None)
                     self.milestones.append(Milestone(now_s, "mapping_done", vehicle.name))
-        at_work = any(self._exploring.get(vehicle.name) and vehicle.is_alive for vehicle in fleet.vehicles)
-        if self._apart or self._goal_fraction >= 1.0 or at_work:
-            self._met_s = None
-        elif self._met_s is None:
-            self._met_s = now_s

@@ -8,6 +8,7 @@ import pytest
 from sample_vehicles import AUV
 
 from missions.mapping.behaviours import ZigzagExploring
+from missions.mapping.jobs import SurveyJob
 from remoras.behaviours import (
     Behaviour,
     FollowingLeader,
@@ -21,6 +22,7 @@ from remoras.behaviours import (
 )
 from remoras.functional.vital import Evading, ReturningHome, ReturningToArea
 
+CORNERS_M = ((0.0, 0.0), (50.0, 0.0), (50.0, 50.0), (0.0, 50.0))
 MADE: dict[str, Callable[[], Behaviour]] = {
     "Standing": Standing,
     "Planning": Planning,
@@ -33,7 +35,7 @@ MADE: dict[str, Callable[[], Behaviour]] = {
     "Evading": lambda: Evading(AUV),
     "ReturningHome": lambda: ReturningHome(AUV),
     "ReturningToArea": lambda: ReturningToArea((0.0, 0.0), AUV),
-    "ZigzagExploring": lambda: ZigzagExploring([(10.0, 0.0), (40.0, 0.0)], AUV),
+    "ZigzagExploring": lambda: ZigzagExploring(SurveyJob("bank", CORNERS_M), AUV),
 }
 
 

@@ -1,74 +1,182 @@
-"""How a vehicle explores an area: row by row, and how it perceives itself in doing so."""
+"""How a vehicle explores an area: row by row over what it does not know to be mapped, alone or not."""
 
 import math
+from itertools import pairwise
 
-from hypothesis import given
+import pytest
+from hypothesis import given, settings
 from hypothesis import strategies as st
-from sample_vehicles import AUV
+from surveying import CORNERS_M, JOB, Facts, Surveyor, mapper, survey
 
-from missions.mapping.behaviours import ZigzagExploring
-from remoras.behaviours import ADVANCING, DONE, DUE, STANDING, Reference
-from remoras.motion import Motion, advance
+from missions.mapping.behaviours import MappingAlong, WorkLeft, ZigzagExploring, due
+from missions.mapping.survey import zigzag
+from remoras.behaviours import ADVANCING, DONE, Reference
+from remoras.motion import Motion
 from remoras.picture import Picture
+
+ALL = range(100)
 
 
 def at(x_m: float, y_m: float = 0.0) -> Motion:
     return Motion(x_m, y_m)
 
 
-def test_a_survey_runs_its_waypoints_and_is_done() -> None:
-    """Transit at 2 m/s to the first one, then 1.25 m/s, which its sensor allows, although it surveys at 1.5."""
-    exploring, picture = ZigzagExploring([(10.0, 0.0), (20.0, 0.0), (20.0, 5.0)], AUV), Picture()
-    assert exploring.perceive(at(0.0), picture, False).stimulus > 0.99
-    assert exploring.reference(at(0.0), picture) == Reference((10.0, 0.0), 2.0)
-    assert exploring.perceive(at(9.0), picture, True).stimulus == 1.0  # within a metre: the first one is reached
-    assert exploring.reference(at(9.0), picture) == Reference((20.0, 0.0), 1.25)
-    assert exploring.perceive(at(14.0), picture, True) == ADVANCING
-    assert exploring.perceive(at(14.0), picture, True) == STANDING
-    exploring.perceive(at(20.0), picture, True)
-    assert exploring.reference(at(20.0), picture).target_m == (20.0, 5.0)
-    assert exploring.perceive(at(20.0, 5.0), picture, True) == DONE
-    assert exploring.perceive(at(0.0), picture, False) == DONE
+def exploring(facts: Facts | None = None) -> tuple[ZigzagExploring, Picture]:
+    picture = Picture(facts=facts or Facts())
+    picture.body.sensors_on = ("mapping",)
+    return ZigzagExploring(JOB, mapper()), picture
 
 
-def test_turning_at_the_end_of_a_row_is_no_setback() -> None:
-    exploring, picture = ZigzagExploring([(10.0, 0.0), (10.0, 25.0)], AUV), Picture()
-    exploring.perceive(at(5.0), picture, True)
-    assert exploring.perceive(at(4.0), picture, True) == ADVANCING
+# One vehicle, nothing known -----------------------------------------------------------------------
 
 
-def test_what_was_not_performed_has_made_no_progress() -> None:
-    exploring, picture = ZigzagExploring([(10.0, 0.0)], AUV), Picture()
-    exploring.perceive(at(0.0), picture, True)
-    assert exploring.perceive(at(5.0), picture, False).advance is None
-    assert exploring.perceive(at(6.0), picture, True) == DUE
+def test_a_survey_of_an_untouched_area_runs_the_waypoints_of_the_paper() -> None:
+    """Twenty of them; transit to the first, 159.1 m at 2 m/s, then 2475 m at 1.25 m/s: 2060 s, and turns."""
+    one = Surveyor(mapper(), Facts())
+    done_s = survey(one)
+    assert one.rows == zigzag(CORNERS_M, 25.0, (0.0, 0.0), 12.5)
+    assert one.last == DONE
+    assert one.covered == set(ALL)
+    assert 2040.0 < done_s < 2060.0 * 1.03  # the last cell is mapped 12.5 m, 10 s, before the last waypoint
+
+
+def test_transit_to_the_first_point_then_as_fast_as_the_sensor_maps() -> None:
+    zigzagging, picture = exploring()
+    assert zigzagging.perceive(at(0.0), picture, False).stimulus > 0.95
+    assert zigzagging.reference(at(0.0), picture) == Reference((112.5, 112.5), 2.0)
+    assert zigzagging.reference(at(112.0, 112.5), picture) == Reference((337.5, 112.5), 1.25)
+    picture.body.now_s = 2.0
+    zigzagging.perceive(at(114.5, 112.5), picture, True)
+    picture.body.now_s = 4.0
+    assert zigzagging.perceive(at(117.0, 112.5), picture, True) == ADVANCING  # 2.5 m in 2 s are 1.25 m/s
+    picture.body.now_s = 6.0
+    assert zigzagging.perceive(at(118.25, 112.5), picture, True).advance == pytest.approx(0.5)
 
 
 def test_of_areas_not_begun_the_nearest_attracts_most() -> None:
-    """10 km away it attracts half as much; one that has been begun attracts wholly, from wherever."""
-    near, far = (ZigzagExploring([(x_m, 0.0), (x_m, 50.0)], AUV) for x_m in (10.0, 10_000.0))
-    stimuli = [exploring.perceive(at(0.0), Picture(), False).stimulus for exploring in (near, far)]
-    assert stimuli[0] > stimuli[1] == 0.5
-    near.perceive(at(10.0), Picture(), True)  # its first waypoint is reached
-    assert near.perceive(at(5_000.0), Picture(), False).stimulus == 1.0
+    """10 km from its first point an area attracts half as much; what has been begun attracts from wherever."""
+    zigzagging, picture = exploring()
+    far = zigzagging.perceive(at(112.5, 112.5 - 10_000.0), picture, False).stimulus
+    assert far == pytest.approx(0.5)
+    zigzagging.perceive(at(112.5, 112.5), picture, False)
+    zigzagging.reference(at(112.5, 112.5), picture)
+    assert zigzagging.perceive(at(112.5, 112.5 - 10_000.0), picture, True).stimulus == 1.0
 
 
-legs = st.tuples(st.floats(10.0, 100.0), st.floats(-math.pi, math.pi))
+# What is left -------------------------------------------------------------------------------------
 
 
-@given(st.lists(legs, min_size=1, max_size=6))
-def test_an_agile_vehicle_reaches_every_waypoint(way: list[tuple[float, float]]) -> None:
-    """At 0.5 rad/s and 2 m/s it turns within 4 m, at 1.25 m/s within 2.5 m; what lies 10 m away lies outside that
-    circle. Six legs of 100 m take 600 / 1.25 = 480 s, and no turn takes longer than 2 pi / 0.5 = 13 s."""
-    waypoints, point = [], (0.0, 0.0)
-    for length_m, course in way:
-        point = point[0] + length_m * math.cos(course), point[1] + length_m * math.sin(course)
-        waypoints.append(point)
-    exploring, picture, motion = ZigzagExploring(waypoints, AUV), Picture(), Motion(0.0, 0.0)
-    track = []
-    while len(track) < 480 + 6 * 13 and exploring.perceive(motion, picture, True) != DONE:
-        reference = exploring.reference(motion, picture)
-        advance(motion, AUV, reference.target_m, reference.speed_mps, 1.0)
-        track.append(motion.position_m)
-    assert exploring.perceive(motion, picture, True) == DONE
-    assert all(min(math.dist(point, waypoint) for point in track) <= 1.0 for waypoint in waypoints)
+@given(st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.001, 1.0))
+def test_the_stimulus_falls_with_what_is_left(less: float, more: float, half: float) -> None:
+    less, more = sorted((less, more))
+    assert 0.0 <= due(less, half) <= due(more, half) <= 1.0
+    assert due(half, half) == pytest.approx(0.5)
+
+
+def test_work_left_is_that_of_the_area_of_which_most_is_left() -> None:
+    facts = Facts(range(80))
+    work = WorkLeft([JOB])
+    assert work.share(facts) == pytest.approx(0.2)
+    mapping = MappingAlong(60.0, WorkLeft([JOB]), 0.2)
+    assert mapping.perceive(at(0.0), Picture(facts=facts), False).stimulus == pytest.approx(0.5)
+    facts.cells |= set(map(float, ALL))
+    assert work.share(facts) == 0.0
+    assert mapping.perceive(at(0.0), Picture(facts=facts), False).stimulus == 0.0
+
+
+def test_an_area_that_is_known_to_be_mapped_is_done_without_going_there() -> None:
+    zigzagging, picture = exploring(Facts(ALL))
+    assert zigzagging.perceive(at(0.0), picture, False) == DONE
+    assert zigzagging.reference(at(0.0), picture) is None
+
+
+def test_a_hand_over_begins_where_the_other_stopped() -> None:
+    """The lower half is mapped, and two cells of the sixth row: 48 are left, and no other is mapped again."""
+    mapped = {*range(50), 50, 51}
+    one = Surveyor(mapper(), Facts(sorted(mapped)))
+    survey(one)
+    assert one.last == DONE
+    assert one.covered >= set(ALL) - mapped
+    assert len(one.covered & mapped) <= 0.03 * 100
+
+
+def test_rows_that_others_map_meanwhile_are_skipped_and_a_row_ends_where_news_of_it_begin() -> None:
+    """At 300 s the vehicle is in its first or second row; then the rows from the fourth to the ninth come in, and the
+    far half of each of the others."""
+    one = Surveyor(mapper(), Facts())
+    known = {*range(30, 90), *(10 * row + column for row in (0, 1, 2, 9) for column in range(5, 10))}
+    now_s = 0.0
+    one.last = one.exploring.perceive(one.motion, one.picture, False)
+    while not one.last.done:
+        now_s += 1.0
+        if now_s == 120.0:
+            one.facts.cells |= set(map(float, known))
+            before = set(one.covered)
+        one.step(now_s)
+    again = (one.covered - before) & known
+    assert len(again) <= 1  # the one that it was just reaching
+    assert one.covered | known == set(ALL)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.sets(st.integers(0, 99), max_size=99), st.sampled_from([25.0, 30.0, 50.0, 60.0]))
+def test_whatever_is_left_is_mapped(known: set[int], swath_m: float) -> None:
+    one = Surveyor(mapper(swath_m=swath_m), Facts(sorted(known)))
+    survey(one)
+    assert one.last == DONE
+    assert one.covered | known == set(ALL)
+
+
+# Two at one area ----------------------------------------------------------------------------------
+
+
+def test_two_at_one_area_meet_in_the_middle() -> None:
+    """The second begins at the far end; each takes about half, and together they map next to nothing twice."""
+    facts = Facts()
+    alone_s = survey(Surveyor(mapper(), Facts()))
+    first = Surveyor(mapper("AUV00"), facts)
+    second = Surveyor(mapper("AUV01"), facts, others=("AUV00",))
+    both_s = survey(first, second)
+    assert first.covered | second.covered == set(ALL)
+    assert second.rows[0][1] == 337.5
+    assert min(len(first.covered), len(second.covered)) >= 40
+    assert len(first.covered & second.covered) <= 3
+    assert both_s < 0.6 * alone_s
+
+
+# Sensors that do not work -------------------------------------------------------------------------
+
+
+def test_a_dead_sensor_is_noticed_within_two_rows() -> None:
+    """Two rows of 225 m and a step of 25 m at 1.25 m/s are 380 s, after 80 s of transit."""
+    one = Surveyor(mapper(), Facts(), dead=True)
+    failed_s = survey(one)
+    assert one.last.failed
+    assert one.last.stimulus == 0.0
+    assert failed_s <= 1.05 * (475.0 / 1.25 + 159.1 / 2.0)
+
+
+def test_a_row_passed_while_the_sensor_is_off_is_no_evidence() -> None:
+    one = Surveyor(mapper(), Facts(), dead=True)
+    one.picture.body.sensors_on = ()
+    survey(one, until_s=1500.0)
+    assert not one.last.failed
+
+
+def test_cells_that_stay_unknown_are_tried_once_more_and_then_given_up() -> None:
+    """The sensor misses cells 5 and 47 whatever happens: all others are mapped, and the vehicle says that it failed."""
+    one = Surveyor(mapper(), Facts())
+    blind = {5.0, 47.0}
+
+    class Blind(set[float]):
+        def add(self, index: float) -> None:
+            if index not in blind:
+                super().add(index)
+
+    one.facts.cells = Blind()
+    survey(one)
+    assert one.last.failed
+    assert one.facts.cells == set(map(float, ALL)) - blind
+    for centre_m in ((237.5, 112.5), (287.5, 212.5)):
+        near = [math.dist(point, centre_m) <= 2.0 for point in one.track]
+        assert sum(now and not before for before, now in pairwise(near)) == 2

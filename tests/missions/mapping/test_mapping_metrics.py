@@ -14,9 +14,10 @@ from missions.mapping.metrics import (
     coverage_fraction,
     duplicate_fraction,
     least_mapped_fraction,
-    mapping_time_s,
+    time_to_s,
 )
 from missions.mapping.sensors import COVERAGE
+from missions.mapping.truth import GOAL
 from missions.metric import Better
 from missions.scenarios import load
 from remoras.recorder import Recorder
@@ -30,7 +31,7 @@ SCENARIO = SimpleNamespace(group=[GROUP])
 
 def run(coverage: list[tuple[float, str, int]], roles: Iterable[tuple[str, str]] = (), n_cells: int = 20) -> Any:
     """(time, vehicle, cell) that were mapped; (vehicle, role) that were assigned; cells there are."""
-    recorder = Recorder([COVERAGE])
+    recorder = Recorder([COVERAGE, GOAL])
     recorder.rows("coverage").extend((time_s, vehicle, cell, 0) for time_s, vehicle, cell in coverage)
     recorder.roles.extend((0.0, vehicle, "G", role, "assigned") for vehicle, role in roles)
     world = SimpleNamespace(cells=dict.fromkeys((x, 0) for x in range(n_cells)))
@@ -44,12 +45,12 @@ def mapping(roles: list[tuple[str, str]], coverage: list[tuple[str, int]]) -> An
 # How much, how soon, how often --------------------------------------------------------------------
 
 
-def test_the_areas_count_as_mapped_at_95_percent() -> None:
-    """Of 20 cells the 19th that is new decides; what is mapped again does not count."""
-    rows = [*((float(10 * number), "AUV01", number) for number in range(18)), (200.0, "AUV02", 3)]
-    assert mapping_time_s(run(rows)) is None
-    assert mapping_time_s(run([*rows, (300.0, "AUV02", 18), (400.0, "AUV02", 19)])) == 300.0
-    assert mapping_time_s(run([], n_cells=0)) is None
+def test_a_share_of_the_goal_is_reached_when_the_truth_first_says_so() -> None:
+    """Half of the goal from 20 s on; the whole never."""
+    done = run([])
+    done.recorder.rows("goal").extend([(10.0, 0.4), (20.0, 0.5), (30.0, 0.95)])
+    assert [time_to_s(share)(done) for share in (0.5, 0.8, 0.95, 1.0)] == [20.0, 30.0, 30.0, None]
+    assert time_to_s(0.5)(run([])) is None
 
 
 def test_a_cell_that_two_have_mapped_is_covered_once_and_duplicated_once() -> None:
@@ -105,7 +106,7 @@ def test_each_is_ranked_in_its_own_direction() -> None:
     """More mapped is better, sooner is better, twice is worse, an idle vehicle is worse."""
     assert {metric.name: metric.better for metric in METRICS} == {
         "coverage_fraction": Better.HIGHER,
-        "mapping_time_s": Better.LOWER,
+        **{f"time_to_{share}_s": Better.LOWER for share in (50, 80, 95, 100)},
         "duplicate_fraction": Better.LOWER,
         "least_mapped_fraction": Better.HIGHER,
     }

@@ -42,7 +42,9 @@ def test_what_lies_under_the_vehicle() -> None:
 
 def cells(sensor: SwathSensor, x_m: float, y_m: float, speed_mps: float) -> list[tuple[int, int]]:
     """Cells that the sensor finds on its way at a place, heading east."""
-    return [one.row for one in sensor.sense(Pose(x_m, y_m, 20.0, 0.0, speed_mps), FIELD, 0.0)]
+    of_index = {index: cell for cell, (_, index) in FIELD.cells.items()}
+    found = sensor.sense(Pose(x_m, y_m, 20.0, 0.0, speed_mps), FIELD, 0.0)
+    return [of_index[int(value)] for one in found for _, _, value in one.facts]
 
 
 def test_a_cell_is_new_to_a_sensor_once() -> None:
@@ -55,7 +57,7 @@ def test_a_cell_is_new_to_a_sensor_once() -> None:
 def test_what_is_found_is_a_fact_of_its_area() -> None:
     """Cell (2, 1) is in the second row of four: index 1 * 4 + 2."""
     found = SwathSensor(25.0, 1.3).sense(Pose(62.5, 37.5, 20.0, 0.0, 1.0), FIELD, 0.0)
-    assert found == [Observation((("field", "mappedCell", 6),), (2, 1))]
+    assert found == [Observation((("field", "mappedCell", 6),))]
 
 
 def test_too_fast_nothing_is_mapped() -> None:

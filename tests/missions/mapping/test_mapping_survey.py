@@ -9,20 +9,21 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from missions.mapping.sensors import Seabed
-from missions.mapping.survey import Point, contains, grid, length_m, rows, zigzag
+from missions.mapping.survey import Point, contains, length_m, rows, zigzag
 
 MIDFIELD = [(100.0, 100.0), (100.0, 350.0), (350.0, 350.0), (350.0, 100.0)]
 
 
 def test_the_grid_of_table_ii() -> None:
     """Table II: (112.5,112.5) (137.5,112.5) ... (337.5,112.5), the next row at 137.5, up to (337.5,337.5)."""
-    points = grid(zigzag(MIDFIELD, 25.0, (0.0, 0.0)), 25.0)
+    waypoints = zigzag(MIDFIELD, 25.0, (0.0, 0.0))
     levels = [112.5 + 25.0 * number for number in range(10)]
     assert levels[-1] == 337.5
-    assert sorted(points) == [(x, y) for x in levels for y in levels]
-    assert points[:2] == ((112.5, 112.5), (137.5, 112.5))
-    # every step of the zigzag is one spacing
-    assert {math.dist(a, b) for a, b in pairwise(points)} == {25.0}
+    assert [sorted(row) for row in zip(waypoints[::2], waypoints[1::2], strict=True)] == [
+        [(112.5, y), (337.5, y)] for y in levels
+    ]
+    assert waypoints[0] == (112.5, 112.5)
+    assert {math.dist(a, b) for a, b in pairwise(waypoints)} == {225.0, 25.0}
 
 
 def test_the_length_of_the_survey() -> None:
@@ -47,11 +48,6 @@ def test_rows_run_along_the_longer_side() -> None:
 def test_a_width_that_is_no_multiple_of_the_swath_is_shared_out() -> None:
     """60 m in swaths of 25 m: three rows, 20 m apart, the outer ones 10 m from the border."""
     assert [begin[1] for begin, _ in rows([(0, 0), (100, 0), (100, 60), (0, 60)], 25.0)] == [10.0, 30.0, 50.0]
-
-
-def test_a_grid_in_a_short_row_keeps_its_ends() -> None:
-    assert grid([(0.0, 0.0), (60.0, 0.0)], 25.0) == ((0.0, 0.0), (30.0, 0.0), (60.0, 0.0))
-    assert grid([(0.0, 0.0), (0.0, 0.0)], 25.0) == ((0.0, 0.0),)
 
 
 # Any convex polygon -------------------------------------------------------------------------------

@@ -1,14 +1,20 @@
 """The truth of mapping, told a fleet by hand: milestones in their order, and who is missing at the end."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from missions.mapping.truth import MappingTruth
+import pytest
+from sample_vehicles import AUV
+
+from missions.mapping.sensors import COVERAGE, Seabed, SwathSettings
+from missions.mapping.truth import GOAL, MappingTruth
 from missions.meeting import Meeting
 from remoras.activities import Objective
+from remoras.database import VehicleData
 from remoras.mission import FleetView, Milestone
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
+from remoras.recorder import Recorder
 
 TEAM = Group(
     "Team",
@@ -18,6 +24,9 @@ TEAM = Group(
 )
 JETTY_M = (100.0, 100.0)
 EXPLORING = Objective("Team", "Hand", "Exploring", "bank")
+NOTHING = Seabed(25.0, {})
+BANK = Seabed.of_areas(25.0, {"bank": [(200.0, 0.0), (300.0, 0.0), (300.0, 25.0), (200.0, 25.0)]})
+"""Four cells in a row, whose centres are at 212.5, 237.5, 262.5 and 287.5."""
 PLAYED = (RoleAssignment("Team", "Head", "A"), RoleAssignment("Team", "Hand", "B"))
 
 
@@ -28,6 +37,9 @@ class Seen:
     name: str
     position_m: tuple[float, float] = (0.0, 0.0)
     is_alive: bool = True
+    speed_mps: float = 1.0
+    data: VehicleData = AUV
+    sensing: Sequence[str] = ()
     organisation: Organisation = field(default_factory=lambda: Organisation.of([TEAM], PLAYED))
     performed: tuple[str, ...] = ()
     finished: Sequence[Objective] = ()
@@ -71,9 +83,12 @@ class Fleet(FleetView):
         return self.a, self.b
 
 
-def truth(*groups: Group) -> MappingTruth:
+def truth(*groups: Group, seabed: Seabed = NOTHING, goal: float = 1.0, able: Sequence[str] = ("B",)) -> MappingTruth:
+    """The truth of areas that those named are able to map; without an area there is nothing to be done."""
     named = {group.name: group for group in groups or (TEAM,)}
-    return MappingTruth(Meeting(named, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, 900.0, {}))
+    swaths_m = {area: dict.fromkeys(able, 25.0) for area, _ in seabed.cells.values()}
+    meeting = Meeting(named, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, 900.0, {})
+    return MappingTruth(meeting, seabed, swaths_m, goal, Recorder([COVERAGE, GOAL]))
 
 
 def names(watching: MappingTruth) -> list[str]:
@@ -192,3 +207,85 @@ def test_the_group_that_supervises_gathers_last() -> None:
     watching = truth(TEAM, crew)
     assert watching.observe(fleet, 1.0)
     assert [m.group for m in watching.milestones if m.name == "gathered"] == ["Crew", "Team"]
+
+
+# What is covered, and the goal --------------------------------------------------------------------
+
+MAPPING = replace(AUV, sensors=(SwathSettings(name="mapping", swath_m=25.0, speed_limit_mps=1.25),))
+
+
+def sweep(watching: MappingTruth, fleet: Fleet, *xs_m: float, from_s: float = 1.0) -> None:
+    """B passes the middle of the bank at these places with its sensor on, one a second."""
+    fleet.b.data, fleet.b.sensing = MAPPING, ("mapping",)
+    for number, x_m in enumerate(xs_m):
+        fleet.b.position_m = (x_m, 12.5)
+        watching.observe(fleet, from_s + number)
+
+
+def test_a_cell_is_covered_under_a_sensor_that_is_on_and_slow_enough() -> None:
+    """The limit is 1.25 m/s. Three of four cells are 0.75."""
+    recorded = truth(seabed=BANK)
+    fleet = Fleet()
+    sweep(recorded, fleet, 212.5, 237.5, 262.5, 262.5)
+    assert recorded.goal_fraction == pytest.approx(0.75)
+    fleet.b.position_m, fleet.b.speed_mps = (287.5, 12.5), 1.3
+    recorded.observe(fleet, 9.0)
+    fleet.b.speed_mps, fleet.b.sensing = 1.25, ()  # what is off, or dead, covers nothing
+    recorded.observe(fleet, 10.0)
+    assert recorded.goal_fraction == pytest.approx(0.75)
+    fleet.b.sensing = ("mapping",)
+    recorded.observe(fleet, 11.0)
+    assert recorded.goal_fraction == 1.0
+
+
+def test_being_together_is_not_enough() -> None:
+    """Half of the cells against a goal of 0.8; nobody goes on for the 60 s of patience: that is the end."""
+    watching, fleet = truth(seabed=BANK, goal=0.8), Fleet()
+    sweep(watching, fleet, 212.5, 237.5)
+    fleet.a.position_m = fleet.b.position_m = JETTY_M
+    assert not watching.observe(fleet, 10.0)
+    assert not watching.is_over
+    watching.observe(fleet, 70.0)
+    assert not watching.is_over
+    watching.observe(fleet, 71.0)
+    assert watching.is_over
+    assert watching.close(fleet, 71.0) == "together after 71 s: 50 % of the work done, goal 80 %"
+    assert "mission_complete" not in names(watching)
+
+
+def test_who_goes_on_with_the_work_is_given_the_time() -> None:
+    watching, fleet = truth(seabed=BANK, goal=1.0), Fleet()
+    sweep(watching, fleet, 212.5, 237.5, 262.5)
+    fleet.a.position_m = fleet.b.position_m = JETTY_M
+    watching.observe(fleet, 10.0)
+    fleet.b.performed = ("ZigzagExploring",)
+    watching.observe(fleet, 100.0)
+    assert not watching.is_over
+    sweep(watching, fleet, 287.5, from_s=110.0)
+    fleet.b.performed, fleet.b.position_m = ("Homing",), JETTY_M
+    assert watching.observe(fleet, 200.0)
+    assert names(watching)[-1] == "mission_complete"
+
+
+def test_what_no_survivor_can_map_does_not_count() -> None:
+    """B alone is able: when it is lost, the two cells that it covered are all that could be had."""
+    watching, fleet = truth(seabed=BANK, able=("B",)), Fleet()
+    sweep(watching, fleet, 212.5, 237.5)
+    assert watching.goal_fraction == pytest.approx(0.5)
+    fleet.b.is_alive = False
+    watching.observe(fleet, 9.0)
+    assert watching.goal_fraction == 1.0
+    shared, fleet = truth(seabed=BANK, able=("A", "B")), Fleet()
+    sweep(shared, fleet, 212.5, 237.5)
+    fleet.b.is_alive = False
+    shared.observe(fleet, 9.0)
+    assert shared.goal_fraction == pytest.approx(0.5)
+
+
+def test_the_share_is_recorded_when_it_changes() -> None:
+    recorder = Recorder([COVERAGE, GOAL])
+    watching = MappingTruth(Meeting({"Team": TEAM}, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, 900.0, {}), BANK,
+                            {"bank": {"B": 25.0}}, 0.5, recorder)  # fmt: skip
+    sweep(watching, Fleet(), 212.5, 220.0, 237.5, 262.5)
+    assert [(time_s, round(share, 6)) for time_s, share in recorder.rows("goal")] == [(1.0, 0.5), (3.0, 1.0)]
+    assert [row[2] for row in recorder.rows("coverage")] == [8, 9, 10]

@@ -310,7 +310,7 @@ class TruthRaises(MappingMission):
             def observe(self, fleet: FleetView, now_s: float) -> bool:
                 raise KeyError("buoys")
 
-        return Truth(self.meeting)
+        return Truth(self.meeting, self.world(), self.swaths_m, self.settings.goal, recorder)
 
 
 class FigureOfNumbers(MappingMission):
