@@ -138,7 +138,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             vehicle.step(now_s, dt_s, neighbours.get(vehicle.data.node, ()))
         self._record(now_s)
         self._observe(now_s)
-        over = now_s + self.tick_s > self.duration_s or self._is_nobody_left or getattr(self.truth, "is_over", False)
+        over = now_s + self.tick_s > self.duration_s or self._is_nobody_left or self.truth.is_over
         if self.completed or over:
             self.running = False
             self.reason = self.truth.close(self.view, now_s)

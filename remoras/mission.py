@@ -182,7 +182,7 @@ class Truth(Protocol):
     @property
     def is_over(self) -> bool:
         """True once nothing more will come of the run although the mission is not complete: it ends then."""
-        return False
+        ...
 
     def close(self, fleet: FleetView, now_s: float) -> str:
         """End of the run: the reason if the mission is not complete, else an empty text."""

@@ -49,6 +49,11 @@ class MeetingTruth:
         """Share of the groups that have met; a mission with work of its own says what share of that is done."""
         return 1.0 if not self._n_meetings else 1.0 - len(self._apart) / self._n_meetings
 
+    @property
+    def is_over(self) -> bool:
+        """True once nothing more will come of the run; a mission says when."""
+        return False
+
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Note what the mission wants to know; called after each tick and each round once all is agreed."""
 

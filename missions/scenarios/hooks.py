@@ -16,7 +16,7 @@ from remoras.recorder import Recorder
 from remoras.work import Job
 
 PARTS_OF_JOB = ("name", "place_m", "needs", "done", "is_able", "after")
-PARTS_OF_TRUTH = ("milestones", "goal_fraction", "observe", "close")
+PARTS_OF_TRUTH = ("milestones", "goal_fraction", "is_over", "observe", "close")
 
 
 def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:

@@ -87,6 +87,10 @@ class VisitingTruth:
         self.milestones: list[Milestone] = []
 
     @property
+    def is_over(self) -> bool:
+        return False
+
+    @property
     def goal_fraction(self) -> float:
         return len({one.name for one in self.milestones}) / len(self._jobs)
 
@@ -97,10 +101,6 @@ class VisitingTruth:
                 if not any((one.name, one.vehicle) == (milestone.name, vehicle.name) for one in self.milestones):
                     self.milestones.append(milestone)
         return {one.name for one in self.milestones} == {f"visited {job}" for job in self._jobs}
-
-    @property
-    def goal_fraction(self) -> float:
-        return len({one.name for one in self.milestones}) / len(self._jobs)
 
     def close(self, fleet: FleetView, now_s: float) -> str:
         return f"visited only: {', '.join(sorted({one.name for one in self.milestones}))}"

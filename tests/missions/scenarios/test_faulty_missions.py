@@ -80,7 +80,7 @@ MISSIONS = [
     ("WorldRaises", r"world raised KeyError: 'buoys'; expected: what its sensors perceive"),
     ("DomainOfNumbers", r"social_domain returned 5; expected: a remoras\.htn\.Domain"),
     ("Dancing", r"social_domain returned .*; expected: .* AllocateRoles, GiveMission, AssignObjective"),
-    ("NoTruth", r"truth returned None; expected: an object with milestones, observe, close"),
+    ("NoTruth", r"truth returned None; expected: an object with milestones, goal_fraction, is_over, observe, close"),
     ("FigureOfNumbers", r"figures returned \(3,\); expected: a tuple of Figure, Layer and Mark"),
     ("PlacesRaise", r"places raised KeyError: 'buoys'; expected: a list of missions\.figure\.Place"),
     ("PlacesOfNumbers", r"places returned \[3\]; expected: a list of missions\.figure\.Place"),
