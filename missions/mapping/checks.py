@@ -101,30 +101,20 @@ def _explorers(raw: Raw) -> Iterator[ConfigurationFault]:
 
 
 def _goal(raw: Raw) -> Iterator[ConfigurationFault]:
-    """A goal that asks for more cells than all the vehicles together are able to map."""
+    """A goal that asks for more cells than the areas have that some vehicle is able to map."""
     goal = table_of(raw, "mission").get("goal", MappingSettings.model_fields["goal"].default)
     cell_m = table_of(raw, "world").get("cell_m")
     areas = [(str(area.get("name")), tuple(_corners(area))) for area in entries(raw, "area")]
     if not (_is_number(goal) and _is_number(cell_m) and cell_m > 0 and all(len(c) >= 3 for _, c in areas) and areas):
         return
-    swaths = tuple(tuple(sorted(_swaths_m(raw, name))) for name, _ in areas)
-    if any(math.isnan(swath) for of_area in swaths for swath in of_area):
-        return  # a sensor of another kind, whose reach is not known here
-    grounds = grounds_of(float(cell_m), tuple(areas), swaths)
-    reached = {
-        name: grounds[name].work.bit_count() if of_area else 0 for (name, _), of_area in zip(areas, swaths, strict=True)
-    }
-    n_cells = sum(len(ground.cells) for ground in grounds.values())
-    if sum(reached.values()) < goal * n_cells:
-        most = math.floor(1000.0 * sum(reached.values()) / n_cells) / 1000.0
-        lacking = [
-            f"{name} ({len(ground.cells) - reached[name]} of {len(ground.cells)} cells)"
-            for name, ground in grounds.items()
-            if reached[name] < len(ground.cells)
-        ]
+    n_cells = {name: len(ground.cells) for name, ground in grounds_of(float(cell_m), tuple(areas)).items()}
+    lacking = [name for name in n_cells if not _is_able_to_map(raw, name)]
+    n_all = sum(n_cells.values())
+    n_reached = n_all - sum(n_cells[name] for name in lacking)
+    if n_reached < goal * n_all:
         allowed = (
-            f"out of reach: no row of a vehicle able to play a role with the area covers all of {', '.join(lacking)}; "
-            f"allowed: above 0 to {most:g}, or give vehicles roles and swaths that cover them"
+            f"out of reach: no vehicle with a sensor is able to play a role with the job {', '.join(lacking)}; "
+            f"allowed: above 0 to {math.floor(1000.0 * n_reached / n_all) / 1000.0:g}, the share of the other areas"
         )
         yield ConfigurationFault("mission.goal", str(goal), allowed)
 
@@ -133,21 +123,15 @@ def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _swaths_m(raw: Raw, area: str) -> set[float]:
-    """Swaths of the vehicles that are able to map an area; not a number for a sensor of another kind."""
+def _is_able_to_map(raw: Raw, area: str) -> bool:
+    """True if a vehicle with a sensor is able to play a role with the area."""
     roles = {
-        role.get("name")
+        str(role.get("name"))
         for group in entries(raw, "group")
         for role in entries(group, "role")
         if area in (role.get("job"), role.get("area"))
     }
-    found = set()
-    for vehicle in entries(raw, "vehicle"):
-        if roles.isdisjoint(str(name) for name in list_of(vehicle, "playable_roles")):
-            continue
-        sensors = vehicle.get("sensor", [])
-        for sensor in sensors if isinstance(sensors, list) else [sensors]:
-            width_m = sensor.get("swath_m") if isinstance(sensor, dict) else None
-            is_own = isinstance(sensor, dict) and sensor.get("type", "mapping") in ("", "mapping")
-            found.add(float(width_m) if is_own and _is_number(width_m) and width_m > 0.0 else math.nan)
-    return found
+    return any(
+        vehicle.get("sensor") and not roles.isdisjoint(map(str, list_of(vehicle, "playable_roles")))
+        for vehicle in entries(raw, "vehicle")
+    )

@@ -3,7 +3,8 @@
 Rows are those of ``survey``, for the swath of the vehicle. Each cell belongs to the row that passes it nearest. A row
 of which some cells are mapped is cut to the span of those that are left; a row of which none is left is not run. Rows
 are run upwards or downwards, each from the end from which the whole way is shortest, so a vehicle never goes farther
-where less is left. An area of which nothing is mapped is run as ``zigzag`` says.
+where less is left. An area of which nothing is mapped is run to and fro, as ``zigzag`` says. Beside a slanted
+border rows are longer than those of ``survey``: they reach every cell.
 
 Cells left are the bits of one whole number, by their index in the area: such a number is compared, remembered and cut
 to a row without looking at single cells.
@@ -12,14 +13,13 @@ to a row without looking at single cells.
 from __future__ import annotations
 
 import math
-import operator
 import weakref
 from collections.abc import Sequence, Set
-from functools import lru_cache, reduce
+from functools import lru_cache
 from typing import NamedTuple
 
 from missions.mapping.sensors import Cell, Seabed, seabed_of
-from missions.mapping.survey import Point, length_m, rows, runs_along_x, zigzag
+from missions.mapping.survey import Point, length_m, rows, runs_along_x, to_and_fro
 
 TOLERANCE_M = 1e-6
 
@@ -60,21 +60,16 @@ class Ground:
         corners_m: of the area, in order.
         cell_m: side of a cell.
         cells: of the area, by index: row by row, from the south-west.
-        swaths_m: of the vehicles that are to survey it.
     """
 
-    def __init__(
-        self, corners_m: Sequence[Point], cell_m: float, cells: Sequence[Cell], swaths_m: Sequence[float] = ()
-    ) -> None:
+    def __init__(self, corners_m: Sequence[Point], cell_m: float, cells: Sequence[Cell]) -> None:
         self.corners_m = tuple(corners_m)
         self.cell_m = cell_m
         self.cells = tuple(cells)
         self._known: dict[int, tuple[weakref.ref[Set[float]], int, int]] = {}
         self.survey = lru_cache(maxsize=64)(self._survey)
         self.work = (1 << len(self.cells)) - 1
-        """Bits of the cells that there are to map: those which the rows of at least one of the vehicles cover."""
-        if swaths_m:
-            self.work = reduce(operator.or_, (self.survey(swath_m).reach for swath_m in swaths_m))
+        """Bits of all the cells."""
 
     def centre_m(self, index: int) -> Point:
         """Centre of a cell."""
@@ -108,8 +103,7 @@ class Survey:
     def __init__(self, ground: Ground, swath_m: float) -> None:
         self.ground = ground
         self.swath_m = swath_m
-        self._inset_m = min(swath_m, ground.cell_m) / 2.0
-        ends = rows(ground.corners_m, swath_m, self._inset_m)
+        ends = rows(ground.corners_m, swath_m, min(swath_m, ground.cell_m) / 2.0)
         self._axis = 0 if runs_along_x(ground.corners_m) else 1
         self._along_m: list[float] = [0.0] * len(ground.cells)
         lines: list[dict[int, int]] = [{} for _ in ends]
@@ -117,28 +111,40 @@ class Survey:
             if (number := self._nearest(index, ends)) is not None:
                 line = ground.cells[index][1 - self._axis]
                 lines[number][line] = lines[number].get(line, 0) | 1 << index
-        self.rows = [
-            Row(of_row, sum(of_lines.values()), tuple(of_lines.values()))
-            for of_row, of_lines in zip(ends, lines, strict=True)
-        ]
+        self.rows: list[Row] = []
+        for of_row, of_lines in zip(ends, lines, strict=True):
+            self.rows.append(Row(of_row, sum(of_lines.values()), tuple(of_lines.values())))
+            self._lengthen(len(self.rows) - 1)
         self.reach = sum(row.cells for row in self.rows)
         """Bits of the cells that the rows cover."""
         self._runs_all = all(row.cells for row in self.rows)
         self.ways = lru_cache(maxsize=4096)(self._ways)
 
     def _nearest(self, index: int, ends: Sequence[tuple[Point, Point]]) -> int | None:
-        """The row that passes a cell nearest; None if none covers it. Notes where on the row that is."""
+        """The row that passes a cell nearest; None if all are farther than the swath reaches.
+
+        Notes where on the row the cell is passed: beyond its end if it cannot be seen from there.
+        """
         centre_m, axis = self.ground.centre_m(index), self._axis
-        found, least_m = None, self.swath_m / 2.0 + TOLERANCE_M
-        for number, (first, last) in enumerate(ends):
-            if abs(centre_m[1 - axis] - first[1 - axis]) > least_m:
-                continue
-            along_m = min(max(centre_m[axis], first[axis]), last[axis])
-            off_m = math.hypot(centre_m[axis] - along_m, centre_m[1 - axis] - first[1 - axis])
-            if off_m <= least_m - (0.0 if found is None else TOLERANCE_M):
-                found, least_m = number, off_m
-                self._along_m[index] = along_m
-        return found
+        reach_m = self.swath_m / 2.0 + TOLERANCE_M
+        off_m, number = min(
+            ((abs(centre_m[1 - axis] - first[1 - axis]), number) for number, (first, _) in enumerate(ends)),
+            default=(math.inf, 0),
+        )
+        if off_m > reach_m:
+            return None
+        first, last = ends[number]
+        along_m = min(max(centre_m[axis], first[axis]), last[axis])
+        is_seen = math.hypot(centre_m[axis] - along_m, off_m) <= reach_m
+        self._along_m[index] = along_m if is_seen else centre_m[axis]
+        return number
+
+    def _lengthen(self, number: int) -> None:
+        """Let a row reach the cells that it is to pass: beside a slanted border they lie beyond its ends."""
+        row, axis = self.rows[number], self._axis
+        at_m = [self._along_m[index] for index in range(len(self.ground.cells)) if row.cells >> index & 1]
+        low_m, high_m = min([row.ends_m[0][axis], *at_m]), max([row.ends_m[1][axis], *at_m])
+        self.rows[number] = row._replace(ends_m=(self.point_m(number, low_m), self.point_m(number, high_m)))
 
     def along_m(self, point: Point) -> float:
         """Coordinate of a point along the rows."""
@@ -179,14 +185,13 @@ class Survey:
         return (*_onwards(lines), *_onwards(lines[::-1]))
 
     def _whole(self) -> tuple[Way, ...]:
-        """As ``zigzag`` runs the area, from each corner of the box around it."""
-        xs, ys = [x for x, _ in self.ground.corners_m], [y for _, y in self.ground.corners_m]
+        """To and fro over all rows, from each end that this may begin at."""
+        lines = [row.ends_m for row in self.rows]
         found: dict[Point, Way] = {}
-        for corner in [(x, y) for x in (min(xs), max(xs)) for y in (min(ys), max(ys))]:
-            start = zigzag(self.ground.corners_m, self.swath_m, corner, self._inset_m)[0]
-            points = zigzag(self.ground.corners_m, self.swath_m, start, self._inset_m)
-            number = next(n for n, row in enumerate(self.rows) if points[0] in row.ends_m)
-            found[start] = Way(start, points[-1], length_m(points), number, (points[0], points[1]))
+        for number in (0, len(lines) - 1):
+            for start_m in lines[number]:
+                points = to_and_fro(lines, start_m)
+                found[start_m] = Way(start_m, points[-1], length_m(points), number, (points[0], points[1]))
         return tuple(found.values())
 
 
@@ -222,20 +227,9 @@ def ground_of(corners_m: tuple[Point, ...], cell_m: float) -> Ground:
 
 
 @lru_cache(maxsize=8)
-def grounds_of(
-    cell_m: float, corners_m: tuple[tuple[str, tuple[Point, ...]], ...], swaths_m: tuple[tuple[float, ...], ...]
-) -> dict[str, Ground]:
-    """The grounds of areas by name; the runs of a study share theirs.
-
-    Args:
-        cell_m: side of a cell.
-        corners_m: of each area, with its name.
-        swaths_m: of the vehicles that are to survey it, for each area.
-    """
+def grounds_of(cell_m: float, corners_m: tuple[tuple[str, tuple[Point, ...]], ...]) -> dict[str, Ground]:
+    """The grounds of areas by name; the runs of a study share theirs."""
     cells: dict[str, list[Cell]] = {name: [] for name, _ in corners_m}
     for cell, (name, _) in seabed_of(cell_m, corners_m).cells.items():
         cells[name].append(cell)
-    return {
-        name: Ground(corners, cell_m, cells[name], swaths)
-        for (name, corners), swaths in zip(corners_m, swaths_m, strict=True)
-    }
+    return {name: Ground(corners, cell_m, cells[name]) for name, corners in corners_m}

@@ -118,8 +118,7 @@ class MappingMission(Mission):
         self._cell_m = cell_m
         self._places = places
         self.swaths_m = swaths_m
-        swaths = tuple(tuple(sorted(set(swaths_m[name].values()))) for name in corners_m)
-        grounds = grounds_of(cell_m, tuple(corners_m.items()), swaths)
+        grounds = grounds_of(cell_m, tuple(corners_m.items()))
         self._jobs = {name: SurveyJob(name, corners, (), grounds[name]) for name, corners in corners_m.items()}
         self.meeting = Meeting(
             self.groups,

@@ -64,7 +64,11 @@ def zigzag(corners: Sequence[Point], swath_m: float, start_m: Point, inset_m: fl
     >>> zigzag([(0, 0), (0, 20), (40, 20), (40, 0)], 10.0, (0.0, 30.0))
     [(5.0, 15.0), (35.0, 15.0), (35.0, 5.0), (5.0, 5.0)]
     """
-    lines = rows(corners, swath_m, inset_m)
+    return to_and_fro(rows(corners, swath_m, inset_m), start_m)
+
+
+def to_and_fro(lines: Sequence[tuple[Point, Point]], start_m: Point) -> list[Point]:
+    """Waypoints along all lines, one after the other, from the end of the first or last one nearest to ``start_m``."""
     corners_first = [(math.dist(start_m, lines[r][e]), r, e) for r in (0, len(lines) - 1) for e in (0, 1)]
     _, first_row, first_end = min(corners_first)
     ordered = lines if first_row == 0 else lines[::-1]

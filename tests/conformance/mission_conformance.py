@@ -219,6 +219,7 @@ class Unseeing:
     end_s: float
     milestones: list[Milestone] = field(default_factory=list)
     goal_fraction: float = 1.0
+    is_over: bool = False
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         """Look away."""

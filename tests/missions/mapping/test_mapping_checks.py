@@ -100,6 +100,20 @@ def test_an_importance_is_of_a_role_that_is_there() -> None:
     assert "did you mean 'Hand'" in fault.allowed
 
 
+def test_a_goal_beyond_the_areas_that_somebody_is_given_is_out_of_reach() -> None:
+    """Two areas of 100 cells; no role has the second one, so half of all can be had."""
+    south = {"name": "south bank", "corners_m": [[0.0, 100.0], [100.0, 100.0], [100.0, 200.0], [0.0, 200.0]]}
+    raw = with_areas(south)
+    raw["mission"]["goal"] = 0.5
+    assert faults(raw) == []
+    raw["mission"]["goal"] = 0.51
+    (fault,) = faults(raw)
+    assert (fault.key, fault.given) == ("mission.goal", "0.51")
+    assert "job south bank; allowed: above 0 to 0.5" in fault.allowed
+    raw["mission"]["goal"] = "half"  # the type is reported as what it is
+    assert faults(raw) == []
+
+
 JUNK = st.sampled_from([None, 5, -1.5, True, "text", [], {}, [5], [[]], [{}], [[1, 2]], {"name": 5}, [{"name": "A"}]])
 PLACES = [
     ("world",), ("world", "x_m"), ("world", "cell_m"), ("area",), ("area", 0), ("area", 0, "corners_m"),

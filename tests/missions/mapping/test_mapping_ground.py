@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from missions.mapping.ground import Ground, Survey, ground_of
-from missions.mapping.survey import Point, length_m, zigzag
+from missions.mapping.survey import Point, length_m, rows, to_and_fro, zigzag
 
 SQUARE = ((100.0, 100.0), (100.0, 350.0), (350.0, 350.0), (350.0, 100.0))
 SWATHS_M = st.sampled_from([10.0, 25.0, 30.0, 60.0])
@@ -83,14 +83,25 @@ def test_with_nothing_known_it_is_the_zigzag_of_the_paper(at_m: Point) -> None:
 
 
 @given(grounds(), SWATHS_M)
-def test_from_each_end_an_untouched_area_is_run_as_the_zigzag_runs_it(ground: Ground, swath_m: float) -> None:
+def test_an_untouched_area_is_run_to_and_fro_from_each_end(ground: Ground, swath_m: float) -> None:
     survey = ground.survey(swath_m)
-    inset_m = min(swath_m, ground.cell_m) / 2.0
-    for way in survey.ways(ground.work):
-        if survey.reach and all(row.cells for row in survey.rows):
-            points = zigzag(ground.corners_m, swath_m, way.first_m, inset_m)
+    lines = [row.ends_m for row in survey.rows]
+    if survey.reach and all(row.cells for row in survey.rows):
+        for way in survey.ways(ground.work):
+            points = to_and_fro(lines, way.first_m)
             assert (way.first_m, way.last_m) == (points[0], points[-1])
             assert way.length_m == pytest.approx(length_m(points))
+
+
+@given(grounds(), SWATHS_M)
+def test_rows_reach_every_cell_and_are_never_shorter_than_those_of_the_paper(ground: Ground, swath_m: float) -> None:
+    """Rows are at most a swath apart, so every cell is within half a swath of one, if that is long enough."""
+    survey = ground.survey(swath_m)
+    assert survey.reach == ground.work
+    for row, (first, last) in zip(
+        survey.rows, rows(ground.corners_m, swath_m, min(swath_m, ground.cell_m) / 2.0), strict=True
+    ):
+        assert math.dist(*row.ends_m) >= math.dist(first, last) - 1e-9
 
 
 @given(grounds(), SWATHS_M, st.data(), st.tuples(st.floats(-300, 300), st.floats(-300, 300)))
@@ -105,15 +116,6 @@ def test_where_less_is_left_a_vehicle_is_done_no_later(
         return min((math.dist(way.first_m, at_m) + way.length_m for way in survey.ways(left)), default=0.0)
 
     assert way_m(less) <= way_m(more) + 1e-6
-
-
-def test_what_no_row_passes_is_no_work() -> None:
-    """Rows of a swath of 10 m reach 5 m to both sides. On a ground of one cell of 25 m per side the rows at 5, 15 and
-    25 m... pass the centre at 12.5 m; a swath of 4 m leaves cells between its rows where these are not 4 m apart."""
-    triangle = ((0.0, 0.0), (100.0, 0.0), (0.0, 100.0))
-    wide, narrow = ground_of(triangle, 10.0).survey(40.0), ground_of(triangle, 10.0).survey(10.0)
-    both = Ground(triangle, 10.0, ground_of(triangle, 10.0).cells, (40.0, 10.0))
-    assert both.work == wide.reach | narrow.reach
 
 
 def test_bits_follow_a_set_that_grows() -> None:
