@@ -153,16 +153,16 @@ def test_of_a_censored_metric_no_run_is_left_out(tmp_path: Path) -> None:
     runs = [made_up(task) for task in plan.missing({})]
     for run, task in zip(runs, plan.missing({}), strict=True):
         late = task.repeat % 2 == 0 and task.scenario.communication.policy == "ack"
-        run.line["summary"]["mapping_time_s"] = None if late else 9.0
+        run.line["summary"]["time_to_95_s"] = None if late else 9.0
     log.append(runs)
     log.close()
-    rows = compare(SweepResults.read(tmp_path / "out"), ["mapping_time_s"])
-    slow, quick = row_of(rows, "ack", "mapping_time_s"), row_of(rows, "mps-ack", "mapping_time_s")
+    rows = compare(SweepResults.read(tmp_path / "out"), ["time_to_95_s"])
+    slow, quick = row_of(rows, "ack", "time_to_95_s"), row_of(rows, "mps-ack", "time_to_95_s")
     assert (slow.n, slow.n_reached, slow.mean) == (8, 4, 14.5)
     assert (quick.n, quick.n_reached, quick.mean, quick.diff_to_baseline) == (8, 8, 9.0, -5.5)
     assert slow.ci95_low is not None
     assert slow.ci95_low < 14.5
-    text = CliRunner().invoke(app, ["compare", str(tmp_path / "out"), "--metric", "mapping_time_s"]).stdout
+    text = CliRunner().invoke(app, ["compare", str(tmp_path / "out"), "--metric", "time_to_95_s"]).stdout
     assert "restricted means: the 4 of 16 runs that did not get there count with the whole duration" in text
 
 

@@ -69,9 +69,9 @@ def test_a_rule_without_a_limit_is_refused(tmp_path: Path) -> None:
 
 def test_runs_that_never_got_there_count_in_a_rule_with_their_duration(tmp_path: Path) -> None:
     """Nobody maps 95 % in 20 s, so all values are 20 s and the mean is known after the fewest repeats."""
-    rule = '[stopping]\nmetric = "mapping_time_s"\nhalf_width = 1\nminimum = 3\nmaximum = 9\n'
+    rule = '[stopping]\nmetric = "time_to_95_s"\nhalf_width = 1\nminimum = 3\nmaximum = 9\n'
     schedule = plan_of(tmp_path, study_text(per="[0.1]", extra=rule)).schedule
-    summaries = {schedule.key(0, repeat): {"mapping_time_s": None} for repeat in range(3)}
+    summaries = {schedule.key(0, repeat): {"time_to_95_s": None} for repeat in range(3)}
     assert schedule.repeats(0, summaries) == 3
 
 

@@ -127,4 +127,4 @@ def test_bits_by_content_add_up_to_all_bits(strategy: str) -> None:
 def test_a_metric_that_does_not_apply_has_no_field() -> None:
     found = summary(run_scenario(load("mapping-rendezvous", [("--set", "scenario.duration_s=30")]), 1))
     assert "recovery_time_s" not in found
-    assert found["mapping_time_s"] is None
+    assert found["time_to_95_s"] is None
