@@ -41,6 +41,7 @@ COLUMNS = {
     "activities": "time_s, vehicle, type, name, role, motivation",
     "satisfaction": "time_s, vehicle, group, role, value",
     "coverage": "time_s, vehicle, cell_x, cell_y",
+    "goal": "time_s, goal_fraction",
     "packets": "slot, time_s, sender, size_bits, items, acks, receivers, lost_by",
     "knowledge": "time_s, vehicle, item, origin, event",
     "faults": "time_s, vehicle, kind, detail",
