@@ -42,17 +42,23 @@ LONG_LINK = 2.0
 """From a row to the next one that is more swaths away than this, a vehicle goes at transit speed."""
 
 
+WORTH_FINISHING = 0.42
+"""Stimulus of the last of the work: an exploration that was interrupted there outweighs homing still (0.6 to 0.3)."""
+
+
 def due(share_left: float, half_left: float) -> float:
-    """Stimulus of work of which a share is left, 0..1.
+    """Stimulus of work of which a share is left: 0 if none is, else from ``WORTH_FINISHING`` to 1.
 
     Args:
         share_left: 0..1.
-        half_left: share at which the stimulus is half; 0 if it does not fall.
+        half_left: share at which the stimulus is half way between the two; 0 if it does not fall.
 
     >>> due(1.0, 0.25), due(0.25, 0.25), due(0.0, 0.25)
-    (0.8, 0.5, 0.0)
+    (0.884, 0.71, 0.0)
     """
-    return share_left / (share_left + half_left) if share_left > 0.0 else 0.0
+    if share_left <= 0.0:
+        return 0.0
+    return WORTH_FINISHING + (1.0 - WORTH_FINISHING) * share_left / (share_left + half_left)
 
 
 class WorkLeft:

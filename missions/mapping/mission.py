@@ -8,12 +8,12 @@ Its tasks, top down. Missions become objectives of roles (the social layer plans
 Objectives become activities (each vehicle plans its own, with its own characteristics; Table II)::
 
     GroupSupervision  -> OrganisationalPerformanceOptimiser + MissionPlanner | LeaderInformationGathering
-                         | GlobalReactiveNavigation + Following (Leader to ...)
-    MissionGathering  -> PerformerSubordination | LocalReactiveNavigation + Following (Follower to ...)
-    RendezVous(p)     -> GlobalReactiveNavigation + Homing(p)
-    Exploring(area)   -> GlobalReactiveNavigation + ZigzagExploring(area), while nobody has finished the area
+                         | Following (Leader to ...)
+    MissionGathering  -> Following (Follower to ...)
+    RendezVous(p)     -> Homing(p)
+    Exploring(area)   -> ZigzagExploring(area), while nobody has finished the area
     Mapping           -> Mapping, at the side of ZigzagExploring
-    Positioning       -> GlobalReactiveNavigation + Positioning(place in the formation)
+    Positioning       -> Positioning(place in the formation)
 
 Activities that one method names side by side are performed simultaneously; ``|`` separates those that need not.
 Nothing in here says when a vehicle turns from one to another: that is decided by motivations alone.
@@ -64,7 +64,6 @@ from remoras.work import Point
 COLLECTIVE = frozenset({*OBJECTIVES, "Positioning"})
 
 ACTIVITY_TYPES = {
-    "GlobalReactiveNavigation": ActivityType.NAVIGATION,
     "Positioning": ActivityType.GUIDANCE,
     "ZigzagExploring": ActivityType.GUIDANCE,
     "Mapping": ActivityType.PRODUCTIVE,

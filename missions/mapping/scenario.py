@@ -32,7 +32,7 @@ class MappingSettings(Section):
         description="share of the cells of all areas that must be mapped for the mission to complete",
     )
     half_left: float = Field(
-        0.03, ge=0.0, le=1.0, description="share of an area left at which going on with it attracts half as much"
+        0.1, ge=0.0, le=1.0, description="share of an area left at which going on with it attracts half as much"
     )
     importance: dict[str, Annotated[float, Field(ge=0.0, le=1.0)]] = Field(
         description="importance of objectives, by Role.Objective or by Objective"

@@ -84,7 +84,7 @@ def activity_domain(activity_names: Iterable[str]) -> Domain:
         "PursueExploring": [
             Method(
                 "zigzag",
-                activities("GlobalReactiveNavigation", "ZigzagExploring"),
+                activities("ZigzagExploring"),
                 lambda facts, context: has_sensor(facts, context) and is_open(facts, context),
             ),
             Method("nothing left to explore", activities()),
@@ -94,6 +94,6 @@ def activity_domain(activity_names: Iterable[str]) -> Domain:
                    lambda facts, context: has_sensor(facts, context) and apart(facts, context)),
             Method("nothing left to map", activities()),
         ],
-        "PursuePositioning": [Method("take place", activities("GlobalReactiveNavigation", "Positioning"))],
+        "PursuePositioning": [Method("take place", activities("Positioning"))],
     }  # fmt: skip
     return Domain.of([Operator(name) for name in activity_names], methods)

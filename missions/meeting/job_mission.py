@@ -26,7 +26,7 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import Field, field_validator
 
 from missions.figure import Place
-from missions.meeting.meeting import GATHERING, NEEDS, OBJECTIVES, RENDEZ_VOUS, ROAMING, SUPERVISION, Meeting, Pursuit
+from missions.meeting.meeting import GATHERING, NEEDS, OBJECTIVES, RENDEZ_VOUS, SUPERVISION, Meeting, Pursuit
 from missions.meeting.meeting import importance_of as importance_in
 from missions.meeting.settings import MEETING_DEADLINE
 from missions.meeting.truth import JOBS, JobTruth
@@ -198,7 +198,7 @@ class JobMission(Mission):
         importance = importance_in(
             {self.objective: self.meeting.importance[WORK], **self.meeting.importance}, objective
         )
-        return (ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing, ROAMING), importance),), ends
+        return (ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), importance),), ends
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """What ``behaviour_at`` says for a job; the behaviours of the meeting else."""

@@ -3,9 +3,13 @@
 Three objectives, and the activities by which they are pursued (Table II of the REMORAS paper)::
 
     GroupSupervision  -> OrganisationalPerformanceOptimiser + MissionPlanner | LeaderInformationGathering
-                         | GlobalReactiveNavigation + Following (Leader to ...)
-    MissionGathering  -> PerformerSubordination | LocalReactiveNavigation + Following (Follower to ...)
-    RendezVous(p)     -> GlobalReactiveNavigation + Homing(p)
+                         | Following (Leader to ...)
+    MissionGathering  -> Following (Follower to ...)
+    RendezVous(p)     -> Homing(p)
+
+The table's PerformerSubordination and its ways of navigating would change nothing here and are left out: whoever plays
+a role obeys it in any case, and all vehicles know where they are. LeaderInformationGathering is perceived, not
+performed: by it a head is content or not.
 
 The head of a group has the first from the start; the mission's plan assigns the others, see ``Meeting.tasks``.
 """
@@ -23,7 +27,6 @@ from remoras.behaviours import (
     Homing,
     LeadingFollowers,
     Planning,
-    Standing,
     Supervision,
 )
 from remoras.beliefs import Beliefs, Key
@@ -49,7 +52,6 @@ NEWS_FRAMES = 20.0
 
 Of a vehicle that is heard in one frame of five, 0.8^20 = 1 % of such intervals bring nothing.
 """
-ROAMING = Activity("GlobalReactiveNavigation", ActivityType.NAVIGATION)
 
 Pursuit = tuple[tuple[ActivitySet, ...], frozenset[Key]]
 """Activities for an objective, and the facts that this choice rests on."""
@@ -115,15 +117,10 @@ class Meeting:
                 watching = Activity("LeaderInformationGathering", ActivityType.ORGANISATIONAL)
                 # To plan what is due comes before everything but survival.
                 planning = ActivitySet(objective, ActivityKind.COLLECTIVE, (optimiser, planner), 1.0)
-                return (planning, self._set(objective, watching), self._set(objective, following, ROAMING)), frozenset(
-                    keys
-                )
+                return (planning, self._set(objective, watching), self._set(objective, following)), frozenset(keys)
             case "MissionGathering":
-                obeying = Activity("PerformerSubordination", ActivityType.ORGANISATIONAL)
                 following = Activity("Following", ActivityType.GUIDANCE, ("follower", facts.get(head_key)))
-                near = Activity("LocalReactiveNavigation", ActivityType.NAVIGATION)
-                sets = self._set(objective, obeying), self._set(objective, following, near)
-                return sets, frozenset({head_key})
+                return (self._set(objective, following),), frozenset({head_key})
         point_m = self.rally_points_m[objective.argument]
         homing = Activity("Homing", ActivityType.GUIDANCE, (point_m, group.name))
         head = group.role(objective.role)
@@ -134,7 +131,7 @@ class Meeting:
                 rests_on |= {("gatheredAt", other), *roles}
                 if facts.get(("gatheredAt", other)) is None and any(vehicle in facts.get(key) for key in roles):
                     return (), frozenset(rests_on)
-        return (self._set(objective, homing, ROAMING),), frozenset(rests_on)
+        return (self._set(objective, homing),), frozenset(rests_on)
 
     def _set(self, objective: Objective, *activities: Activity) -> ActivitySet:
         importance = importance_of(self.importance, objective)
@@ -147,8 +144,6 @@ class Meeting:
                 return Planning()
             case "LeaderInformationGathering":
                 return Supervision(self.patience_s)
-            case "PerformerSubordination":
-                return Standing()
             case "Homing":
                 point_m, group = activity.parameters
                 return Homing(point_m, self.arrival_radius_m, group, data)

@@ -42,19 +42,18 @@ AREAS = {
     "RightWinger": {(100.0, 350.0), (100.0, 600.0), (350.0, 600.0), (350.0, 350.0)},
 }
 ACTIVITIES_OF_AUV00 = {
-    ("Tactician", "MissionGathering"): {"LocalReactiveNavigation", "Following", "PerformerSubordination"},
-    ("Tactician", "RendezVous"): {"GlobalReactiveNavigation", "Homing"},
+    ("Tactician", "MissionGathering"): {"Following"},
+    ("Tactician", "RendezVous"): {"Homing"},
     ("Coordinator", "GroupSupervision"): {
-        "GlobalReactiveNavigation",
         "Following",
         "LeaderInformationGathering",
         "OrganisationalPerformanceOptimiser",
         "MissionPlanner",
     },
-    ("Coordinator", "RendezVous"): {"GlobalReactiveNavigation", "Homing"},
+    ("Coordinator", "RendezVous"): {"Homing"},
     ("Cartographer", "Mapping"): {"Mapping"},
-    ("Midfield", "Positioning"): {"Positioning", "GlobalReactiveNavigation"},
-    ("Midfield", "Exploring"): {"ZigzagExploring", "GlobalReactiveNavigation"},
+    ("Midfield", "Positioning"): {"Positioning"},
+    ("Midfield", "Exploring"): {"ZigzagExploring"},
 }
 
 
@@ -173,7 +172,7 @@ def test_to_organise_and_to_plan_go_together(fleet: Fleet) -> None:
     for vehicle in fleet.vehicles:
         for one in vehicle.executive.sets:
             if one.types >> ActivityType.PLANNING & 1:
-                assert one.types >> ActivityType.ORGANISATIONAL & 1
+                assert {a.type for a in one.activities} == {ActivityType.ORGANISATIONAL, ActivityType.PLANNING}
                 assert {a.name for a in one.activities} == {"OrganisationalPerformanceOptimiser", "MissionPlanner"}
     planners = {
         vehicle.name
