@@ -136,6 +136,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         neighbours = self._neighbours()
         for vehicle in self.vehicles:
             vehicle.step(now_s, dt_s, neighbours.get(vehicle.data.node, ()))
+            self._share_at_once(vehicle, now_s)
         self._record(now_s)
         self._observe(now_s)
         over = now_s + self.tick_s > self.duration_s or self._is_nobody_left or self.truth.is_over
@@ -195,6 +196,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             case FrameEnds(number=frame):
                 for vehicle in self.vehicles:
                     vehicle.consult(now_s)
+                    self._share_at_once(vehicle, now_s)
                 self.holders.compare([(v.name, v.social.organisation) for v in self.vehicles if v.is_alive])
                 self._observe(now_s)
                 next_s = self.schedule.start_s((frame + 1) * self.schedule.n_nodes)
@@ -203,6 +205,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
     def _transmit(self, slot: int, now_s: float) -> None:
         sender = self.vehicles[self.schedule.owner(slot)]
         sent = sender.speak(now_s)
+        self._share_at_once(sender, now_s)
         if sent is None:
             return
         positions = [vehicle.functional.motion.position_m for vehicle in self.vehicles]
@@ -250,6 +253,13 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             for peer, uid in reception.beliefs:
                 if not self.vehicles[peer].radio.manager.holds(uid):
                     self.n_false_beliefs += 1
+
+    def _share_at_once(self, sender: Vehicle, now_s: float) -> None:
+        """Under a strategy that is a bound, all know at once what one has told; under any other this is nothing."""
+        if blocks := sender.radio.told():
+            for vehicle in self.vehicles:
+                if vehicle is not sender:
+                    vehicle.learn(sender.name, blocks, now_s)
 
     # What is so ----------------------------------------------------------------------------------
 

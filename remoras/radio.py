@@ -80,6 +80,8 @@ class Radio:
         self.manager = manager
         self.communicates = declaration.communicates
         self.influences = declaration.influences
+        self.is_bound = declaration.is_bound
+        self._told: list[Block] = []  # of a bound: what all others are to know at once
         self._names = names
         self._beliefs = beliefs
         self._me = names[beliefs.model.owner]
@@ -104,6 +106,9 @@ class Radio:
             who: gives, by vehicle that has to hear of a block, the roles that the block gives it; asked of items only,
                 not of status.
         """
+        if self.is_bound:
+            self._told.append(change.block)
+            return
         for uid in self.manager.offer([change]):
             self._record_item(now_s, uid, "observed")
             if addressed := who(change):
@@ -126,7 +131,17 @@ class Radio:
         self._bits.add(sent)
         return sent
 
+    def told(self) -> tuple[Block, ...]:
+        """What this vehicle has told since it was asked last, under a strategy that is a bound; else nothing."""
+        told, self._told = tuple(self._told), []
+        return told
+
     # In ------------------------------------------------------------------------------------------
+
+    def learn(self, emitter: str, blocks: Sequence[Block], now_s: float) -> tuple[Change, ...]:
+        """Take in what another vehicle knows, at once and without a packet: only under a strategy that is a bound."""
+        self._peers.heard_s[emitter] = now_s
+        return self._merged(blocks, now_s)
 
     def hear(self, data: bytes, now_s: float) -> HeardPacket:
         """Take in a packet."""

@@ -52,6 +52,7 @@ class Declaration:
             and tell the others.
         communicates: vehicles send packets at all.
         influences: vehicles send influence signals.
+        meets: vehicles speak at meetings only; who has no part in them takes nobody's silence for absence.
         blocks_per_round: most blocks that a vehicle states in a round of consultation, for each job.
         is_bound: no strategy but a bound: every vehicle knows at once what any vehicle knows, and how fast each is.
     """
@@ -61,6 +62,7 @@ class Declaration:
     planned_before: bool = True
     communicates: bool = True
     influences: bool = False
+    meets: bool = False
     blocks_per_round: int = 0
     is_bound: bool = False
 
@@ -118,10 +120,14 @@ class Move:
     Attributes:
         statements: what it states.
         holding: the group still has work to hand out, so it does not count as gathered.
+        silent: the vehicle sends nothing; what it has to tell waits.
+        expected: peers whose silence means nothing now: their lease begins when they are expected no longer.
     """
 
     statements: tuple[Statement, ...] = ()
     holding: bool = False
+    silent: bool = False
+    expected: Collection[str] = ()
 
 
 class Negotiator(Protocol):

@@ -31,7 +31,7 @@ from remoras.organisation import RoleAssignment
 from remoras.radio import Radio
 from remoras.recorder import Recorder
 from remoras.social.layer import Consulted, Review, SocialLayer
-from worldmodel import Change, WorldModelError
+from worldmodel import Block, Change, WorldModelError
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,14 +225,18 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     # The exchange --------------------------------------------------------------------------------
 
     def speak(self, now_s: float) -> Transmission | None:
-        """The packet for this vehicle's slot, which opens now; None from one not alive, or if nobody speaks."""
-        if not self.is_alive or not self.radio.communicates:
+        """The packet for this vehicle's slot, which opens now; None from one not alive, or while it is silent."""
+        if not self.is_alive or not (self.radio.communicates or self.radio.is_bound):
+            return None
+        if self.social.is_silent:
             return None
         node = self.data.node
         self._conclude([(node, self._position, self.functional.motion.position_m)], now_s)
         battery = round(max(0.0, self.functional.picture.body.battery), 2)
         if self.beliefs.model.value(node, self._battery) != battery:
             self._conclude([(node, self._battery, battery)], now_s)
+        if self.radio.is_bound:
+            return None
         influences = self.radio.influences and self.executive.decision.has(ActivityType.COMMUNICATION)
         signals = self.executive.signals() if influences else ()
         sent = self.radio.speak(signals, now_s)
@@ -256,6 +260,11 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self.think(now_s, 0.0)
         return reception
 
+    def learn(self, emitter: str, blocks: Sequence[Block], now_s: float) -> None:
+        """Know what another vehicle knows, at once: only under a strategy that is a bound."""
+        if not self.functional.exhausted:
+            self._consider(self.radio.learn(emitter, blocks, now_s))
+
     # What the vehicle knows anew -----------------------------------------------------------------
 
     def _conclude(self, facts: Sequence[Fact], now_s: float, told: bool = True) -> None:
@@ -264,7 +273,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self._share(self.beliefs.model.record(facts, now_s), now_s, told)
 
     def _share(self, change: Change, now_s: float, told: bool = True) -> None:
-        if told and self.radio.communicates:
+        if told and (self.radio.communicates or self.radio.is_bound):
             self.radio.tell(change, self.social.addressed, now_s)
         self._consider([change], told)
 

@@ -7,6 +7,7 @@ is open, and offered to vehicles, only once they are.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -172,8 +173,8 @@ class Work:
 
     @cached_property
     def roles(self) -> tuple[RoleSpecification, ...]:
-        """Roles of the group with a job that is known to exist."""
-        return tuple(role for role in self.group.roles if role.job in self.jobs)
+        """Roles of the group with a job that is known to exist, by the name of the job."""
+        return tuple(sorted((role for role in self.group.roles if role.job in self.jobs), key=lambda r: r.job or ""))
 
     @cached_property
     def unfinished(self) -> tuple[RoleSpecification, ...]:
@@ -240,17 +241,9 @@ class Work:
         return self.job(role).after(outlook, data) if self.able(data, role) else None
 
     def after_all(self, outlook: Outlook, data: VehicleData, roles: Iterable[RoleSpecification]) -> Outlook:
-        """When and where the vehicle has done the jobs of all ``roles``, always going on with the one done soonest.
-
-        Vehicles proceed like this: of several jobs the nearest attracts most.
-        """
-        left = [self.job(role) for role in roles]
-        while left:
-            then = [(o.free_s, n, o) for n, job in enumerate(left) if (o := job.after(outlook, data)) is not None]
-            if not then:
-                break
-            _, number, outlook = min(then)
-            del left[number]
+        """When and where the vehicle has done the jobs of ``roles`` that it is able to do, see ``in_order``."""
+        for role in self.in_order(outlook, data, roles):
+            outlook = self.job(role).after(outlook, data) or outlook
         return outlook
 
     def awaited(self, vehicle: str, now_s: float) -> float:
@@ -262,6 +255,19 @@ class Work:
         own_s = free_s.pop(vehicle, now_s) - now_s
         others_s = max(free_s.values(), default=now_s) - now_s
         return 1.0 if own_s <= 0.0 else max(0.0, 1.0 - others_s / own_s)
+
+    def in_order(
+        self, outlook: Outlook, data: VehicleData, roles: Iterable[RoleSpecification]
+    ) -> tuple[RoleSpecification, ...]:
+        """The order in which the vehicle turns to the jobs of ``roles``: of several the nearest attracts most."""
+        left = sorted(roles, key=lambda role: role.job or "")
+        ordered = []
+        while left:
+            distances_m = [math.dist(outlook.position_m, self.job(role).place_m) for role in left]
+            role = left.pop(distances_m.index(min(distances_m)))
+            outlook = self.job(role).after(outlook, data) or outlook
+            ordered.append(role)
+        return tuple(ordered)
 
     def knowing(self, done: Collection[str]) -> Work:
         """The same work where jobs ``done`` are known to be done too."""

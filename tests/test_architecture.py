@@ -40,7 +40,10 @@ ROOMS: dict[str, set[str]] = {
         "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.social", "remoras.executive",
         "remoras.functional", "exchange", "exchange.acoustics", "worldmodel",
     },
-    "missions.sweeps": {"missions.sweeps", "missions.runs", "missions.scenarios", "missions", "remoras", "worldmodel"},
+    "missions.sweeps": {
+        "missions.sweeps", "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.strategies",
+        "worldmodel",
+    },
     "missions.comparison": {"missions.comparison", "missions.sweeps", "missions", "worldmodel"},
     "visualisation": {"visualisation", "missions", "exchange.study", "exchange", "worldmodel"},
     "visualisation.runs": {"visualisation.runs", "visualisation", "missions", "worldmodel"},

@@ -66,6 +66,8 @@ def ranks(results: SweepResults, metric: str) -> list[Rank]:
         raise OutputError(f"--metric {metric!r}: cannot be ranked, {why}; allowed are {', '.join(results.ranked)}")
     columns: dict[Treatment, dict[Treatment, Contender]] = defaultdict(dict)
     for treatment, runs in treatments_of(results).items():
+        if treatment.strategy in results.bounds:
+            continue  # nobody can be as good, so it is no contender
         if values := values_of(runs, declared):
             contender = Contender(values, [run.completed for run in runs.values()])
             columns[replace(treatment, strategy="", policy="")][treatment] = contender

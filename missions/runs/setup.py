@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from exchange.acoustics import loss
 from exchange.acoustics.channel import BroadcastChannel, Channel
@@ -37,7 +37,7 @@ from remoras.sensor import Sensor
 from remoras.social.agreement import Agreement, agree
 from remoras.social.layer import SocialLayer
 from remoras.social.negotiation import negotiated_attributes
-from remoras.strategy import Strategy
+from remoras.strategy import Declaration, Strategy
 from remoras.vehicle import Layers, Vehicle
 from remoras.work import Point
 from worldmodel import (
@@ -276,6 +276,8 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
     fleet = [actual(data, scenario.uncertainty.speed_spread, seed) for data in setup.database.values()]
     sensors = [sensors_of(real) for real in fleet]
     recorder = _recorder(mission, sensors)
+    if setup.strategy.declaration.is_bound:
+        setup = _known_as_it_is(setup, fleet)
 
     def make(model: Fleet) -> Sequence[Vehicle]:
         return [_vehicle(model, setup, real, own, recorder) for real, own in zip(fleet, sensors, strict=True)]
@@ -290,6 +292,20 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
         scenario.scenario.duration_s,
         faults_in(setup, seed),
     )
+
+
+def _lease_frames(declaration: Declaration, lease_frames: int) -> float:
+    """TDMA frames after which a silent vehicle is taken to have left: at once in a bound, never where nobody speaks."""
+    if declaration.is_bound:
+        return 2.0
+    return lease_frames if declaration.communicates else math.inf
+
+
+def _known_as_it_is(setup: Setup, fleet: Sequence[VehicleData]) -> Setup:
+    """The setup of a bound: all know how fast each vehicle really is, and have agreed on that."""
+    database, scenario = AUVDatabase(tuple(fleet)), setup.scenario
+    agreement = agree(setup.strategy, setup.mission, database, groups_of(scenario))
+    return replace(setup, database=database, agreement=agreement)
 
 
 def _vehicle(fleet: Fleet, setup: Setup, real: VehicleData, sensors: dict[str, Sensor], recorder: Recorder) -> Vehicle:
@@ -330,7 +346,7 @@ def _vehicle(fleet: Fleet, setup: Setup, real: VehicleData, sensors: dict[str, S
                 setup.agreement,
                 setup.rally_points_m,
                 picture,
-                communication.lease_frames * setup.schedule.frame_s if declaration.communicates else math.inf,
+                _lease_frames(declaration, communication.lease_frames) * setup.schedule.frame_s,
             ),
             ExecutiveLayer(setup.decision),
             FunctionalLayer(real, mission, sensors, setup.bounds_m, picture),

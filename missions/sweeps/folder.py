@@ -38,6 +38,7 @@ from missions.sweeps.ledger import (
 from missions.sweeps.plan import RunSchedule
 from missions.sweeps.record import DECLARATIONS, LABELS, differences, read_label, record_of
 from missions.sweeps.study_file import StudyFile
+from remoras.strategies import bounds
 
 if TYPE_CHECKING:
     from missions.sweeps.plan import SweepPlan
@@ -156,6 +157,11 @@ class SweepResults:
         """Metrics that the study names, else the headline metrics."""
         headline = tuple(name for name, metric in self.metrics.items() if metric.headline)
         return self.schedule.file.study.metrics or headline
+
+    @property
+    def bounds(self) -> frozenset[str]:
+        """Strategies that are bounds: shown beside the others, and never ranked."""
+        return bounds()
 
     @property
     def ranked(self) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from exchange.acoustics.modems import modems
 from exchange.policies import POLICIES
 from missions.scenarios import load, shipped
 from missions.sweeps.study import shipped_studies
-from remoras.strategies import parameters, strategies
+from remoras.strategies import bounds, parameters, strategies
 
 
 def _scenarios() -> dict[str, str]:
@@ -25,7 +25,8 @@ def _scenarios() -> dict[str, str]:
 
 def _strategies() -> dict[str, str]:
     docs = {name: sys.modules[type(strategy).__module__].__doc__ or "" for name, strategy in strategies().items()}
-    return {name: doc.strip().splitlines()[0] for name, doc in docs.items()}
+    marks = {name: "(bound) " if name in bounds() else "" for name in docs}
+    return {name: marks[name] + doc.strip().splitlines()[0] for name, doc in docs.items()}
 
 
 def _of_strategy(name: str) -> dict[str, Any]:

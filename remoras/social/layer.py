@@ -191,7 +191,9 @@ class SocialLayer:
     def look_around(self, now_s: float) -> Review:
         """End of a round: see who is there. Where somebody is not, others take the roles, and heads plan anew."""
         before = self.present.roles_of(self.me)
-        seen = self.standing.look_around(now_s, self._picture.peers.heard_s)
+        seen = self.standing.look_around(
+            now_s, self._negotiation.heard_or_expected_s(self._picture.peers.heard_s, self.database.names, now_s)
+        )
         if seen is None:
             return Review()
         self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
@@ -208,6 +210,11 @@ class SocialLayer:
         left = [one for one in undone.left if one.vehicle == self.me]
         due = stale or before != self.present.roles_of(self.me)
         return Review(events, seen.facts, assigned, left, due)
+
+    @property
+    def is_silent(self) -> bool:
+        """True while the strategy lets the vehicle send nothing."""
+        return self._negotiation.silent
 
     def _renew_leads(self) -> None:
         """The organisation or who is there has changed: missions of groups that this vehicle leads now are due."""

@@ -67,11 +67,30 @@ class Negotiation:
         self._round = 0
         self.holding = frozenset(self._negotiators)
         """Groups that still have work to hand out, so they do not count as gathered."""
+        self.silent = False
+        """True while the vehicle is to send nothing, by one of its negotiators."""
+        self._meets = strategy.declaration.meets
+        self._expected: frozenset[str] = frozenset()  # peers whose silence means nothing now
+        self._expected_s: dict[str, float] = {}
 
     @property
     def takes_part(self) -> bool:
         """True if this vehicle has a negotiator for any of its groups."""
         return bool(self._negotiators)
+
+    def heard_or_expected_s(
+        self, heard_s: Mapping[str, float], names: Collection[str], now_s: float
+    ) -> Mapping[str, float]:
+        """When each vehicle was heard, or its silence last meant nothing, by the strategy.
+
+        Args:
+            heard_s: when a packet of each was last heard.
+            names: of all vehicles.
+            now_s: end of the round.
+        """
+        expected = names if self._meets and not self.takes_part else self._expected
+        self._expected_s.update(dict.fromkeys(expected, now_s))
+        return {name: max(heard_s.get(name, 0.0), self._expected_s.get(name, 0.0)) for name in names}
 
     def note(self, change: Change) -> None:
         """Keep what a peer states until the end of the round."""
@@ -107,13 +126,16 @@ class Negotiation:
         heard, self._heard = tuple(self._heard), []
         statements: list[Statement] = []
         holding = []
+        self.silent, expected = False, set[str]()
         for group, negotiator in self._negotiators.items():
             if self._me not in work[group].members:
                 continue  # it has left, to look after itself
             situation = Situation(now_s, self._round, work[group], self._rally_m[group], heard, heard_s, unheard, calls)
             move = ask(self._strategy, negotiator, situation)
             statements += move.statements
+            self.silent = self.silent or move.silent
+            expected.update(move.expected)
             if move.holding:
                 holding.append(group)
-        self.holding = frozenset(holding)
+        self.holding, self._expected = frozenset(holding), frozenset(expected)
         return statements

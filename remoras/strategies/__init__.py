@@ -18,7 +18,7 @@ from remoras.errors import StrategyError
 from remoras.strategy import Declaration, Strategy
 from worldmodel import suggestion
 
-__all__ = ["Declaration", "Parameter", "Strategy", "configured", "parameters", "strategies"]
+__all__ = ["Declaration", "Parameter", "Strategy", "bounds", "configured", "parameters", "strategies"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +39,11 @@ def strategies() -> dict[str, Strategy]:
         if strategy is not None:
             found[strategy.name] = strategy
     return dict(sorted(found.items()))
+
+
+def bounds() -> frozenset[str]:
+    """Names of the shipped strategies that are bounds: they are shown beside the others, and never ranked."""
+    return frozenset(name for name, strategy in strategies().items() if strategy.declaration.is_bound)
 
 
 def parameters(strategy: Strategy) -> tuple[Parameter, ...]:

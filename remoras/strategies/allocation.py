@@ -1,175 +1,240 @@
-"""Allocating jobs: when a vehicle will be free, and who had best do what.
+"""The allocator that all shipped strategies share: what a job costs, who had best do it, and in which order.
 
-Expectations use the data that the whole fleet shares. The vehicles may be slower or faster than their data.
+Strategies differ in who decides, on whose knowledge and by which messages. What they decide by is here:
+
+* **Cost.** When a vehicle will have done a job is said by ``Work.after``, over what is known to be left of it. Of
+  several jobs the nearest attracts a vehicle most, so a plan orders jobs in that way too.
+* **Work begun stays.** A job that a vehicle is at is not taken from it while it is present; what it is expected to be
+  at counts before anything new (``Expectations``).
+* **Plan.** Jobs go out in turns, or the longest first; then they are moved and exchanged until the end comes no
+  earlier, and the better one of the two plans counts (``search``).
+* **Revision.** A plan that is under way is changed only where the end comes earlier by a margin (``revised``).
+* **Help.** Who is left without a job may join another one at a job whose role has room, if that saves enough.
+* **Ties.** Jobs are taken by name and vehicles by node, so neither the order of a file nor a vehicle's name decides.
+
+Expectations use the data that the whole fleet shares; vehicles may be slower or faster than their data. The method is
+ours: the papers that the strategies follow leave it open.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
-
-import networkx as nx
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 from remoras.database import VehicleData
 from remoras.organisation import RoleAssignment, RoleSpecification
-from remoras.work import Outlook, Work
+from remoras.strategies.search import Roles, Search
+from remoras.work import Outlook, Work, share_left
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Who does what, in which order, and when each will have done it.
+
+    Attributes:
+        roles: jobs of each vehicle by their roles, in the order in which they are to be done.
+        ends_s: when each vehicle will have done them.
+    """
+
+    roles: Mapping[str, Roles]
+    ends_s: Mapping[str, float]
+
+    @property
+    def end_s(self) -> float:
+        """When the last of the vehicles will have done its jobs."""
+        return max(self.ends_s.values(), default=0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Engagement:
+    """What a vehicle holds: the jobs that it has begun, those that it has not, and when and where the former end."""
+
+    begun: Roles
+    queued: Roles
+    outlook: Outlook
+
+    def end(self, data: VehicleData, work: Work) -> Outlook:
+        """When and where the vehicle will have done all that it holds."""
+        return work.after_all(self.outlook, data, self.queued)
 
 
 class Expectations:
-    """When each vehicle will have done what it holds, from when it took or finished something last."""
+    """What each vehicle is at, and when it will have done it, as far as another one can tell."""
 
     def __init__(self) -> None:
-        self._since: dict[str, tuple[frozenset[str | None], Outlook]] = {}
+        self._at: dict[str, tuple[str, float]] = {}  # role, and when it should have been done
 
-    def of(self, data: VehicleData, roles: Sequence[RoleSpecification], now_s: float, work: Work) -> Outlook:
-        """Outlook of a vehicle that holds ``roles``, not before now."""
-        held = frozenset(role.job for role in roles)
+    def of(
+        self,
+        data: VehicleData,
+        held: Sequence[RoleSpecification],
+        work: Work,
+        now_s: float,
+        seen_s: float | None = None,
+    ) -> Engagement:
+        """What a vehicle holds, and when it has done what it has begun.
+
+        A vehicle turns to the nearest job. From then on it is expected to have done it when its data
+        say so; where parts of the job are known to be done, what is left counts from where and when it was seen last.
+
+        Args:
+            data: of the vehicle.
+            held: what it holds.
+            work: as it is known.
+            now_s: it is not free before.
+            seen_s: when its position was heard; now if None.
+        """
         here = Outlook(now_s, work.position_m(data.name))
-        before, since = self._since.get(data.name, (frozenset[str | None](), here))
-        if not before or not before <= held:  # it was idle, or has finished something
-            since = here
-        self._since[data.name] = held, since
-        outlook = work.after_all(since, data, {role.job: role for role in roles}.values())
-        return Outlook(max(now_s, outlook.free_s), outlook.position_m)
+        if not held:
+            self._at.pop(data.name, None)
+            return Engagement((), (), here)
+        at = next((role for role in held if role.name == self._at.get(data.name, ("",))[0]), None)
+        if at is None:
+            at = work.in_order(here, data, held)[0]
+            then = work.after(here, data, at)
+            self._at[data.name] = at.name, now_s if then is None else then.free_s
+        begun = [at, *(role for role in held if role is not at and share_left(work.job(role)) < 1.0)]
+        outlook = self._after(at, data, work, now_s, now_s if seen_s is None else seen_s)
+        outlook = work.after_all(outlook, data, begun[1:])
+        return Engagement(tuple(begun), tuple(role for role in held if role not in begun), outlook)
+
+    def _after(self, role: RoleSpecification, data: VehicleData, work: Work, now_s: float, seen_s: float) -> Outlook:
+        due_s = self._at[data.name][1]
+        seen = work.after(Outlook(seen_s, work.position_m(data.name)), data, role)
+        place_m = work.position_m(data.name) if seen is None else seen.position_m
+        if seen is not None and share_left(work.job(role)) < 1.0:
+            due_s = seen.free_s if due_s <= now_s else min(due_s, seen.free_s)
+        return Outlook(max(now_s, due_s), place_m)
 
 
-def assignment(costs_ms: Sequence[Sequence[int | None]]) -> dict[int, int]:
-    """Row -> column so that as many rows as possible are assigned, the dearest pair is as cheap as possible, and
-    then the sum is least; None forbids a pair. Equals fall the same way in every run.
-
-    >>> assignment([[5, 9], [9, 14]])
-    {0: 1, 1: 0}
-    >>> assignment([[1, 1], [1, 1]])
-    {0: 0, 1: 1}
-    """
-    pairs = [(cost, r, c) for r, row in enumerate(costs_ms) for c, cost in enumerate(row) if cost is not None]
-    if not pairs:
-        return {}
-    n_columns = 1 + max(c for _, _, c in pairs)
-
-    def matched(limit: int) -> int:
-        graph: Any = nx.Graph()
-        rows = [("row", r) for r in dict.fromkeys(r for cost, r, _ in pairs if cost <= limit)]
-        graph.add_nodes_from(rows)
-        graph.add_edges_from((("row", r), ("column", c)) for cost, r, c in pairs if cost <= limit)
-        return len(nx.bipartite.hopcroft_karp_matching(graph, rows)) // 2
-
-    limits = sorted({cost for cost, _, _ in pairs})
-    most = matched(limits[-1])
-    low, high = 0, len(limits) - 1
-    while low < high:
-        middle = (low + high) // 2
-        if matched(limits[middle]) == most:
-            high = middle
-        else:
-            low = middle + 1
-    graph: Any = nx.DiGraph()
-    for cost, r, c in pairs:
-        if cost <= limits[low]:
-            graph.add_edge("source", ("row", r), capacity=1, weight=0)
-            graph.add_edge(("column", c), "sink", capacity=1, weight=0)
-            tie_break = r * (n_columns - 1 - c)  # least where lower rows have lower columns
-            graph.add_edge(("row", r), ("column", c), capacity=1, weight=cost * 100_000 + tie_break)
-    flows = nx.max_flow_min_cost(graph, "source", "sink")
-    chosen = {r: c for cost, r, c in pairs if cost <= limits[low] and flows[("row", r)].get(("column", c), 0) == 1}
-    return dict(sorted(chosen.items()))
+# Planning ----------------------------------------------------------------------------------------
 
 
-def shared_out(
-    work: Work,
-    roles: Sequence[RoleSpecification],
-    free: Sequence[VehicleData],
-    outlooks: Mapping[str, Outlook],
-    most_each: int,
-) -> tuple[RoleAssignment, ...]:
-    """Roles with jobs for the vehicles ``free``, at most ``most_each`` to each.
-
-    One at a time to everybody, so that the last one to be free is so as early as possible, and of all such
-    allocations the one with the least time in total: a bottleneck assignment followed by a minimum-cost one, in whole
-    milliseconds. Then the next one to everybody, from where they will be.
+def planned(
+    work: Work, roles: Sequence[RoleSpecification], free: Sequence[VehicleData], outlooks: Mapping[str, Outlook]
+) -> Plan:
+    """Who of ``free`` does which of ``roles``: the last one to have done all is so as early as can be found.
 
     Args:
         work: jobs of the group.
         roles: what is to be given out.
         free: vehicles that may be given some of it.
         outlooks: when and where each of them is free.
-        most_each: most roles for a vehicle.
     """
-    outlook = dict(outlooks)
-    vacant = list(roles)
-    allocated: list[RoleAssignment] = []
-    for _ in range(most_each):
-        then = [[work.after(outlook[data.name], data, role) for data in free] for role in vacant]
-        now_s = min((o.free_s for o in outlook.values()), default=0.0)
-        costs = [[None if o is None else round(1000.0 * (o.free_s - now_s)) for o in row] for row in then]
-        pairs = assignment(costs)
-        if not pairs:
-            break
-        for r, c in pairs.items():
-            name, next_outlook = free[c].name, then[r][c]
-            allocated.append(work.assignment(vacant[r], name))
-            if next_outlook is not None:
-                outlook[name] = next_outlook
-        vacant = [role for r, role in enumerate(vacant) if r not in pairs]
-    return tuple(allocated)
+    free = sorted(free, key=lambda data: data.node)
+    held = Search(work, roles, free, outlooks).found()
+    ordered = {data.name: work.in_order(outlooks[data.name], data, held[data.name]) for data in free}
+    ends_s = {data.name: work.after_all(outlooks[data.name], data, ordered[data.name]).free_s for data in free}
+    return Plan(ordered, ends_s)
 
 
-def balanced(
-    work: Work, given: Sequence[RoleAssignment], free: Sequence[VehicleData], outlooks: Mapping[str, Outlook]
-) -> tuple[RoleAssignment, ...]:
-    """An allocation improved until it helps no more to take a job from the vehicle that is free last.
-
-    The job goes to another vehicle, or two vehicles exchange jobs, if the last one of all is then free earlier, or as
-    early with less time in total. Every vehicle does its jobs nearest first.
+def revised(
+    work: Work,
+    vacant: Sequence[RoleSpecification],
+    free: Sequence[VehicleData],
+    engaged: Mapping[str, Engagement],
+    now_s: float,
+    margin: float,
+) -> Plan:
+    """A plan under way: what is vacant on top of what is queued, or all of it anew if that ends earlier by a margin.
 
     Args:
         work: jobs of the group.
-        given: the allocation.
-        free: vehicles that may have a part in it.
-        outlooks: when and where each of them is free before it.
+        vacant: what nobody holds.
+        free: vehicles that take jobs.
+        engaged: what each of them holds; what they have begun stays with them.
+        now_s: time of the plan.
+        margin: by which share of the time left a new plan has to end earlier.
     """
-    roles = {one.role: role for one in given if (role := work.group.role(one.role)) is not None}
-    held = {data.name: tuple(one.role for one in given if one.vehicle == data.name) for data in free}
-    database = {data.name: data for data in free}
-
-    def free_s(name: str, names: Sequence[str]) -> float:
-        return round(work.after_all(outlooks[name], database[name], [roles[n] for n in names]).free_s, 3)
-
-    def improved() -> tuple[dict[str, tuple[str, ...]], dict[str, float]] | None:
-        last = max(ends_s, key=lambda name: (ends_s[name], -database[name].node))
-        for change in _exchanges(last, held, lambda name, role: work.able(database[name], roles[role])):
-            then_s = {**ends_s, **{name: free_s(name, names) for name, names in change.items()}}
-            if (max(then_s.values()), sum(then_s.values())) < (max(ends_s.values()), sum(ends_s.values())):
-                return {**held, **change}, then_s
-        return None
-
-    ends_s = {name: free_s(name, names) for name, names in held.items()}
-    while given and (better := improved()) is not None:
-        held, ends_s = better
-    return tuple(RoleAssignment(work.group.name, role, name) for name, names in held.items() for role in names)
+    outlooks = {data.name: engaged[data.name].outlook for data in free}
+    queued = {data.name: engaged[data.name].queued for data in free}
+    anew = planned(work, [*vacant, *(role for roles in queued.values() for role in roles)], free, outlooks)
+    after = {data.name: work.after_all(outlooks[data.name], data, queued[data.name]) for data in free}
+    on_top = planned(work, vacant, free, after)
+    if on_top.end_s - anew.end_s > margin * max(0.0, on_top.end_s - now_s):
+        return anew
+    roles = {d.name: (*work.in_order(outlooks[d.name], d, queued[d.name]), *on_top.roles[d.name]) for d in free}
+    return Plan(roles, on_top.ends_s)
 
 
-def _exchanges(
-    last: str, held: Mapping[str, tuple[str, ...]], able: Callable[[str, str], bool]
-) -> Iterator[dict[str, tuple[str, ...]]]:
-    """What two vehicles hold after ``last`` has given another one of its roles, for nothing or for one of the other."""
-    for role in held[last]:
-        for other in held:
-            if other == last or not able(other, role):
-                continue
-            kept = tuple(name for name in held[last] if name != role)
-            yield {last: kept, other: (*held[other], role)}
-            for back in held[other]:
-                if able(last, back):
-                    rest = tuple(name for name in held[other] if name != back)
-                    yield {last: (*kept, back), other: (*rest, role)}
+# Help --------------------------------------------------------------------------------------------
 
 
-def all_jobs(work: Work) -> tuple[RoleAssignment, ...]:
-    """Every open role that nobody plays, given to members in addition to what each has still to do."""
+def helped(
+    work: Work,
+    idle: Collection[VehicleData],
+    ends_s: Mapping[str, float],
+    now_s: float,
+    least_s: float,
+    n_holders: Mapping[str, int] | None = None,
+) -> Iterator[RoleAssignment]:
+    """Vehicles without work join others at jobs whose roles have room, where it saves most.
+
+    Of n vehicles at a job that takes them another T, one more that needs w to come saves (T - w) / (n + 1).
+
+    Args:
+        work: jobs of the group, with their holders.
+        idle: vehicles that have no work, and there is none to give them.
+        ends_s: by name of a role, when its job will have been done.
+        now_s: time of the plan.
+        least_s: help has to save as much.
+        n_holders: how many are at each job; as many as hold its role if None.
+    """
+    n_holders = dict(n_holders or {role.name: max(1, len(work.holders(role))) for role in work.open})
+    left = sorted(idle, key=lambda data: data.node)
+    ends_s = dict(ends_s)
+    while left:
+        saved = [
+            (_saving_s(work, data, role, ends_s[role.name] - now_s, n_holders[role.name]), -data.node, -n, data, role)
+            for data in left
+            for n, role in enumerate(work.open)
+            if role.name in ends_s
+            and (role.maximum is None or role.maximum > n_holders[role.name])
+            and work.able(data, role)
+            and data.name not in work.holders(role)
+        ]
+        if not saved:
+            return
+        saving_s, _, _, data, role = max(saved, key=lambda found: found[:3])
+        if saving_s <= least_s:
+            return
+        left.remove(data)
+        ends_s[role.name] -= saving_s
+        n_holders[role.name] += 1
+        yield work.assignment(role, data.name)
+
+
+def _saving_s(work: Work, data: VehicleData, role: RoleSpecification, left_s: float, n_holders: int) -> float:
+    way_s = math.dist(work.position_m(data.name), work.job(role).place_m) / data.transit_speed_mps
+    return (left_s - way_s) / (n_holders + 1)
+
+
+# Before a mission --------------------------------------------------------------------------------
+
+
+def job_plan(work: Work) -> Plan:
+    """Every open job that nobody holds, for members in addition to what each holds."""
     outlooks = {
         data.name: work.after_all(Outlook(0.0, work.position_m(data.name)), data, work.held_by(data.name))
         for data in work.workers
     }
-    given = shared_out(work, work.vacant, work.workers, outlooks, len(work.vacant))
-    return balanced(work, given, work.workers, outlooks)
+    return planned(work, work.vacant, work.workers, outlooks)
+
+
+def all_jobs(work: Work, help_s: float = math.inf) -> tuple[RoleAssignment, ...]:
+    """The roles of ``job_plan``, and help for who would be without work where it saves ``help_s``."""
+    plan = job_plan(work)
+    given = assignments(work, plan)
+    ends_s = {}
+    for name, roles in plan.roles.items():
+        if roles:
+            then = work.after(Outlook(0.0, work.position_m(name)), work.database[name], roles[0])
+            ends_s[roles[0].name] = plan.ends_s[name] if then is None else then.free_s
+    idle = [data for data in work.workers if not plan.roles[data.name] and not work.held_by(data.name)]
+    return given + tuple(helped(work, idle, ends_s, 0.0, help_s))
+
+
+def assignments(work: Work, plan: Plan, most_each: int | None = None) -> tuple[RoleAssignment, ...]:
+    """The roles of a plan, of each vehicle the first ``most_each``; all if None."""
+    return tuple(work.assignment(role, name) for name, roles in plan.roles.items() for role in roles[:most_each])

@@ -2,15 +2,23 @@
 
 Every vehicle keeps a bundle of jobs that it means to do, and the path through them. It adds the job that raises the
 score of its path most, among those for which it can outbid all that it has heard of. The score of a path is the sum of
-exp(-t / discount_s) over the times t at which its jobs will be finished. When it hears a stronger bid for a job of
-its bundle, it drops the job and all that it added later, whose bids rested on it, and bids anew. Bids are broadcast
-when they change and repeated every ``repeat_rounds``, those of others too, and a withdrawal when somebody still relays
-what was withdrawn; nothing is acknowledged. A job is begun when its claim has stood for ``settle_rounds``; from then
-on its claim is the strongest there is, and if two have begun the same job, the one of the higher node gives it up on
-hearing of it. Claims of a vehicle that has not been heard for ``silence_rounds`` do not count until it is heard again.
+exp(-t / discount_s) over the times t at which its jobs will be finished. When it hears a stronger bid for a job of its
+bundle, it drops the job and all that it added later, whose bids rested on it, and bids anew. A job is begun when its
+claim has stood for ``settle_rounds``; from then on its claim is the strongest there is, and if two have begun the same
+job, the one of the higher node gives it up on hearing of it. Claims of a vehicle that is absent do not count.
 
-Source: Choi, Brunet, How 2009 (bundles, scores, consensus); Johnson, Ponda, Choi, How 2010 (asynchronous messages).
-Their tables of decisions are replaced by ``claims``: the latest bid of each vehicle is kept, the strongest wins.
+A bundle is greedy: its bids leave out of account what the jobs that are left mean for all. With ``plans_for_all`` a
+vehicle bids instead for its part of a plan for all members, made of its own picture by the allocator that all
+strategies share; consensus settles where pictures differ.
+
+All claims of a vehicle are one message: whose they are and of which round, then each job with the strength of the
+claim; what is not named is claimed no longer. It is broadcast when it changes and every ``repeat_rounds``, those of
+others too; nothing is acknowledged. The round is the time of last news of that vehicle: of two messages about one
+vehicle the later counts, whoever relayed it, and who relays an older one is told the newer.
+
+Source: Choi, Brunet, How 2009 (bundles, scores, vectors of bids and of times of last news); Johnson, Ponda, Choi, How
+2010 (asynchronous messages); Johnson, Choi, How 2012 (plans for all, settled by consensus). Their tables of decisions
+are replaced by ``claims``: the latest claims of each vehicle are kept, the strongest wins.
 """
 
 from __future__ import annotations
@@ -23,15 +31,16 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from remoras.organisation import Group, RoleSpecification
-from remoras.strategies.allocation import Expectations
+from remoras.strategies.allocation import Engagement, Expectations, planned
 from remoras.strategies.claims import Claim, Claims
 from remoras.strategies.founding import common_roles, founded
-from remoras.strategies.silence import SILENCE, Silence
-from remoras.strategy import JOB_DONE, Declaration, Move, Situation, Statement
+from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statement
 from remoras.work import Outlook, Work
 
-BEGUN = 65535
-"""Strength of the claim to a job that has been begun; bids stay below."""
+BEGUN = 1023
+"""Strength of the claim to a job that has been begun; bids stay below. A strength takes 10 bits."""
+JOBS_PER_BLOCK = 13
+"""Claims that go into one block; more do not fit the packet of a small modem."""
 
 
 class Bidder:
@@ -43,12 +52,13 @@ class Bidder:
         self._with = strategy
         self._roles = {role.name: role for role in group.roles}
         self._claims: Claims | None = None
+        self._news: dict[str, int] = {}  # time of last news: the round of the claims of each vehicle
+        self._since: dict[str, int] = {}  # the round since which each own claim has stood
         self._bundle: list[str] = []  # in the order in which they were added
         self._path: list[str] = []  # in the order in which they are to be done
         self._expectations = Expectations()
-        self._silence = Silence(me, strategy.silence_rounds)
-        self._unsaid: set[str] = set()
-        self._known_done: frozenset[str] = frozenset()
+        self._unsaid: set[str] = set()  # vehicles of whose claims there is news to tell
+        self._known: object = None
         self._bid_anew = True
 
     def negotiate(self, situation: Situation) -> Move:
@@ -63,10 +73,10 @@ class Bidder:
         if self._bid_anew:
             self._bid_anew = False
             self._build(held, situation, claims)
-        if not held and (name := self._next(now, claims)) is not None:
+        if not held and (name := self._next(now)) is not None:
             said.append(Statement(((self._me, "playsRole", self._group.path(name)),), told=False))
             self._drop({name})
-            self._claim(name, Claim(now, BEGUN), claims)
+            self._claim(name, BEGUN, now, claims)
             self._bid_anew = True
         said += self._sayings(now, unfinished, claims)
         return Move(tuple(said), holding=bool(unfinished))
@@ -74,16 +84,43 @@ class Bidder:
     # Consensus
 
     def _listen(self, situation: Situation, claims: Claims) -> None:
-        """Take in claims, who is silent and what is done; each may be a reason to bid anew."""
-        members = situation.work.members
-        silent = self._silence.out_of_reach(members, situation)
-        heeded = [name for name in members if name not in silent]
-        if heeded != claims.members:
-            claims.members, self._bid_anew = heeded, True
+        """Take in claims, who is absent and what is done; each may be a reason to bid anew."""
+        work = situation.work
+        others = set(work.members).difference(work.unavailable, {self._me})
+        claims.members = tuple(name for name in work.database.names if name in others or name == self._me)
         for heard in situation.heard:
-            self._hear(heard.issuer, {attribute: (subject, value) for subject, attribute, value in heard.facts}, claims)
-        if situation.work.done != self._known_done:
-            self._known_done, self._bid_anew = situation.work.done, True
+            self._hear(heard, claims)
+        known = work.done, claims.members, len(work.open)
+        if known != self._known:
+            self._known, self._bid_anew = known, True
+
+    def _hear(self, heard: Heard, claims: Claims) -> None:
+        """All claims of one vehicle, be it the issuer or one of which it relays news."""
+        whose, attribute, at = heard.facts[0]
+        if attribute != "claimsOf":
+            return
+        if whose == self._me or int(at) < self._news.get(whose, -1):
+            if int(at) < self._news.get(whose, -1):
+                self._unsaid.add(whose)  # the issuer has not heard the latest
+            return
+        strengths = {
+            role: int(strength)
+            for subject, attribute, strength in heard.facts[1:]
+            if attribute == "claim"
+            for group, _, role in [subject.partition(".")]
+            if group == self._group.name
+        }
+        if len(strengths) + 1 < len(heard.facts):
+            return  # of another group
+        withdrawn = {role for role in self._roles if whose in claims.standing(role)}.difference(strengths)
+        is_news = [
+            claims.take(role, whose, Claim(int(at), strength))
+            for role, strength in [*strengths.items(), *((role, 0) for role in sorted(withdrawn))]
+        ]
+        self._news[whose] = int(at)
+        if any(is_news):
+            self._unsaid.add(whose)
+            self._bid_anew = True
 
     def _left(self, situation: Situation, claims: Claims) -> tuple[list[Statement], list[RoleSpecification]]:
         """Roles that another vehicle has begun too are left; the statements, and the roles that stay."""
@@ -92,33 +129,19 @@ class Bidder:
         for role in held:
             if claims.winner(role.name) != self._me:
                 said.append(Statement(((self._me, "leftRole", self._group.path(role.name)),), told=False))
-                self._claim(role.name, Claim(situation.round, 0), claims)
+                self._claim(role.name, 0, situation.round, claims)
         return said, [role for role in held if claims.winner(role.name) == self._me]
-
-    def _hear(self, issuer: str, facts: dict[str, tuple[str, str | float | bool]], claims: Claims) -> None:
-        """A claim of the issuer, or one that it relays."""
-        if "bid" not in facts or "bidRound" not in facts:
-            return
-        group, _, role = facts["bid"][0].partition(".")
-        vehicle = str(facts["winner"][1]) if "winner" in facts else issuer
-        if group != self._group.name:
-            return
-        if vehicle == self._me:
-            own = claims.of(role, vehicle)
-            if own is not None and int(facts["bidRound"][1]) < own.at:
-                self._unsaid.add(role)  # others have not heard that this is no longer so
-            return
-        if claims.take(role, vehicle, Claim(int(facts["bidRound"][1]), int(facts["bid"][1]))):
-            self._unsaid.add(role)
-            self._bid_anew = True
 
     def _give_way(self, now: int, claims: Claims) -> None:
         """Drop the first job of the bundle that is lost, and all that were added after it."""
         lost = next((n for n, name in enumerate(self._bundle) if claims.winner(name) != self._me), None)
         if lost is not None:
-            for name in self._bundle[lost:]:
-                self._claim(name, Claim(now, 0), claims)
-            self._drop(set(self._bundle[lost:]))
+            self._release(self._bundle[lost:], now, claims)
+
+    def _release(self, names: Sequence[str], now: int, claims: Claims) -> None:
+        for name in names:
+            self._claim(name, 0, now, claims)
+        self._drop(set(names))
 
     def _drop(self, names: set[str]) -> None:
         if names:
@@ -126,9 +149,11 @@ class Bidder:
             self._path = [name for name in self._path if name not in names]
             self._bid_anew = True
 
-    def _claim(self, role: str, claim: Claim, claims: Claims) -> None:
-        if claims.take(role, self._me, claim):
-            self._unsaid.add(role)
+    def _claim(self, role: str, strength: int, now: int, claims: Claims) -> None:
+        if claims.take(role, self._me, Claim(now, strength)):
+            self._since[role] = now
+            self._news[self._me] = now
+            self._unsaid.add(self._me)
 
     # Bundle
 
@@ -145,78 +170,140 @@ class Bidder:
     def _build(self, held: Sequence[RoleSpecification], situation: Situation, claims: Claims) -> None:
         """Add open jobs to the bundle while one can be won, expecting to do first what is ``held``."""
         work, data = situation.work, situation.work.database[self._me]
-        outlook = self._expectations.of(data, held, situation.now_s, work)
         if data not in work.workers:
+            return
+        outlook = self._expectations.of(data, held, work, situation.now_s).end(data, work)
+        if self._with.plans_for_all:
+            self._build_by_plan(held, outlook, situation, claims)
             return
         while len(self._bundle) < self._with.bundle:
             base = self._score(self._path, outlook, work)
             best: tuple[int, str, list[str]] | None = None
-            for name in [role.name for role in work.open if data.can_play(role.name)]:
-                if name in self._bundle or BEGUN in (c.strength for c in claims.standing(name).values()):
+            for name in self._open(work, claims):
+                if name in self._bundle or not work.able(data, self._roles[name]):
                     continue
                 paths = [[*self._path[:n], name, *self._path[n:]] for n in range(len(self._path) + 1)]
                 score, path = max(((self._score(p, outlook, work), p) for p in paths), key=lambda found: found[0])
-                bid = max(1, min(BEGUN - 1, round(BEGUN * (score - base))))
+                bid = _strength(score - base)
                 if claims.beats(name, self._me, bid) and (best is None or bid > best[0]):
                     best = bid, name, path
             if best is None:
                 return
             bid, name, self._path = best
             self._bundle.append(name)
-            self._claim(name, Claim(situation.round, bid), claims)
+            self._claim(name, bid, situation.round, claims)
 
-    def _next(self, now: int, claims: Claims) -> str | None:
+    def _open(self, work: Work, claims: Claims) -> list[str]:
+        """Open roles that nobody has begun."""
+        return [
+            role.name
+            for role in work.open
+            if BEGUN not in (claim.strength for claim in claims.standing(role.name).values())
+        ]
+
+    def _build_by_plan(
+        self, held: Sequence[RoleSpecification], outlook: Outlook, situation: Situation, claims: Claims
+    ) -> None:
+        """Bid for the own part of a plan for all; what others claim more strongly counts as theirs."""
+        work = situation.work
+        open_roles = self._open(work, claims)
+        engaged = {data.name: self._engaged(data.name, held, situation, claims) for data in work.workers}
+        outlooks = {data.name: engaged[data.name].end(data, work) for data in work.workers}
+        theirs: dict[str, list[RoleSpecification]] = {data.name: [] for data in work.workers}
+        for _ in range(len(open_roles) + 1):
+            lost = {role.name for roles in theirs.values() for role in roles}
+            after = {data.name: work.after_all(outlooks[data.name], data, theirs[data.name]) for data in work.workers}
+            plan = planned(work, [self._roles[n] for n in open_roles if n not in lost], work.workers, after)
+            mine = [role.name for role in plan.roles[self._me]][: self._with.bundle]
+            base, bids = 0.0, {}
+            for n, name in enumerate(mine):
+                score = self._score(mine[: n + 1], outlook, work)
+                bids[name], base = _strength(score - base), score
+            beaten = [
+                name for name in mine if name not in self._bundle and not claims.beats(name, self._me, bids[name])
+            ]
+            if not beaten:
+                break
+            for name in beaten:
+                winner = claims.winner(name)
+                theirs[self._me if winner is None else winner].append(self._roles[name])
+        self._release([name for name in self._bundle if name not in mine], situation.round, claims)
+        for name in mine:
+            if name not in self._bundle:
+                self._claim(name, bids[name], situation.round, claims)
+        self._bundle, self._path, self._bid_anew = list(mine), list(mine), False
+
+    def _engaged(
+        self, name: str, held: Sequence[RoleSpecification], situation: Situation, claims: Claims
+    ) -> Engagement:
+        """What a vehicle is known to be at: what this one holds, and what another one claims to have begun."""
+        work = situation.work
+        if name != self._me:
+            held = [
+                role
+                for role in work.unfinished
+                if (claim := claims.of(role.name, name)) is not None and claim.strength == BEGUN
+            ]
+        seen_s = situation.now_s if name == self._me else situation.heard_s.get(name, 0.0)
+        return self._expectations.of(work.database[name], held, work, situation.now_s, seen_s)
+
+    def _next(self, now: int) -> str | None:
         """The job to begin now: the first of the path, once its claim has stood."""
         for name in self._path[:1]:
-            claim = claims.of(name, self._me)
-            if claim is not None and now - claim.at >= self._with.settle_rounds:
+            if now - self._since.get(name, now) >= self._with.settle_rounds:
                 return name
         return None
 
     # Saying
 
     def _sayings(self, now: int, unfinished: Sequence[str], claims: Claims) -> list[Statement]:
-        """Own claims and known winners, where there is something new; from time to time all that stand."""
+        """Own claims and those of others, where there is something new; from time to time all."""
         all_due = now % self._with.repeat_rounds == 0
         new, self._unsaid = self._unsaid, set()
         said = []
-        for name in unfinished:
-            if not (all_due or name in new):
+        for vehicle in claims.members:
+            if vehicle not in self._news or not (all_due or vehicle in new):
                 continue
-            subject = self._group.path(name)
-            own, winner = claims.of(name, self._me), claims.winner(name)
-            if own is not None and (own.strength > 0 or name in new):
-                said.append(Statement(((subject, "bid", own.strength), (subject, "bidRound", own.at))))
-            if winner is not None and winner != self._me:
-                claim = claims.standing(name)[winner]
-                facts = (subject, "winner", winner), (subject, "bid", claim.strength), (subject, "bidRound", claim.at)
-                said.append(Statement(facts))
+            strengths = [
+                (self._group.path(name), "claim", claim.strength)
+                for name in unfinished
+                if (claim := claims.of(name, vehicle)) is not None and claim.strength > 0
+            ]
+            strongest = sorted(strengths, key=lambda fact: (-int(fact[2]), fact[0]))[:JOBS_PER_BLOCK]
+            if strongest or vehicle in new:
+                said.append(Statement(((vehicle, "claimsOf", self._news[vehicle]), *strongest)))
         return said
+
+
+def _strength(gain: float) -> int:
+    """The strength of a bid, by how much the job adds to the score of a path."""
+    return max(1, min(BEGUN - 1, round(BEGUN * gain)))
 
 
 @dataclass(frozen=True, slots=True)
 class Cbba:
     """Bids and bundles; see the module's text."""
 
-    bundle: Annotated[int, Field(ge=1, le=64, description="most jobs that a vehicle plans ahead")] = 3
+    bundle: Annotated[int, Field(ge=1, le=12, description="most jobs that a vehicle plans ahead")] = 3
     settle_rounds: Annotated[
         int, Field(ge=0, le=1000, description="TDMA frames that a claim must have stood before its job is begun")
     ] = 2
     repeat_rounds: Annotated[
         int, Field(ge=1, le=1000, description="TDMA frames after which all claims are said again")
     ] = 5
-    silence_rounds: Annotated[int, SILENCE] = 300
     discount_s: Annotated[
         float, Field(gt=0.0, le=1e6, description="a job finished this much later is worth 1/e of the other")
     ] = 3600.0
+    plans_for_all: Annotated[
+        bool, Field(description="bid for the own part of a plan for all members, not for the own gain")
+    ] = False
 
     name: ClassVar[str] = "cbba"
     declaration: ClassVar[Declaration] = Declaration(
         source="Choi, Brunet, How 2009; Johnson, Ponda, Choi, How 2010",
         messages={
-            "bid": "how strongly the sender, or the winner it names, claims a job; not acknowledged",
-            "bidRound": "when that was claimed",
-            "winner": "whose claim the sender relays",
+            "claimsOf": "whose claims follow, and of which round: its time of last news; not acknowledged",
+            "claim": "how strongly that vehicle claims a job",
             JOB_DONE: "the sender has done a job",
         },
         blocks_per_round=2,

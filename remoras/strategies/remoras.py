@@ -1,48 +1,63 @@
 """The REMORAS strategy: jobs allocated by the head of the group, then satisfaction and altruism.
 
 The head allocates all open jobs when it plans the mission, and again when a member leaves or a job is done that others
-need. What the vehicles make of it is moved by the influence signals that each sends for every role it plays.
-Source: Carlesi, Michel, Jouvencel, Ferber 2011, sections IV and VII; costs and optimisation are ours.
+need. What the vehicles make of it is moved by the influence signals that each sends for every role it plays. A member
+that is able to work and has none is dissatisfied, and its signals call for work: then the head, as the optimiser of
+organisational performances, allocates what is vacant, moves jobs that nobody has begun where the whole ends earlier by
+``margin``, or else lets the member help at another's job.
+
+Source: Carlesi, Michel, Jouvencel, Ferber 2011, sections IV and VII: the optimiser, roles, signals; Simonin, Ferber
+2000: calls and answers. What the optimiser computes is ours.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from remoras.organisation import Group, RoleAssignment
 from remoras.strategies.allocation import all_jobs
+from remoras.strategies.dispatch import ACKNOWLEDGE, ALL, HELP, MARGIN, Dispatcher, Dispatching
 from remoras.strategies.founding import common_roles, founded
-from remoras.strategy import INFLUENCE_SIGNAL, OBJECTIVE, Declaration
+from remoras.strategy import INFLUENCE_SIGNAL, JOB_DONE, OBJECTIVE, Declaration
 from remoras.work import Work
+
+MESSAGES = {
+    "hasMission": "a head gives another group its mission",
+    "playsRole": "a head gives a member a role",
+    OBJECTIVE: "a head gives a role an objective",
+    "leftRole": "a vehicle leaves a role, or its head takes it back",
+    JOB_DONE: "a vehicle has done a job",
+    INFLUENCE_SIGNAL: "one signed byte for every role that the sender plays, in every slot",
+}
+SOURCE = "Carlesi, Michel, Jouvencel, Ferber 2011"
 
 
 @dataclass(frozen=True, slots=True)
 class Remoras:
     """Roles allocated by the head of each group; see the module's text."""
 
+    margin: Annotated[float, MARGIN] = 0.05
+    help_s: Annotated[float, HELP] = 60.0
+    acknowledge_rounds: Annotated[int, ACKNOWLEDGE] = 100
+
     name: ClassVar[str] = "remoras"
     declaration: ClassVar[Declaration] = Declaration(
-        source="Carlesi, Michel, Jouvencel, Ferber 2011",
-        messages={
-            "hasMission": "a head gives another group its mission",
-            "playsRole": "a head gives a member a role",
-            OBJECTIVE: "a head gives a role an objective",
-            "leftRole": "a vehicle leaves a role",
-            INFLUENCE_SIGNAL: "one signed byte for every role that the sender plays, in every slot",
-        },
-        planned_before=False,
-        influences=True,
+        source=SOURCE, messages=MESSAGES, planned_before=False, influences=True
     )
     form = staticmethod(founded)
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
         """Common roles for all, and every open job for somebody."""
-        return common_roles(work) + all_jobs(work)
+        return common_roles(work) + all_jobs(work, self.help_s)
 
-    def negotiator(self, me: str, group: Group) -> None:
-        """Nothing is left to divide during the mission."""
-        return
+    def negotiator(self, me: str, group: Group) -> Dispatcher:
+        """The optimiser of the head, for each member."""
+        return Dispatcher(
+            me,
+            group,
+            Dispatching(ALL, self.margin, self.help_s, self.acknowledge_rounds, on_call=True, keeps_group=False),
+        )
 
 
 STRATEGY = Remoras()

@@ -1,82 +1,99 @@
-"""Rendezvous synchronisation: work is divided only when all have met.
+"""Rendezvous synchronisation: work is divided, and knowledge exchanged, only when all meet.
 
-Before the dive every member gets up to ``jobs_per_leg`` jobs. Whoever has done its jobs goes to the rally point.
-When the head, free itself, knows all members there, it gives out the next jobs; each leaves for its own as soon as it
-has heard of them. Between two meetings nothing needs to be heard, so losses can only prolong a meeting. When all who
-are missing are overdue, they are waited for another ``wait_rounds``; then what they held is given out again.
+Before the dive every member gets the first ``jobs_per_leg`` jobs of a plan of all. Whoever has done its jobs goes to
+the rally point. On the way and at work a vehicle is silent: what it has to tell waits until it has come. When the head,
+free itself, hears all members there, maps have merged, and it gives out the first jobs of a new plan; each leaves for
+its own as soon as it has heard of them. Between two meetings nothing needs to be heard, so losses can only prolong a
+meeting. Who is still expected to be at work is waited for; who is not heard for a lease after that has left the group,
+by the rule that all strategies share, and others get what it held.
 
-Source: rendezvous point synchronisation as cited by Carlesi et al. 2011, section II.
+Source: rendezvous point synchronisation as cited by Carlesi et al. 2011, section II. The plan is ours.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from remoras.organisation import Group, RoleAssignment
-from remoras.strategies.allocation import Expectations, shared_out
+from remoras.organisation import Group, RoleAssignment, RoleSpecification
+from remoras.strategies.allocation import Expectations, assignments, job_plan, planned
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategy import JOB_DONE, Declaration, Move, Situation, Statable, Statement
 from remoras.work import Outlook, Work
 
+PRESENT_ROUNDS = 30
+"""A vehicle that was heard at the rally point in as many TDMA frames, and has no work, has come."""
+
 
 class Convener:
-    """The head's part: who is here, and what is left to do; other members just come."""
+    """One vehicle's part: it is silent when away; the head, when all are there, gives out what is left."""
 
     def __init__(self, me: str, group: Group, strategy: RendezvousSync) -> None:
         self._me = me
         self._group = group
         self._with = strategy
-        self._waiting_since: int | None = None
         self._expectations = Expectations()
+        self._to_take: tuple[RoleSpecification, ...] = ()  # own jobs of the next leg, until all others have theirs
 
     def negotiate(self, situation: Situation) -> Move:
-        """Wait for those who are expected; when all have come, or are given up, give out the next jobs."""
+        """Be silent on the way; at the rally point wait for those who are expected, then give out the next jobs."""
         work = situation.work
+        here = {data.name for data in work.workers if self._is_here(data.name, situation)}
+        if work.unfinished and self._me not in here:
+            return Move(holding=self._me in work.heads, silent=True, expected=work.database.names)
+        expected = self._expected(situation)
         if self._me not in work.heads:
-            return Move()
-        absent = [d.name for d in work.workers if work.held_by(d.name) or not self._is_here(d.name, situation)]
-        is_due = not self._is_on_the_way(absent, situation) and len(absent) < len(work.workers)
-        if not work.unfinished or not is_due:
-            self._waiting_since = None
-            return Move(holding=bool(work.unfinished))
-        if self._waiting_since is None:
-            self._waiting_since = situation.round
-        if absent and situation.round - self._waiting_since < self._with.wait_rounds:
-            return Move(holding=True)
-        self._waiting_since = None
-        said = self._given_out(absent, situation)
-        return Move(tuple(Statement((fact,)) for fact in said), holding=True)
+            return Move(expected=expected)
+        said: list[Statable] = []
+        if self._to_take:
+            if here.isdisjoint(situation.unheard):
+                said = self._saying(self._me, self._to_take)
+                self._to_take = ()
+        elif work.unfinished and here.issuperset(d.name for d in work.workers) and not self._held(work):
+            said = self._given_out(situation)
+        return Move(tuple(Statement((fact,)) for fact in said), holding=bool(work.unfinished), expected=expected)
+
+    def _held(self, work: Work) -> bool:
+        """True while somebody still has a job."""
+        return any(work.held_by(data.name) for data in work.workers)
 
     def _is_here(self, vehicle: str, situation: Situation) -> bool:
         position_m = situation.work.positions_m.get(vehicle)
         if position_m is None or situation.rally_m is None:
             return False
-        return math.dist(position_m, situation.rally_m) <= self._with.meeting_radius_m
+        frame_s = situation.now_s / situation.round
+        silent_s = 0.0 if vehicle == self._me else situation.now_s - situation.heard_s.get(vehicle, -math.inf)
+        is_near = math.dist(position_m, situation.rally_m) <= self._with.meeting_radius_m
+        return is_near and silent_s <= PRESENT_ROUNDS * frame_s
 
-    def _is_on_the_way(self, absent: Collection[str], situation: Situation) -> bool:
-        """True while the head itself, or one that is missing, is not expected to be free yet."""
+    def _expected(self, situation: Situation) -> set[str]:
+        """Who is expected to be silent: members that are at work or on the way, and all who are in other groups."""
         work, now_s = situation.work, situation.now_s
-        free_s = {d.name: self._expectations.of(d, work.held_by(d.name), now_s, work).free_s for d in work.workers}
-        return self._me in absent or any(free_s[name] > now_s for name in absent)
+        expected = set(work.database.names)
+        for data in work.workers:
+            seen_s = situation.heard_s.get(data.name, 0.0)
+            engaged = self._expectations.of(data, work.held_by(data.name), work, now_s, seen_s)
+            end = engaged.end(data, work)
+            way_m = 0.0 if situation.rally_m is None else math.dist(end.position_m, situation.rally_m)
+            if not engaged.begun or end.free_s + way_m / data.transit_speed_mps <= now_s:
+                expected.discard(data.name)
+        return expected
 
-    def _given_out(self, absent: Collection[str], situation: Situation) -> list[Statable]:
-        """What the absent held is taken back; that and what is vacant goes to those who are here."""
-        work, path = situation.work, self._group.path
-        taken_back = [(name, role) for name in absent for role in work.held_by(name)]
-        lost = [role for _, role in taken_back]
-        vacant = [role for role in work.open if role in (*lost, *work.vacant)]
-        present = [data for data in work.workers if data.name not in absent]
-        outlooks = {data.name: Outlook(situation.now_s, work.position_m(data.name)) for data in present}
-        given = shared_out(work, vacant, present, outlooks, self._with.jobs_per_leg)
-        return [
-            *((name, "leftRole", path(role.name)) for name, role in taken_back),
-            *((one.vehicle, "playsRole", path(one.role)) for one in given),
-        ]
+    def _saying(self, vehicle: str, roles: Sequence[RoleSpecification]) -> list[Statable]:
+        return [(vehicle, "playsRole", self._group.path(role.name)) for role in roles]
+
+    def _given_out(self, situation: Situation) -> list[Statable]:
+        """The first jobs of a plan of what is vacant, for those who are here; this vehicle leaves last."""
+        work = situation.work
+        outlooks = {data.name: Outlook(situation.now_s, work.position_m(data.name)) for data in work.workers}
+        plan = planned(work, work.vacant, work.workers, outlooks)
+        legs = {name: roles[: self._with.jobs_per_leg] for name, roles in plan.roles.items()}
+        self._to_take = legs.get(self._me, ())
+        return [fact for name, roles in legs.items() if name != self._me for fact in self._saying(name, roles)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,19 +104,15 @@ class RendezvousSync:
     meeting_radius_m: Annotated[
         float, Field(gt=0.0, le=10_000.0, description="a vehicle this near to the rally point has come")
     ] = 30.0
-    wait_rounds: Annotated[
-        int,
-        Field(ge=1, le=100_000, description="TDMA frames that those who have come wait for others that are overdue"),
-    ] = 60
 
     name: ClassVar[str] = "rendezvous-sync"
     declaration: ClassVar[Declaration] = Declaration(
         source="rendezvous point synchronisation, cited by Carlesi et al. 2011",
         messages={
             "playsRole": "the head gives a member a job, at a meeting",
-            "leftRole": "the head takes back what a member held that did not come",
-            JOB_DONE: "a vehicle has done a job",
+            JOB_DONE: "a vehicle has done a job, told at a meeting",
         },
+        meets=True,
     )
     form = staticmethod(founded)
 
@@ -107,8 +120,7 @@ class RendezvousSync:
         """Jobs of the first leg; in a mission that is planned anew none, since meetings give them out."""
         if any(work.holders(role) for role in work.roles):
             return common_roles(work)
-        outlooks = {data.name: Outlook(0.0, work.position_m(data.name)) for data in work.workers}
-        return common_roles(work) + shared_out(work, work.open, work.workers, outlooks, self.jobs_per_leg)
+        return common_roles(work) + assignments(work, job_plan(work), self.jobs_per_leg)
 
     def negotiator(self, me: str, group: Group) -> Convener:
         """The head's part, for each member: another may come to lead."""

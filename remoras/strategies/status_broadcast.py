@@ -1,41 +1,48 @@
 """Status broadcast: everybody tells the state of its mission again and again, and predicts those it does not hear.
 
 Every ``period_rounds`` a vehicle broadcasts which job it is at and which jobs it knows to be done; repetition takes
-the place of acknowledgement. From what it has heard it predicts when each other vehicle will have done its job and,
-by the same rule that it follows itself, which one that vehicle will turn to: of the jobs that are left, the one it is
-expected to finish first; vehicles choose in the order in which they become free. A vehicle that is free takes what
-this prediction leaves to it. A vehicle that has not been heard for ``doubt_rounds`` is doubted: what it should have
-finished as long ago, be it at that job or only predicted to be, is done again when nothing else is left. If two are at
-the same job, the one that came later leaves it on hearing of the other.
+the place of acknowledgement. From what it has heard it predicts when each other vehicle will have done its job. With
+these predictions it makes the plan of all members, by the allocator that all strategies share, and takes the first job
+of its own part; others who have heard the same make the same plan. Who has no part in the plan helps at a job whose
+role has room, if that saves ``help_s``.
 
-Source: Sotzing, Lane 2010 (DELPHIS: broadcast of the mission state, prediction of silent partners).
+Health and re-tasking: a vehicle that says that it takes no jobs, or has left the group, has no part in the plan, and
+its job is open again. A job that is late by ``doubt_rounds`` is done again by who has nothing else left to do. If two
+are at the same job and it has no room for both, the one that came later leaves it on hearing of the other.
+
+Source: Sotzing, Lane 2010 (DELPHIS: broadcast of the mission state, prediction of silent partners, re-tasking).
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+import math
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from pydantic import Field
 
 from remoras.database import VehicleData
-from remoras.organisation import Group, RoleSpecification
+from remoras.organisation import Group
+from remoras.strategies.allocation import Plan, helped, planned
+from remoras.strategies.dispatch import HELP
 from remoras.strategies.founding import common_roles, founded
-from remoras.strategies.silence import Silence
 from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statable, Statement
-from remoras.work import Outlook, Point, Work
+from remoras.work import Outlook, Point, Work, share_left
 
 JOBS_PER_BLOCK = 8
+RECENT_ROUNDS = 3
+"""A vehicle heard in as many TDMA frames that says nothing of a job has none; else it was free when it was heard."""
 
 
 @dataclass(frozen=True, slots=True)
-class Engagement:
-    """A vehicle at the job of a role: since when, and where it came from."""
+class Station:
+    """A vehicle at the job of a role: since when, where it came from, and when it should have done it."""
 
     role: str
     since_s: float
     from_m: Point
+    due_s: float
 
 
 class Broadcaster:
@@ -45,19 +52,16 @@ class Broadcaster:
         self._me = me
         self._group = group
         self._with = strategy
-        self._at: dict[str, Engagement] = {}  # last known of every vehicle
+        self._at: dict[str, Station] = {}  # last known of every vehicle
         self._reported: set[str] = set()  # jobs that somebody says are done
-        self._silence = Silence(me, strategy.doubt_rounds)
-        self._silent: set[str] = set()
 
     def negotiate(self, situation: Situation) -> Move:
         """Hear, predict, leave what is done or was another's before, take what is left, tell the state."""
         for heard in situation.heard:
             self._hear(heard, situation.work)
         work = situation.work.knowing(self._reported)
-        self._silent = self._silence.out_of_reach([data.name for data in work.workers], situation)
         outlooks = {data.name: self._outlook(data, work, situation) for data in work.workers}
-        doubted = {name for name, then in outlooks.items() if self._is_overdue(name, then.free_s, situation)}
+        doubted = {name for name, then in outlooks.items() if self._is_late(name, then.free_s, situation)}
         held = work.held_by(self._me)
         left = [
             role
@@ -69,7 +73,7 @@ class Broadcaster:
             self._at.pop(self._me, None)
             name = self._choice(work, outlooks, doubted, situation)
             if name is not None:
-                self._at[self._me] = Engagement(name, round(situation.now_s), work.position_m(self._me))
+                self._at[self._me] = self._station(name, self._me, round(situation.now_s), work)
                 said.append(Statement(((self._me, "playsRole", self._group.path(name)),), told=False))
         if situation.round % self._with.period_rounds == 0 or said:
             said += self._state(work)
@@ -79,84 +83,104 @@ class Broadcaster:
         """The state of the mission as a peer tells it."""
         said = {attribute: value for subject, attribute, value in heard.facts if subject == heard.issuer}
         group, _, role = str(said.get("worksOn", "")).partition(".")
-        if group == self._group.name:
-            known = self._at.get(heard.issuer)
-            from_m = work.position_m(heard.issuer) if known is None or known.role != role else known.from_m
-            self._at[heard.issuer] = Engagement(role, float(said.get("worksSince", heard.time_s)), from_m)
+        known = self._at.get(heard.issuer)
+        if group == self._group.name and (known is None or known.role != role):
+            since_s = float(said.get("worksSince", heard.time_s))
+            self._at[heard.issuer] = self._station(role, heard.issuer, since_s, work)
         self._reported.update(subject for subject, attribute, _ in heard.facts if attribute == "knownDone")
 
+    def _station(self, role: str, vehicle: str, since_s: float, work: Work) -> Station:
+        from_m, specification = work.position_m(vehicle), work.group.role(role)
+        then = None
+        if specification in work.roles:
+            then = work.after(Outlook(since_s, from_m), work.database[vehicle], specification)
+        return Station(role, since_s, from_m, since_s if then is None else then.free_s)
+
     def _is_later(self, role: str, doubted: Collection[str], work: Work) -> bool:
-        """True if another member, one that is not doubted, was at the job of ``role`` before this vehicle."""
+        """True if as many members as the role has room for, none of them doubted, were at its job before this one."""
         mine, database = self._at.get(self._me), work.database
-        return mine is not None and any(
-            at.role == role and (at.since_s, database[name].node) < (mine.since_s, database[self._me].node)
+        if mine is None:
+            return False
+        before = [
+            name
             for name, at in self._at.items()
+            if at.role == role and (at.since_s, database[name].node) < (mine.since_s, database[self._me].node)
             if name not in doubted and name != self._me and name in work.members
-        )
+        ]
+        specification = work.group.role(role)
+        room = None if specification is None else specification.maximum
+        return room is not None and len(before) >= room
 
     # Prediction
 
     def _outlook(self, data: VehicleData, work: Work, situation: Situation) -> Outlook:
-        """When and where a vehicle will have done what it was last known to be at.
+        """When and where a vehicle will have done what it was last known to be at; without work, where it was seen.
 
-        Without work it is free now, a silent one since it was heard.
+        Where parts of the job are known to be done, what is left counts from where and when it was seen last.
         """
+        now_s, place_m = situation.now_s, work.position_m(data.name)
+        heard_s = now_s if data.name == self._me else situation.heard_s.get(data.name, 0.0)
         at = self._at.get(data.name)
-        role = next((r for r in work.unfinished if r.name == at.role), None) if at is not None else None
-        if at is not None and role is not None and data.name != self._me:
-            then = work.after(Outlook(at.since_s, at.from_m), data, role)
-            if then is not None:
-                return then
-        free_s = situation.heard_s.get(data.name, 0.0) if data.name in self._silent else situation.now_s
-        return Outlook(free_s, work.position_m(data.name))
+        role = next((role for role in work.unfinished if at is not None and role.name == at.role), None)
+        if at is None or role is None or data.name == self._me:
+            is_recent = now_s - heard_s <= RECENT_ROUNDS * now_s / situation.round
+            return Outlook(now_s if is_recent else heard_s, place_m)
+        seen, due_s = work.after(Outlook(heard_s, place_m), data, role), at.due_s
+        if seen is None:
+            return Outlook(due_s, place_m)
+        if share_left(work.job(role)) < 1.0:
+            due_s = seen.free_s if due_s <= now_s else min(due_s, seen.free_s)
+        return Outlook(due_s, seen.position_m)
 
-    def _is_overdue(self, vehicle: str, free_s: float, situation: Situation) -> bool:
-        """True if a vehicle is silent and should have been free long ago."""
+    def _is_late(self, vehicle: str, free_s: float, situation: Situation) -> bool:
+        """True if a vehicle was expected to have done something long ago."""
         doubt_s = self._with.doubt_rounds * situation.now_s / situation.round
-        return vehicle in self._silent and free_s + doubt_s <= situation.now_s
+        return vehicle != self._me and free_s + doubt_s <= situation.now_s
 
     def _choice(
         self, work: Work, outlooks: Mapping[str, Outlook], doubted: Collection[str], situation: Situation
     ) -> str | None:
-        """The role that is left to this vehicle when all who become free choose in turn; None if there is none."""
+        """The role that is left to this vehicle by the plan that all make of what is left; None if there is none."""
+        if self._me not in outlooks:
+            return None
         at = [(at.role, name) for name, at in self._at.items() if name in outlooks]
         taken = {role for role, _ in at}
-        free = {role.name: role for role in work.open if role.name not in taken}
-        found, predicted = self._in_turn(work.workers, outlooks, free, work)
-        if found is None:  # nothing is left but what others are at, or should have done by now
-            trusted = {role for role, name in at if name not in doubted}
-            trusted |= {role for role, (name, s) in predicted.items() if not self._is_overdue(name, s, situation)}
-            left = {role.name: role for role in work.open if role.name not in trusted}
-            me = [data for data in work.workers if data.name == self._me]
-            found, _ = self._in_turn(me, outlooks, left, work)
-        return found
+        plan = planned(work, [role for role in work.open if role.name not in taken], work.workers, outlooks)
+        if plan.roles[self._me]:
+            return plan.roles[self._me][0].name
+        return self._again(work, plan, outlooks, doubted, situation) or self._help(work, plan, outlooks, situation)
 
-    def _in_turn(
+    def _again(
         self,
-        members: Sequence[VehicleData],
-        outlooks: Mapping[str, Outlook],
-        roles: Mapping[str, RoleSpecification],
         work: Work,
-    ) -> tuple[str | None, dict[str, tuple[str, float]]]:
-        """This vehicle's choice, and what others choose before: by role who, and when it will have done it."""
-        outlook, left = {data.name: outlooks[data.name] for data in members}, dict(roles)
-        chosen: dict[str, tuple[str, float]] = {}
-        while left and self._me in outlook:
-            data = min((d for d in members if d.name in outlook), key=lambda d: (outlook[d.name].free_s, d.node))
-            then = [
-                (o.free_s, name, o)
-                for name, role in left.items()
-                if (o := work.after(outlook[data.name], data, role)) is not None
-            ]
-            if not then:
-                del outlook[data.name]
-                continue
-            _, name, outlook[data.name] = min(then)
-            if data.name == self._me:
-                return name, chosen
-            chosen[name] = data.name, outlook[data.name].free_s
-            del left[name]
-        return None, chosen
+        plan: Plan,
+        outlooks: Mapping[str, Outlook],
+        doubted: Collection[str],
+        situation: Situation,
+    ) -> str | None:
+        """A job that others are at, or should have begun by this plan, and are late with."""
+        trusted = {at.role for name, at in self._at.items() if name in outlooks and name not in doubted}
+        for data in work.workers:
+            outlook = outlooks[data.name]
+            for role in plan.roles[data.name]:
+                outlook = work.after(outlook, data, role) or outlook
+                if not self._is_late(data.name, outlook.free_s, situation):
+                    trusted.add(role.name)
+        data = work.database[self._me]
+        left = [role for role in work.open if role.name not in trusted and work.able(data, role)]
+        return work.in_order(outlooks[self._me], data, left)[0].name if left else None
+
+    def _help(self, work: Work, plan: Plan, outlooks: Mapping[str, Outlook], situation: Situation) -> str | None:
+        """A job of another one that has room for this vehicle too, if that saves enough."""
+        at = {name: at.role for name, at in self._at.items() if name in outlooks}
+        idle = [data for data in work.workers if data.name not in at and not plan.roles[data.name]]
+        ends_s: dict[str, float] = {}
+        n_holders: dict[str, int] = {}
+        for name, role in at.items():
+            ends_s[role] = min(ends_s.get(role, math.inf), outlooks[name].free_s)
+            n_holders[role] = n_holders.get(role, 0) + 1
+        found = helped(work, idle, ends_s, situation.now_s, self._with.help_s, n_holders)
+        return next((one.role for one in found if one.vehicle == self._me), None)
 
     # Saying
 
@@ -180,8 +204,9 @@ class StatusBroadcast:
         int, Field(ge=1, le=1000, description="TDMA frames between two broadcasts of the state")
     ] = 3
     doubt_rounds: Annotated[
-        int, Field(ge=0, le=10_000, description="TDMA frames that a vehicle may be silent, and its job late")
+        int, Field(ge=0, le=10_000, description="TDMA frames that a job may be late before another vehicle does it too")
     ] = 30
+    help_s: Annotated[float, HELP] = 60.0
 
     name: ClassVar[str] = "status-broadcast"
     declaration: ClassVar[Declaration] = Declaration(

@@ -113,8 +113,9 @@ def test_what_can_be_set_of_a_strategy_is_listed():
     assert central["messages"]["jobDone"] == "a vehicle has done a job"
     assert [(p["name"], p["default"]) for p in central["parameters"]] == [
         ("queue", 2),
-        ("silence_rounds", 60),
-        ("acknowledge_rounds", 300),
+        ("margin", 0.05),
+        ("help_s", 60.0),
+        ("acknowledge_rounds", 100),
     ]
     assert central["parameters"][0]["description"] == "most jobs that a vehicle holds, the one it is at included"
     text = remoras("list", "strategies").stdout

@@ -170,12 +170,13 @@ class Team:
         for name, member in self.members.items():
             told[name] += self._planned(name, member, now_s)
             told[name] += self._progress(name, member, now_s)
-        if not self._strategy.declaration.communicates:
+        declaration = self._strategy.declaration
+        if not (declaration.communicates or declaration.is_bound):
             return
         for name, sender in self.members.items():
             sender.unheard += [(r, h) for h in told[name] if self._is_kept(h) for r in self.members if r != name]
             for receiver, member in self.members.items():
-                if receiver != name and not self._lost(self._round, name, receiver):
+                if receiver != name and (declaration.is_bound or not self._lost(self._round, name, receiver)):
                     due = [heard for to, heard in sender.unheard if to == receiver]
                     sender.unheard = [(to, heard) for to, heard in sender.unheard if to != receiver]
                     member.heard_s[name], member.positions_m[name] = now_s, sender.position_m

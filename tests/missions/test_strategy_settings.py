@@ -35,7 +35,7 @@ def faults_of(*settings: str) -> tuple[ConfigurationFault, ...]:
 def test_a_parameter_is_set_and_the_others_keep_their_defaults() -> None:
     options = ("strategy.name=central", "strategy.parameters.queue=3")
     strategy = strategy_of(load("mapping-patches", [("--set", option) for option in options]))
-    others = {"silence_rounds": 60, "acknowledge_rounds": 300}
+    others = {"margin": 0.05, "help_s": 60.0, "acknowledge_rounds": 100}
     assert {p.name: p.default for p in parameters(strategy)} == {"queue": 3} | others
     assert {p.name: p.default for p in parameters(strategies()["central"])} == {"queue": 2} | others
 
@@ -43,11 +43,11 @@ def test_a_parameter_is_set_and_the_others_keep_their_defaults() -> None:
 @pytest.mark.parametrize(
     ("strategy", "setting", "given", "says"),
     [
-        ("central", "queu=3", "3", "central has queue, silence_rounds, acknowledge_rounds; did you mean 'queue'"),
-        ("central", "bundle=3", "3", "central has queue, silence_rounds, acknowledge_rounds$"),
-        ("remoras", "queue=3", "3", "remoras has no parameters"),
+        ("central", "queu=3", "3", "central has queue, margin, help_s, acknowledge_rounds; did you mean 'queue'"),
+        ("central", "bundle=3", "3", "central has queue, margin, help_s, acknowledge_rounds$"),
+        ("oracle", "queue=3", "3", "oracle has no parameters"),
         ("central", "queue=0", "0", "greater than or equal to 1"),
-        ("central", "queue=17", "17", "less than or equal to 16"),
+        ("central", "queue=65", "65", "less than or equal to 64"),
         ("central", "queue=2.5", "2.5", "valid integer"),
         ("central", "queue=two", '"two"', "valid integer"),
         ("central", "queue=true", "true", "valid integer"),
@@ -66,7 +66,7 @@ def test_a_wrong_parameter_is_one_fault(strategy: str, setting: str, given: str,
 
 
 def test_two_wrong_parameters_are_two_faults() -> None:
-    wrong = ("strategy.parameters.queue=0", "strategy.parameters.silence_rounds=0")
+    wrong = ("strategy.parameters.queue=0", "strategy.parameters.acknowledge_rounds=0")
     assert len(faults_of("strategy.name=central", *wrong)) == 2
 
 

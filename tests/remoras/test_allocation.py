@@ -1,78 +1,96 @@
-"""Allocating jobs: the assignment that the shipped strategies share."""
+"""The allocator that all strategies share: plans, revisions, help."""
 
-import os
-import subprocess
-import sys
-from itertools import permutations
+from itertools import product
 
-from hypothesis import given
-from hypothesis import strategies as st
+import pytest
+from samples import auv, database
 
-from remoras.strategies.allocation import assignment
+from remoras.database import AUVDatabase
+from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
+from remoras.strategies.allocation import Engagement, Expectations, helped, planned, revised
+from remoras.work import Outlook, Work
+from tests.conformance.exchange_of_statements import Visit
 
-costs = st.integers(0, 12) | st.none()
-
-
-@st.composite
-def cost_matrices(draw: st.DrawFn) -> list[list[int | None]]:
-    n_columns = draw(st.integers(1, 4))
-    return draw(st.lists(st.lists(costs, min_size=n_columns, max_size=n_columns), min_size=1, max_size=4))
+PLACES_M = [(100.0, 0.0), (0.0, 300.0), (-200.0, 50.0), (250.0, 250.0), (-50.0, -150.0), (400.0, -100.0)]
+STAYS_S = [100.0, 30.0, 200.0, 60.0, 90.0, 45.0]
 
 
-def quality(matrix: list[list[int | None]], pairs: dict[int, int]) -> tuple[int, int, int]:
-    """Less is better: rows left without, the dearest pair, the sum."""
-    paid = [matrix[r][c] for r, c in pairs.items()]
-    assert None not in paid
-    return len(matrix) - len(pairs), max(paid, default=0), sum(paid)  # type: ignore[type-var, arg-type]
+def group(maximum: int | None = 1, order: int = 1) -> Group:
+    roles = [RoleSpecification(f"Role{n}", 1, maximum, job=f"job {n}") for n in range(len(PLACES_M))]
+    return Group("Team", (RoleSpecification("Hand", 1, founding=True), *roles[::order]))
 
 
-def all_assignments(matrix: list[list[int | None]]) -> list[dict[int, int]]:
-    n_rows, n_columns = len(matrix), len(matrix[0])
-    columns = [*range(n_columns), *[None] * n_rows]  # None: the row gets nothing
-    return [
-        {r: c for r, c in enumerate(chosen) if c is not None}
-        for chosen in set(permutations(columns, n_rows))
-        if all(c is None or matrix[r][c] is not None for r, c in enumerate(chosen))
-    ]
+def fleet(names: tuple[str, ...] = ("AUV00", "AUV01", "AUV02")) -> AUVDatabase:
+    roles = ("Hand", *(f"Role{n}" for n in range(len(PLACES_M))))
+    return database(*(auv(name, node=n, playable_roles=roles) for n, name in enumerate(names)))
 
 
-@given(cost_matrices())
-def test_as_many_as_possible_then_the_dearest_then_the_sum(matrix: list[list[int | None]]) -> None:
-    pairs = assignment(matrix)
-    assert len(set(pairs.values())) == len(pairs)
-    assert list(pairs) == sorted(pairs)
-    assert quality(matrix, pairs) == min(quality(matrix, other) for other in all_assignments(matrix))
-
-
-def test_the_last_one_finishes_as_early_as_possible() -> None:
-    """The least sum would be 0 + 9 = 9; with it the last one is finished at 9, otherwise at 6."""
-    assert assignment([[0, 5], [6, 9]]) == {0: 1, 1: 0}
-
-
-def test_of_equal_dearest_pairs_the_least_work_in_all() -> None:
-    """The third row takes 9 in any case; of the other two 1 + 1 is less than 8 + 8."""
-    assert assignment([[8, 1, None], [1, 8, None], [None, None, 9]]) == {0: 1, 1: 0, 2: 2}
-
-
-def test_nobody_is_able() -> None:
-    assert assignment([]) == {}
-    assert assignment([[None, None]]) == {}
-
-
-def test_ties_fall_the_same_way_in_every_process() -> None:
-    """No order of a set and no hash decides: the same answer under different hash seeds."""
-    program = (
-        "from remoras.strategies.allocation import assignment\n"
-        "print([assignment([[1] * n] * m) for n in range(1, 5) for m in range(1, 5)])"
-    )
-    answers = {
-        subprocess.run(
-            [sys.executable, "-c", program],
-            env={**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": os.pathsep.join(sys.path)},
-            capture_output=True,
-            text=True,
-            check=True,
-        ).stdout
-        for seed in ("0", "1", "2")
+def work(vehicles: AUVDatabase, of: Group, *held: tuple[str, str]) -> Work:
+    jobs = {
+        f"job {n}": Visit(f"job {n}", place_m, stay_s)
+        for n, (place_m, stay_s) in enumerate(zip(PLACES_M, STAYS_S, strict=True))
     }
-    assert len(answers) == 1
+    played = [RoleAssignment("Team", "Hand", name) for name in vehicles]
+    played += [RoleAssignment("Team", role, name) for name, role in held]
+    return Work(of, Organisation.of([of], played), vehicles, jobs)
+
+
+def outlooks(vehicles: AUVDatabase) -> dict[str, Outlook]:
+    return {name: Outlook(0.0, (60.0 * n, 0.0)) for n, name in enumerate(vehicles)}
+
+
+def test_no_division_of_six_jobs_among_three_ends_earlier() -> None:
+    """All 3^6 = 729 divisions are tried."""
+    vehicles = fleet()
+    of, starts = work(vehicles, group()), outlooks(vehicles)
+
+    def end_s(owners: tuple[str, ...]) -> float:
+        parts = {n: [r for r, owner in zip(of.roles, owners, strict=True) if owner == n] for n in vehicles}
+        return max(of.after_all(starts[name], vehicles[name], roles).free_s for name, roles in parts.items())
+
+    best_s = min(end_s(owners) for owners in product(vehicles, repeat=len(of.roles)))
+    assert planned(of, of.roles, of.workers, starts).end_s == pytest.approx(best_s, abs=0.01)
+
+
+def test_neither_the_order_of_roles_nor_names_change_a_plan() -> None:
+    found = []
+    for names, order in (
+        (("AUV00", "AUV01", "AUV02"), 1),
+        (("AUV00", "AUV01", "AUV02"), -1),
+        (("V12", "V11", "V10"), 1),
+    ):
+        vehicles = fleet(names)
+        of = work(vehicles, group(order=order))
+        plan = planned(of, of.roles, of.workers, outlooks(vehicles))
+        found.append([[role.job for role in plan.roles[name]] for name in vehicles])
+    assert found[0] == found[1] == found[2]
+
+
+@pytest.mark.parametrize(("margin", "moved"), [(0.0, True), (0.99, False)])
+def test_what_is_queued_moves_only_if_that_ends_earlier_by_the_margin(margin: float, moved: bool) -> None:
+    """One vehicle has all six jobs in its queue, the other two are idle."""
+    vehicles = fleet()
+    of, starts = work(vehicles, group()), outlooks(vehicles)
+    engaged = {name: Engagement((), of.roles if name == "AUV00" else (), starts[name]) for name in vehicles}
+    plan = revised(of, [], of.workers, engaged, 0.0, margin)
+    assert bool(plan.roles["AUV01"] or plan.roles["AUV02"]) is moved
+
+
+def test_a_begun_job_stays_and_counts_from_when_it_was_begun() -> None:
+    """AUV00 takes 100 m at 2 m/s and 100 s at the place: done at 150 s, whenever it is asked."""
+    vehicles = fleet()
+    of, expectations = work(vehicles, group(), ("AUV00", "Role0"), ("AUV00", "Role3")), Expectations()
+    for now_s in (0.0, 70.0, 140.0):
+        engaged = expectations.of(vehicles["AUV00"], of.held_by("AUV00"), of, now_s)
+        assert [role.name for role in engaged.begun] == ["Role0"]
+        assert [role.name for role in engaged.queued] == ["Role3"]
+        assert engaged.outlook.free_s == pytest.approx(150.0)
+
+
+@pytest.mark.parametrize(("maximum", "least_s", "helps"), [(1, 0.0, False), (2, 0.0, True), (2, 220.0, False)])
+def test_who_is_idle_helps_where_there_is_room_and_it_saves_enough(maximum: int, least_s: float, helps: bool) -> None:
+    """The job takes another 480 s, the way of 100 m at 2 m/s takes 50 s: help saves (480 - 50) / 2 = 215 s."""
+    vehicles = fleet()
+    of = work(vehicles, group(maximum), ("AUV00", "Role0"))
+    found = list(helped(of, [vehicles["AUV01"]], {"Role0": 480.0}, 0.0, least_s))
+    assert found == ([RoleAssignment("Team", "Role0", "AUV01")] if helps else [])

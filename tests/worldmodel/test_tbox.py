@@ -58,9 +58,12 @@ def test_shipped_classes_and_attributes() -> None:
         "knownDone": "BOOLEAN",
         "auctionEnds": "NUMBER",
         "bid": "NUMBER",
-        "bidRound": "NUMBER",
-        "winner": "LINK",
+        "claimsOf": "NUMBER",
+        "claim": "NUMBER",
         "hasMission": "LINK",
+        "available": "BOOLEAN",
+        "headedBy": "LINK",
+        "headTerm": "NUMBER",
         "gatheredAt": "LINK",
         "jobDone": "LINK",
         "missionCompleted": "BOOLEAN",
@@ -68,7 +71,7 @@ def test_shipped_classes_and_attributes() -> None:
         "classification": "SYMBOL",
     }
     status = ["batteryFraction", "position"]
-    negotiated = ["auctionEnds", "bid", "bidRound", "knownDone", "winner", "worksOn", "worksSince"]
+    negotiated = ["auctionEnds", "bid", "claim", "claimsOf", "knownDone", "worksOn", "worksSince"]
     assert [a.name for a in CORE.attributes if a.latest_only] == sorted(status + negotiated)
     assert CORE.attributes[TYPE_UID].name == "type"
 

@@ -1,0 +1,135 @@
+"""The dispatcher: what the head of a group does about jobs during the mission, under several strategies.
+
+Whenever something has changed (a job is done, somebody is without work, has left, is absent, does not acknowledge), it
+plans anew what nobody has begun, by the allocator that all share, and states what its plan changes. Members whose turn
+it is not are told of their next jobs only, ``queue`` at a time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+from pydantic import Field
+
+from remoras.organisation import Group
+from remoras.strategies.allocation import Engagement, Expectations, Plan, helped, revised
+from remoras.strategy import Move, Situation, Statable, Statement
+
+QUEUE = Field(ge=1, le=64, description="most jobs that a vehicle holds, the one it is at included")
+MARGIN = Field(
+    ge=0.0, le=1.0, description="share of the time left by which the end has to come earlier for jobs to be moved"
+)
+HELP = Field(ge=0.0, le=1e6, description="time that helping at another's job has to save (s)")
+ACKNOWLEDGE = Field(ge=1, le=10_000, description="TDMA frames that a member may take to acknowledge a job")
+
+ALL = 64
+"""Queue of a head that gives out all it has planned."""
+
+
+@dataclass(frozen=True, slots=True)
+class Dispatching:
+    """How a head gives out jobs.
+
+    Attributes:
+        queue: most jobs that a vehicle holds.
+        margin: share of the time left by which the end has to come earlier for jobs to be moved.
+        help_s: time that helping at another's job has to save.
+        acknowledge_rounds: TDMA frames that a member may take to acknowledge a job.
+        on_call: only while somebody without work calls for it, or something is vacant.
+        keeps_group: the group does not count as gathered while there is work left.
+    """
+
+    queue: int
+    margin: float
+    help_s: float
+    acknowledge_rounds: int
+    on_call: bool = False
+    keeps_group: bool = True
+
+
+class Dispatcher:
+    """The head's part, for each member: another may come to lead. Other members have nothing to decide."""
+
+    def __init__(self, me: str, group: Group, dispatching: Dispatching) -> None:
+        self._me = me
+        self._group = group
+        self._with = dispatching
+        self._unheard_since: dict[tuple[str, str], int] = {}  # round, by (vehicle, role)
+        self._expectations = Expectations()
+        self._planned_on: object = None
+
+    def negotiate(self, situation: Situation) -> Move:
+        """Plan anew if something has changed, and state what that changes."""
+        work = situation.work
+        if self._me not in work.heads:
+            return Move()
+        engaged = {
+            data.name: self._expectations.of(
+                data, work.held_by(data.name), work, situation.now_s, self._seen_s(data.name, situation)
+            )
+            for data in work.workers
+        }
+        late = self._unacknowledged(situation)
+        said = self._revision(engaged, late, situation) if self._is_due(engaged, late, situation) else []
+        return Move(
+            tuple(Statement((fact,)) for fact in said), holding=self._with.keeps_group and bool(work.unfinished)
+        )
+
+    def _seen_s(self, name: str, situation: Situation) -> float:
+        return situation.now_s if name == self._me else situation.heard_s.get(name, 0.0)
+
+    def _is_due(self, engaged: Mapping[str, Engagement], late: Collection[object], situation: Situation) -> bool:
+        """True if something has changed since the last plan and, with ``on_call``, somebody calls for work."""
+        work = situation.work
+        idle = {name for name, one in engaged.items() if not one.begun}
+        if self._with.on_call:
+            calling = {name for name in idle if name == self._me or situation.calls.get(name, 0.0) > 0.0}
+            if not (calling or late or work.vacant):
+                return False
+            idle = calling
+        holders = tuple(work.holders(role) for role in work.unfinished)
+        planned_on = work.done, holders, frozenset(engaged), frozenset(late), frozenset(idle), len(work.open)
+        is_due = planned_on != self._planned_on
+        self._planned_on = planned_on
+        return is_due
+
+    def _revision(
+        self, engaged: Mapping[str, Engagement], late: Collection[tuple[str, str]], situation: Situation
+    ) -> list[Statable]:
+        """Roles that change hands, by the plan of now."""
+        work, path = situation.work, self._group.path
+        held = {(name, role.name) for name, one in engaged.items() for role in (*one.begun, *one.queued)}
+        taken = [(name, role) for name, role in sorted(late) if (name, role) in held]
+        deaf = {name for name, _ in late}
+        free = [data for data in work.workers if data.name not in deaf]
+        lost = {role for _, role in taken}
+        vacant = [role for role in work.open if not work.holders(role) or role.name in lost]
+        plan = revised(work, vacant, free, engaged, situation.now_s, self._with.margin)
+        said: list[Statable] = [(name, "leftRole", path(role)) for name, role in taken]
+        given: list[Statable] = []
+        for data in free:
+            one = engaged[data.name]
+            meant = plan.roles[data.name][: max(0, self._with.queue - len(one.begun))]
+            said += [(data.name, "leftRole", path(role.name)) for role in one.queued if role not in meant]
+            given += [(data.name, "playsRole", path(role.name)) for role in meant if role not in one.queued]
+        return [*said, *given, *self._help(engaged, plan, deaf, situation)]
+
+    def _help(
+        self, engaged: Mapping[str, Engagement], plan: Plan, deaf: Collection[str], situation: Situation
+    ) -> list[Statable]:
+        work = situation.work
+        idle = [d for d in work.workers if d.name not in deaf and not engaged[d.name].begun and not plan.roles[d.name]]
+        ends_s = {role.name: one.outlook.free_s for one in engaged.values() for role in one.begun}
+        found = helped(work, idle, ends_s, situation.now_s, self._with.help_s)
+        return [(one.vehicle, "playsRole", self._group.path(one.role)) for one in found]
+
+    def _unacknowledged(self, situation: Situation) -> set[tuple[str, str]]:
+        """(vehicle, role) that this vehicle stated too long ago without an acknowledgement."""
+        unheard = [(name, role) for name, roles in situation.unheard.items() for role in sorted(roles)]
+        self._unheard_since = {key: self._unheard_since.get(key, situation.round) for key in unheard}
+        return {
+            key
+            for key, since in self._unheard_since.items()
+            if situation.round - since >= self._with.acknowledge_rounds
+        }

@@ -1,0 +1,209 @@
+"""The search for a plan: who does which jobs, so that the last vehicle has done its own as early as can be found.
+
+Two plans are made and improved, the better one counts. In the first, jobs go out in turns, one to each vehicle, by a
+bottleneck assignment (``matching``); it suits jobs far apart. In the second, the longest job goes out first, always to
+the vehicle that would then have done all of its own first (Graham 1969, list scheduling); it suits jobs of unequal
+length. Improving takes up to two jobs from the vehicle that is free last for up to two of another one, as long as the
+end comes earlier, or as early with less time in total. At a local optimum each job in turn is put elsewhere, and that
+is improved again (Lourenço, Martin, Stützle 2003, iterated local search), until ``MOST_PATHS`` paths were looked at. On
+13 patches and three vehicles the end is within 1 % of the best of 300 random restarts.
+
+A vehicle's jobs are the bits of an integer, so that a path is looked at once. What a job takes is looked up by where
+the vehicle comes from: it must not depend on the time of day.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
+
+from remoras.database import VehicleData
+from remoras.organisation import RoleSpecification
+from remoras.strategies.matching import assignment
+from remoras.work import Outlook, Point, Work
+
+Roles = tuple[RoleSpecification, ...]
+Held = list[int]
+"""Jobs of each vehicle, as bits."""
+Effort = tuple[float, float]
+"""What is to be least: the end, then the ends of all in total (s), both to the millisecond."""
+
+MOST_PATHS = 4000
+"""Paths of single vehicles that are looked at in one search."""
+SHAPES = ((1, 0), (1, 1), (1, 2), (2, 1))
+"""How many jobs the last vehicle gives to another one, and gets from it."""
+
+
+class Search:
+    """One search; it remembers what jobs take.
+
+    Args:
+        work: jobs of the group.
+        roles: what is to be given out.
+        free: vehicles that may be given some of it.
+        outlooks: when and where each of them is free.
+    """
+
+    def __init__(
+        self,
+        work: Work,
+        roles: Sequence[RoleSpecification],
+        free: Sequence[VehicleData],
+        outlooks: Mapping[str, Outlook],
+    ) -> None:
+        self._work = work
+        self._roles = sorted(roles, key=lambda role: role.job or "")
+        self._free = sorted(free, key=lambda data: data.node)
+        self._outlooks = [outlooks[data.name] for data in self._free]
+        self._places_m = [work.job(role).place_m for role in self._roles]
+        self._able = [sum(1 << r for r, role in enumerate(self._roles) if work.able(data, role)) for data in self._free]
+        self._legs: dict[tuple[int, int, Point], Outlook | None] = {}
+        self._nearness_m: dict[Point, list[float]] = {}
+        self._ends_s: list[dict[int, float]] = [{} for _ in self._free]
+        self._n_paths = 0
+
+    def found(self) -> dict[str, Roles]:
+        """The best plan: roles of each vehicle, by the names of their jobs."""
+        if not self._free:
+            return {}
+        descended = [self._descended(held) for held in (self._in_turns(), self._longest_first())]
+        held = self._kicked(min(descended, key=self._effort))
+        return {
+            data.name: tuple(role for r, role in enumerate(self._roles) if jobs >> r & 1)
+            for data, jobs in zip(self._free, held, strict=True)
+        }
+
+    # Paths
+
+    def _leg(self, vehicle: int, role: int, from_m: Point) -> Outlook | None:
+        """How long a vehicle takes for a job from a place, and where that ends; None if it is not able."""
+        key = vehicle, role, from_m
+        if key not in self._legs:
+            self._legs[key] = self._work.after(Outlook(0.0, from_m), self._free[vehicle], self._roles[role])
+        return self._legs[key]
+
+    def _end_s(self, vehicle: int, jobs: int) -> float:
+        """When a vehicle has done jobs in the order in which it turns to them, see ``Work.in_order``."""
+        known = self._ends_s[vehicle]
+        if jobs in known:
+            return known[jobs]
+        self._n_paths += 1
+        end_s, at_m = self._outlooks[vehicle].free_s, self._outlooks[vehicle].position_m
+        left = [r for r in range(jobs.bit_length()) if jobs >> r & 1]
+        while left:
+            near_m = self._nearness_m.get(at_m)
+            if near_m is None:
+                near_m = self._nearness_m[at_m] = [math.dist(at_m, place_m) for place_m in self._places_m]
+            nearest = min(left, key=near_m.__getitem__)
+            left.remove(nearest)
+            leg = self._leg(vehicle, nearest, at_m)
+            if leg is not None:
+                end_s, at_m = end_s + leg.free_s, leg.position_m
+        known[jobs] = end_s = round(end_s, 3)
+        return end_s
+
+    def _all_ends_s(self, held: Held) -> list[float]:
+        return [self._end_s(vehicle, jobs) for vehicle, jobs in enumerate(held)]
+
+    def _effort(self, held: Held) -> Effort:
+        return _effort(self._all_ends_s(held))
+
+    # Two plans to begin with
+
+    def _in_turns(self) -> Held:
+        """Jobs given out in turns, one to each vehicle that is able, from where it will then be."""
+        outlooks = list(self._outlooks)
+        held = [0] * len(self._free)
+        vacant = list(range(len(self._roles)))
+        while vacant:
+            now_s = min(one.free_s for one in outlooks)
+            then = [
+                [self._work.after(o, d, self._roles[r]) for o, d in zip(outlooks, self._free, strict=True)]
+                for r in vacant
+            ]
+            costs = [[None if one is None else round(1000.0 * (one.free_s - now_s)) for one in row] for row in then]
+            pairs = assignment(costs)
+            if not pairs:
+                break
+            for row, vehicle in pairs.items():
+                held[vehicle] |= 1 << vacant[row]
+                outlooks[vehicle] = then[row][vehicle] or outlooks[vehicle]
+            vacant = [role for row, role in enumerate(vacant) if row not in pairs]
+        return held
+
+    def _longest_first(self) -> Held:
+        """Jobs given out one by one, the longest first, each to the vehicle that then has done its own first."""
+        held = [0] * len(self._free)
+        for role in sorted(range(len(self._roles)), key=lambda role: -self._length_s(role)):
+            able = [vehicle for vehicle, jobs in enumerate(self._able) if jobs >> role & 1]
+            if able:
+                vehicle = min(able, key=lambda vehicle: self._end_s(vehicle, held[vehicle] | 1 << role))
+                held[vehicle] |= 1 << role
+        return held
+
+    def _length_s(self, role: int) -> float:
+        """How long the job takes the fastest vehicle that is there."""
+        legs = [self._leg(vehicle, role, self._places_m[role]) for vehicle in range(len(self._free))]
+        return round(min((leg.free_s for leg in legs if leg is not None), default=0.0), 3)
+
+    # Improvement
+
+    def _kicked(self, best: Held) -> Held:
+        """The plan after putting each job elsewhere and improving that, as often as it helps and paths are left."""
+        effort = self._effort(best)
+        helps = True
+        while helps:
+            helps = False
+            for role, vehicle in ((r, v) for r in range(len(self._roles)) for v in range(len(self._free))):
+                if self._n_paths >= MOST_PATHS:
+                    return best
+                if best[vehicle] >> role & 1 or not self._able[vehicle] >> role & 1:
+                    continue
+                held = [jobs & ~(1 << role) for jobs in best]
+                held[vehicle] |= 1 << role
+                held = self._descended(held)
+                if self._effort(held) < effort:
+                    best, effort, helps = held, self._effort(held), True
+        return best
+
+    def _descended(self, held: Held) -> Held:
+        """The plan improved until it helps no more to take jobs from the vehicle that is free last."""
+        held, ends_s = list(held), self._all_ends_s(held)
+        while self._n_paths < MOST_PATHS and self._improve(held, ends_s):
+            pass
+        return held
+
+    def _improve(self, held: Held, ends_s: list[float]) -> bool:
+        """Make the first exchange that helps; False if there is none."""
+        before = _effort(ends_s)
+        last = ends_s.index(before[0])
+        for kept, other, taken in self._exchanges(last, held):
+            then_s = self._end_s(last, kept)
+            if then_s > before[0]:
+                continue
+            after_s = list(ends_s)
+            after_s[last], after_s[other] = then_s, self._end_s(other, taken)
+            if after_s[other] <= before[0] and _effort(after_s) < before:
+                held[last], held[other] = kept, taken
+                ends_s[:] = after_s
+                return True
+        return False
+
+    def _exchanges(self, last: int, held: Held) -> Iterator[tuple[int, int, int]]:
+        """What ``last`` holds, another one, and what that holds, after one exchange between the two."""
+        bits = [1 << role for role in range(len(self._roles))]
+        for n_given, n_back in SHAPES:
+            for other, theirs in enumerate(held):
+                if other == last:
+                    continue
+                fits = [bit for bit in bits if held[last] & self._able[other] & bit]
+                comes_back = [bit for bit in bits if theirs & self._able[last] & bit]
+                backs = [sum(back) for back in combinations(comes_back, n_back)]
+                for given in map(sum, combinations(fits, n_given)):
+                    for back in backs:
+                        yield held[last] & ~given | back, other, theirs & ~back | given
+
+
+def _effort(ends_s: Sequence[float]) -> Effort:
+    return max(ends_s), round(math.fsum(ends_s), 3)

@@ -1,0 +1,37 @@
+"""The order of roles in a file decides nothing, and the name of a vehicle is a name only."""
+
+import pytest
+from conformance_worlds import small_patches
+
+from missions.runs.run import Run, run
+from missions.scenarios.scenario import Scenario
+from remoras.strategies import strategies
+
+DURATION_S = 600.0
+
+
+def tracks(finished: Run) -> list[tuple[object, ...]]:
+    """Where the vehicles were, in the order of the nodes, without their names."""
+    return [row[:1] + row[2:] for row in finished.recorder.trajectories]
+
+
+def changed(scenario: Scenario, **update: object) -> Scenario:
+    return scenario.model_copy(update=update)
+
+
+@pytest.mark.parametrize("name", strategies())
+def test_the_order_of_roles_in_a_file_decides_nothing(name: str) -> None:
+    scenario = small_patches(name, f"scenario.duration_s={DURATION_S}")
+    groups = [group.model_copy(update={"role": group.role[::-1]}) for group in scenario.group]
+    assert tracks(run(changed(scenario, group=groups))) == tracks(run(scenario))
+
+
+@pytest.mark.parametrize("name", strategies())
+def test_the_name_of_a_vehicle_is_a_name_only(name: str) -> None:
+    """Names that sort the other way round."""
+    scenario = small_patches(name, f"scenario.duration_s={DURATION_S}")
+    vehicles = [
+        vehicle.model_copy(update={"name": f"V{len(scenario.vehicle) - n:02d}"})
+        for n, vehicle in enumerate(scenario.vehicle)
+    ]
+    assert tracks(run(changed(scenario, vehicle=vehicles))) == tracks(run(scenario))
