@@ -118,18 +118,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         for sensed in self.functional.sense(now_s, neighbours):
             observation = sensed.observation
             if observation.row:
-                if sensed.table is None:
-                    raise PluginError(
-                        f"sensor {sensed.sensor} of {self.name}: its observation has the row {observation.row}, but "
-                        "its table is None; declare the table"
-                    )
-                if len(observation.row) + 2 != len(sensed.table.columns):
-                    names = ", ".join(sensed.table.column_names[2:])
-                    raise PluginError(
-                        f"sensor {sensed.sensor} of {self.name}: its row {observation.row} does not fit the columns "
-                        f"{names} of its table {sensed.table.name}"
-                    )
-                self._recorder.rows(sensed.table.name).append((now_s, self.name, *observation.row))
+                self._recorder.rows(sensed.table_of(self.name).name).append((now_s, self.name, *observation.row))
             if not (observation.facts or observation.found):
                 continue
             try:

@@ -121,7 +121,10 @@ class DivisibleJob(Job, Protocol):
         ...
 
     def left(self, facts: Known) -> DivisibleJob | None:
-        """The job as far as it is left to a vehicle that knows ``facts``; None while it is not known to exist."""
+        """The job as far as it is left to a vehicle that knows ``facts``; None while it is not known to exist.
+
+        Facts about other instances than the job's own may not matter: the answer is kept until one about it comes.
+        """
         ...
 
 

@@ -35,6 +35,22 @@ class Sensed(NamedTuple):
     table: Table | None
     observation: Observation
 
+    def table_of(self, vehicle: str) -> Table:
+        """The table that the row goes to; raises PluginError if it has none, or does not fit."""
+        row = self.observation.row
+        if self.table is None:
+            raise PluginError(
+                f"sensor {self.sensor} of {vehicle}: its observation has the row {row}, but its table is None; "
+                "declare the table"
+            )
+        if len(row) + 2 != len(self.table.columns):
+            names = ", ".join(self.table.column_names[2:])
+            raise PluginError(
+                f"sensor {self.sensor} of {vehicle}: its row {row} does not fit the columns {names} of its table "
+                f"{self.table.name}"
+            )
+        return self.table
+
 
 def _reserve_per_m(data: VehicleData, speed_mps: float) -> float:
     """Share of the battery that a metre of the way home takes at a speed, with the margin."""

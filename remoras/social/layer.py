@@ -34,8 +34,9 @@ from remoras.social.negotiation import ROLE_ATTRIBUTES, Negotiation
 from remoras.social.planning import Deliberation, MissionPlanner, missions_of
 from remoras.social.pursuit import Pursuit
 from remoras.social.standing import Standing
+from remoras.social.workload import Workload
 from remoras.strategy import Strategy
-from remoras.work import Point, Work, jobs_left, works
+from remoras.work import Point, Work
 from worldmodel import Change
 
 
@@ -118,6 +119,7 @@ class SocialLayer:
         self._conclusions = Conclusions(me, mission, self._mission_name, beliefs)
         self._gatherings = Gatherings(beliefs, agreement.organisation.groups, agreement.meets_after)
         self.standing = Standing(me, database, beliefs, agreement.organisation, lease_s, picture.frame_s)
+        self._workload = Workload(me, database, mission.jobs, beliefs, self.standing)
         self._led = self.standing.led
         planned = {group: agreement.rests_on[group] for group in self._led if group in agreement.rests_on}
         self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned)
@@ -148,15 +150,6 @@ class SocialLayer:
         """True if this vehicle is a head of ``group`` and has the social layer to lead it."""
         return group in self._led
 
-    def _work(self, positions_m: Mapping[str, Point]) -> dict[str, Work]:
-        jobs, done = jobs_left(self._jobs, self._beliefs)
-        found = works(self.present, self.database, jobs, done, positions_m, self.standing.takes_no_jobs)
-        if self.standing.is_cut_off and any(
-            work.held_by(self.me) for work in found.values()
-        ):  # its own jobs come first
-            found = {name: replace(one, unavailable=one.unavailable | {self.me}) for name, one in found.items()}
-        return found
-
     # Hearing -------------------------------------------------------------------------------------
 
     def consider(self, changes: Sequence[Change], told: bool = True) -> bool:
@@ -174,6 +167,7 @@ class SocialLayer:
             self.standing.consultation.note(change, alone)
             self._negotiation.note(change)
             self.planner.note(change)
+        self._workload.note(changes)
         keys = self._beliefs.keys_of(changes)
         self.standing.note_availability(keys)
         if not self._gatherings.keys.isdisjoint(keys):
@@ -254,7 +248,7 @@ class SocialLayer:
         if not (self._negotiation.takes_part or self.strategy.declaration.influences):
             return stated
         peers = self._picture.peers
-        work = self._work({**peers.positions_m, self.me: motion.position_m})
+        work = self._workload.of_groups({**peers.positions_m, self.me: motion.position_m})
         if self.strategy.declaration.influences:
             self._picture.groups.awaited = {name: one.awaited(self.me, now_s) for name, one in work.items()}
         unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.standing.absent}
@@ -272,7 +266,7 @@ class SocialLayer:
 
     def plan_missions(self) -> Deliberation:
         """Plan the missions that are due, and let the strategy allocate what the plans ask for."""
-        work = self._work(dict(self._picture.peers.positions_m))
+        work = self._workload.of_groups(dict(self._picture.peers.positions_m))
         planned = self.planner.plan(self, self.missions, work, self._objectives.values())
         return replace(planned, facts=self.standing.in_place_of_the_absent(planned.facts))
 
@@ -280,7 +274,7 @@ class SocialLayer:
         """What this vehicle concludes as the leader of its groups, as facts."""
         facts: list[Fact] = []
         idle_since_s = self._picture.groups.idle_since_s
-        work = self._work({}) if self._led else {}
+        work = self._workload.of_groups({}) if self._led else {}
         for name in self._led:
             if work[name].has_something_left:
                 idle_since_s.pop(name, None)
@@ -292,7 +286,7 @@ class SocialLayer:
 
     def gives_out(self, group: str) -> bool:
         """True while ``group`` has work, for somebody present, that this vehicle has to give out or to see done."""
-        return group in self._negotiation.holding and self._work({})[group].has_something_left
+        return group in self._negotiation.holding and self._workload.of_groups({})[group].has_something_left
 
     def _holds(self, work: Work) -> bool:
         """True while a group still has work to hand out or to confirm, so that it does not count as gathered."""

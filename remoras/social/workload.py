@@ -1,0 +1,71 @@
+"""What there is left to do, as one vehicle knows it: the work of its groups, worked out anew where that has changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+from remoras.beliefs import Beliefs
+from remoras.database import AUVDatabase
+from remoras.social.standing import Standing
+from remoras.work import Job, Point, Work, jobs_left, works
+from worldmodel import Change
+
+
+class Workload:
+    """Jobs and work as one vehicle sees them.
+
+    What is left of a job follows from facts about its own instance, so only these make it worked out anew.
+
+    Args:
+        me: own name.
+        database: static data of all vehicles.
+        jobs: of the mission, by name.
+        beliefs: of the vehicle.
+        standing: who is there, and who takes no jobs.
+    """
+
+    def __init__(
+        self, me: str, database: AUVDatabase, jobs: Mapping[str, Job], beliefs: Beliefs, standing: Standing
+    ) -> None:
+        self._me = me
+        self._database = database
+        self._jobs = jobs
+        self._beliefs = beliefs
+        self._standing = standing
+        self._about: dict[int, set[str]] = {}  # names of the jobs that facts about an instance are about
+        for name, job in jobs.items():
+            for instance in (name, job.done[1]):
+                self._about.setdefault(beliefs.uid(instance), set()).add(name)
+        self._stale = set(jobs)
+        self._left: dict[str, Job] = {}
+        self._done: frozenset[str] = frozenset()
+
+    def note(self, changes: Iterable[Change]) -> None:
+        """Facts were recorded or merged: jobs that some of them are about have to be worked out anew."""
+        for change in changes:
+            for fact in change.block.facts:
+                if fact.subject in self._about:
+                    self._stale |= self._about[fact.subject]
+
+    def of_groups(self, positions_m: Mapping[str, Point]) -> dict[str, Work]:
+        """The work of every group that the vehicle acts on, by its name.
+
+        Args:
+            positions_m: last positions known, by vehicle.
+        """
+        self._work_out()
+        standing = self._standing
+        found = works(standing.present, self._database, self._left, self._done, positions_m, standing.takes_no_jobs)
+        if standing.is_cut_off and any(work.held_by(self._me) for work in found.values()):  # its own jobs come first
+            return {name: replace(one, unavailable=one.unavailable | {self._me}) for name, one in found.items()}
+        return found
+
+    def _work_out(self) -> None:
+        if not self._stale:
+            return
+        left, done = jobs_left({name: job for name, job in self._jobs.items() if name in self._stale}, self._beliefs)
+        known = self._left | left
+        self._left = {name: known[name] for name in self._jobs if name in known}
+        self._done = self._done.difference(self._stale) | done
+        self._stale = set()
