@@ -38,7 +38,7 @@ class Shore:
                 return Homing((-100.0, 0.0), 5.0, "Operational", data)
         return Standing()
 
-    def world(self) -> Callable[[float], float]:
+    def world(self, seed: int) -> Callable[[float], float]:
         return lambda x_m: 0.1 * x_m
 
 
