@@ -41,13 +41,13 @@ from missions.mapping.finds import (
     with_inspectors,
 )
 from missions.mapping.ground import grounds_of
-from missions.mapping.inspecting import Inspecting
+from missions.mapping.inspecting import AfterFinds, Inspecting, is_to_be_inspected
 from missions.mapping.jobs import SurveyJob
 from missions.mapping.metrics import METRICS
 from missions.mapping.scenario import NEEDED_OBJECTIVES, FindsTable, MappingScenario, MappingSettings
 from missions.mapping.sensors import COVERAGE, Seabed, SwathSettings, seabed_of, swath_m
 from missions.mapping.survey import contains
-from missions.mapping.tasks import Context, activity_domain, is_to_be_inspected, mapping_methods, supervision_methods
+from missions.mapping.tasks import Context, activity_domain, mapping_methods, supervision_methods
 from missions.mapping.truth import GOAL, MappingTruth
 from missions.meeting.meeting import OBJECTIVES, Meeting, importance_of
 from missions.metric import Metric
@@ -318,7 +318,7 @@ class MappingMission(Mission):
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """The behaviour that carries out the set which ``activity`` leads."""
         if (found := self.meeting.behaviour(activity, data)) is not None:
-            return found
+            return AfterFinds(found, self._inspections) if self._inspections else found
         settings, parameters = self.settings, activity.parameters
         match activity.name:
             case "Mapping":

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 
+from missions.mapping.inspecting import is_to_be_inspected
 from missions.mapping.sensors import swath_m
 from missions.meeting.meeting import Meeting
 from remoras.activities import Objective
 from remoras.database import VehicleData
 from remoras.htn import Domain, FactsLike, Method, Operator, Task
 from remoras.organisation import Group
-
-
-def is_to_be_inspected(facts: FactsLike, find: str) -> bool:
-    """True while a find is known and not known to be inspected."""
-    return facts.get(("foundAt", find)) is not None and facts.get(("inspectedBy", find)) is None
 
 
 class Context:
