@@ -7,9 +7,11 @@ serves all vehicles of the fleet, so it keeps no state of a run.
 Who calls what, and when:
 
 ========================  ===========================================================================================
-loading a scenario        ``Scenario``, ``check``, ``sensors``, ``vocabulary``, ``group_missions``, ``needs``
+loading a scenario        ``Scenario``, ``completed``, ``check``, ``sensors``, ``vocabulary``, ``group_missions``,
+                          ``needs``
 setting a run up          ``from_scenario``, ``jobs``, ``world``, ``founding_objectives``, ``truth``, ``tables``,
-                          ``instances``, ``instances_found_per_vehicle``, ``most_observations``
+                          ``instances``, ``instances_found_per_vehicle``, ``most_observations``,
+                          ``vocabulary_used``
 social layer, at sea      ``social_domain``, ``is_individual``, ``activity_sets``, ``findings``, ``completion``
 functional layer, at sea  ``behaviour_for``
 after a run               ``metrics``, ``figures``, ``places``
@@ -247,8 +249,11 @@ class FunctionalPart(Protocol):
         """A new behaviour that carries out the activity set which ``activity`` leads."""
         ...
 
-    def world(self) -> Any:
-        """What sensors perceive, the same object in all runs of the mission: nothing may change in it."""
+    def world(self, seed: int) -> Any:
+        """What sensors perceive in the run with that seed: a pure function of it, since metrics ask for it again.
+
+        All vehicles and the truth of a run share the object: nothing may change in it.
+        """
         return None
 
 
@@ -281,8 +286,13 @@ class Mission(SocialPart, FunctionalPart, Protocol):
         ...
 
     @abstractmethod
-    def truth(self, recorder: Recorder) -> Truth:
-        """A new truth, to watch one run; rows of the mission's own tables go to ``recorder``."""
+    def truth(self, recorder: Recorder, world: Any) -> Truth:
+        """A new truth, to watch one run.
+
+        Args:
+            recorder: takes the rows of the mission's own tables.
+            world: of the run, the object that sensors perceive.
+        """
         ...
 
     @classmethod
@@ -293,6 +303,23 @@ class Mission(SocialPart, FunctionalPart, Protocol):
             raw: the tables as TOML has them; single values may be malformed and are reported elsewhere.
         """
         return ()
+
+    @classmethod
+    def completed(cls, raw: Mapping[str, Any]) -> Mapping[str, Any]:
+        """The tables with what follows from them, such as roles for work that may come up; unchanged by default.
+
+        Called before any check between tables. The resolved scenario lists what it added, so it must leave tables alone
+        that are complete, and add nothing to malformed ones.
+
+        Args:
+            raw: the tables as TOML has them; nothing may change in them.
+        """
+        return raw
+
+    @property
+    def vocabulary_used(self) -> tuple[Path, ...]:
+        """Of ``vocabulary``, the files that this scenario needs, all by default: items are numbered by their words."""
+        return self.vocabulary
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:

@@ -298,5 +298,5 @@ def works(
 
 def precedence(group: Group, jobs: Mapping[str, Job]) -> frozenset[Key]:
     """Facts that open jobs of the group: an allocation of its roles rests on them."""
-    needed = {need for role in group.roles if role.job is not None for need in jobs[role.job].needs}
-    return frozenset(jobs[need].done for need in needed)
+    needed = {need for role in group.roles if role.job and role.job in jobs for need in jobs[role.job].needs}
+    return frozenset(jobs[need].done for need in needed if need in jobs)

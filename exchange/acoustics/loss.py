@@ -14,6 +14,8 @@ SPEEDS = 2
 """`trial` of the draws that say how fast a vehicle really is; losses of missions have 0."""
 FAULTS = 3
 """`trial` of the draws that say which vehicle a fault befalls, and when."""
+FINDS = 4
+"""`trial` of the draws that say where a mission's features lie, and how long each takes."""
 
 _LOW_64 = 0xFFFF_FFFF_FFFF_FFFF
 _LOW_37 = (1 << 37) - 1

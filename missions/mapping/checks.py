@@ -8,8 +8,9 @@ from collections.abc import Iterator, Sequence
 from typing import TypeGuard
 
 from missions.errors import ConfigurationFault
+from missions.mapping.finds import find_names, number_of
 from missions.mapping.ground import grounds_of
-from missions.mapping.scenario import MappingSettings
+from missions.mapping.scenario import FindsTable, MappingSettings
 from missions.mapping.sensors import Seabed
 from missions.scenarios.checks import outside_faults
 from missions.scenarios.tables import Raw, entries, list_of, names_of, one_of, point_of, table_of
@@ -36,6 +37,7 @@ def _of_tables(raw: Raw, missions: Sequence[str]) -> Iterator[ConfigurationFault
     yield from outside_faults(raw, corners)
     yield from _areas(raw)
     yield from _explorers(raw)
+    yield from _finds(raw)
     roles = [name for group in entries(raw, "group") for name in names_of(group, "role")]
     for key in table_of(table_of(raw, "mission"), "importance"):
         if "." in key:
@@ -93,11 +95,44 @@ def _explorers(raw: Raw) -> Iterator[ConfigurationFault]:
             word = "job" if "job" in role else "area"
             if word not in role:
                 continue
-            yield from one_of(f"{key}.{word}", role[word], names_of(raw, "area"))
+            yield from one_of(f"{key}.{word}", role[word], [*names_of(raw, "area"), *find_names(number_of(raw))])
             able = [v for v in entries(raw, "vehicle") if role.get("name") in list_of(v, "playable_roles")]
             if able and not any(v.get("sensor") for v in able):
                 allowed = "explores an area, but no vehicle able to play it has a [vehicle.sensor]"
                 yield ConfigurationFault(key, "", allowed)
+
+
+def _finds(raw: Raw) -> Iterator[ConfigurationFault]:
+    """More finds than there are cells, names that are taken, and limits that contradict each other."""
+    given = table_of(raw, "finds")
+    defaults = {key: field.default for key, field in FindsTable.model_fields.items()}
+    number, cell_m = number_of(raw), table_of(raw, "world").get("cell_m")
+    shortest_s, longest_s, radius_m = (
+        given.get(key, defaults[key]) for key in ("shortest_stay_s", "longest_stay_s", "close_radius_m")
+    )
+    if given and _is_number(shortest_s) and _is_number(longest_s) and longest_s < shortest_s:
+        yield ConfigurationFault(
+            "finds.longest_stay_s", str(longest_s), f"allowed: shortest_stay_s = {shortest_s:g} or more"
+        )
+    if not number or not _is_number(cell_m) or cell_m <= 0:
+        return
+    if _is_number(radius_m) and radius_m > cell_m:
+        allowed = f"allowed: 2 to world.cell_m = {cell_m:g}; a find may lie as far from where it was seen"
+        yield ConfigurationFault("finds.close_radius_m", str(radius_m), allowed)
+    areas = {str(area.get("name")): tuple(_corners(area)) for area in entries(raw, "area") if len(_corners(area)) >= 3}
+    n_cells = sum(_n_cells(corners, float(cell_m)) for corners in areas.values())
+    if number > n_cells:
+        allowed = f"allowed: 0 to {n_cells}, the cells of all areas, each of which holds one at most"
+        yield ConfigurationFault("finds.number", str(number), allowed)
+    finds = find_names(number)
+    roles = {role.get("job"): group for group in entries(raw, "group") for role in entries(group, "role")}
+    if areas and any(find not in roles for find in finds):
+        allowed = "nobody would inspect them: give a group a role with an area, and no role of its own named Inspector1"
+        yield ConfigurationFault("finds.number", str(number), allowed)
+    for kind in ("area", "vehicle", "group", "rally_point"):
+        for name in names_of(raw, kind):
+            if name in finds:
+                yield ConfigurationFault(f"{kind}.{name}.name", f'"{name}"', "is the name of a find; rename it")
 
 
 def _goal(raw: Raw) -> Iterator[ConfigurationFault]:

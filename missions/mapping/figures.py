@@ -67,6 +67,8 @@ FIGURES: tuple[Declared, ...] = (
     Figure("coverage", "Mapped share of the areas over mission time", draw_coverage, needs=("coverage",)),
     Layer("mapped cells", draw_mapped_cells, needs=("coverage",)),
     Mark("mapping_stopped", "mapping given up"),
+    Mark("found", "feature found"),
+    Mark("inspected", "find inspected"),
 )
 """Figures of the mission."""
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from missions.mapping.truth import GOAL
-from missions.metric import Better, Metric
+from missions.metric import NOT_APPLICABLE, Absent, Better, Metric
 from missions.scenarios.scenario import Scenario
 
 if TYPE_CHECKING:
+    from missions.mapping.scenario import MappingScenario
     from missions.runs.run import Run
 
 SHARES = (50, 80, 95, 100)
@@ -18,7 +19,7 @@ SHARES = (50, 80, 95, 100)
 
 
 def _n_cells(run: Run) -> int:
-    return len(run.mission.world().cells)
+    return len(run.mission.world(run.seed).cells)
 
 
 def _mapped(run: Run) -> set[tuple[int, int]]:
@@ -50,7 +51,8 @@ def duplicate_fraction(run: Run) -> float:
 
 def area_roles(scenario: Scenario) -> set[tuple[str, str]]:
     """(group, role) of the roles whose holder explores an area."""
-    return {(group.name, role.name) for group in scenario.group for role in group.role if role.job is not None}
+    areas = {area.name for area in cast("MappingScenario", scenario).area}
+    return {(group.name, role.name) for group in scenario.group for role in group.role if role.job in areas}
 
 
 def least_mapped_fraction(run: Run) -> float | None:
@@ -69,6 +71,14 @@ def least_mapped_fraction(run: Run) -> float | None:
     return min(counts[vehicle] for vehicle in holders) / len(first) if holders and first else None
 
 
+def finds_inspected_fraction(run: Run) -> float | Absent:
+    """Share of the features that were found and really inspected; not applicable where there are none."""
+    finds = cast("MappingScenario", run.scenario).finds
+    if finds is None or not finds.number:
+        return NOT_APPLICABLE
+    return sum(milestone.name == "inspected" for milestone in run.milestones) / finds.number
+
+
 METRICS = (
     Metric("coverage_fraction", "", Better.HIGHER, "coverage", coverage_fraction, headline=True),
     *(
@@ -79,6 +89,7 @@ METRICS = (
         for share in SHARES
     ),
     Metric("duplicate_fraction", "", Better.LOWER, "double work", duplicate_fraction, headline=True),
+    Metric("finds_inspected_fraction", "", Better.HIGHER, "finds inspected", finds_inspected_fraction),
     Metric("least_mapped_fraction", "", Better.HIGHER, "least mapped fraction", least_mapped_fraction),
 )  # fmt: skip
 """Metrics of the mapping mission."""

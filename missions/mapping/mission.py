@@ -3,7 +3,7 @@
 Its tasks, top down. Missions become objectives of roles (the social layer plans them)::
 
     Supervision(group)   give the other groups their missions; meet at the rally point
-    AreaMapping(group)   allocate roles; explore and map every area; meet at the rally point
+    AreaMapping(group)   allocate roles; explore and map every area; inspect what is found; meet at the rally point
 
 Objectives become activities (each vehicle plans its own, with its own characteristics; Table II)::
 
@@ -13,6 +13,7 @@ Objectives become activities (each vehicle plans its own, with its own character
     RendezVous(p)     -> Homing(p)
     Exploring(area)   -> ZigzagExploring(area), while nobody has finished the area
     Mapping           -> Mapping, at the side of ZigzagExploring
+    Inspecting(find)  -> Inspecting(find), while nobody has inspected it
     Positioning       -> Positioning(place in the formation)
 
 Activities that one method names side by side are performed simultaneously; ``|`` separates those that need not.
@@ -31,10 +32,19 @@ from missions.figure import Declared, Place
 from missions.mapping.behaviours import MappingAlong, WorkLeft, ZigzagExploring
 from missions.mapping.checks import mapping_faults
 from missions.mapping.figures import FIGURES, places
+from missions.mapping.finds import (
+    INSPECTING,
+    InspectionJob,
+    drawn,
+    find_names,
+    weight_in_cells,
+    with_inspectors,
+)
 from missions.mapping.ground import grounds_of
+from missions.mapping.inspecting import AfterFinds, Inspecting, is_to_be_inspected
 from missions.mapping.jobs import SurveyJob
 from missions.mapping.metrics import METRICS
-from missions.mapping.scenario import NEEDED_OBJECTIVES, MappingScenario, MappingSettings
+from missions.mapping.scenario import NEEDED_OBJECTIVES, FindsTable, MappingScenario, MappingSettings
 from missions.mapping.sensors import COVERAGE, Seabed, SwathSettings, seabed_of, swath_m
 from missions.mapping.survey import contains
 from missions.mapping.tasks import Context, activity_domain, mapping_methods, supervision_methods
@@ -66,11 +76,18 @@ COLLECTIVE = frozenset({*OBJECTIVES, "Positioning"})
 ACTIVITY_TYPES = {
     "Positioning": ActivityType.GUIDANCE,
     "ZigzagExploring": ActivityType.GUIDANCE,
+    "Inspecting": ActivityType.GUIDANCE,
     "Mapping": ActivityType.PRODUCTIVE,
 }
 
 LEADS_SET = ("Positioning", "ZigzagExploring")
 """Activities whose behaviour speaks for the set they are performed in."""
+
+SENSING = ("Mapping", "Inspecting")
+"""Activities that switch the sensors of a vehicle on."""
+
+NO_FINDS = FindsTable()
+FINDS_WORDS = Path(__file__).with_name("finds.ttl")
 
 ACTIVITY_NEEDS = {"Mapping": "ZigzagExploring"}
 
@@ -86,13 +103,15 @@ class MappingMission(Mission):
         cell_m: side of a seabed cell.
         swaths_m: of the vehicles that are able to map each area, by name of area and vehicle.
         places: what pictures show.
+        finds: what may be found.
+        find_weight: cells that a find counts for in the goal.
     """
 
     Scenario = MappingScenario
     group_missions = ("Supervision", "AreaMapping")
     delegating_mission = "Supervision"
     needs = ("playsRole", "hasMission", "position", "gatheredAt", *(f"objective{name}" for name in NEEDED_OBJECTIVES))
-    vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
+    vocabulary = (Path(__file__).with_name("vocabulary.ttl"), FINDS_WORDS)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"mapping": SwathSettings}
     tables = (COVERAGE, GOAL)
     metrics: ClassVar[tuple[Metric, ...]] = METRICS
@@ -108,6 +127,8 @@ class MappingMission(Mission):
         cell_m: float,
         swaths_m: Mapping[str, Mapping[str, float]],
         places: Sequence[Place] = (),
+        finds: FindsTable = NO_FINDS,
+        find_weight: float = 1.0,
     ) -> None:
         self.settings = settings
         self.groups = {group.name: group for group in groups}
@@ -118,7 +139,9 @@ class MappingMission(Mission):
         self._places = places
         self.swaths_m = swaths_m
         grounds = grounds_of(cell_m, tuple(corners_m.items()))
-        self._jobs = {name: SurveyJob(name, corners, (), grounds[name]) for name, corners in corners_m.items()}
+        self._surveys = {name: SurveyJob(name, corners, (), grounds[name]) for name, corners in corners_m.items()}
+        self.finds, self._find_weight = finds, find_weight
+        self._inspections = {name: InspectionJob(name, finds.mean_stay_s) for name in find_names(finds.number)}
         self.meeting = Meeting(
             self.groups,
             rally_points_m,
@@ -128,7 +151,7 @@ class MappingMission(Mission):
             settings.meeting_deadline_s,
             settings.importance,
         )
-        methods = supervision_methods(groups, self.meeting), mapping_methods(groups, self.meeting)
+        methods = supervision_methods(groups, self.meeting), mapping_methods(groups, self.meeting, self._inspections)
         self._social_domain = Domain.of(
             [Operator("GiveMission"), Operator("AllocateRoles"), Operator("AssignObjective")],
             dict(zip(self.group_missions, methods, strict=True)),
@@ -149,6 +172,8 @@ class MappingMission(Mission):
         for role in (role for group in groups for role in group.roles if role.job in swaths_m):
             swaths = {data.name: swath_m(data) for data in database.able_to_play(role.name)}
             swaths_m[role.job or ""] |= {name: swath for name, swath in swaths.items() if swath > 0.0}
+        able = {name for of_area in swaths_m.values() for name in of_area}
+        finds, mappers = scenario.finds or NO_FINDS, [data for data in database.values() if data.name in able]
         return cls(
             scenario.mission,
             groups,
@@ -158,7 +183,14 @@ class MappingMission(Mission):
             scenario.world.cell_m,
             swaths_m,
             places(scenario),
+            finds,
+            weight_in_cells(finds, scenario.world.cell_m, mappers),
         )
+
+    @classmethod
+    def completed(cls, raw: Raw) -> Raw:
+        """With a role for everything that may be found."""
+        return with_inspectors(raw)
 
     @classmethod
     def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
@@ -171,31 +203,37 @@ class MappingMission(Mission):
         return self._social_domain
 
     @property
-    def jobs(self) -> Mapping[str, SurveyJob]:
-        """A survey for each area."""
-        return self._jobs
+    def jobs(self) -> Mapping[str, SurveyJob | InspectionJob]:
+        """A survey for each area, and an inspection for everything that may be found."""
+        return {**self._surveys, **self._inspections}
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
-        """The areas."""
-        return [("Area", name) for name in self.corners_m]
+        """The areas, and what may be found."""
+        return [*(("Area", name) for name in self.corners_m), *(("Find", name) for name in self._inspections)]
+
+    @property
+    def vocabulary_used(self) -> tuple[Path, ...]:
+        """Without the words for finds where there is nothing to be found."""
+        return tuple(one for one in self.vocabulary if self._inspections or one != FINDS_WORDS)
 
     @property
     def most_observations(self) -> int:
-        """A vehicle maps every cell once at the most."""
-        return len(self.world().cells)
+        """A vehicle maps every cell once at the most, and finds and inspects everything once."""
+        return len(self._seabed.cells) + 2 * len(self._inspections)
 
-    def world(self) -> Seabed:
-        """The cells of all areas."""
-        return self._seabed
+    def world(self, seed: int) -> Seabed:
+        """The cells of all areas, and what lies in them in the run with that seed."""
+        return drawn(self._seabed, self.finds, seed) if self._inspections else self._seabed
 
     @cached_property
     def _seabed(self) -> Seabed:
         return seabed_of(self._cell_m, tuple(self.corners_m.items()))
 
-    def truth(self, recorder: Recorder) -> MappingTruth:
+    def truth(self, recorder: Recorder, world: Seabed) -> MappingTruth:
         """Keeps the map of what was really covered, and watches for the ends of surveys and for meetings."""
-        return MappingTruth(self.meeting, self._seabed, self.swaths_m, self.settings.goal, recorder)
+        goal, weight = self.settings.goal, self._find_weight
+        return MappingTruth(self.meeting, world, self.swaths_m, goal, recorder, weight)
 
     @property
     def places(self) -> Sequence[Place]:
@@ -203,8 +241,14 @@ class MappingMission(Mission):
         return self._places
 
     def founding_objectives(self) -> Sequence[Objective]:
-        """Heads supervise their groups."""
-        return self.meeting.founding_objectives()
+        """Heads supervise their groups; what the holder of a role with a find is to do needs no word."""
+        inspecting = [
+            Objective(group.name, role.name, INSPECTING, role.job)
+            for group in self.groups.values()
+            for role in group.roles
+            if role.job in self._inspections
+        ]
+        return [*self.meeting.founding_objectives(), *inspecting]
 
     def is_individual(self, objective: Objective) -> bool:
         """True for exploring and mapping."""
@@ -252,6 +296,8 @@ class MappingMission(Mission):
                 return (objective.argument, group.name, others), {holders_key}
             case "Mapping":
                 return (group.name,), set()
+            case "Inspecting":
+                return (objective.argument,), set()
             case "Positioning":
                 place = self._formation.get((group.name, objective.role), ("top", "middle"))
                 return (place, facts.get(head_key), group.name), {head_key}
@@ -272,14 +318,16 @@ class MappingMission(Mission):
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """The behaviour that carries out the set which ``activity`` leads."""
         if (found := self.meeting.behaviour(activity, data)) is not None:
-            return found
+            return AfterFinds(found, self._inspections) if self._inspections else found
         settings, parameters = self.settings, activity.parameters
         match activity.name:
             case "Mapping":
                 return MappingAlong(settings.patience_s, self._work(parameters[0]), settings.half_left)
             case "ZigzagExploring":
                 area, group, others = parameters
-                return ZigzagExploring(self._jobs[area], data, self._work(group), settings.half_left, others)
+                return ZigzagExploring(self._surveys[area], data, self._work(group), settings.half_left, others)
+            case "Inspecting":
+                return Inspecting(parameters[0], self.finds, data)
             case "Positioning":
                 (row, side), leaders, group = parameters
                 ahead = {"top": 0.0, "bottom": -settings.formation_spacing_m}[row]
@@ -292,12 +340,19 @@ class MappingMission(Mission):
 
     def _work(self, group: str) -> WorkLeft:
         """What is left of the areas of a group."""
-        return WorkLeft([self._jobs[role.job] for role in self.groups[group].roles if role.job in self._jobs])
+        return WorkLeft([self._surveys[role.job] for role in self.groups[group].roles if role.job in self._surveys])
 
     def findings(
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
-        """A head at the rally point that has lately heard all others there takes the group for gathered."""
+        """A head at the rally point that has lately heard all others there takes the group for gathered.
+
+        As long as a find is known that nobody has inspected, it waits, but not beyond the deadline.
+        """
+        finds = [role.job for role in group.roles if role.job in self._inspections]
+        is_left = any(is_to_be_inspected(beliefs, find) for find in finds)
+        if is_left and not self.meeting.is_overdue(group, beliefs, picture):
+            return ()
         return self.meeting.findings(group, organisation, beliefs, picture, motion)
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
@@ -306,7 +361,7 @@ class MappingMission(Mission):
 
 
 def _switched_on(activity: str, data: VehicleData) -> tuple[str, ...]:
-    """Names of the sensors that an activity of the vehicle switches on: all that it has, while it maps."""
-    if activity != "Mapping" or data.sensor(SwathSettings) is None:
+    """Names of the sensors that an activity of the vehicle switches on: all that it has, while it maps or inspects."""
+    if activity not in SENSING or data.sensor(SwathSettings) is None:
         return ()
     return tuple(sensor.name for sensor in data.sensors)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import AliasChoices, Field, field_validator
 
@@ -12,7 +12,7 @@ from missions.scenarios.tables import Name, PointM, Section
 
 NEEDED_OBJECTIVES = ("MissionGathering", "RendezVous", "Exploring", "Mapping")
 """Without an importance for these nothing would come of the mission."""
-OBJECTIVES = (*NEEDED_OBJECTIVES, "GroupSupervision", "Positioning")
+OBJECTIVES = (*NEEDED_OBJECTIVES, "GroupSupervision", "Positioning", "Inspecting")
 
 
 class MappingSettings(Section):
@@ -67,7 +67,7 @@ class MappingRole(Role):
     """One ``[[group.role]]``, with its place in the formation; ``area`` is an older name of ``job``."""
 
     job: str | None = Field(
-        None, validation_alias=AliasChoices("job", "area"), description="area that its holder explores"
+        None, validation_alias=AliasChoices("job", "area"), description="area that its holder explores, or find"
     )
     position: tuple[Literal["top", "bottom"], Literal["left", "middle", "right"]] | None = Field(
         None, description="place in the formation: row and side"
@@ -80,10 +80,29 @@ class MappingGroup(GroupTable):
     role: tuple[MappingRole, ...] = Field(min_length=1, description="roles of the group")
 
 
+class FindsTable(Section):
+    """The table ``[finds]``: features of the seabed that ask for a second, closer pass once they are found."""
+
+    MOST: ClassVar[int] = 64
+    """Most features of a scenario."""
+
+    number: int = Field(0, ge=0, le=MOST, description="features that nobody knows of, drawn once per run")
+    close_speed_mps: float = Field(0.6, gt=0.0, le=20.0, description="greatest speed at which one is inspected")
+    close_radius_m: float = Field(8.0, ge=2.0, description="greatest distance from which one is inspected")
+    shortest_stay_s: float = Field(60.0, gt=0.0, description="an inspection takes as long at least")
+    longest_stay_s: float = Field(600.0, gt=0.0, le=604_800.0, description="and as long at most, evenly drawn")
+
+    @property
+    def mean_stay_s(self) -> float:
+        """How long an inspection takes on average, which is what plans expect."""
+        return (self.shortest_stay_s + self.longest_stay_s) / 2.0
+
+
 class MappingScenario(Scenario):
     """The whole input of a run of the mapping mission."""
 
     world: MappingWorld
     mission: MappingSettings
     area: tuple[Area, ...] = ()
+    finds: FindsTable | None = None
     group: tuple[MappingGroup, ...] = Field(min_length=1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 from pydantic import Field
@@ -23,9 +23,27 @@ LIMIT_TOLERANCE = 1.000001
 """A vehicle at the greatest speed still maps."""
 
 
+@dataclass(frozen=True, slots=True)
+class Feature:
+    """A feature of the seabed that is found when its cell is mapped, and inspected by who stays near it.
+
+    Attributes:
+        name: of the find.
+        position_m: where it lies.
+        stay_s: how long an inspection takes.
+        close_radius_m, close_speed_mps: it counts from no farther away and no faster.
+    """
+
+    name: str
+    position_m: Point
+    stay_s: float
+    close_radius_m: float
+    close_speed_mps: float
+
+
 @dataclass(frozen=True)
 class Seabed:
-    """Cells of the areas to be mapped: the area, and the index in it, of each.
+    """Cells of the areas to be mapped: the area, and the index in it, of each; and the features that lie in cells.
 
     ``cells`` maps (column, row) of the world grid to (area name, index in the area). A cell covers
     ``cell_m`` by ``cell_m``; its centre is ((column + 0.5) cell_m, (row + 0.5) cell_m).
@@ -33,6 +51,7 @@ class Seabed:
 
     cell_m: float
     cells: Mapping[Cell, tuple[str, int]]
+    features: Mapping[Cell, Feature] = field(default_factory=dict)
 
     @classmethod
     def of_areas(cls, cell_m: float, corners_m: Mapping[str, Sequence[Point]]) -> Seabed:
@@ -86,36 +105,74 @@ class SwathSettings(SensorSettings):
 
     def make(self, data: VehicleData) -> SwathSensor:
         """The sensor; a vehicle that is slower or faster than its data maps at its own speed all the same."""
-        return SwathSensor(self.swath_m, data.speed_factor * self.speed_limit_mps)
+        return SwathSensor(self.swath_m, data.speed_factor * self.speed_limit_mps, data.name)
+
+
+VISIT_GAP_S = 1.5
+"""Two looks that are farther apart belong to two visits; a motion tick is a second at most."""
+
+
+class Stays:
+    """How long one vehicle has stayed at features, near and slowly enough; several visits add up."""
+
+    def __init__(self) -> None:
+        self._stayed_s: dict[str, float] = {}
+        self._seen_s: dict[str, float] = {}
+        self._over: set[str] = set()
+
+    def inspected(self, seabed: Seabed, at_m: Point, speed_mps: float, now_s: float) -> list[Feature]:
+        """Features whose inspection is over with this look."""
+        over: list[Feature] = []
+        for feature in seabed.features.values():
+            name = feature.name
+            if name in self._over or speed_mps > feature.close_speed_mps * LIMIT_TOLERANCE:
+                continue
+            if math.dist(at_m, feature.position_m) > feature.close_radius_m:
+                continue
+            since_s = now_s - self._seen_s.get(name, -math.inf)
+            self._seen_s[name] = now_s
+            if since_s <= VISIT_GAP_S:
+                self._stayed_s[name] = self._stayed_s.get(name, 0.0) + since_s
+                if self._stayed_s[name] >= feature.stay_s:
+                    self._over.add(name)
+                    over.append(feature)
+        return over
 
 
 class SwathSensor:
-    """Maps the cells below it while it is on and the vehicle is slow enough.
+    """Maps the cells below it while it is on and the vehicle is slow enough; finds features, and inspects them.
 
     Args:
         swath_m: width that it covers.
         speed_limit_mps: greatest speed at which it maps.
+        vehicle: that carries it.
     """
 
     table = None
 
-    def __init__(self, swath_m: float, speed_limit_mps: float) -> None:
+    def __init__(self, swath_m: float, speed_limit_mps: float, vehicle: str) -> None:
+        self._vehicle = vehicle
+        self._stays = Stays()
         self._reach_m = swath_m / 2.0
         self._speed_limit_mps = speed_limit_mps * LIMIT_TOLERANCE
         self.mapped: set[Cell] = set()
 
     def sense(self, pose: Pose, world: Seabed, now_s: float) -> list[Observation]:
-        """Cells mapped now that this sensor had not mapped before."""
+        """Cells mapped now that this sensor had not mapped before, and features found or inspected."""
         if pose.speed_mps > self._speed_limit_mps:
             return []
         new = [cell for cell in world.under(pose.x_m, pose.y_m, self._reach_m) if cell not in self.mapped]
-        if not new:
+        if not new and not world.features:
             return []
         self.mapped.update(new)
         found = []
         for cell in new:
             area, index = world.cells[cell]
             found.append(Observation(((area, "mappedCell", index),)))
+            if (feature := world.features.get(cell)) is not None:
+                found.append(Observation(((feature.name, "foundAt", feature.position_m),)))
+        for feature in self._stays.inspected(world, (pose.x_m, pose.y_m), pose.speed_mps, now_s):
+            found.append(Observation(((feature.name, "inspectedBy", self._vehicle),)))
         return found
 
 

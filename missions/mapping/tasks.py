@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 
+from missions.mapping.inspecting import is_to_be_inspected
 from missions.mapping.sensors import swath_m
 from missions.meeting.meeting import Meeting
 from remoras.activities import Objective
@@ -31,16 +32,30 @@ def supervision_methods(groups: Sequence[Group], meeting: Meeting) -> list[Metho
     return [Method("delegate the mapping", delegate)]
 
 
-def mapping_methods(groups: Sequence[Group], meeting: Meeting) -> list[Method]:
-    """AreaMapping: roles are allocated, every area is explored, then the group meets."""
+def mapping_methods(groups: Sequence[Group], meeting: Meeting, finds: Collection[str] = ()) -> list[Method]:
+    """AreaMapping: roles are allocated, every area is explored and every find inspected, then the group meets.
+
+    Args:
+        groups: with their roles; meeting: of the groups.
+        finds: names of what may be found; a plan rests on what has been.
+    """
     by_name = {group.name: group for group in groups}
 
     def unfinished(facts: FactsLike, group: Group) -> list[tuple[str, str]]:
         return [
             (role.name, role.job)
             for role in group.roles
-            if role.job is not None and facts.get(("areaDone", role.job)) is None
+            if role.job is not None and role.job not in finds and facts.get(("areaDone", role.job)) is None
         ]
+
+    def found(facts: FactsLike, group: Group) -> list[str]:
+        return [
+            role.job for role in group.roles if role.job and role.job in finds and is_to_be_inspected(facts, role.job)
+        ]
+
+    def has_work(facts: FactsLike, group: str) -> bool:
+        to_do = unfinished(facts, by_name[group]), found(facts, by_name[group])  # a plan rests on all of them
+        return any(to_do)
 
     def together(facts: FactsLike, group: str) -> bool:
         return facts.get(("gatheredAt", group)) is not None
@@ -57,7 +72,7 @@ def mapping_methods(groups: Sequence[Group], meeting: Meeting) -> list[Method]:
 
     return [
         Method("stay together", lambda facts, group: [], together),
-        Method("explore, then meet", explore, lambda facts, group: bool(unfinished(facts, by_name[group]))),
+        Method("explore, then meet", explore, has_work),
         Method("meet", lambda facts, group: meeting.tasks(by_name[group])),
     ]
 
@@ -93,6 +108,12 @@ def activity_domain(activity_names: Iterable[str]) -> Domain:
             Method("map what is explored", activities("Mapping"),
                    lambda facts, context: has_sensor(facts, context) and apart(facts, context)),
             Method("nothing left to map", activities()),
+        ],
+        "PursueInspecting": [
+            Method("closer pass", activities("Inspecting"),
+                   lambda facts, context: has_sensor(facts, context) and apart(facts, context)
+                   and is_to_be_inspected(facts, context.objective.argument)),
+            Method("nothing to inspect", activities()),
         ],
         "PursuePositioning": [Method("take place", activities("Positioning"))],
     }  # fmt: skip

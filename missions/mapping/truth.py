@@ -3,19 +3,24 @@
 The truth keeps its own map, by geometry alone: a cell is covered once its centre was within half a swath of a vehicle
 whose mapping sensor was on, worked, and was carried slowly enough. What sensors claim does not count.
 
+A find is inspected once a vehicle whose sensor worked has really stayed near it, slowly, for as long as it takes. In
+the goal it counts for as many cells as could be mapped in the mean time of a stay.
+
 The goal is judged over what the survivors can reach: of an area that no living vehicle is able to map, what is not
-covered does not count.
+covered does not count, nor does a find that nobody is left to inspect.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
+from missions.mapping.inspection import FindsWatch
 from missions.mapping.sensors import LIMIT_TOLERANCE, Cell, Seabed, SwathSettings
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import MeetingTruth
 from remoras.activities import Objective
 from remoras.mission import FleetView, Milestone, VehicleView
+from remoras.organisation import Group
 from remoras.recorder import TIME, Column, Recorder, Table
 from remoras.work import Point
 
@@ -32,6 +37,7 @@ class MappingTruth(MeetingTruth):
         swaths_m: of the vehicles that are able to map each area, by name of area and vehicle.
         goal: share of the cells that must be covered for the mission to complete.
         recorder: takes the rows of what is covered.
+        find_weight: cells that a find counts for.
     """
 
     def __init__(
@@ -41,8 +47,11 @@ class MappingTruth(MeetingTruth):
         swaths_m: Mapping[str, Mapping[str, float]],
         goal: float,
         recorder: Recorder,
+        find_weight: float = 1.0,
     ) -> None:
         super().__init__(meeting)
+        self._finds = FindsWatch(seabed)
+        self._find_weight = find_weight
         self._seabed = seabed
         self._swaths_m = swaths_m
         self._goal = goal
@@ -74,15 +83,20 @@ class MappingTruth(MeetingTruth):
         """Keep the map, and note what has happened; True once the goal is reached and the last group is together."""
         self._now_s = now_s
         changed = False
+        self._finds.begin(fleet)
         for vehicle in fleet.vehicles:
             if vehicle.sensing and self._is_over_ground(vehicle.position_m):
                 changed |= self._cover(vehicle, now_s)
+                changed |= self._inspect(vehicle, now_s)
         n_lost = sum(not vehicle.is_alive for vehicle in fleet.vehicles)
         if changed or n_lost != self._n_lost:
             self._n_lost = n_lost
             self._judge(fleet, now_s)
         is_complete = super().observe(fleet, now_s)
-        at_work = any(self._exploring.get(vehicle.name) and vehicle.is_alive for vehicle in fleet.vehicles)
+        at_work = any(
+            vehicle.is_alive and (self._exploring.get(vehicle.name) or "Inspecting" in vehicle.performed)
+            for vehicle in fleet.vehicles
+        )
         if self._apart or at_work:
             self._met_s = None
         elif self._met_s is None:
@@ -109,18 +123,36 @@ class MappingTruth(MeetingTruth):
                     continue
                 covered.add(cell)
                 self._coverage.append((now_s, name, *cell))
+                if self._finds.is_new(cell, name):
+                    self.milestones.append(Milestone(now_s, "found", name))
                 if cell not in self._all_covered:
                     self._all_covered.add(cell)
                     self._n_uncovered[self._seabed.cells[cell][0]] -= 1
                     changed = True
         return changed
 
+    def _inspect(self, vehicle: VehicleView, now_s: float) -> bool:
+        """Note what a vehicle has inspected; True if nobody had before."""
+        if not any(s.name in vehicle.sensing for s in vehicle.data.sensors if isinstance(s, SwathSettings)):
+            return False
+        n_new = self._finds.n_inspected_by(vehicle, now_s)
+        self.milestones += [Milestone(now_s, "inspected", vehicle.name)] * n_new
+        return n_new > 0
+
+    def is_worked_off(self, group: Group) -> bool:
+        """True unless somebody who is alive has found something in the group's areas that waits to be inspected."""
+        return not (self._finds.has_open and any(role.job in self._swaths_m for role in group.roles))
+
     def _judge(self, fleet: FleetView, now_s: float) -> None:
         """Work out the share of the goal that is reached."""
         alive = {vehicle.name for vehicle in fleet.vehicles if vehicle.is_alive}
-        n_open = sum(n for area, n in self._n_uncovered.items() if not alive.isdisjoint(self._swaths_m[area]))
-        n_covered = len(self._all_covered)
-        share = n_covered / (n_covered + n_open) if n_covered + n_open else 1.0
+        able = {area: not alive.isdisjoint(names) for area, names in self._swaths_m.items()}
+        n_open: float = sum(n for area, n in self._n_uncovered.items() if able[area])
+        n_done: float = len(self._all_covered)
+        if self._seabed.features:
+            n_done += self._find_weight * self._finds.n_inspected
+            n_open += self._find_weight * self._finds.n_within_reach(able)
+        share = n_done / (n_done + n_open) if n_done + n_open else 1.0
         fraction = min(1.0, share / self._goal + 1e-9)
         if fraction != self._goal_fraction:
             self._goal_fraction = fraction

@@ -224,6 +224,6 @@ class JobMission(Mission):
             return ()
         return self.meeting.findings(group, organisation, beliefs, picture, motion)
 
-    def truth(self, recorder: Recorder) -> JobTruth:
+    def truth(self, recorder: Recorder, world: Any) -> JobTruth:
         """Notes jobs and meetings; a mission that wants to know more gives a subclass of it."""
         return JobTruth(self.meeting, self.objective, recorder)

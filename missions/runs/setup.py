@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from exchange.acoustics import loss
 from exchange.acoustics.channel import BroadcastChannel, Channel
@@ -114,7 +115,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     else:
         scenario = scenario.model_copy(update={"strategy": StrategyTable(name=strategy.name)})
     policy = policy_of(scenario.communication.policy)
-    tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary)
+    tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used)
     database, groups = database_of(scenario, mission_type), groups_of(scenario)
     instances = _instances(scenario, mission, tbox)
     modem, world = modems()[scenario.communication.modem], scenario.world
@@ -162,9 +163,11 @@ def _instances(scenario: Scenario, mission: Mission, tbox: TBox) -> tuple[Instan
 def _needs(scenario: Scenario, strategy: Strategy, mission: Mission, tbox: TBox) -> NeedsIndex:
     """Every vehicle needs every listed attribute of every instance of its domain.
 
-    What the strategy says, who leads and who takes jobs is needed most if it is not listed.
+    What the strategy says, who leads and who takes jobs is needed most if it is not listed. An attribute that the
+    mission has no use for in this scenario is left out.
     """
-    listed = scenario.communication.needs
+    known = {attribute.name for attribute in tbox.attributes}
+    listed = {name: priority for name, priority in scenario.communication.needs.items() if name in known}
     stated = (*negotiated_attributes(strategy, mission.jobs, tbox), *SOCIAL_ATTRIBUTES)
     strategic = dict.fromkeys(stated, max(listed.values()))
     attributes = [(tbox.attribute_named(name), priority) for name, priority in {**strategic, **listed}.items()]
@@ -276,17 +279,18 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
     fleet = [actual(data, scenario.uncertainty.speed_spread, seed) for data in setup.database.values()]
     sensors = [sensors_of(real) for real in fleet]
     recorder = _recorder(mission, sensors)
+    world = mission.world(seed)
     if setup.strategy.declaration.is_bound:
         setup = _known_as_it_is(setup, fleet)
 
     def make(model: Fleet) -> Sequence[Vehicle]:
-        return [_vehicle(model, setup, real, own, recorder) for real, own in zip(fleet, sensors, strict=True)]
+        return [_vehicle(model, setup, real, own, world, recorder) for real, own in zip(fleet, sensors, strict=True)]
 
     return Fleet(
         make,
         channel if channel is not None else channel_of(setup, seed),
         setup.schedule,
-        mission.truth(recorder),
+        mission.truth(recorder, world),
         recorder,
         scenario.scenario.tick_s,
         scenario.scenario.duration_s,
@@ -308,7 +312,9 @@ def _known_as_it_is(setup: Setup, fleet: Sequence[VehicleData]) -> Setup:
     return replace(setup, database=database, agreement=agreement)
 
 
-def _vehicle(fleet: Fleet, setup: Setup, real: VehicleData, sensors: dict[str, Sensor], recorder: Recorder) -> Vehicle:
+def _vehicle(
+    fleet: Fleet, setup: Setup, real: VehicleData, sensors: dict[str, Sensor], world: Any, recorder: Recorder
+) -> Vehicle:
     """A vehicle that believes what the fleet knows of it, and moves as it really is."""
     data = setup.database[real.name]
     communication, mission = setup.scenario.communication, setup.mission
@@ -349,7 +355,7 @@ def _vehicle(fleet: Fleet, setup: Setup, real: VehicleData, sensors: dict[str, S
                 _lease_frames(declaration, communication.lease_frames) * setup.schedule.frame_s,
             ),
             ExecutiveLayer(setup.decision),
-            FunctionalLayer(real, mission, sensors, setup.bounds_m, picture),
+            FunctionalLayer(real, mission, world, sensors, setup.bounds_m, picture),
         ),
         Radio(setup.database.names, groups, declaration, manager, beliefs, picture.peers, recorder),
         beliefs,

@@ -28,7 +28,7 @@ def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
     """
     hooks: tuple[tuple[str, str, Callable[[Any], bool], Callable[[], Any]], ...] = (
         ("jobs", f"objects by name, each with {', '.join(PARTS_OF_JOB)}", _are_jobs, lambda: made.jobs),
-        ("world", "what its sensors perceive", lambda found: True, made.world),
+        ("world", "what its sensors perceive", lambda found: True, lambda: made.world(0)),
         ("social_domain", _allowed_domain(), _is_domain, lambda: made.social_domain),
         (
             "founding_objectives",
@@ -60,7 +60,7 @@ def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
             "truth",
             f"an object with {', '.join(PARTS_OF_TRUTH)}",
             lambda found: all(hasattr(found, part) for part in PARTS_OF_TRUTH),
-            lambda: made.truth(Recorder(made.tables)),
+            lambda: made.truth(Recorder(made.tables), made.world(0)),
         ),
     )
     raised: set[str] = set()

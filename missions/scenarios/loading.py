@@ -60,10 +60,12 @@ def resolved(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> S
     faults += copies.faults
     mission, more = _mission_of(copies.raw)
     faults += more
-    scenario, more = _validated(document, copies.raw, mission)
+    tables, more = _completed(copies.raw, mission)
+    faults += more
+    scenario, more = _validated(document, tables, mission)
     faults += more
     known = {(fault.key, fault.given) for fault in faults}
-    faults += [fault for fault in cross_faults(copies.raw, mission) if (fault.key, fault.given) not in known]
+    faults += [fault for fault in cross_faults(tables, mission) if (fault.key, fault.given) not in known]
     if not faults and scenario is not None and mission is not None:
         faults += job_faults(scenario, mission)
     if faults or scenario is None:
@@ -80,6 +82,18 @@ def _mission_of(raw: Raw) -> tuple[type[Mission] | None, list[ConfigurationFault
         return mission_class(reference), []
     except PluginError as error:
         return None, [ConfigurationFault("scenario.mission", f'"{reference}"', str(error))]
+
+
+def _completed(raw: Raw, mission: type[Mission] | None) -> tuple[Raw, list[ConfigurationFault]]:
+    """The tables with what the mission adds to them, or what is wrong with how it does."""
+    if mission is None:
+        return raw, []
+    try:
+        return mission.completed(raw), []
+    except Exception as error:  # it may be somebody else's class
+        reference = table_of(raw, "scenario").get("mission")
+        allowed = f"its completed must pass malformed values over, but raised {type(error).__name__}: {error}"
+        return raw, [ConfigurationFault("scenario.mission", f'"{reference}"', allowed)]
 
 
 def _validated(

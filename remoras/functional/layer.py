@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from remoras.activities import ActivitySet, ActivityType
 from remoras.behaviours import Behaviour, Perception, Reference
@@ -88,7 +88,8 @@ class FunctionalLayer:
 
     Args:
         data: of the vehicle as it really is in this run.
-        mission: makes behaviours, and the world that sensors perceive.
+        mission: makes behaviours.
+        world: what sensors perceive in this run.
         sensors: of the vehicle, by name, in the order in which they are asked.
         bounds_m: area of operations.
         picture: what behaviours see; its part ``body`` is written here and nowhere else.
@@ -98,6 +99,7 @@ class FunctionalLayer:
         self,
         data: VehicleData,
         mission: FunctionalPart,
+        world: Any,
         sensors: Mapping[str, Sensor],
         bounds_m: Bounds,
         picture: Picture,
@@ -112,7 +114,7 @@ class FunctionalLayer:
         self._sound_target_m: Point = data.start_m
         self._settled_m: Point = data.start_m
         self._mission = mission
-        self._world = mission.world()
+        self._world = world
         self._sensors = sensors
         self._bounds_m = bounds_m
         self._reserve_per_m = _reserve_per_m(data, data.survey_speed_mps)

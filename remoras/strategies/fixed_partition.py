@@ -3,12 +3,13 @@
 Each vehicle does the jobs it was given and goes to the rally point. Jobs that need each other go to one vehicle, since
 nobody would hear that a job has been done. The head leaves for the next rendezvous at a time agreed before: when the
 last one is expected to have come, and ``margin`` of that time later. What happens otherwise than planned, nobody
-learns.
+learns. A job that comes up is done by the vehicle that came upon it, nearest first, once its own are done.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
 
@@ -31,17 +32,19 @@ class Timetable:
         self._margin = margin
         self._meeting_s: float | None = None
         self._to_follow: tuple[RoleSpecification, ...] = ()
+        self._planned: frozenset[str] = frozenset()
         self._met = False
 
     def negotiate(self, situation: Situation) -> Move:
-        """Take the next role of a chain, go on, or meet."""
+        """Take the next role of a chain or one that has come up, go on, or meet."""
         work = situation.work
         if self._meeting_s is None:
             self._meeting_s = self._expected_s(situation)
             plan = [chain for chain in chains(work) if self._me in work.holders(chain[0])]
             self._to_follow = tuple(role for _, *rest in plan for role in rest)
+            self._planned = frozenset(role.name for role in work.roles)
         held = work.held_by(self._me)
-        following = [role for role in self._to_follow if role in work.vacant]
+        following = [role for role in self._to_follow if role in work.vacant] or self._come_up(situation)
         if not held and following:
             taken = self._me, "playsRole", self._group.path(following[0].name)
             return Move((Statement((taken,), told=False),), holding=True)
@@ -51,6 +54,12 @@ class Timetable:
             return Move()
         self._met = True
         return Move((Statement(((self._group.name, "gatheredAt", self._group.rally_point),), told=False),))
+
+    def _come_up(self, situation: Situation) -> Sequence[RoleSpecification]:
+        """Roles whose jobs this vehicle has come upon itself and is able to do, the nearest first."""
+        work, data = situation.work, situation.work.database[self._me]
+        new = [role for role in work.vacant if role.name not in self._planned and work.able(data, role)]
+        return work.in_order(Outlook(situation.now_s, work.position_m(self._me)), data, new) if new else ()
 
     def _expected_s(self, situation: Situation) -> float:
         """When the last one is expected at the rally point, and the margin later."""

@@ -74,7 +74,7 @@ class Individual(VisitingMission):
 class Meddling(VisitingMission):
     """Its truth carries a vehicle to its visit."""
 
-    def truth(self, recorder: Recorder) -> VisitingTruth:
+    def truth(self, recorder: Recorder, world: Any) -> VisitingTruth:
         class Truth(VisitingTruth):
             def observe(self, fleet: FleetView, now_s: float) -> bool:
                 fleet.vehicles[0]._vehicle.functional.motion.x_m += 0.1  # type: ignore[attr-defined]
@@ -86,7 +86,7 @@ class Meddling(VisitingMission):
 class Speechless(VisitingMission):
     """Never completes and never says why."""
 
-    def truth(self, recorder: Recorder) -> VisitingTruth:
+    def truth(self, recorder: Recorder, world: Any) -> VisitingTruth:
         class Truth(VisitingTruth):
             def observe(self, fleet: FleetView, now_s: float) -> bool:
                 return False
@@ -108,7 +108,7 @@ class Careless(VisitingMission):
 
     tables = (Table("looks", (TIME, Column("n_vehicles", "int"))),)
 
-    def truth(self, recorder: Recorder) -> VisitingTruth:
+    def truth(self, recorder: Recorder, world: Any) -> VisitingTruth:
         class Truth(VisitingTruth):
             def observe(self, fleet: FleetView, now_s: float) -> bool:
                 recorder.rows("looks").append((now_s, "many"))

@@ -153,7 +153,7 @@ def _beliefs(data: VehicleData, tbox: TBox, instances: Iterable[tuple[str, str]]
 def _check_is_silent_while_off(settings: SensorSettings, data: VehicleData, ticks: Way, world: Any) -> None:
     """Switched off it perceives nothing; switched on again, it knows of nothing that it passed meanwhile."""
     half = len(ticks) // 2
-    layer = FunctionalLayer(data, _OneSensor(world), {"sensor": _made(settings, data)}, BOUNDS_M, Picture())
+    layer = FunctionalLayer(data, _OneSensor(), world, {"sensor": _made(settings, data)}, BOUNDS_M, Picture())
     switched_on = Activity("Sensing", ActivityType.PRODUCTIVE, sensors=("sensor",))
     sets = layer.prepare((ActivitySet(None, ActivityKind.INDIVIDUAL, (switched_on,), 1.0),))
     for pose, now_s in ticks[:half]:
@@ -170,13 +170,10 @@ def _check_is_silent_while_off(settings: SensorSettings, data: VehicleData, tick
 
 
 class _OneSensor:
-    """A mission with a world and nothing to do in it but to perceive."""
+    """A mission with nothing to do but to perceive."""
 
-    def __init__(self, world: Any) -> None:
-        self._world = world
-
-    def world(self) -> Any:
-        return self._world
+    def world(self, seed: int) -> Any:
+        return None
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         return Standing()

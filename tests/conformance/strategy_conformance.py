@@ -294,7 +294,7 @@ def _watched_run(strategy: Strategy, *given_settings: str, silent: bool = False)
 
 
 def _mapped_fractions(finished: Run) -> dict[str, float]:
-    cells = finished.mission.world().cells
+    cells = finished.mission.world(finished.seed).cells
     mapped = {(x, y) for _, _, x, y in finished.recorder.rows("coverage")}
     totals = Counter(area for area, _ in cells.values())
     done = Counter(area for cell, (area, _) in cells.items() if cell in mapped)

@@ -177,7 +177,7 @@ class VisitingMission(Mission):
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
         return Finding(objective.argument, "jobDone", vehicle) if objective.name == "Visiting" else None
 
-    def truth(self, recorder: Recorder) -> VisitingTruth:
+    def truth(self, recorder: Recorder, world: Any) -> VisitingTruth:
         return VisitingTruth(tuple(self._visits))
 
 

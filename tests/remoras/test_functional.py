@@ -38,7 +38,7 @@ class Shore:
                 return Homing((-100.0, 0.0), 5.0, "Operational", data)
         return Standing()
 
-    def world(self) -> Callable[[float], float]:
+    def world(self, seed: int) -> Callable[[float], float]:
         return lambda x_m: 0.1 * x_m
 
 
@@ -62,7 +62,8 @@ class Hydrophone:
 
 def layer(*sets: ActivitySet, mission: Any = None, sensors: Any = None, **changes: object) -> FunctionalLayer:
     of_vehicle = {"depth": DepthSounder(), "sound": Hydrophone()} if sensors is None else sensors
-    functional = FunctionalLayer(auv(**changes), mission or Shore(), of_vehicle, BOUNDS_M, Picture())
+    of_mission = mission or Shore()
+    functional = FunctionalLayer(auv(**changes), of_mission, of_mission.world(1), of_vehicle, BOUNDS_M, Picture())
     functional.prepare(sets)
     return functional
 

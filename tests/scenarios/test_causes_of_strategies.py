@@ -222,7 +222,7 @@ def test_claims_of_a_lost_vehicle_do_not_stand_for_ever() -> None:
     def mapped_by_others(*settings: str) -> float:
         done = finished("cbba", 1, *LOST, *settings)
         cells = {(x, y) for _, vehicle, x, y in done.recorder.rows("coverage") if vehicle != "AUV02"}
-        return len(cells) / len(done.mission.world().cells)
+        return len(cells) / len(done.mission.world(done.seed).cells)
 
     assert mapped_by_others() == 1.0
     assert mapped_by_others(f"strategy.parameters.silence_rounds={NEVER}") < 0.96

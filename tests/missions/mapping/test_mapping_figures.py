@@ -90,7 +90,8 @@ def test_places_are_points_to_meet_at_and_areas() -> None:
     }  # fmt: skip
 
 
-def test_the_mission_declares_a_figure_a_layer_and_a_mark() -> None:
+def test_the_mission_declares_a_figure_a_layer_and_marks() -> None:
     assert [(type(one), getattr(one, "name", None) or one.milestone) for one in FIGURES] == [
         (Figure, "coverage"), (Layer, "mapped cells"), (Mark, "mapping_stopped"),
+        (Mark, "found"), (Mark, "inspected"),
     ]  # fmt: skip

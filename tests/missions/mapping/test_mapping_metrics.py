@@ -26,7 +26,7 @@ GROUP = SimpleNamespace(
     name="G",
     role=[SimpleNamespace(name=name, job=job) for name, job in (("Left", "west"), ("Right", "east"), ("Leader", None))],
 )
-SCENARIO = SimpleNamespace(group=[GROUP])
+SCENARIO = SimpleNamespace(group=[GROUP], area=[SimpleNamespace(name=name) for name in ("west", "east")])
 
 
 def run(coverage: list[tuple[float, str, int]], roles: Iterable[tuple[str, str]] = (), n_cells: int = 20) -> Any:
@@ -35,7 +35,8 @@ def run(coverage: list[tuple[float, str, int]], roles: Iterable[tuple[str, str]]
     recorder.rows("coverage").extend((time_s, vehicle, cell, 0) for time_s, vehicle, cell in coverage)
     recorder.roles.extend((0.0, vehicle, "G", role, "assigned") for vehicle, role in roles)
     world = SimpleNamespace(cells=dict.fromkeys((x, 0) for x in range(n_cells)))
-    return SimpleNamespace(recorder=recorder, scenario=SCENARIO, mission=SimpleNamespace(world=lambda: world))
+    mission = SimpleNamespace(world=lambda seed: world)
+    return SimpleNamespace(recorder=recorder, scenario=SCENARIO, mission=mission, seed=1)
 
 
 def mapping(roles: list[tuple[str, str]], coverage: list[tuple[str, int]]) -> Any:
@@ -108,5 +109,6 @@ def test_each_is_ranked_in_its_own_direction() -> None:
         "coverage_fraction": Better.HIGHER,
         **{f"time_to_{share}_s": Better.LOWER for share in (50, 80, 95, 100)},
         "duplicate_fraction": Better.LOWER,
+        "finds_inspected_fraction": Better.HIGHER,
         "least_mapped_fraction": Better.HIGHER,
     }

@@ -48,7 +48,7 @@ def cells(sensor: SwathSensor, x_m: float, y_m: float, speed_mps: float) -> list
 
 
 def test_a_cell_is_new_to_a_sensor_once() -> None:
-    one, other = (SwathSensor(25.0, 1.3) for _ in range(2))
+    one, other = (SwathSensor(25.0, 1.3, "AUV00") for _ in range(2))
     assert cells(one, 12.5, 12.5, 1.3) == [(0, 0)]
     assert cells(one, 12.5, 14.0, 1.3) == []
     assert cells(other, 12.5, 12.5, 1.3) == [(0, 0)]
@@ -56,12 +56,12 @@ def test_a_cell_is_new_to_a_sensor_once() -> None:
 
 def test_what_is_found_is_a_fact_of_its_area() -> None:
     """Cell (2, 1) is in the second row of four: index 1 * 4 + 2."""
-    found = SwathSensor(25.0, 1.3).sense(Pose(62.5, 37.5, 20.0, 0.0, 1.0), FIELD, 0.0)
+    found = SwathSensor(25.0, 1.3, "AUV00").sense(Pose(62.5, 37.5, 20.0, 0.0, 1.0), FIELD, 0.0)
     assert found == [Observation((("field", "mappedCell", 6),))]
 
 
 def test_too_fast_nothing_is_mapped() -> None:
-    assert cells(SwathSensor(25.0, 1.3), 12.5, 12.5, 1.31) == []
+    assert cells(SwathSensor(25.0, 1.3, "AUV00"), 12.5, 12.5, 1.31) == []
 
 
 def test_a_vehicle_that_is_faster_than_its_data_maps_faster() -> None:
@@ -75,7 +75,7 @@ def test_a_vehicle_that_is_faster_than_its_data_maps_faster() -> None:
 
 def test_a_swath_maps_the_rows_that_it_sweeps() -> None:
     """Along y = 12.5 in steps of 1.3 m: the four cells of the lowest row, and no other."""
-    sensor = SwathSensor(25.0, 1.3)
+    sensor = SwathSensor(25.0, 1.3, "AUV00")
     for number in range(78):
         cells(sensor, 1.3 * number, 12.5, 1.3)
     assert sensor.mapped == {(0, 0), (1, 0), (2, 0), (3, 0)}

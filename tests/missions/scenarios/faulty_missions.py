@@ -275,7 +275,7 @@ class SwitchesAllOn(MappingMission):
 class WorldRaises(MappingMission):
     """Has no world."""
 
-    def world(self) -> Any:
+    def world(self, seed: int) -> Any:
         raise KeyError("buoys")
 
 
@@ -298,19 +298,19 @@ class Dancing(MappingMission):
 class NoTruth(MappingMission):
     """Nobody watches its runs."""
 
-    def truth(self, recorder: Recorder) -> Any:
+    def truth(self, recorder: Recorder, world: Any) -> Any:
         return None
 
 
 class TruthRaises(MappingMission):
     """Its truth fails while it watches."""
 
-    def truth(self, recorder: Recorder) -> MappingTruth:
+    def truth(self, recorder: Recorder, world: Any) -> MappingTruth:
         class Truth(MappingTruth):
             def observe(self, fleet: FleetView, now_s: float) -> bool:
                 raise KeyError("buoys")
 
-        return Truth(self.meeting, self.world(), self.swaths_m, self.settings.goal, recorder)
+        return Truth(self.meeting, world, self.swaths_m, self.settings.goal, recorder)
 
 
 class FigureOfNumbers(MappingMission):

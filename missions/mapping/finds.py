@@ -1,0 +1,187 @@
+"""Finds: features of the seabed that nobody knows of before the mission, and the work that they bring up.
+
+A mapping sensor that maps the cell of a feature finds it: the fact ``foundAt`` makes its job known. The job is a
+second, closer pass: the vehicle goes there and stays, slowly and near, until its sensor has seen enough. How long that
+takes only shows on site; plans expect the mean. Where features lie and how long each takes is drawn by seed and number,
+in a stream of its own. So no strategy, loss rate or fault changes a feature, and more of them leave the first ones as
+they are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from exchange.acoustics import loss
+from missions.mapping.scenario import FindsTable
+from missions.mapping.sensors import Cell, Feature, Seabed, mapping_speed_mps, swath_m
+from missions.scenarios.tables import Raw, entries, list_of, names_of, table_of
+from remoras.beliefs import Key
+from remoras.database import VehicleData
+from remoras.work import Known, Outlook, Point
+
+INSPECTING = "Inspecting"
+"""Objective of a role with a find."""
+NEEDED = ("foundAt", "inspectedBy")
+"""Attributes that vehicles need of each other where there is something to be found."""
+
+
+def find_names(number: int) -> tuple[str, ...]:
+    """Names of so many features.
+
+    >>> find_names(2)
+    ('find 1', 'find 2')
+    """
+    return tuple(f"find {n}" for n in range(1, number + 1))
+
+
+def drawn(seabed: Seabed, finds: FindsTable, seed: int) -> Seabed:
+    """The seabed with the features of the run with that seed: each in a cell of its own, every cell as likely.
+
+    Args:
+        seabed: cells of all areas, at least as many as there are features.
+        finds: how many there are, and what they ask for.
+        seed: root of all draws.
+    """
+    free = list(seabed.cells)
+    lying: dict[Cell, Feature] = {}
+    for number, name in enumerate(find_names(finds.number)):
+        where, how_long = (loss.uniform(seed, loss.FINDS, number, 0, which) for which in (0, 1))
+        cell = free.pop(int(where * len(free)))
+        at_m = (cell[0] + 0.5) * seabed.cell_m, (cell[1] + 0.5) * seabed.cell_m
+        stay_s = finds.shortest_stay_s + how_long * (finds.longest_stay_s - finds.shortest_stay_s)
+        lying[cell] = Feature(name, at_m, stay_s, finds.close_radius_m, finds.close_speed_mps)
+    return replace(seabed, features=lying)
+
+
+def weight_in_cells(finds: FindsTable, cell_m: float, able: Sequence[VehicleData]) -> float:
+    """How many cells a find counts for in the goal: its mean stay over the mean time that a cell takes.
+
+    Args:
+        finds: what they ask for.
+        cell_m: side of a cell.
+        able: vehicles that map.
+    """
+    if not able:
+        return 1.0
+    cell_s = sum(cell_m**2 / (swath_m(data) * mapping_speed_mps(data)) for data in able) / len(able)
+    return finds.mean_stay_s / cell_s
+
+
+@dataclass(frozen=True)
+class InspectionJob:
+    """The closer pass at a find: a ``remoras.work.DivisibleJob`` that comes up when somebody says where it is.
+
+    Attributes:
+        name: of the find.
+        stay_s: mean of how long it takes on site.
+        place_m: where it was found; the origin of the map before.
+        share_left: 1 until it is done, then 0.
+        needs: nothing must be done before.
+    """
+
+    name: str
+    stay_s: float
+    place_m: Point = (0.0, 0.0)
+    share_left: float = 1.0
+    needs: tuple[str, ...] = ()
+
+    @property
+    def done(self) -> Key:
+        """Somebody has inspected it."""
+        return "inspectedBy", self.name
+
+    def is_able(self, data: VehicleData) -> bool:
+        """True if the vehicle has a mapping sensor."""
+        return swath_m(data) > 0.0
+
+    def left(self, facts: Known) -> InspectionJob | None:
+        """The job at the place known; None while nobody has said where it is."""
+        place_m = facts.get(("foundAt", self.name))
+        if place_m is None:
+            return None
+        return replace(self, place_m=place_m, share_left=1.0 if facts.get(self.done) is None else 0.0)
+
+    def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
+        """When the vehicle will be free if it inspects the find next: its way, and a stay of mean length."""
+        if not self.is_able(data):
+            return None
+        if self.share_left == 0.0:
+            return outlook
+        way_s = math.dist(outlook.position_m, self.place_m) / data.transit_speed_mps
+        return Outlook(outlook.free_s + way_s + self.stay_s, self.place_m)
+
+
+# What a scenario gains ---------------------------------------------------------------------------
+
+
+def number_of(raw: Raw) -> int:
+    """How many features the tables ask for; 0 where they do not say, or not in a whole number."""
+    number = table_of(raw, "finds").get("number", 0)
+    return number if type(number) is int and 0 < number <= FindsTable.MOST else 0
+
+
+def with_inspectors(raw: Raw) -> Raw:
+    """The tables with a role for each find, and what comes with it; as they are where nothing is to be found.
+
+    The roles join those that explore areas, in the first group that has such roles. Every vehicle that has a sensor and
+    is able to explore is able to play them, unless some vehicle lists them itself. What is listed already stays.
+    """
+    number, areas = number_of(raw), names_of(raw, "area")
+    groups = entries(raw, "group")
+    exploring = {id(group): explorers(group, areas) for group in groups}
+    chosen = next((group for group in groups if exploring[id(group)]), None)
+    if not number or chosen is None:
+        return raw
+    roles = {f"Inspector{n}": find for n, find in enumerate(find_names(number), 1)}
+    listed = set(names_of(chosen, "role"))
+    new = [{"name": role, "maximum": 1, "job": find} for role, find in roles.items() if role not in listed]
+    found = {**raw, "group": [_with(group, "role", new) if group is chosen else group for group in raw["group"]]}
+    able = {role for roles_of_group in exploring.values() for role in roles_of_group}
+    played = {str(role) for vehicle in entries(raw, "vehicle") for role in list_of(vehicle, "playable_roles")}
+    unplayed = [role for role in roles if role not in played]
+    if isinstance(raw.get("vehicle"), list):
+        found["vehicle"] = [
+            _with(vehicle, "playable_roles", unplayed) if _is_inspector(vehicle, able) else vehicle
+            for vehicle in raw["vehicle"]
+        ]
+    return _with_importance(_with_needs(found))
+
+
+def explorers(group: Raw, areas: Collection[str]) -> set[str]:
+    """Names of the roles of a group whose holder explores an area."""
+    return {str(role.get("name")) for role in entries(group, "role") if role.get("job", role.get("area")) in areas}
+
+
+def _is_inspector(vehicle: Any, able: Collection[str]) -> bool:
+    if not isinstance(vehicle, dict) or not vehicle.get("sensor"):
+        return False
+    return not set(able).isdisjoint(map(str, list_of(vehicle, "playable_roles")))
+
+
+def _with(table: Mapping[str, Any], key: str, more: Sequence[Any]) -> dict[str, Any]:
+    return {**table, key: [*table[key], *more]} if more else dict(table)
+
+
+def _with_needs(raw: dict[str, Any]) -> dict[str, Any]:
+    """Vehicles need to hear of finds as urgently as of anything, unless the scenario says otherwise."""
+    communication = table_of(raw, "communication")
+    needs = communication.get("needs")
+    if not isinstance(needs, dict) or not needs or not all(type(one) is int for one in needs.values()):
+        return raw
+    stated = {**dict.fromkeys(NEEDED, max(needs.values())), **needs}
+    return {**raw, "communication": {**communication, "needs": stated}}
+
+
+def _with_importance(raw: dict[str, Any]) -> dict[str, Any]:
+    """To inspect is as important as to explore, unless the scenario says otherwise."""
+    mission = table_of(raw, "mission")
+    importance = mission.get("importance")
+    if not isinstance(importance, dict) or "Exploring" not in importance:
+        return raw
+    if any(str(key).split(".")[-1] == INSPECTING for key in importance):
+        return raw
+    stated = {**importance, INSPECTING: importance["Exploring"]}
+    return {**raw, "mission": {**mission, "importance": stated}}

@@ -1,0 +1,118 @@
+"""How a find is inspected: the behaviour that takes a vehicle there, slows it down, and keeps it on site.
+
+A group does not count as gathered while a known find waits to be inspected. So to come to the meeting settles no call
+for help meanwhile: ``AfterFinds`` says so for the behaviours of the meeting. Otherwise vehicles that wait for an
+inspection would call the inspector off, and all would wait for ever.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from missions.mapping.scenario import FindsTable
+from remoras.behaviours import (
+    ADVANCING,
+    CAPTURE_M,
+    DONE,
+    DUE,
+    FAILED,
+    IDLE,
+    Approach,
+    Behaviour,
+    Perception,
+    Reference,
+    attracted,
+    distance_m,
+)
+from remoras.database import VehicleData
+from remoras.htn import FactsLike
+from remoras.motion import Motion
+from remoras.picture import Picture
+from remoras.work import Point
+
+BRAKING_S = 2.0
+"""A vehicle begins to slow down so much earlier than it must."""
+PATIENCE_S = 60.0
+"""A vehicle that has been on site so much longer than any find takes has a sensor that shows nothing."""
+
+
+def is_to_be_inspected(facts: FactsLike, find: str) -> bool:
+    """True while a find is known and not known to be inspected."""
+    return facts.get(("foundAt", find)) is not None and facts.get(("inspectedBy", find)) is None
+
+
+class AfterFinds(Behaviour):
+    """A behaviour of the meeting, which answers no call while a known find waits to be inspected.
+
+    Args:
+        meeting: the behaviour itself.
+        finds: names of what may be found.
+    """
+
+    def __init__(self, meeting: Behaviour, finds: Collection[str]) -> None:
+        self._meeting = meeting
+        self._finds = finds
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """As the behaviour itself, but for the calls that it answers."""
+        found = self._meeting.perceive(motion, picture, performed)
+        if any(is_to_be_inspected(picture.facts, find) for find in self._finds):
+            return found._replace(answers=0.0)
+        return found
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """As the behaviour itself."""
+        return self._meeting.reference(motion, picture)
+
+
+class Inspecting(Behaviour):
+    """Goes to a find in transit and stays on site until the sensor has seen enough, which nobody can tell before.
+
+    Args:
+        find: its name.
+        finds: how near and how slowly it is inspected, and how long that may take.
+        data: of the vehicle.
+    """
+
+    def __init__(self, find: str, finds: FindsTable, data: VehicleData) -> None:
+        self._find = find
+        self._finds = finds
+        self._transit_mps = data.transit_speed_mps
+        braking_m = (data.transit_speed_mps**2 - finds.close_speed_mps**2) / (2.0 * data.acceleration_mps2)
+        self._slow_within_m = finds.close_radius_m + max(0.0, braking_m) + BRAKING_S * data.transit_speed_mps
+        self._approach = Approach(data.transit_speed_mps)
+        self._on_site_s = 0.0
+        self._seen_s: float | None = None
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due once the find is known, the less the farther away; on site it advances for as long as a find may take."""
+        place_m, now_s = self._place(picture), picture.body.now_s
+        if place_m is None:
+            return IDLE
+        if picture.facts.get(("inspectedBy", self._find)) is not None:
+            return DONE
+        to_go_m = distance_m(motion, place_m)
+        is_on_site = performed and to_go_m <= self._finds.close_radius_m
+        if is_on_site and self._seen_s is not None:
+            self._on_site_s += now_s - self._seen_s
+        self._seen_s = now_s if is_on_site else None
+        if self._on_site_s > self._finds.longest_stay_s + PATIENCE_S:
+            return FAILED
+        if to_go_m <= self._finds.close_radius_m:
+            return ADVANCING if performed else DUE
+        advance = self._approach.advance(to_go_m, now_s, performed)
+        return Perception(attracted(to_go_m).stimulus, None if advance is None else max(0.0, advance))
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """To the find in transit, slowly over the last metres; there it stays. None while it is not known."""
+        place_m = self._place(picture)
+        if place_m is None:
+            return None
+        to_go_m = distance_m(motion, place_m)
+        if to_go_m <= CAPTURE_M:
+            return Reference(place_m, 0.0)
+        return Reference(place_m, self._transit_mps if to_go_m > self._slow_within_m else self._finds.close_speed_mps)
+
+    def _place(self, picture: Picture) -> Point | None:
+        place_m: Point | None = picture.facts.get(("foundAt", self._find))
+        return place_m

@@ -1,0 +1,272 @@
+"""Finds: drawn by seed alone, a job once somebody has told where, done on site, judged on the ground."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import pytest
+from small_mission import SMALL, line_of
+from surveying import mapper
+
+from missions.document import Document
+from missions.errors import ConfigurationError
+from missions.mapping import MappingMission
+from missions.mapping.finds import InspectionJob, drawn, find_names, weight_in_cells
+from missions.mapping.inspecting import PATIENCE_S, AfterFinds, Inspecting
+from missions.mapping.scenario import FindsTable
+from missions.mapping.sensors import Feature, Seabed, Stays, SwathSensor
+from missions.runs.results import manifest
+from missions.runs.run import Run, run
+from missions.runs.summary import summary
+from missions.scenarios import load
+from missions.scenarios.loading import resolved
+from missions.scenarios.scenario import Scenario
+from remoras.behaviours import Standing
+from remoras.motion import Motion, advance
+from remoras.picture import Picture
+from remoras.sensor import Pose
+from remoras.strategies import strategies
+from remoras.work import Outlook
+
+SEABED = Seabed.of_areas(25.0, {"area": ((0.0, 0.0), (0.0, 100.0), (100.0, 100.0), (100.0, 0.0))})
+"""Sixteen cells."""
+FINDS = FindsTable(number=3)
+QUICK = ("remoras", "fixed-partition")
+"""Strategies whose missions are flown in every test run."""
+
+
+class Facts:
+    """What a vehicle knows, by key."""
+
+    def __init__(self, known: dict[tuple[str, str], Any] | None = None) -> None:
+        self.known = known or {}
+
+    def get(self, key: tuple[str, str], default: Any = None, /) -> Any:
+        return self.known.get(key, default)
+
+    def values(self, key: tuple[str, str]) -> set[Any]:
+        return {self.known[key]} if key in self.known else set()
+
+
+def with_finds(number: int = 2, *more: str) -> Scenario:
+    settings = (f"finds.number={number}", "finds.longest_stay_s=200", *more)
+    return load("mapping-rendezvous", [("--set", one) for one in settings])
+
+
+def without_need(scenario: Scenario, name: str) -> Scenario:
+    """The same, but nobody tells this attribute."""
+    needs = {key: value for key, value in scenario.communication.needs.items() if key != name}
+    return scenario.model_copy(update={"communication": scenario.communication.model_copy(update={"needs": needs})})
+
+
+def milestones(done: Run, name: str) -> list[tuple[float, str]]:
+    return [(m.time_s, m.vehicle) for m in done.milestones if m.name == name]
+
+
+# Drawing -----------------------------------------------------------------------------------------
+
+
+def test_each_feature_lies_in_a_cell_of_its_own_and_more_leave_the_first_as_they_are() -> None:
+    few, many = (drawn(SEABED, FINDS.model_copy(update={"number": n}), 5).features for n in (3, 16))
+    assert set(many) == set(SEABED.cells)
+    assert list(few.items()) == list(many.items())[:3]
+    assert [feature.name for feature in few.values()] == list(find_names(3))
+    for (column, row), feature in many.items():
+        assert feature.position_m == ((column + 0.5) * 25.0, (row + 0.5) * 25.0)
+        assert FINDS.shortest_stay_s <= feature.stay_s <= FINDS.longest_stay_s
+
+
+def test_seeds_spread_features_and_stays_evenly() -> None:
+    """Mean stay of 60..600 s: 330 s; its standard error over 900 draws is 540 / sqrt(12 * 900) = 5.2 s."""
+    features = [f for seed in range(300) for f in drawn(SEABED, FINDS, seed).features.items()]
+    assert sum(f.stay_s for _, f in features) / len(features) == pytest.approx(330.0, abs=4.0 * 5.2)
+    assert {cell for cell, _ in features} == set(SEABED.cells)
+
+
+def test_strategy_loss_and_faults_change_no_feature() -> None:
+    fault = 'fault=[{kind="lost",vehicle="AUV01",at_s=300}]'
+    scenarios = [with_finds(3), *(with_finds(3, one) for one in ("strategy.name=cbba", "channel.per=0.7", fault))]
+    worlds = [MappingMission.from_scenario(scenario).world(7) for scenario in scenarios]
+    assert all(world == worlds[0] for world in worlds)
+    assert worlds[0].features
+    assert worlds[0] != MappingMission.from_scenario(scenarios[0]).world(8)
+
+
+# Job ---------------------------------------------------------------------------------------------
+
+
+def test_the_job_is_known_once_somebody_has_said_where_and_takes_the_way_and_the_mean_stay() -> None:
+    job, data = InspectionJob("find 1", 330.0), mapper()
+    assert job.left(Facts()) is None
+    found = job.left(Facts({("foundAt", "find 1"): (300.0, 400.0)}))
+    assert found is not None
+    assert found.after(Outlook(10.0, (0.0, 0.0)), data) == Outlook(
+        10.0 + 500.0 / data.transit_speed_mps + 330.0, (300.0, 400.0)
+    )
+    done = job.left(Facts({("foundAt", "find 1"): (300.0, 400.0), ("inspectedBy", "find 1"): "AUV01"}))
+    assert done is not None
+    assert done.share_left == 0.0
+    assert job.after(Outlook(0.0, (0.0, 0.0)), replace(data, sensors=())) is None
+
+
+def test_a_find_counts_for_as_many_cells_as_are_mapped_in_its_mean_stay() -> None:
+    """A swath of 25 m at 1.25 m/s maps a cell of 25 m in 20 s; (60 + 600) / 2 / 20 = 16.5."""
+    assert weight_in_cells(FINDS, 25.0, [mapper(survey_speed_mps=1.5)]) == pytest.approx(16.5)
+
+
+# On site -----------------------------------------------------------------------------------------
+
+WRECK = Feature("find 1", (62.5, 12.5), 30.0, 8.0, 0.6)
+WRECKED = replace(SEABED, features={(2, 0): WRECK})
+
+
+def test_stays_near_and_slow_add_up_and_nothing_else_counts() -> None:
+    stays = Stays()
+    here, beside = (62.5, 12.5), (62.5, 20.6)
+    ticks = [(here, 0.6)] * 20 + [(beside, 0.0)] * 5 + [(here, 0.61)] * 5 + [(here, 0.0)] * 20
+    over = [n for n, (at_m, speed) in enumerate(ticks) if stays.inspected(WRECKED, at_m, speed, float(n))]
+    # 20 looks last 19 s; back at tick 30, 11 s more end at tick 41
+    assert over == [41]
+
+
+def test_the_sensor_finds_what_lies_in_a_cell_that_it_maps_and_says_when_it_has_seen_enough() -> None:
+    sensor = SwathSensor(25.0, 1.3, "AUV07")
+    first = sensor.sense(Pose(62.5, 12.5, 20.0, 0.0, 0.0), WRECKED, 0.0)
+    assert [one.facts for one in first] == [(("area", "mappedCell", 2),), (("find 1", "foundAt", (62.5, 12.5)),)]
+    later = [(t, one.facts) for t in range(1, 60) for one in sensor.sense(Pose(62.5, 12.5, 20.0, 0.0, 0.0), WRECKED, t)]
+    assert later == [(30, (("find 1", "inspectedBy", "AUV07"),))]
+
+
+def inspect(sensor_works: bool) -> tuple[Inspecting, list[tuple[float, float]], Any]:
+    """A vehicle 200 m away inspects the wreck: the behaviour, (distance, speed) by tick, and its last perception."""
+    data, facts, motion = mapper(), Facts({("foundAt", "find 1"): WRECK.position_m}), Motion(262.5, 12.5)
+    behaviour, picture = Inspecting("find 1", FINDS, data), Picture(facts=facts)
+    sensor, track = data.sensors[0].make(data), []
+    perception = behaviour.perceive(motion, picture, False)
+    for now_s in range(1, 2000):
+        picture.body.now_s = float(now_s)
+        if (reference := behaviour.reference(motion, picture)) is not None:
+            advance(motion, data, reference.target_m, reference.speed_mps, 1.0)
+        pose = Pose(motion.x_m, motion.y_m, 20.0, motion.heading_rad, motion.speed_mps)
+        for observation in sensor.sense(pose, WRECKED, float(now_s)) if sensor_works else ():
+            facts.known |= {(attribute, subject): value for subject, attribute, value in observation.facts}
+        track.append((math.dist(motion.position_m, WRECK.position_m), motion.speed_mps))
+        perception = behaviour.perceive(motion, picture, True)
+        if perception.done or perception.failed:
+            break
+    return behaviour, track, perception
+
+
+def test_the_vehicle_hurries_there_slows_down_before_and_stays_until_it_has_seen_enough() -> None:
+    _, track, perception = inspect(sensor_works=True)
+    assert perception.done
+    assert max(speed for _, speed in track) == pytest.approx(mapper().transit_speed_mps)
+    assert all(speed <= FINDS.close_speed_mps + 1e-9 for way_m, speed in track if way_m <= FINDS.close_radius_m)
+    near = [way_m <= FINDS.close_radius_m for way_m, _ in track]
+    assert sum(near) == pytest.approx(WRECK.stay_s, abs=3.0)
+    assert all(after or not before for before, after in pairwise(near)), "it never leaves"
+
+
+def test_a_sensor_that_shows_nothing_is_given_up_after_the_longest_stay() -> None:
+    _, track, perception = inspect(sensor_works=False)
+    assert perception.failed
+    on_site_s = sum(way_m <= FINDS.close_radius_m for way_m, _ in track)
+    assert on_site_s == pytest.approx(FINDS.longest_stay_s + PATIENCE_S, abs=3.0)
+
+
+def test_to_come_to_the_meeting_answers_no_call_while_a_find_waits() -> None:
+    facts = Facts()
+    meeting, motion, picture = AfterFinds(Standing(), ("find 1",)), Motion(0.0, 0.0), Picture(facts=facts)
+    assert meeting.perceive(motion, picture, True).answers == 1.0
+    facts.known["foundAt", "find 1"] = (0.0, 0.0)
+    assert meeting.perceive(motion, picture, True).answers == 0.0
+    facts.known["inspectedBy", "find 1"] = "AUV01"
+    assert meeting.perceive(motion, picture, True).answers == 1.0
+
+
+# The mission -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("per", [0.0, pytest.param(0.4, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "strategy",
+    [one if one in QUICK else pytest.param(one, marks=pytest.mark.slow) for one in strategies()],
+)
+def test_what_is_found_is_inspected_before_the_group_meets(strategy: str, per: float) -> None:
+    done = run(with_finds(3, f"strategy.name={strategy}", f"channel.per={per}"))
+    assert done.completed, done.reason
+    found, inspected = milestones(done, "found"), milestones(done, "inspected")
+    assert len(found) == len(inspected) == 3
+    gathered_s = next(m.time_s for m in done.milestones if (m.name, m.group) == ("gathered", "Operational"))
+    assert max(time_s for time_s, _ in inspected) < gathered_s
+    told = summary(done)
+    assert told["finds_inspected_fraction"] == 1.0
+    if strategy == "fixed-partition":  # nobody hears of what others have found
+        assert sorted(vehicle for _, vehicle in found) == sorted(vehicle for _, vehicle in inspected)
+
+
+def test_news_of_a_find_lets_another_vehicle_inspect_it_and_without_them_the_mission_ends_otherwise() -> None:
+    """With seed 1 AUV01 finds the first feature in its area, and who is free first inspects it."""
+    scenario = with_finds(6, "strategy.name=cbba")
+    told, untold = run(scenario), run(without_need(scenario, "foundAt"))
+    by_finder = {vehicle for _, vehicle in milestones(told, "found")}
+    counts = [sorted(vehicle for _, vehicle in milestones(told, name)) for name in ("found", "inspected")]
+    assert by_finder
+    assert counts[0] != counts[1], "some find is inspected by another vehicle than its finder"
+    assert told.completed
+    assert untold.end_s != told.end_s
+    assert [m for m in untold.milestones if m.name == "inspected"] != [
+        m for m in told.milestones if m.name == "inspected"
+    ]
+
+
+def test_without_finds_nothing_of_them_shows() -> None:
+    short = ("scenario.duration_s=300", "channel.per=0.3")
+    plain = run(load("mapping-rendezvous", [("--set", one) for one in short]))
+    none = run(load("mapping-rendezvous", [("--set", one) for one in (*short, "finds.number=0")]))
+    assert plain.recorder.tables.keys() == none.recorder.tables.keys()
+    assert all(plain.recorder.rows(name) == none.recorder.rows(name) for name in plain.recorder.tables)
+    assert "finds_inspected_fraction" not in summary(none)
+    assert not any("Inspector" in role.name for group in none.scenario.group for role in group.role)
+
+
+def test_the_manifest_repeats_a_run_with_finds() -> None:
+    done = run(with_finds(2, "scenario.duration_s=600"))
+    again = run(resolved(Document.of_text(manifest(done)["scenario"], "manifest"), []))
+    assert again.scenario == done.scenario
+    assert [m.name for m in done.milestones if m.name == "found"]
+    assert all(again.recorder.rows(name) == done.recorder.rows(name) for name in done.recorder.tables)
+    roles = [role for group in done.scenario.group for role in group.role if role.job in find_names(2)]
+    assert [(role.name, role.maximum) for role in roles] == [("Inspector1", 1), ("Inspector2", 1)]
+    able = [vehicle.name for vehicle in done.scenario.vehicle if "Inspector1" in vehicle.playable_roles]
+    assert able == ["AUV00", "AUV01", "AUV02"]
+
+
+# Bad input ---------------------------------------------------------------------------------------
+
+POND = f"{SMALL}\n[finds]\nnumber = 2\n"
+
+
+COARSE = POND.replace("cell_m = 10.0", "cell_m = 100.0").replace("number = 2", "number = 9")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (POND.replace("number = 2", "number = -1"), "finds.number = -1"),
+        (POND.replace("number = 2", "number = 65"), "finds.number = 65"),
+        (COARSE, "finds.number = 9: allowed: 0 to"),
+        (f"{POND}close_radius_m = 10.5\n", "finds.close_radius_m = 10.5: allowed: 2 to world.cell_m = 10"),
+        (f"{POND}longest_stay_s = 50.0\n", "finds.longest_stay_s = 50.0: allowed: shortest_stay_s = 60"),
+        (f"{POND}radius_m = 5.0\n", "finds.radius_m = 5.0: unknown key"),
+    ],
+)
+def test_tables_that_cannot_be_are_refused_with_their_line(tmp_path: Any, text: str, said: str) -> None:
+    file = tmp_path / "pond.toml"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigurationError) as refused:
+        load(str(file))
+    key, _, rest = said.partition(" = ")
+    line = line_of(text, f"{key.split('.')[1]} = {rest.split(':')[0]}")
+    assert f":{line}: {said}" in str(refused.value)
