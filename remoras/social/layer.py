@@ -214,6 +214,7 @@ class SocialLayer:
         """The organisation or who is there has changed: missions of groups that this vehicle leads now are due."""
         before, self._led = self._led, self.standing.led
         if before != self._led:
+            self._negotiation.hold(set(self._led).difference(before))
             self.planner.lead(self._led, [one for one in self._led if one not in before and one in self.missions])
 
     # The end of a round --------------------------------------------------------------------------

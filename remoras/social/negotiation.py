@@ -92,6 +92,10 @@ class Negotiation:
         self._expected_s.update(dict.fromkeys(expected, now_s))
         return {name: max(heard_s.get(name, 0.0), self._expected_s.get(name, 0.0)) for name in names}
 
+    def hold(self, groups: Collection[str]) -> None:
+        """Take groups, which this vehicle leads from now on, for not gathered before it has looked at their work."""
+        self.holding |= self._negotiators.keys() & set(groups)
+
     def note(self, change: Change) -> None:
         """Keep what a peer states until the end of the round."""
         block = change.block

@@ -15,6 +15,7 @@ from pydantic import Field
 from remoras.organisation import Group
 from remoras.strategies.allocation import Engagement, Expectations, Plan, helped, revised
 from remoras.strategy import Move, Situation, Statable, Statement
+from remoras.work import share_left
 
 QUEUE = Field(ge=1, le=64, description="most jobs that a vehicle holds, the one it is at included")
 MARGIN = Field(
@@ -37,7 +38,8 @@ class Dispatching:
         help_s: time that helping at another's job has to save.
         acknowledge_rounds: TDMA frames that a member may take to acknowledge a job.
         on_call: only while somebody without work calls for it, or something is vacant.
-        keeps_group: the group does not count as gathered while there is work left.
+        keeps_group: the group does not count as gathered while there is work left; else it may where members have
+            begun it and given way.
     """
 
     queue: int
@@ -58,6 +60,7 @@ class Dispatcher:
         self._unheard_since: dict[tuple[str, str], int] = {}  # round, by (vehicle, role)
         self._expectations = Expectations()
         self._planned_on: object = None
+        self._taken: dict[tuple[str, str], tuple[float, float]] = {}  # share left and time due, by (vehicle, role)
 
     def negotiate(self, situation: Situation) -> Move:
         """Plan anew if something has changed, and state what that changes."""
@@ -72,9 +75,28 @@ class Dispatcher:
         }
         late = self._unacknowledged(situation)
         said = self._revision(engaged, late, situation) if self._is_due(engaged, late, situation) else []
-        return Move(
-            tuple(Statement((fact,)) for fact in said), holding=self._with.keeps_group and bool(work.unfinished)
+        return Move(tuple(Statement((fact,)) for fact in said), holding=self._holds(engaged, situation))
+
+    def _holds(self, engaged: Mapping[str, Engagement], situation: Situation) -> bool:
+        """True while the group has work left; where members may give way, while a job is vacant or still to be begun.
+
+        Who was given a job is waited for until it gets on with it, or should have done it.
+        """
+        work = situation.work
+        if self._with.keeps_group:
+            return bool(work.unfinished)
+        taken = {}
+        for data in work.workers:
+            for role in work.held_by(data.name):
+                key = data.name, role.name
+                new = share_left(work.job(role)), engaged[data.name].end(data, work).free_s
+                taken[key] = self._taken.get(key, new)
+        self._taken = taken
+        shares = {role.name: share_left(work.job(role)) for role in work.unfinished}
+        is_awaited = any(
+            shares[role] >= share and situation.now_s < due_s for (_, role), (share, due_s) in taken.items()
         )
+        return is_awaited or any(not work.holders(role) for role in work.unfinished)
 
     def _seen_s(self, name: str, situation: Situation) -> float:
         return situation.now_s if name == self._me else situation.heard_s.get(name, 0.0)

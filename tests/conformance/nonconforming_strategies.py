@@ -153,19 +153,6 @@ class Gullible(Central):
         return _Gullible(Central.negotiator(self, me, group), me, group)
 
 
-class _Endless(_Altered):
-    """Always has something to give out."""
-
-    def altered(self, move: Move, situation: Situation) -> Move:
-        return replace(move, holding=True)
-
-
-@dataclass(frozen=True, slots=True)
-class Endless(Central):
-    def negotiator(self, me: str, group: Group) -> Negotiator:
-        return _Endless(Central.negotiator(self, me, group), me, group)
-
-
 class _Fickle(_Altered):
     """Gives every job that it holds up in every frame, and takes it again."""
 
@@ -189,7 +176,7 @@ class Fickle(FixedPartition):
 
 
 class _Resentful(_Altered):
-    """Waits for ever once a peer has been silent."""
+    """Gives out nothing any more once a peer has been silent."""
 
     def __init__(self, negotiator: Negotiator, me: str, group: Group) -> None:
         super().__init__(negotiator, me, group)
@@ -197,7 +184,7 @@ class _Resentful(_Altered):
 
     def altered(self, move: Move, situation: Situation) -> Move:
         self._offended |= any(situation.now_s - heard_s > PATIENCE_S for heard_s in situation.heard_s.values())
-        return replace(move, holding=move.holding or self._offended)
+        return Move(holding=True) if self._offended else move
 
 
 @dataclass(frozen=True, slots=True)
