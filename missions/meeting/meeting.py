@@ -159,8 +159,8 @@ class Meeting:
     ) -> Sequence[Finding]:
         """A head at the rally point takes the group for gathered on evidence that all others are there, or in the end.
 
-        Evidence of a member is its position, heard lately, or a sonar contact at the rally point that stands for
-        nobody else.
+        Evidence of a member is its position, heard lately; of one of which nothing at all was heard lately, a sonar
+        contact at the rally point that stands for nobody else.
         """
         if group.rally_point is None or group.name in picture.groups.gathered:
             return ()
@@ -194,10 +194,12 @@ class Meeting:
         others = set(organisation.members(group.name)).difference(organisation.heads(group.name))
         if not others and any(beliefs.observed_s(("gatheredAt", name)) is None for name in self._before(group)):
             return False  # a member may yet come of them
+        late_s = picture.body.now_s - NEWS_FRAMES * picture.frame_s
         for name in others:
             observed_s, position_m = beliefs.observed_s(("position", name)), picture.peers.positions_m.get(name)
-            news_s = NEWS_FRAMES * picture.frame_s
-            if observed_s is None or position_m is None or picture.body.now_s - observed_s > news_s:
+            if observed_s is None or position_m is None or observed_s < late_s:
+                if picture.peers.heard_s.get(name, -math.inf) >= late_s:
+                    return False  # it speaks, and will say where it is: the contact may be another vehicle
                 n_not_heard += 1
             elif self._is_there(group, position_m, HEARD_TOLERANCE_M):
                 n_heard += 1
