@@ -98,7 +98,7 @@ class ByHash(FixedPartition):
         return common_roles(work) + tuple(one for one in found if one not in work.organisation.assignments)
 
 
-PATIENCE_S = 300.0
+PATIENCE_S = 150.0
 
 
 class _Idle:
@@ -176,7 +176,7 @@ class Fickle(FixedPartition):
 
 
 class _Resentful(_Altered):
-    """Gives out nothing any more once a peer has been silent."""
+    """Lays down its work, and gives out none, once a peer has been silent."""
 
     def __init__(self, negotiator: Negotiator, me: str, group: Group) -> None:
         super().__init__(negotiator, me, group)
@@ -184,7 +184,10 @@ class _Resentful(_Altered):
 
     def altered(self, move: Move, situation: Situation) -> Move:
         self._offended |= any(situation.now_s - heard_s > PATIENCE_S for heard_s in situation.heard_s.values())
-        return Move(holding=True) if self._offended else move
+        if not self._offended:
+            return move
+        held = situation.work.held_by(self._me)
+        return Move(tuple(Statement(((self._me, "leftRole", self._group.path(role.name)),)) for role in held), True)
 
 
 @dataclass(frozen=True, slots=True)
