@@ -230,6 +230,7 @@ class SocialLayer:
         self._objectives |= {(one.group, one.role, one.name): one for one in agreed.objectives}
         self.planner.end_round()
         self._renew_leads()
+        self.planner.issued.difference_update(agreed.left)
         for one in agreed.left:
             if self.leads(one.group):
                 self.planner.replace_who_left(one.group)

@@ -4,8 +4,9 @@ Before the dive every member gets the first ``jobs_per_leg`` jobs of a plan of a
 the rally point. On the way and at work a vehicle is silent: what it has to tell waits until it has come. When the head,
 free itself, hears all members there, maps have merged, and it gives out the first jobs of a new plan; each leaves for
 its own as soon as it has heard of them. Between two meetings nothing needs to be heard, so losses can only prolong a
-meeting. Who is still expected to be at work is waited for; who is not heard for a lease after that has left the group,
-by the rule that all strategies share, and others get what it held.
+meeting. Who is still expected to be at work is waited for, with some time to spare; who is not heard for a lease after
+that has left the group, by the rule that all strategies share, and others get what it held. A vehicle without work in
+any group, such as one that only supervises, is never silent by plan, and its lease runs all the time.
 
 Source: rendezvous point synchronisation as cited by Carlesi et al. 2011, section II. The plan is ours.
 """
@@ -15,18 +16,30 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, NamedTuple
 
 from pydantic import Field
 
+from remoras.database import VehicleData
 from remoras.organisation import Group, RoleAssignment, RoleSpecification
-from remoras.strategies.allocation import Expectations, assignments, job_plan, planned
+from remoras.strategies.allocation import assignments, job_plan, planned
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategy import JOB_DONE, Declaration, Move, Situation, Statable, Statement
 from remoras.work import Outlook, Work
 
 PRESENT_ROUNDS = 30
 """A vehicle that was heard at the rally point in as many TDMA frames, and has no work, has come."""
+
+
+LATE = 1.3
+"""A vehicle may take longer for a leg, by this factor, than its data say."""
+
+
+class _Leg(NamedTuple):
+    """What a vehicle holds, and until when it may be silent about it (s)."""
+
+    held: tuple[str, ...]
+    until_s: float
 
 
 class Convener:
@@ -36,7 +49,7 @@ class Convener:
         self._me = me
         self._group = group
         self._with = strategy
-        self._expectations = Expectations()
+        self._legs: dict[str, _Leg] = {}
         self._to_take: tuple[RoleSpecification, ...] = ()  # own jobs of the next leg, until all others have theirs
 
     def negotiate(self, situation: Situation) -> Move:
@@ -44,7 +57,9 @@ class Convener:
         work = situation.work
         here = {data.name for data in work.workers if self._is_here(data.name, situation)}
         if work.unfinished and self._me not in here:
-            return Move(holding=self._me in work.heads, silent=True, expected=work.database.names)
+            return Move(
+                holding=self._me in work.heads, silent=True, expected=self._expected(situation) | set(work.members)
+            )
         expected = self._expected(situation)
         if self._me not in work.heads:
             return Move(expected=expected)
@@ -71,17 +86,30 @@ class Convener:
         return is_near and silent_s <= PRESENT_ROUNDS * frame_s
 
     def _expected(self, situation: Situation) -> set[str]:
-        """Who is expected to be silent: members that are at work or on the way, and all who are in other groups."""
+        """Who may be silent now: members that are at work or on the way, and all who have work in other groups."""
         work, now_s = situation.work, situation.now_s
-        expected = set(work.database.names)
+        organisation = work.organisation
+        with_jobs = [g.name for g in organisation.groups.values() if any(role.job is not None for role in g.roles)]
+        expected = {name for group in with_jobs for name in organisation.members(group)}.difference(work.members)
+        legs: dict[str, _Leg] = {}
         for data in work.workers:
-            seen_s = situation.heard_s.get(data.name, 0.0)
-            engaged = self._expectations.of(data, work.held_by(data.name), work, now_s, seen_s)
-            end = engaged.end(data, work)
-            way_m = 0.0 if situation.rally_m is None else math.dist(end.position_m, situation.rally_m)
-            if not engaged.begun or end.free_s + way_m / data.transit_speed_mps <= now_s:
-                expected.discard(data.name)
+            if held := tuple(role.name for role in work.held_by(data.name)):
+                leg = self._legs.get(data.name)
+                if leg is None or leg.held != held:
+                    leg = _Leg(held, now_s + LATE * (self._back_s(data, situation) - now_s))
+                legs[data.name] = leg
+                if now_s < leg.until_s:
+                    expected.add(data.name)
+        self._legs = legs
         return expected
+
+    def _back_s(self, data: VehicleData, situation: Situation) -> float:
+        """When a vehicle will be at the rally point by its data, with all done that it holds."""
+        work = situation.work
+        here = Outlook(situation.now_s, work.position_m(data.name))
+        end = work.after_all(here, data, work.held_by(data.name))
+        way_m = 0.0 if situation.rally_m is None else math.dist(end.position_m, situation.rally_m)
+        return end.free_s + way_m / data.transit_speed_mps
 
     def _saying(self, vehicle: str, roles: Sequence[RoleSpecification]) -> list[Statable]:
         return [(vehicle, "playsRole", self._group.path(role.name)) for role in roles]
