@@ -159,8 +159,8 @@ class Meeting:
     ) -> Sequence[Finding]:
         """A head at the rally point takes the group for gathered on evidence that all others are there, or in the end.
 
-        Evidence of a member is its position, heard lately; of one of which nothing at all was heard lately, a sonar
-        contact at the rally point that stands for nobody else.
+        Evidence of a member is its position, heard lately, or a sonar contact at the rally point that can stand for
+        nobody else: neither for another member, nor for a vehicle that has fallen silent and may have come unheard.
         """
         if group.rally_point is None or group.name in picture.groups.gathered:
             return ()
@@ -198,15 +198,14 @@ class Meeting:
         for name in others:
             observed_s, position_m = beliefs.observed_s(("position", name)), picture.peers.positions_m.get(name)
             if observed_s is None or position_m is None or observed_s < late_s:
-                if picture.peers.heard_s.get(name, -math.inf) >= late_s:
-                    return False  # it speaks, and will say where it is: the contact may be another vehicle
                 n_not_heard += 1
             elif self._is_there(group, position_m, HEARD_TOLERANCE_M):
                 n_heard += 1
             else:
                 return False
         n_seen = sum(self._is_there(group, contact_m, HEARD_TOLERANCE_M) for contact_m in picture.body.contacts_m)
-        return n_not_heard <= max(0, n_seen - n_heard)
+        n_silent = sum(heard_s < late_s for name, heard_s in picture.peers.heard_s.items() if name not in others)
+        return n_not_heard <= max(0, n_seen - n_heard - n_silent)
 
     def _is_there(self, group: Group, position_m: Point, tolerance_m: float) -> bool:
         x_m, y_m = self.rally_points_m[group.rally_point or ""]
