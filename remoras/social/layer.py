@@ -125,6 +125,8 @@ class SocialLayer:
         self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned)
         self.planner.take_on(group for group in self._led if group in self.missions)
         self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, self._jobs)
+        if strategy.declaration.meets and not self._negotiation.takes_part:
+            self._negotiation.expect_away(self._workload.of_groups({}).values())
 
     @property
     def organisation(self) -> Organisation:

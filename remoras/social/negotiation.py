@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 from remoras.beliefs import Beliefs
 from remoras.organisation import Organisation
 from remoras.strategy import JOB_DONE, Heard, Negotiator, Situation, Statement, Strategy, ask, negotiator_of
-from remoras.work import Job, Point, Work
+from remoras.work import Job, Outlook, Point, Work
 from worldmodel import Change, TBox
 
+LEG = 1.5
+"""Who takes no part in the work expects the longest leg to last as much of one vehicle's share of all work."""
 ROLE_ATTRIBUTES = ("playsRole", "leftRole")
 
 
@@ -69,7 +71,7 @@ class Negotiation:
         """Groups that still have work to hand out, so they do not count as gathered."""
         self.silent = False
         """True while the vehicle is to send nothing, by one of its negotiators."""
-        self._meets = strategy.declaration.meets
+        self._longest_away_s = 0.0
         self._expected: frozenset[str] = frozenset()  # peers whose silence means nothing now
         self._expected_s: dict[str, float] = {}
 
@@ -88,9 +90,24 @@ class Negotiation:
             names: of all vehicles.
             now_s: end of the round.
         """
-        expected = names if self._meets and not self.takes_part else self._expected
+        expected: Collection[str] = self._expected
+        if not self.takes_part:
+            expected = [name for name in names if now_s - heard_s.get(name, 0.0) < self._longest_away_s]
         self._expected_s.update(dict.fromkeys(expected, now_s))
         return {name: max(heard_s.get(name, 0.0), self._expected_s.get(name, 0.0)) for name in names}
+
+    def expect_away(self, all_work: Iterable[Work]) -> None:
+        """See how long others may be silent between two meetings: as long as their share of the work, and half as much.
+
+        Only who takes no part in the work has to know; who does is told by its strategy.
+
+        Args:
+            all_work: of the groups, before it has begun.
+        """
+        for work in all_work:
+            for data in work.workers:
+                alone = work.after_all(Outlook(0.0, data.start_m), data, work.unfinished)
+                self._longest_away_s = max(self._longest_away_s, LEG * alone.free_s / len(work.workers))
 
     def hold(self, groups: Collection[str]) -> None:
         """Take groups, which this vehicle leads from now on, for not gathered before it has looked at their work."""

@@ -4,6 +4,7 @@ import pytest
 
 from missions.runs.run import Run, run
 from missions.scenarios import load
+from tests.tools.surviving import Case, outcome
 
 LEASES_S = 2 * 40 * 7.09
 """Two leases of 40 TDMA frames."""
@@ -69,3 +70,19 @@ def test_without_a_succession_a_group_waits_for_its_head() -> None:
     """Load-bearing: what ends the mission above is that somebody succeeds."""
     scenario = 'kind="lost",vehicle="AUV00",at_s=300', "remoras", 0.0, 1, "group.Operational.succession=[]"
     assert not with_fault(*scenario).completed
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("scenario", "strategy", "kind", "vehicle", "at_s"),
+    [
+        ("mapping-patches", "central", "lost", "AUV00", 1500.0),  # who succeeds looks at the work before it concludes
+        ("mapping-patches", "remoras", "lost", "AUV00", 1500.0),  # a job just given out is begun before the meeting
+        ("mapping-rendezvous", "remoras", "mute", "AUV01", 300.0),  # the mute vehicle's contact stands for nobody else
+        ("mapping-patches", "rendezvous-sync", "lost", "AUV01", 300.0),  # who is away is waited for no longer than due
+        ("mapping-patches", "rendezvous-sync", "deaf", "ASV00", 1500.0),  # so does who takes no part in the work
+    ],
+)
+def test_the_survivors_finish(scenario: str, strategy: str, kind: str, vehicle: str, at_s: float) -> None:
+    """Each of these failed once at PER 0.4; ``tests/tools/surviving.py`` makes all of them."""
+    assert outcome(Case(scenario, strategy, 0.4, kind, vehicle, at_s, 1)).reason == ""
