@@ -40,7 +40,7 @@ def test_acknowledgements_change_plans(strategy: str, monkeypatch: pytest.Monkey
     absorb = ExchangeManager._absorb
 
     def without_rows(manager: ExchangeManager, packet: Packet, slot: int) -> Any:
-        return absorb(manager, replace(packet, rows=[0] * len(packet.rows)), slot)
+        return absorb(manager, replace(packet, rows=(0,) * len(packet.rows)), slot)
 
     monkeypatch.setattr(ExchangeManager, "_absorb", without_rows)
     ignoring = of("mapping-patches", strategy, 0.5)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from missions.mapping.behaviours import due
+from missions.mapping.scenario import MappingSettings
 from missions.scenarios import load
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Perception
@@ -12,7 +13,9 @@ from remoras.executive.layer import ExecutiveLayer
 from remoras.executive.satisfaction import DecisionConstants
 
 GROUP, OWN, SHARED = "Operational", "Midfield", "Coordinator"
-HALF_LEFT = load("mapping-rendezvous").mission.half_left
+SETTINGS = load("mapping-rendezvous").mission
+assert isinstance(SETTINGS, MappingSettings)
+HALF_LEFT = SETTINGS.half_left
 FRAME_S = 8.0
 """About a TDMA frame of four nodes: each repeats its signal in every one."""
 
