@@ -106,7 +106,7 @@ def left_when_given_up(run: Run) -> float | Absent:
         elif event == "left":
             held.discard(area)
     covered = {row[2:4] for row in recorder.rows("coverage") if row[0] <= stopped.time_s}
-    cells = run.mission.world().cells
+    cells = run.mission.world(run.seed).cells
     n_cells = Counter(area for area, _ in cells.values())
     n_covered = Counter(area for cell, (area, _) in cells.items() if cell in covered)
     return round(max((1.0 - n_covered[area] / n_cells[area] for area in held if area in n_cells), default=0.0), 4)

@@ -111,7 +111,7 @@ def test_what_was_left_is_what_nobody_had_covered_of_the_areas_that_were_held_th
     done = run([(1.0, "A", 0), (2.0, "B", 1), (11.0, "B", 2)], [("A", "Left"), ("A", "Right"), ("B", "Right")])
     done.recorder.roles.append((5.0, "A", "G", "Right", "left"))
     done.mission = SimpleNamespace(
-        world=lambda: SimpleNamespace(cells={(x, 0): ("west" if x < 4 else "east", x) for x in range(8)})
+        world=lambda seed: SimpleNamespace(cells={(x, 0): ("west" if x < 4 else "east", x) for x in range(8)})
     )
     done.milestones = [Milestone(9.0, "mapping_done", "B"), Milestone(10.0, "mapping_stopped", "A")]
     assert (given_up_s(done), left_when_given_up(done)) == (10.0, 0.5)
