@@ -13,6 +13,7 @@ from missions.scenarios.scenario import Scenario
 if TYPE_CHECKING:
     from missions.mapping.scenario import MappingScenario
     from missions.runs.run import Run
+    from remoras.mission import Milestone
 
 SHARES = (50, 80, 95, 100)
 """Shares of the goal (%) whose times are measured."""
@@ -79,6 +80,38 @@ def finds_inspected_fraction(run: Run) -> float | Absent:
     return sum(milestone.name == "inspected" for milestone in run.milestones) / finds.number
 
 
+def _first_given_up(run: Run) -> Milestone | None:
+    return next((milestone for milestone in run.milestones if milestone.name == "mapping_stopped"), None)
+
+
+def given_up_s(run: Run) -> float | Absent:
+    """When the first vehicle turned away for good from an area that was not finished."""
+    stopped = _first_given_up(run)
+    return NOT_APPLICABLE if stopped is None else round(stopped.time_s, 4)
+
+
+def left_when_given_up(run: Run) -> float | Absent:
+    """Share of its area that nobody had covered when the first vehicle gave up; of several the greatest share."""
+    stopped = _first_given_up(run)
+    if stopped is None:
+        return NOT_APPLICABLE
+    recorder = run.recorder
+    jobs = {(group.name, role.name): role.job for group in run.scenario.group for role in group.role}
+    held: set[str] = set()
+    for time_s, vehicle, group, role, event in recorder.roles:
+        if vehicle != stopped.vehicle or time_s >= stopped.time_s or (area := jobs.get((group, role))) is None:
+            continue
+        if event == "assigned":
+            held.add(area)
+        elif event == "left":
+            held.discard(area)
+    covered = {row[2:4] for row in recorder.rows("coverage") if row[0] <= stopped.time_s}
+    cells = run.mission.world(run.seed).cells
+    n_cells = Counter(area for area, _ in cells.values())
+    n_covered = Counter(area for cell, (area, _) in cells.items() if cell in covered)
+    return round(max((1.0 - n_covered[area] / n_cells[area] for area in held if area in n_cells), default=0.0), 4)
+
+
 METRICS = (
     Metric("coverage_fraction", "", Better.HIGHER, "coverage", coverage_fraction, headline=True),
     *(
@@ -91,5 +124,13 @@ METRICS = (
     Metric("duplicate_fraction", "", Better.LOWER, "double work", duplicate_fraction, headline=True),
     Metric("finds_inspected_fraction", "", Better.HIGHER, "finds inspected", finds_inspected_fraction),
     Metric("least_mapped_fraction", "", Better.HIGHER, "least mapped fraction", least_mapped_fraction),
+    Metric(
+        "given_up_s", "s", Better.NEITHER, "mapping given up", given_up_s,
+        note="Runs in which nobody gave up are left out.",
+    ),
+    Metric(
+        "left_when_given_up", "", Better.NEITHER, "share left when given up", left_when_given_up,
+        note="Runs in which nobody gave up are left out.",
+    ),
 )  # fmt: skip
 """Metrics of the mapping mission."""

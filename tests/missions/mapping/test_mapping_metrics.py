@@ -13,13 +13,16 @@ from missions.mapping.metrics import (
     area_roles,
     coverage_fraction,
     duplicate_fraction,
+    given_up_s,
     least_mapped_fraction,
+    left_when_given_up,
     time_to_s,
 )
 from missions.mapping.sensors import COVERAGE
 from missions.mapping.truth import GOAL
-from missions.metric import Better
+from missions.metric import NOT_APPLICABLE, Better
 from missions.scenarios import load
+from remoras.mission import Milestone
 from remoras.recorder import Recorder
 
 GROUP = SimpleNamespace(
@@ -100,6 +103,26 @@ def test_areas_are_explored_by_the_roles_that_name_them() -> None:
     assert {role for _, role in area_roles(load("mapping-rendezvous"))} == {"LeftWinger", "Midfield", "RightWinger"}
 
 
+# Giving up ----------------------------------------------------------------------------------------
+
+
+def test_what_was_left_is_what_nobody_had_covered_of_the_areas_that_were_held_then() -> None:
+    """West has four cells: A covered one, B another before 10 s; A had left the east; what comes later counts not."""
+    done = run([(1.0, "A", 0), (2.0, "B", 1), (11.0, "B", 2)], [("A", "Left"), ("A", "Right"), ("B", "Right")])
+    done.recorder.roles.append((5.0, "A", "G", "Right", "left"))
+    done.mission = SimpleNamespace(
+        world=lambda seed: SimpleNamespace(cells={(x, 0): ("west" if x < 4 else "east", x) for x in range(8)})
+    )
+    done.milestones = [Milestone(9.0, "mapping_done", "B"), Milestone(10.0, "mapping_stopped", "A")]
+    assert (given_up_s(done), left_when_given_up(done)) == (10.0, 0.5)
+
+
+def test_without_anybody_who_gives_up_nothing_is_said() -> None:
+    done = run([])
+    done.milestones = [Milestone(9.0, "mapping_done", "B")]
+    assert (given_up_s(done), left_when_given_up(done)) == (NOT_APPLICABLE, NOT_APPLICABLE)
+
+
 # The declaration ----------------------------------------------------------------------------------
 
 
@@ -111,4 +134,6 @@ def test_each_is_ranked_in_its_own_direction() -> None:
         "duplicate_fraction": Better.LOWER,
         "finds_inspected_fraction": Better.HIGHER,
         "least_mapped_fraction": Better.HIGHER,
+        "given_up_s": Better.NEITHER,
+        "left_when_given_up": Better.NEITHER,
     }
