@@ -53,6 +53,7 @@ ROOMS: dict[str, set[str]] = {
 DOORS: dict[str, set[str]] = {
     "exchange.study": {"exchange.acoustics.loss"},
     "remoras": {"exchange.acoustics.loss"},
+    "missions.mapping": {"exchange.acoustics.loss"},
     "missions.scenarios": {"remoras.executive.satisfaction"},
     "visualisation": {"missions.runs.results", "missions.sweeps.folder", "missions.comparison"},
     "visualisation.runs": {"missions.runs.results"},

@@ -22,7 +22,7 @@ Nothing in here says when a vehicle turns from one to another: that is decided b
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar, Self
@@ -242,13 +242,7 @@ class MappingMission(Mission):
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Heads supervise their groups; what the holder of a role with a find is to do needs no word."""
-        inspecting = [
-            Objective(group.name, role.name, INSPECTING, role.job)
-            for group in self.groups.values()
-            for role in group.roles
-            if role.job in self._inspections
-        ]
-        return [*self.meeting.founding_objectives(), *inspecting]
+        return [*self.meeting.founding_objectives(), *_inspecting(self.groups.values(), self._inspections)]
 
     def is_individual(self, objective: Objective) -> bool:
         """True for exploring and mapping."""
@@ -292,7 +286,9 @@ class MappingMission(Mission):
                 if (role := group.role(objective.role)) is None or role.maximum == 1:
                     return (objective.argument, group.name, ()), set()
                 holders_key = ("members", group.path(objective.role))
-                others = self._others(objective.argument, data.name, facts.get(holders_key), facts, position_m)
+                others = _at_it_before(
+                    self.corners_m[objective.argument], data.name, facts.get(holders_key), facts, position_m
+                )
                 return (objective.argument, group.name, others), {holders_key}
             case "Mapping":
                 return (group.name,), set()
@@ -302,18 +298,6 @@ class MappingMission(Mission):
                 place = self._formation.get((group.name, objective.role), ("top", "middle"))
                 return (place, facts.get(head_key), group.name), {head_key}
         return (), set()
-
-    def _others(
-        self, area: str, me: str, holders: Sequence[str], facts: FactsLike, position_m: Point
-    ) -> tuple[str, ...]:
-        """Vehicles that are at an area before this one: none if it is there itself; else those that are, else who is
-        listed before it."""
-        corners_m = self.corners_m[area]
-        if contains(corners_m, position_m):
-            return ()
-        positions_m = {name: facts.get(("position", name)) for name in holders if name != me}
-        there = tuple(name for name, at_m in positions_m.items() if at_m is not None and contains(corners_m, at_m))
-        return there or tuple(holders[: holders.index(me)] if me in holders else ())
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """The behaviour that carries out the set which ``activity`` leads."""
@@ -358,6 +342,28 @@ class MappingMission(Mission):
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
         """An area that is explored is done."""
         return Finding(objective.argument, "areaDone", vehicle) if objective.name == "Exploring" else None
+
+
+def _inspecting(groups: Iterable[Group], inspections: Collection[str]) -> list[Objective]:
+    """To inspect, for every role with a find."""
+    return [
+        Objective(group.name, role.name, INSPECTING, role.job)
+        for group in groups
+        for role in group.roles
+        if role.job in inspections
+    ]
+
+
+def _at_it_before(
+    corners_m: Sequence[Point], me: str, holders: Sequence[str], facts: FactsLike, position_m: Point
+) -> tuple[str, ...]:
+    """Vehicles that are at an area before this one: none if it is there itself; else those that are, else who is
+    listed before it."""
+    if contains(corners_m, position_m):
+        return ()
+    positions_m = {name: facts.get(("position", name)) for name in holders if name != me}
+    there = tuple(name for name, at_m in positions_m.items() if at_m is not None and contains(corners_m, at_m))
+    return there or tuple(holders[: holders.index(me)] if me in holders else ())
 
 
 def _switched_on(activity: str, data: VehicleData) -> tuple[str, ...]:

@@ -295,23 +295,20 @@ class SocialLayer:
     def _holds(self, work: Work) -> bool:
         """True while a group still has work to hand out or to confirm, so that it does not count as gathered."""
         name = work.group.name
-        if name in self._negotiation.holding and work.has_something_left:
-            return True
         unheard = frozenset(self._picture.peers.unheard) - self.standing.absent
-        return self.leads(name) and self.planner.waits_for(unheard, work.done)
+        gives_out = name in self._negotiation.holding and work.has_something_left
+        return gives_out or (self.leads(name) and self.planner.waits_for(unheard, work.done))
 
     def addressed(self, change: Change) -> dict[str, set[str]]:
-        """Vehicles that have to hear of a block of this vehicle's own, by name, and the roles that it gives them.
+        """Who has to hear of a block of this vehicle's own, by name, and the roles that it gives them.
 
-        These are the vehicles that are given roles. Where missions are planned at sea, all members of a group have to
-        hear of its roles and objectives.
+        Where missions are planned at sea, all members of a group have to hear of its roles and objectives.
         """
         return self.standing.addressed(change, everybody=not self.strategy.declaration.planned_before)
 
     def completed(self, objective: Objective) -> list[Fact]:
         """What to make known when all has been done for ``objective``."""
-        facts = self._conclusions.completion(objective)
-        if facts:
+        if facts := self._conclusions.completion(objective):
             self.finished.append(objective)
         return facts
 

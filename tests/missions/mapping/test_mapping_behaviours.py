@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from surveying import CORNERS_M, JOB, Facts, Surveyor, mapper, survey
 
-from missions.mapping.behaviours import MappingAlong, WorkLeft, ZigzagExploring, due
+from missions.mapping.behaviours import WORTH_FINISHING, MappingAlong, WorkLeft, ZigzagExploring, due
 from missions.mapping.survey import zigzag
 from remoras.behaviours import ADVANCING, DONE, Reference
 from remoras.motion import Motion
@@ -70,7 +70,8 @@ def test_of_areas_not_begun_the_nearest_attracts_most() -> None:
 def test_the_stimulus_falls_with_what_is_left(less: float, more: float, half: float) -> None:
     less, more = sorted((less, more))
     assert 0.0 <= due(less, half) <= due(more, half) <= 1.0
-    assert due(half, half) == pytest.approx(0.5)
+    assert due(half, half) == pytest.approx((WORTH_FINISHING + 1.0) / 2.0)
+    assert due(0.0, half) == 0.0
 
 
 def test_work_left_is_that_of_the_area_of_which_most_is_left() -> None:
@@ -78,7 +79,7 @@ def test_work_left_is_that_of_the_area_of_which_most_is_left() -> None:
     work = WorkLeft([JOB])
     assert work.share(facts) == pytest.approx(0.2)
     mapping = MappingAlong(60.0, WorkLeft([JOB]), 0.2)
-    assert mapping.perceive(at(0.0), Picture(facts=facts), False).stimulus == pytest.approx(0.5)
+    assert mapping.perceive(at(0.0), Picture(facts=facts), False).stimulus == pytest.approx(0.71)
     facts.cells |= set(map(float, ALL))
     assert work.share(facts) == 0.0
     assert mapping.perceive(at(0.0), Picture(facts=facts), False).stimulus == 0.0
