@@ -350,7 +350,7 @@ def _inspecting(groups: Iterable[Group], inspections: Collection[str]) -> list[O
         Objective(group.name, role.name, INSPECTING, role.job)
         for group in groups
         for role in group.roles
-        if role.job in inspections
+        if role.job is not None and role.job in inspections
     ]
 
 

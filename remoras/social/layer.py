@@ -277,8 +277,7 @@ class SocialLayer:
     def findings(self, motion: Motion) -> list[Fact]:
         """What this vehicle concludes as the leader of its groups, as facts."""
         facts: list[Fact] = []
-        idle_since_s = self._picture.groups.idle_since_s
-        work = self._workload.of_groups({}) if self._led else {}
+        idle_since_s, work = self._picture.groups.idle_since_s, self._workload.of_groups({}) if self._led else {}
         for name in self._led:
             if work[name].has_something_left:
                 idle_since_s.pop(name, None)
