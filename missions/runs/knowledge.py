@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from missions.errors import OutputError
-from missions.scenarios.parts import mission_class
+from missions.scenarios.parts import mission_of
 from remoras.fleet import Fleet
 from remoras.recorder import Column, Table
 from worldmodel import core_ontology_paths, read_tbox
@@ -47,6 +47,6 @@ def query(results: Results | MemoryResults, sparql: str) -> tuple[Sequence[str],
     """
     if not results.has(FACTS.name):
         raise OutputError("the run did not keep what its vehicles knew: run it again with --keep-models")
-    tbox = read_tbox(*core_ontology_paths(), *mission_class(results.scenario.scenario.mission).vocabulary)
+    tbox = read_tbox(*core_ontology_paths(), *mission_of(results.scenario).vocabulary_used)
     rows = (Row(**row) for row in results.table(FACTS.name).to_pylist())
     return ask(models_from(rows, tbox), sparql)

@@ -119,14 +119,14 @@ class SocialLayer:
         self._conclusions = Conclusions(me, mission, self._mission_name, beliefs)
         self._gatherings = Gatherings(beliefs, agreement.organisation.groups, agreement.meets_after)
         self.standing = Standing(me, database, beliefs, agreement.organisation, lease_s, picture.frame_s)
-        self._workload = Workload(me, database, mission.jobs, beliefs, self.standing)
+        self._workload = Workload(me, database, mission.jobs, beliefs)
         self._led = self.standing.led
         planned = {group: agreement.rests_on[group] for group in self._led if group in agreement.rests_on}
         self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned)
         self.planner.take_on(group for group in self._led if group in self.missions)
         self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, self._jobs)
         if strategy.declaration.meets and not self._negotiation.takes_part:
-            self._negotiation.expect_away(self._workload.of_groups({}).values())
+            self._negotiation.expect_away(self._work({}).values())
 
     @property
     def organisation(self) -> Organisation:
@@ -151,6 +151,10 @@ class SocialLayer:
     def leads(self, group: str) -> bool:
         """True if this vehicle is a head of ``group`` and has the social layer to lead it."""
         return group in self._led
+
+    def _work(self, positions_m: Mapping[str, Point]) -> dict[str, Work]:
+        at = self.standing
+        return self._workload.of_groups(at.present, at.takes_no_jobs, at.is_cut_off, positions_m)
 
     # Hearing -------------------------------------------------------------------------------------
 
@@ -252,7 +256,7 @@ class SocialLayer:
         if not (self._negotiation.takes_part or self.strategy.declaration.influences):
             return stated
         peers = self._picture.peers
-        work = self._workload.of_groups({**peers.positions_m, self.me: motion.position_m})
+        work = self._work({**peers.positions_m, self.me: motion.position_m})
         if self.strategy.declaration.influences:
             self._picture.groups.awaited = {name: one.awaited(self.me, now_s) for name, one in work.items()}
         unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.standing.absent}
@@ -262,22 +266,20 @@ class SocialLayer:
             stated.append((facts, said.told and not (is_order and self.standing.is_cut_off)))
         return stated
 
-    # Planning and concluding ---------------------------------------------------------------------
-
     def note_planning_due(self) -> None:
-        """Begin a decision: behaviours see in the picture whether there is something to plan."""
+        """Begin a decision: behaviours see whether there is something to plan."""
         self._picture.groups.planning_due = self.planner.is_due
 
     def plan_missions(self) -> Deliberation:
         """Plan the missions that are due, and let the strategy allocate what the plans ask for."""
-        work = self._workload.of_groups(dict(self._picture.peers.positions_m))
+        work = self._work(dict(self._picture.peers.positions_m))
         planned = self.planner.plan(self, self.missions, work, self._objectives.values())
         return replace(planned, facts=self.standing.in_place_of_the_absent(planned.facts))
 
     def findings(self, motion: Motion) -> list[Fact]:
         """What this vehicle concludes as the leader of its groups, as facts."""
         facts: list[Fact] = []
-        idle_since_s, work = self._picture.groups.idle_since_s, self._workload.of_groups({}) if self._led else {}
+        idle_since_s, work = self._picture.groups.idle_since_s, self._work({}) if self._led else {}
         for name in self._led:
             if work[name].has_something_left:
                 idle_since_s.pop(name, None)
@@ -289,7 +291,7 @@ class SocialLayer:
 
     def gives_out(self, group: str) -> bool:
         """True while ``group`` has work, for somebody present, that this vehicle has to give out or to see done."""
-        return group in self._negotiation.holding and self._workload.of_groups({})[group].has_something_left
+        return group in self._negotiation.holding and self._work({})[group].has_something_left
 
     def _holds(self, work: Work) -> bool:
         """True while a group still has work to hand out or to confirm, so that it does not count as gathered."""
@@ -310,8 +312,6 @@ class SocialLayer:
         if facts := self._conclusions.completion(objective):
             self.finished.append(objective)
         return facts
-
-    # Activities ----------------------------------------------------------------------------------
 
     def get(self, key: Key, default: Any = None, /) -> Any:
         """A fact for planning: ``("members", "Group.Role")`` from the organisation, others from the beliefs."""

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase
-from remoras.social.standing import Standing
+from remoras.organisation import Organisation
 from remoras.work import Job, Point, Work, jobs_left, works
 from worldmodel import Change
 
@@ -22,17 +22,13 @@ class Workload:
         database: static data of all vehicles.
         jobs: of the mission, by name.
         beliefs: of the vehicle.
-        standing: who is there, and who takes no jobs.
     """
 
-    def __init__(
-        self, me: str, database: AUVDatabase, jobs: Mapping[str, Job], beliefs: Beliefs, standing: Standing
-    ) -> None:
+    def __init__(self, me: str, database: AUVDatabase, jobs: Mapping[str, Job], beliefs: Beliefs) -> None:
         self._me = me
         self._database = database
         self._jobs = jobs
         self._beliefs = beliefs
-        self._standing = standing
         self._about: dict[int, set[str]] = {}  # names of the jobs that facts about an instance are about
         for name, job in jobs.items():
             for instance in (name, job.done[1]):
@@ -48,16 +44,20 @@ class Workload:
                 if fact.subject in self._about:
                     self._stale |= self._about[fact.subject]
 
-    def of_groups(self, positions_m: Mapping[str, Point]) -> dict[str, Work]:
-        """The work of every group that the vehicle acts on, by its name.
+    def of_groups(
+        self, organisation: Organisation, takes_no_jobs: frozenset[str], alone: bool, positions_m: Mapping[str, Point]
+    ) -> dict[str, Work]:
+        """The work of every group, by its name.
 
         Args:
+            organisation: that the vehicle acts on.
+            takes_no_jobs: vehicles that take none.
+            alone: the vehicle is cut off.
             positions_m: last positions known, by vehicle.
         """
         self._work_out()
-        standing = self._standing
-        found = works(standing.present, self._database, self._left, self._done, positions_m, standing.takes_no_jobs)
-        if standing.is_cut_off and any(work.held_by(self._me) for work in found.values()):  # its own jobs come first
+        found = works(organisation, self._database, self._left, self._done, positions_m, takes_no_jobs)
+        if alone and any(work.held_by(self._me) for work in found.values()):  # its own jobs come first
             return {name: replace(one, unavailable=one.unavailable | {self._me}) for name, one in found.items()}
         return found
 

@@ -93,13 +93,12 @@ def test_the_way_to_the_meetings_is_what_they_cost() -> None:
 def test_what_a_silent_vehicle_holds_is_auctioned_anew(vehicle: str) -> None:
     """AUV00 is the head: when it is silent the others auction by themselves what it holds."""
 
-    def passed_on(silence_rounds: int) -> int:
-        silence = f"strategy.parameters.silence_rounds={silence_rounds}"
-        done = finished("contract-net", 1, cut_off(vehicle), silence)
+    def passed_on(lease_frames: int) -> int:
+        lease = f"communication.lease_frames={lease_frames}"
+        done = finished("contract-net", 1, cut_off(vehicle), lease, "scenario.duration_s=3000")
         return sum(len(set(holders)) > 1 for holders in taken_by(done).values())
 
-    assert passed_on(30) > 0
-    assert passed_on(NEVER) == 0
+    assert passed_on(30) > passed_on(NEVER)
 
 
 def test_without_silence_nothing_is_auctioned_anew() -> None:
@@ -109,14 +108,15 @@ def test_without_silence_nothing_is_auctioned_anew() -> None:
 # Prediction, and when it is given up --------------------------------------------------------------
 
 
-def test_what_a_silent_vehicle_should_have_done_is_done_by_others_unless_they_never_doubt() -> None:
-    def passed_on(doubt_rounds: int) -> int:
-        doubt = f"strategy.parameters.doubt_rounds={doubt_rounds}"
-        done = finished("status-broadcast", 1, cut_off("AUV01", 1e5), doubt, "scenario.duration_s=3000")
+def test_what_a_silent_vehicle_should_have_done_is_done_by_others_once_its_lease_has_run_out() -> None:
+    def passed_on(lease_frames: int) -> int:
+        lease = f"communication.lease_frames={lease_frames}"
+        doubt = f"strategy.parameters.doubt_rounds={NEVER}"
+        done = finished("status-broadcast", 1, cut_off("AUV01", 1e5), lease, doubt, "scenario.duration_s=3000")
         own = {role for role, holders in taken_by(done).items() if holders[0] == "AUV01"}
         return sum(len(set(taken_by(done)[role])) > 1 for role in own)
 
-    assert passed_on(0) > passed_on(NEVER)
+    assert passed_on(40) > passed_on(NEVER)
 
 
 # Influence signals --------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from missions.mapping.survey import Point, zigzag
 from missions.runs.setup import assemble, resolved
 from missions.scenarios import load
 from remoras.activities import Activity, ActivityType, Objective
@@ -136,14 +137,28 @@ def test_table_i_rally_points(fleet: Fleet, name: str) -> None:
     assert homing == {(group, GATHERED_M[group]) for group in held_in(fleet, name)}
 
 
+def explored(fleet: Fleet, name: str, role: str) -> tuple[list[Point], list[Point]]:
+    """Waypoints and grid of points of the area that a vehicle explores, for a swath of 25 m."""
+    ((area, group, others),) = parameters(fleet, name, role, "ZigzagExploring")
+    assert (group, others) == ("Operational", ())
+    (corners_m,) = [one.corners_m for one in load("mapping-rendezvous").area if one.name == area]
+    waypoints = zigzag(corners_m, 25.0, (0.0, 0.0))
+    points = [
+        (begin[0] + (end[0] - begin[0]) * step / 9.0, begin[1] + (end[1] - begin[1]) * step / 9.0)
+        for begin, end in zip(waypoints[::2], waypoints[1::2], strict=True)
+        for step in range(10)
+    ]
+    return waypoints, points
+
+
 @pytest.mark.parametrize(("name", "role"), [("AUV00", "Midfield"), ("AUV01", "LeftWinger"), ("AUV02", "RightWinger")])
 def test_table_i_areas(fleet: Fleet, name: str, role: str) -> None:
     """Whose role has which corners, and that its survey stays half a swath inside them."""
-    ((waypoints, points),) = parameters(fleet, name, role, "ZigzagExploring")
+    waypoints, points = explored(fleet, name, role)
     xs, ys = zip(*AREAS[role], strict=True)
     expected = {(min(xs) + 12.5 + 25.0 * i, min(ys) + 12.5 + 25.0 * j) for i in range(10) for j in range(10)}
-    assert set(points) == expected  # type: ignore[call-overload]
-    assert set(waypoints) <= expected  # type: ignore[call-overload]
+    assert set(points) == expected
+    assert set(waypoints) <= expected
 
 
 def test_table_ii_activities(fleet: Fleet) -> None:
@@ -161,10 +176,10 @@ def test_table_ii_parameters(fleet: Fleet) -> None:
         ("leader", ("AUV01", "AUV02"))
     ]
     assert [found[0] for found in parameters(fleet, "AUV00", "Midfield", "Positioning")] == [("top", "middle")]
-    ((_, points),) = parameters(fleet, "AUV00", "Midfield", "ZigzagExploring")
-    assert len(points) == 100  # type: ignore[arg-type]
-    assert min(points) == (112.5, 112.5)  # type: ignore[type-var]
-    assert max(points) == (337.5, 337.5)  # type: ignore[type-var]
+    _, points = explored(fleet, "AUV00", "Midfield")
+    assert len(points) == 100
+    assert min(points) == (112.5, 112.5)
+    assert max(points) == (337.5, 337.5)
 
 
 def test_to_organise_and_to_plan_go_together(fleet: Fleet) -> None:
