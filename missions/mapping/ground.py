@@ -53,6 +53,27 @@ class Way(NamedTuple):
     ends_m: tuple[Point, Point]
 
 
+class BitsOfSets:
+    """The bits whose numbers are in a set that may only grow: remembered while it does not, as a cache is."""
+
+    __slots__ = ("_found",)
+
+    def __init__(self) -> None:
+        self._found: dict[int, tuple[weakref.ref[Set[float]], int, int]] = {}
+
+    def __call__(self, known: Set[float]) -> int:
+        """The bits as one whole number; numbers of the world model are floats."""
+        key = id(known)
+        found = self._found.get(key)
+        if found is not None and found[0]() is known and found[1] == len(known):
+            return found[2]
+        bits = 0
+        for index in known:
+            bits |= 1 << int(index)
+        self._found[key] = weakref.ref(known, lambda _: self._found.pop(key, None)), len(known), bits
+        return bits
+
+
 class Ground:
     """The cells of one area, and the ways over them; all runs of a study share it.
 
@@ -66,7 +87,8 @@ class Ground:
         self.corners_m = tuple(corners_m)
         self.cell_m = cell_m
         self.cells = tuple(cells)
-        self._known: dict[int, tuple[weakref.ref[Set[float]], int, int]] = {}
+        self.bits = BitsOfSets()
+        """Bits of the cells whose index is in a set."""
         self.survey = lru_cache(maxsize=64)(self._survey)
         self.work = (1 << len(self.cells)) - 1
         """Bits of all the cells."""
@@ -78,18 +100,6 @@ class Ground:
 
     def _survey(self, swath_m: float) -> Survey:
         return Survey(self, swath_m)
-
-    def bits(self, known: Set[float]) -> int:
-        """Bits of the cells whose index is in ``known``, a set that may only grow: remembered while it does not."""
-        found = self._known.get(id(known))
-        if found is not None and found[0]() is known and found[1] == len(known):
-            return found[2]
-        bits = 0
-        for index in known:
-            bits |= 1 << int(index)  # numbers of the world model are floats
-        key = id(known)
-        self._known[key] = weakref.ref(known, lambda _: self._known.pop(key, None)), len(known), bits
-        return bits
 
 
 class Survey:

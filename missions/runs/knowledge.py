@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from missions.errors import OutputError
-from missions.scenarios.parts import mission_of
+from missions.scenarios.parts import mission_class
 from remoras.fleet import Fleet
 from remoras.recorder import Column, Table
 from worldmodel import core_ontology_paths, read_tbox
@@ -47,6 +47,8 @@ def query(results: Results | MemoryResults, sparql: str) -> tuple[Sequence[str],
     """
     if not results.has(FACTS.name):
         raise OutputError("the run did not keep what its vehicles knew: run it again with --keep-models")
-    tbox = read_tbox(*core_ontology_paths(), *mission_of(results.scenario).vocabulary_used)
+    scenario = results.scenario
+    mission = mission_class(scenario.scenario.mission).from_scenario(scenario)
+    tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used)
     rows = (Row(**row) for row in results.table(FACTS.name).to_pylist())
     return ask(models_from(rows, tbox), sparql)

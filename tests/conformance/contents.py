@@ -3,22 +3,29 @@
 from collections.abc import Mapping
 from typing import Any
 
-MAX_DEPTH = 12
 
+def picture_of(value: Any, seen: dict[int, int] | None = None) -> Any:
+    """An object's content, all the way down, as values that can be compared later.
 
-def picture_of(value: Any, depth: int = 0) -> Any:
-    """An object's content, all the way down, as values that can be compared later."""
-    if depth > MAX_DEPTH or value is None or isinstance(value, str | int | float | bool | bytes | type):
+    Args:
+        value: to be looked into; objects may share others, or refer back to themselves.
+        seen: number of each object that was looked into before, by its identity; it stands for the object from then on.
+    """
+    seen = {} if seen is None else seen
+    if value is None or isinstance(value, str | int | float | bool | bytes | type):
         return value
-    if isinstance(value, Mapping):
-        return {repr(key): picture_of(one, depth + 1) for key, one in value.items()}
     if isinstance(value, list | tuple):
-        return [picture_of(one, depth + 1) for one in value]
+        return [picture_of(one, seen) for one in value]
     if isinstance(value, set | frozenset):
         return sorted(repr(one) for one in value)
-    if hasattr(value, "__dict__") and not callable(value):
-        return {name: picture_of(one, depth + 1) for name, one in vars(value).items()}
-    return type(value).__name__
+    is_mapping = isinstance(value, Mapping)
+    if not is_mapping and (callable(value) or not hasattr(value, "__dict__")):
+        return type(value).__name__
+    if id(value) in seen:
+        return f"object {seen[id(value)]}"
+    seen[id(value)] = len(seen)
+    parts = {repr(key): one for key, one in value.items()} if is_mapping else vars(value)
+    return {name: picture_of(one, seen) for name, one in parts.items()}
 
 
 def difference(before: Any, after: Any, path: str) -> str:

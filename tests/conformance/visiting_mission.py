@@ -143,12 +143,14 @@ class VisitingMission(Mission):
 
     def founding_objectives(self) -> Sequence[Objective]:
         return [
-            Objective(group.name, role.name, "GroupSupervision", group.name)
-            if role.head
-            else Objective(group.name, role.name, "RendezVous", group.rally_point or "")
+            objective
             for group in self._groups.values()
             for role in group.roles
             if role.founding
+            for objective in (
+                *([Objective(group.name, role.name, "GroupSupervision", group.name)] if role.head else []),
+                Objective(group.name, role.name, "RendezVous", group.rally_point or ""),  # where the group meets
+            )
         ]
 
     def activity_sets(

@@ -104,9 +104,12 @@ class MetricNotFinite(MappingMission):
 
 
 class OtherColumns(MappingMission):
-    """Its table has the name of the mapping sensor's."""
+    """One of its tables has the name of another."""
 
-    tables = (Table("coverage", (TIME, Column("depth_m", "float", "m"))),)
+    tables = (
+        *MappingMission.tables,
+        Table("coverage", (TIME, Column("depth_m", "float", "m"))),
+    )
 
 
 class NoVocabulary(MappingMission):
