@@ -120,7 +120,7 @@ def test_what_the_whole_fleet_has_names_for(pond: Setup) -> None:
     assert pond.tbox.class_named("Area").uid == pond.instances[7].class_uid
     assert pond.bounds_m == (-50.0, -50.0, 250.0, 250.0)
     assert pond.rally_points_m == {"jetty": (200.0, 200.0)}
-    assert list(pond.metrics)[-1] == "least_mapped_fraction"
+    assert list(pond.metrics)[-1] == "left_when_given_up"
 
 
 def test_a_strategy_given_as_an_object_takes_the_place_of_the_one_named(scenario: Scenario) -> None:

@@ -41,7 +41,7 @@ class ObjectAsScenario(MappingMission):
 
 
 class WrongTruth(MappingMission):
-    """Its truth takes no recorder."""
+    """Its truth takes neither recorder nor world."""
 
     def truth(self) -> Any:  # type: ignore[override]
         return None
@@ -104,9 +104,9 @@ class MetricNotFinite(MappingMission):
 
 
 class OtherColumns(MappingMission):
-    """Its table has the name of the mapping sensor's."""
+    """One of its tables has the name of another, and other columns."""
 
-    tables = (Table("coverage", (TIME, Column("depth_m", "float", "m"))),)
+    tables = (*MappingMission.tables, Table("coverage", (TIME, Column("depth_m", "float", "m"))))
 
 
 class NoVocabulary(MappingMission):

@@ -69,7 +69,7 @@ MISSIONS = [
     ("Lacking", r"a mission: lacks activity_sets, behaviour_for, from_scenario, jobs, social_domain, truth of remoras"),
     ("OtherScenario", r"its Scenario must be missions\.scenarios\.Scenario or a subclass of it"),
     ("ObjectAsScenario", r"its Scenario must be missions\.scenarios\.Scenario or a subclass of it"),
-    ("WrongTruth", r"a mission: truth\(self\).* cannot be called as truth\(recorder\)"),
+    ("WrongTruth", r"a mission: truth\(self\).* cannot be called as truth\(recorder, world\)"),
     ("FromScenarioRaises", r"its from_scenario and jobs must .* but raised KeyError: 'buoys'"),
     ("CheckRaises", r"its check must .* but raised KeyError: 'buoys'"),
     ("NoMetric", r"a mission: metrics holds <built-in function len>; expected a tuple of Metric"),
@@ -109,7 +109,10 @@ def test_a_mission_that_does_not_keep_to_its_seam_is_one_fault_of_the_file(
         ("SameMetricTwice", r"metric energy_j: declared twice; give one of the two metrics another name"),
         ("MetricNamedSeed", r"metric seed: a field that results have already; give the metric another name"),
         ("UnknownClass", r"instances: no class is named 'Boy'"),
-        ("OtherColumns", r"table 'coverage' is declared twice, once with the columns time_s, depth_m: rename one"),
+        (
+            "OtherColumns",
+            r"table 'coverage' is declared twice, once with the columns time_s, vehicle, cell_x, cell_y: rename one",
+        ),
     ],
 )
 def test_metrics_and_tables_that_contradict_each_other_are_refused_before_the_run(
