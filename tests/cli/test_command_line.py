@@ -133,7 +133,7 @@ def test_without_a_kind_everything_is_listed():
 def test_studies_are_listed_with_what_they_are_about():
     found = {row["name"]: row["description"] for row in json.loads(remoras("list", "studies", "--json").stdout)}
     assert list(found) == list(shipped_studies())
-    assert found["strategies-quick"].startswith("Seven strategies at three loss rates")
+    assert found["strategies-quick"].startswith("The study strategies-under-loss in little")
 
 
 def test_every_listed_name_is_accepted():
@@ -383,7 +383,7 @@ def test_figures_of_a_run_and_of_a_sweep_are_not_confused(results: Path, swept: 
     assert "'trajectories' is a figure of a single run" in refused("plot", swept, "trajectories")
     assert "'trade-off' is a figure of a sweep" in refused("plot", results, "trade-off")
     assert "holds a single run" in refused("plot", results, "--metric", "n_bytes")
-    assert "name the figure ranking too" in refused("plot", swept, "bytes", "--metric", "n_bytes")
+    assert "name the figure ranking or differences too" in refused("plot", swept, "bytes", "--metric", "n_bytes")
     assert "did you mean 'n_bytes'" in refused("plot", swept, "ranking", "--metric", "n_byte")
 
 
@@ -416,7 +416,7 @@ def test_a_command_that_is_not_built_says_so(command: str):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["run", "nope"], "a TOML file or one of mapping-patches"),
+        (["run", "nope"], "a TOML file or one of mapping-corridor, mapping-patches"),
         (["run"], "Missing argument"),
         (["run", "mapping-rendezvous", "--nope"], "No such option"),
         (["frobnicate"], "No such command"),

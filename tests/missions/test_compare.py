@@ -181,7 +181,10 @@ def test_where_a_metric_does_not_apply_a_run_is_left_out(tmp_path: Path) -> None
 
 
 def test_success_ranks_before_the_metric_and_unequal_work_is_told() -> None:
-    """a is quicker and completes 2 of 8 (Wilson 0.07 to 0.59), b completes all (0.68 to 1), c 7 of 8 (0.53 to 0.98)."""
+    """a is quicker and completes 2 of 8 (Wilson 0.07 to 0.59), b completes all (0.68 to 1), c 7 of 8 (0.53 to 0.98).
+
+    The intervals of b and c meet, so time decides between them; that of a is below b's, so a is the last.
+    """
     times = {"a": [1.0] * 8, "b": [5.0] * 8, "c": [4.0] * 8}
     done = {"a": [True] * 2 + [False] * 6, "b": [True] * 8, "c": [True] * 7 + [False]}
     column = {
@@ -189,8 +192,8 @@ def test_success_ranks_before_the_metric_and_unequal_work_is_told() -> None:
         for name, own in times.items()
     }
     found = {rank.strategy: rank for rank in column_ranks(column, "m", Better.LOWER)}
-    assert [found[name].rank for name in "bca"] == [1, 2, 3]
-    assert [found[name].unequal_success for name in "bca"] == [False, False, True]
+    assert [found[name].rank for name in "cba"] == [1, 2, 3]
+    assert [found[name].unequal_success for name in "cba"] == [False, False, True]
     assert not found["a"].among_best
 
 

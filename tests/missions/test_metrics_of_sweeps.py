@@ -90,11 +90,18 @@ def test_a_study_that_names_no_metrics_compares_the_headline_ones(
     shipped = load_study(str(written(tmp_path, WITHOUT_METRICS)))
     assert shipped.design.metrics is not None
     assert set(shipped.design.metrics) == {
-        "mission_time_s", "completed", "energy_j", "n_bytes", "coverage_fraction", "duplicate_fraction",
+        "mission_time_s", "completed", "goal_fraction", "energy_j", "n_bytes", "coverage_fraction", "duplicate_fraction",
     }  # fmt: skip
     declare(monkeypatch, metric("depth_reached_m", headline=True), metric("other_m"))
     results = swept(tmp_path)
-    assert sorted(results.compared) == ["completed", "depth_reached_m", "energy_j", "mission_time_s", "n_bytes"]
+    assert sorted(results.compared) == [
+        "completed",
+        "depth_reached_m",
+        "energy_j",
+        "goal_fraction",
+        "mission_time_s",
+        "n_bytes",
+    ]
 
 
 def test_a_metric_that_no_mission_of_the_study_has_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -153,7 +160,9 @@ def test_the_shipped_metrics_have_directions_and_labels(tmp_path: Path) -> None:
     study = load_study(str(written(tmp_path, WITHOUT_METRICS)))
     found = metrics_of(study.configurations[0].scenario)
     assert list(found) == list(study.metrics)
-    assert all(one.better in (Better.HIGHER, Better.LOWER) and one.label for one in found.values())
+    assert all(one.label for one in found.values())
+    neither = {name for name, one in found.items() if one.better is Better.NEITHER}
+    assert neither == {"given_up_s", "left_when_given_up"}  # early is good with the work done, bad without
 
 
 def test_a_metric_of_which_no_value_is_better_is_compared_and_not_ranked(

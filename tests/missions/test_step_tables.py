@@ -31,7 +31,7 @@ def test_values_come_back_within_half_a_unit(recorder: Recorder) -> None:
 
 def test_every_table_is_kept_with_its_units(recorder: Recorder) -> None:
     files = encoded(recorder, "k")
-    assert set(files) == {table.name for table in TABLES} | {"coverage"}
+    assert set(files) == {table.name for table in TABLES} | {"coverage", "goal"}
     packets = pq.read_table(io.BytesIO(files["packets"]))
     assert packets.schema.field("time_ms").metadata[b"unit"] == b"ms"
     assert packets.column("lost_by").to_pylist() == [row[7] for row in recorder.packets]

@@ -29,7 +29,7 @@ DRAWN = (
     "mission-time",
     "success-rate",
     "coverage",
-    "duplicated-work",
+    "double-work",
     "bytes",
     "energy",
     "latency",
