@@ -90,7 +90,8 @@ def test_a_study_that_names_no_metrics_compares_the_headline_ones(
     shipped = load_study(str(written(tmp_path, WITHOUT_METRICS)))
     assert shipped.design.metrics is not None
     assert set(shipped.design.metrics) == {
-        "mission_time_s", "completed", "goal_fraction", "energy_j", "n_bytes", "coverage_fraction", "duplicate_fraction",
+        "mission_time_s", "completed", "goal_fraction", "energy_j", "n_bytes", "coverage_fraction",
+        "duplicate_fraction",
     }  # fmt: skip
     declare(monkeypatch, metric("depth_reached_m", headline=True), metric("other_m"))
     results = swept(tmp_path)
