@@ -129,7 +129,7 @@ def _unequal(arrangement: Arrangement, rows: Sequence[Rank]) -> str:
 
 
 def conditions(results: SweepResults, arrangement: Arrangement, rows: Iterable[Comparison | Rank]) -> str:
-    """Numbers of runs, seed, what was compared where, and the version."""
+    """Numbers of runs, seed, what was compared where, which of it is a bound, and the version."""
     rows = list(rows)
     present = {(row.strategy, row.policy) for row in rows}
     series = [one for one in arrangement.series if one[:2] in present]
@@ -137,12 +137,14 @@ def conditions(results: SweepResults, arrangement: Arrangement, rows: Iterable[C
     counts = sorted({row.n for row in rows})
     n = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
     unfinished = f", {status.remaining} not made yet" if status.remaining else ""
+    bounds = sorted({one.strategy for one in arrangement.series} & results.bounds)
+    unranked = f"Not ranked, as a bound: {', '.join(bounds)}. " if bounds else ""
     return (
         f"n = {n} runs per point, master seed {study.seed} (the same losses in the same repeat of all points). "
         f"{words.named_all('Scenario', [row.scenario for row in rows])}, "
         f"{words.named_all('strategy', [one.strategy for one in series], 'strategies')}, "
         f"{words.named_all('policy', [one.policy for one in series], 'policies')}, "
-        f"{words.named_all('channel', [row.channel for row in rows])}. "
+        f"{words.named_all('channel', [row.channel for row in rows])}. {unranked}"
         f"Study {study.name}: {status.done} of {status.planned} runs done, {status.censored} of them not completed "
         f"(censored), {status.failed} failed (not completed){unfinished}; remoras {results.schedule.version}."
     )

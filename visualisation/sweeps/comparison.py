@@ -63,8 +63,10 @@ class Numbers:
         if kind == "ranking":
             if self.ranked_by.better not in DIRECTIONS:
                 return f"{self.ranked_by.name} has no value that is the best one, or this folder does not say which"
-            enough = len(self.arrangement.series) > 1
-            return "" if enough and self.ranks else "no values" if enough else "needs two strategies or policies"
+            if not self.ranks and len(self.arrangement.series) > 1:
+                return "no values"
+            contenders = {(rank.strategy, rank.policy) for rank in self.ranks}
+            return "" if len(contenders) > 1 else "needs two strategies or policies that are no bounds"
         if kind == "differences" and len(self.arrangement.series) < 2:
             return "needs two strategies or policies"
         if kind == "differences" and all(row.diff_to_baseline is None for row in self.rows[self.ranked_by.name]):

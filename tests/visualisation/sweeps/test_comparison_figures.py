@@ -160,6 +160,19 @@ def test_one_series_has_no_ranking(tmp_path: Path, sweeps: dict[str, SweepResult
         draw(sweeps["one point"], ["ranking"], tmp_path)
 
 
+def test_a_bound_is_drawn_beside_the_others_and_not_ranked(tmp_path: Path) -> None:
+    """With one strategy beside the bound there is nothing to rank."""
+    sweep = Sweep(["remoras", "central", "oracle"], channels=[("bernoulli", FEW, {})], repeats=2)
+    draw(sweep.write(tmp_path / "three"), ["bytes", "ranking"], tmp_path / "out", "svg")
+    assert {row["strategy"] for row in table(tmp_path / "out" / "bytes.csv")} == {"remoras", "central", "oracle"}
+    assert {row["strategy"] for row in table(tmp_path / "out" / "ranking.csv")} == {"remoras", "central"}
+    for kind in ("bytes", "ranking"):
+        assert "Not ranked, as a bound: oracle." in (tmp_path / "out" / f"{kind}.txt").read_text(encoding="utf-8")
+    two = Sweep(["remoras", "oracle"], channels=[("bernoulli", FEW, {})], repeats=2).write(tmp_path / "two")
+    with pytest.raises(DrawingError, match="ranking: needs two strategies or policies that are no bounds"):
+        draw(two, ["ranking"], tmp_path / "out2")
+
+
 def test_an_unfinished_sweep_is_drawn_and_said_to_be(tmp_path: Path) -> None:
     results = Sweep(SEVEN[:2], channels=[("bernoulli", FEW, {})], repeats=2, n_remaining=3).write(tmp_path / "sweep")
     drawn = draw(results, ["bytes", "ranking"], tmp_path / "out", "svg")
