@@ -251,9 +251,9 @@ def check_runs(strategy: Strategy) -> None:
     """A small mission is completed without loss and at PER 0.6. Nobody believes what is not so."""
     for per in (0.0, 0.6):
         finished, watched = _watched_run(strategy, f"channel.per={per}")
+        _assert_as_declared(finished, watched)  # first: who says too much may end a mission by it
         assert finished.completed, f"PER {per}: {finished.reason}"
         assert finished.n_false_beliefs == 0, f"PER {per}: {finished.n_false_beliefs} false beliefs"
-        _assert_as_declared(finished, watched)
 
 
 def check_survives_silence(strategy: Strategy) -> None:
