@@ -132,20 +132,17 @@ class Mute(Remoras):
 MUTE = Mute()
 
 
-def giving_up(strategy: str, *settings: str) -> int:
-    """Runs in which a vehicle stopped before its area was finished."""
-    runs = [finished(strategy, seed, *settings) for seed in SEEDS]
-    return sum(any(milestone.name == "mapping_stopped" for milestone in run.milestones) for run in runs)
-
-
-@pytest.mark.xfail(
-    reason="calls are weighed against the work left now: nobody gives up a patch early; see test_giving_up"
-)
 @pytest.mark.slow
 def test_only_vehicles_that_hear_influence_signals_give_up_early() -> None:
-    assert giving_up("remoras") > 0
-    assert giving_up(f"{__name__}:MUTE") == 0
-    assert giving_up("remoras", "decision.weight_external=0") == 0
+    """AUV00 leaves the last of its area to those who wait."""
+
+    def given_up(*settings: str) -> int:
+        done = run(load("mapping-rendezvous", [("--set", setting) for setting in settings]), 1)
+        return sum(milestone.name == "mapping_stopped" for milestone in done.milestones)
+
+    assert given_up("strategy.name=remoras") == 1
+    assert given_up(f"strategy.name={__name__}:MUTE") == 0
+    assert given_up("strategy.name=remoras", "decision.weight_external=0") == 0
 
 
 # Speeds that nobody knows -------------------------------------------------------------------------
@@ -195,13 +192,12 @@ LINKS = ", ".join(f'{{sender="{sender}", receiver="AUV02", per=1.0}}' for sender
 DEAF = f"channel.link=[{LINKS}]"
 
 
-@pytest.mark.xfail(reason="the whole plan is revised now; whether it should pass a deaf member over is open")
 @pytest.mark.slow
-def test_a_member_that_acknowledges_nothing_gets_no_more_areas() -> None:
-    """It is heard, but hears nobody: what it is given at sea would be left undone."""
+def test_a_member_that_hears_nobody_leaves_its_areas_to_others() -> None:
+    """It is heard, but what it is given at sea would be left undone: after its lease it takes no jobs, and says so."""
     replaced = report("central", 1, "channel.name=matrix", DEAF)
     assert replaced["coverage_fraction"] > 0.99
-    trusted = report("central", 1, "channel.name=matrix", DEAF, f"strategy.parameters.acknowledge_rounds={NEVER}")
+    trusted = report("central", 1, "channel.name=matrix", DEAF, f"communication.lease_frames={NEVER}")
     assert trusted["coverage_fraction"] < 0.9
 
 
@@ -219,7 +215,6 @@ LOST = (
 )
 
 
-@pytest.mark.xfail(reason="claims lapse with the lease of membership now, which has tests of its own")
 @pytest.mark.slow
 def test_claims_of_a_lost_vehicle_do_not_stand_for_ever() -> None:
     """In time the others survey what it claimed when it was last heard."""
@@ -230,7 +225,7 @@ def test_claims_of_a_lost_vehicle_do_not_stand_for_ever() -> None:
         return len(cells) / len(done.mission.world(done.seed).cells)
 
     assert mapped_by_others() == 1.0
-    assert mapped_by_others(f"strategy.parameters.silence_rounds={NEVER}") < 0.96
+    assert mapped_by_others(f"communication.lease_frames={NEVER}") < 0.96
 
 
 def test_areas_of_the_far_future_are_bid_for() -> None:
@@ -241,15 +236,15 @@ def test_areas_of_the_far_future_are_bid_for() -> None:
 LONG_SPELLS = {"p_good_to_bad": 0.005, "p_bad_to_good": 0.005, "per_good": 0.0, "per_bad": 1.0}
 
 
-@pytest.mark.xfail(
-    reason="meetings have a deadline and other evidence now; the blackout of this test is to be chosen anew"
-)
 @pytest.mark.slow
 def test_a_group_is_not_taken_for_gathered_by_what_was_heard_long_ago(monkeypatch: pytest.MonkeyPatch) -> None:
-    """In spells of 200 slots, head and members otherwise part without knowing: these seeds were chosen for it."""
+    """In spells of 200 slots a head that trusts old news parts too early, and the group meets later.
+
+    Of the seeds 1 to 14 it does so in 4, 9 and 11, and in none the other way.
+    """
     settings = ["strategy.name=contract-net", "channel.name=gilbert-elliott"]
     settings += [f"channel.{key}={value}" for key, value in LONG_SPELLS.items()]
     scenario = load("mapping-patches", [("--set", setting) for setting in settings])
-    assert all(run(scenario, seed).completed for seed in (2, 12))
+    ends_s = [run(scenario, seed).end_s for seed in (4, 9)]
     monkeypatch.setattr("missions.meeting.meeting.NEWS_FRAMES", 1e9)
-    assert not any(run(scenario, seed).completed for seed in (2, 12))
+    assert all(run(scenario, seed).end_s > end_s for seed, end_s in zip((4, 9), ends_s, strict=True))
