@@ -41,7 +41,8 @@ def wrapped(angle_rad: float) -> float:
     """
     if -math.pi < angle_rad <= math.pi:
         return angle_rad
-    return math.pi - (math.pi - angle_rad) % math.tau
+    inside = math.pi - (math.pi - angle_rad) % math.tau
+    return inside if inside > -math.pi else math.pi  # a rounding error beyond pi comes out as -pi
 
 
 def reaching_speed_mps(range_m: float, error_rad: float, turn_rate_radps: float) -> float:

@@ -20,6 +20,7 @@ from missions.errors import OutputError
 from missions.metric import Better
 from missions.statistics import Interval, holm, wilson_interval
 from missions.sweeps.folder import SweepResults
+from remoras.strategies import bounds
 
 Conditions = tuple[str, str, float, tuple[tuple[str, str], ...], str]
 """Scenario, channel, loss rate, settings and what is unforeseen, which those that are ranked with each other share."""
@@ -125,9 +126,10 @@ def of_unequal_work(rows: Sequence[Comparison]) -> list[Comparison]:
     """Rows whose success rate is below the best under the same conditions by more than their intervals.
 
     Args:
-        rows: of one metric.
+        rows: of one metric; a bound among them is not compared.
     """
     best: dict[Conditions, Comparison] = {}
+    rows = [row for row in rows if row.strategy not in bounds()]
     for row in rows:
         first = best.setdefault(_conditions(row), row)
         if row.success_rate > first.success_rate:

@@ -37,6 +37,7 @@ def _of_tables(raw: Raw, missions: Sequence[str]) -> Iterator[ConfigurationFault
     yield from outside_faults(raw, corners)
     yield from _areas(raw)
     yield from _explorers(raw)
+    yield from _mappers(raw)
     yield from _finds(raw)
     roles = [name for group in entries(raw, "group") for name in names_of(group, "role")]
     for key in table_of(table_of(raw, "mission"), "importance"):
@@ -100,6 +101,33 @@ def _explorers(raw: Raw) -> Iterator[ConfigurationFault]:
             if able and not any(v.get("sensor") for v in able):
                 allowed = "explores an area, but no vehicle able to play it has a [vehicle.sensor]"
                 yield ConfigurationFault(key, "", allowed)
+
+
+def _mappers(raw: Raw) -> Iterator[ConfigurationFault]:
+    """Groups with fewer places for those who map than vehicles that may explore: somebody would explore in vain.
+
+    Whoever has a role without a job, which none has from the start, maps what it explores.
+    """
+    for group in entries(raw, "group"):
+        roles = entries(group, "role")
+        exploring = [role.get("name") for role in roles if "area" in role or "job" in role]
+        mapping = [role for role in roles if role.get("name") not in exploring and role.get("founding") is not True]
+        limits = [limit for role in mapping if type(limit := role.get("maximum")) is int]
+        able = [
+            vehicle
+            for vehicle in entries(raw, "vehicle")
+            if vehicle.get("sensor") and any(name in exploring for name in list_of(vehicle, "playable_roles"))
+        ]
+        if not mapping or len(limits) < len(mapping):
+            continue
+        n_places = sum(limits)
+        if n_places < len(able):
+            key = f"group.{group.get('name')}.role.{mapping[-1].get('name')}.maximum"
+            allowed = (
+                f"allowed: {len(able) - n_places + limits[-1]} or more, or none; "
+                f"{len(able)} vehicles may explore, and only the holder of such a role maps"
+            )
+            yield ConfigurationFault(key, str(limits[-1]), allowed)
 
 
 def _finds(raw: Raw) -> Iterator[ConfigurationFault]:

@@ -113,8 +113,10 @@ def _comparison_lines(rows: Sequence[Comparison]) -> Sequence[str]:
     """A table for people: mean with interval, difference to the baseline with interval, and what to know of them."""
 
     def interval(mean: float | None, low: float | None, high: float | None) -> str:
-        bounds = "" if low is None or high is None else f" [{low:.4g}, {high:.4g}]"
-        return "-" if mean is None else f"{mean:.4g}{bounds}"
+        ends = "" if low is None or high is None else f" [{low:.4g}, {high:.4g}]"
+        return "-" if mean is None else f"{mean:.4g}{ends}"
+
+    from remoras.strategies import bounds
 
     lines = []
     for metric, same in itertools.groupby(rows, key=lambda row: row.metric):
@@ -128,7 +130,8 @@ def _comparison_lines(rows: Sequence[Comparison]) -> Sequence[str]:
             case = f"  {row.unforeseen}" if row.unforeseen else ""
             mean = interval(row.mean, row.ci95_low, row.ci95_high)
             difference = interval(row.diff_to_baseline, row.diff_ci95_low, row.diff_ci95_high)
-            names = f"{row.per:>5g} {row.strategy:<18}{row.policy:<16}"
+            strategy = f"{row.strategy} (bound)" if row.strategy in bounds() else row.strategy
+            names = f"{row.per:>5g} {strategy:<18}{row.policy:<16}"
             lines.append(f"  {names}{row.n:>5}{row.n_completed:>5}  "
                          f"{mean:<34}{difference:<36}{p:>9}{case}{settings}".rstrip())  # fmt: skip
         lines += [f"  {note}" for note in _notes(own)]

@@ -116,6 +116,7 @@ class Member:
     done: set[str] = field(default_factory=set)
     planned_on: frozenset[str] = frozenset()  # of the jobs that others need, those known done when it planned last
     at: tuple[str, float] | None = None  # job, and when it will have been done
+    way: tuple[float, Point, Point] = (0.0, RALLY_M, RALLY_M)  # since when, from where and whereto it is at the job
     finished: list[str] = field(default_factory=list)
 
 
@@ -222,6 +223,10 @@ class Team:
             if role.job not in (None, *member.done) and member.organisation.plays(name, "Team", role.name)
         ]
         told = []
+        if member.at is not None:
+            since_s, (from_x_m, from_y_m), (x_m, y_m) = member.way
+            gone = min(1.0, (now_s - since_s) / (member.at[1] - since_s)) if member.at[1] > since_s else 1.0
+            member.position_m = from_x_m + gone * (x_m - from_x_m), from_y_m + gone * (y_m - from_y_m)
         if member.at is not None and member.at[0] in held and member.at[1] <= now_s:
             job = member.at[0]
             member.finished.append(job)
@@ -236,7 +241,7 @@ class Team:
                     self.too_early.append(begun.name)
                 then = begun.after(Outlook(now_s, member.position_m), self.database[name])
                 assert then is not None
-                member.at, member.position_m = (begun.name, then.free_s), then.position_m
+                member.at, member.way = (begun.name, then.free_s), (now_s, member.position_m, then.position_m)
             else:
                 member.position_m = RALLY_M
         return told

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from samples import AUV, auv
 
@@ -19,6 +19,7 @@ ROUNDING = 1e-9
 
 
 @given(motions, points, speeds, ticks)
+@example(Motion(1.0, 2.82e-271, 2.8653956948664026, 0.0), (0.0, 0.0), 1.0, 1.0)  # a sum just beyond pi
 def test_a_step_keeps_the_limits(motion: Motion, target: tuple[float, float], speed_mps: float, dt_s: float) -> None:
     before = Motion(motion.x_m, motion.y_m, motion.heading_rad, motion.speed_mps)
     range_m = math.dist(before.position_m, target)

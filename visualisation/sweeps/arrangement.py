@@ -102,8 +102,12 @@ class Arrangement:
         return {series: sorted(found[series[:2]], key=self.x) for series in self.series if series[:2] in found}
 
 
-def arranged(rows: Sequence[Comparison]) -> Arrangement:
+def arranged(rows: Sequence[Comparison], bounds: Collection[str] = ()) -> Arrangement:
     """The arrangement of a study, from rows of all its configurations.
+
+    Args:
+        rows: of the whole study.
+        bounds: strategies that legends mark as such.
 
     Raises:
         DrawingError: hardly any two configurations lie on one axis, as in a Latin hypercube of several keys.
@@ -123,7 +127,7 @@ def arranged(rows: Sequence[Comparison]) -> Arrangement:
             "needs an axis along which several points share the other settings; runs.parquet has all runs"
         )
     cases = tuple(dict.fromkeys(row.unforeseen for row in rows)) if axis == UNFORESEEN else ()
-    return Arrangement(axis, follows, _series(rows), dict(zip(kept, _titles(kept), strict=True)), cases)
+    return Arrangement(axis, follows, _series(rows, bounds), dict(zip(kept, _titles(kept), strict=True)), cases)
 
 
 def _axis(rows: Sequence[Comparison]) -> str:
@@ -182,13 +186,14 @@ def _completes(perfect: Combination, other: Combination) -> bool:
     return perfect.channel == PERFECT and same
 
 
-def _series(rows: Sequence[Comparison]) -> tuple[Series, ...]:
+def _series(rows: Sequence[Comparison], bounds: Collection[str]) -> tuple[Series, ...]:
     strategies, policies = {row.strategy for row in rows}, {row.policy for row in rows}
 
     def label(strategy: str, policy: str) -> str:
+        name = f"{strategy} (bound)" if strategy in bounds else strategy
         if len(policies) == 1:
-            return strategy
-        return policy if len(strategies) == 1 else f"{strategy}, {policy}"
+            return name
+        return policy if len(strategies) == 1 else f"{name}, {policy}"
 
     pairs = {(row.strategy, row.policy) for row in rows}
     ordered = sorted(pairs, key=lambda pair: (_place(pair[0], STRATEGIES), policy_place(pair[1])))

@@ -181,7 +181,7 @@ def _numbers(
         measures={name: measure(declared[name], found) for name, found in rows.items()},
         rows=rows,
         ranks=ranks,
-        arrangement=arranged([row for found in rows.values() for row in found]),
+        arrangement=arranged([row for found in rows.values() for row in found], results.bounds),
     )
 
 

@@ -131,3 +131,16 @@ def test_whatever_stands_where_a_table_belongs_nothing_crashes(place: tuple[Any,
         at = at[part]
     at[place[-1]] = junk
     assert all(isinstance(fault, ConfigurationFault) for fault in faults(raw))
+
+
+@pytest.mark.parametrize(("limits", "n"), [((1,), 0), ((0,), 1), ((0, None), 0), ((0, 1), 0)])
+def test_who_may_explore_may_map_too(limits: tuple[int | None, ...], n: int) -> None:
+    """Else a vehicle would explore with its sensor off for ever: the pond has one vehicle that explores."""
+    raw = pond()
+    raw["group"][0]["role"] = [role for role in raw["group"][0]["role"] if role["name"] != "Mapper"] + [
+        {"name": f"Mapper{number}"} | ({} if limit is None else {"maximum": limit})
+        for number, limit in enumerate(limits)
+    ]
+    found = [fault for fault in faults(raw) if ".Mapper" in fault.key]
+    assert len(found) == n
+    assert all("allowed: 1 or more, or none; 1 vehicles may explore" in fault.allowed for fault in found)
