@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import statistics as plain
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from missions.comparison.pairs import SIGNIFICANT, least_p_holm, paired_with
@@ -20,7 +20,6 @@ from missions.errors import OutputError
 from missions.metric import Better
 from missions.statistics import Interval, holm, wilson_interval
 from missions.sweeps.folder import SweepResults
-from remoras.strategies import bounds
 
 Conditions = tuple[str, str, float, tuple[tuple[str, str], ...], str]
 """Scenario, channel, loss rate, settings and what is unforeseen, which those that are ranked with each other share."""
@@ -122,14 +121,15 @@ def _tiers(column: Mapping[Treatment, Contender]) -> dict[Treatment, int]:
     return found
 
 
-def of_unequal_work(rows: Sequence[Comparison]) -> list[Comparison]:
+def of_unequal_work(rows: Sequence[Comparison], bounds: Collection[str] = ()) -> list[Comparison]:
     """Rows whose success rate is below the best under the same conditions by more than their intervals.
 
     Args:
-        rows: of one metric; a bound among them is not compared.
+        rows: of one metric.
+        bounds: strategies that are not compared.
     """
     best: dict[Conditions, Comparison] = {}
-    rows = [row for row in rows if row.strategy not in bounds()]
+    rows = [row for row in rows if row.strategy not in bounds]
     for row in rows:
         first = best.setdefault(_conditions(row), row)
         if row.success_rate > first.success_rate:

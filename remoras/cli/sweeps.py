@@ -142,11 +142,12 @@ def _notes(rows: Sequence[Comparison]) -> Iterator[str]:
     """What to know of the rows of one metric: restricted means, unequal work, too few runs."""
     from missions.comparison.pairs import SIGNIFICANT, least_p_holm
     from missions.comparison.ranking import of_unequal_work
+    from remoras.strategies import bounds
 
     if rows[0].n_reached is not None:
         n, reached = sum(row.n for row in rows), sum(row.n_reached or 0 for row in rows)
         yield f"restricted means: the {n - reached} of {n} runs that did not get there count with the whole duration"
-    if rows[0].metric != "completed" and (unequal := of_unequal_work(rows)):
+    if rows[0].metric != "completed" and (unequal := of_unequal_work(rows, bounds())):
         names = ", ".join(dict.fromkeys(f"{row.strategy} with {row.policy} at per {row.per:g}" for row in unequal))
         yield f"unequal work, success rates differ by more than their intervals, do not rank by this: {names}"
     tested = [row.n for row in rows if row.p_holm is not None]

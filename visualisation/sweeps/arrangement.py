@@ -64,6 +64,7 @@ class Arrangement:
     series: tuple[Series, ...]
     titles: Mapping[Combination, str]
     cases: tuple[str, ...] = ()
+    bounds: Collection[str] = ()
 
     def x(self, row: Comparison | Rank) -> float:
         """Place on the axis; cases of what is unforeseen are numbered from 1."""
@@ -127,7 +128,7 @@ def arranged(rows: Sequence[Comparison], bounds: Collection[str] = ()) -> Arrang
             "needs an axis along which several points share the other settings; runs.parquet has all runs"
         )
     cases = tuple(dict.fromkeys(row.unforeseen for row in rows)) if axis == UNFORESEEN else ()
-    return Arrangement(axis, follows, _series(rows, bounds), dict(zip(kept, _titles(kept), strict=True)), cases)
+    return Arrangement(axis, follows, _series(rows, bounds), dict(zip(kept, _titles(kept), strict=True)), cases, bounds)
 
 
 def _axis(rows: Sequence[Comparison]) -> str:

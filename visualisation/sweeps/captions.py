@@ -34,7 +34,7 @@ def metric(
         _spacing(arrangement, rows),
         CENSORED if measure.metric.censored else "",
         _cases(arrangement),
-        "" if rate else unequal_work(rows),
+        "" if rate else unequal_work(rows, arrangement),
         _panels(arrangement, combinations),
     )
 
@@ -71,14 +71,14 @@ def differences(
         _aside(arrangement),
         _cases(arrangement),
         CENSORED if measure.metric.censored else "",
-        unequal_work(rows),
+        unequal_work(rows, arrangement),
         _panels(arrangement, combinations),
     )
 
 
-def unequal_work(rows: Sequence[Comparison]) -> str:
+def unequal_work(rows: Sequence[Comparison], arrangement: Arrangement) -> str:
     """Said where success rates differ, so that what is compared is not the same work."""
-    names = dict.fromkeys(row.strategy for row in of_unequal_work(rows))
+    names = dict.fromkeys(row.strategy for row in of_unequal_work(rows, arrangement.bounds))
     if not names:
         return ""
     return f"Unequal work: success rates of {', '.join(names)} are below the highest by more than their intervals."

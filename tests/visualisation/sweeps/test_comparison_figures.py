@@ -163,7 +163,10 @@ def test_one_series_has_no_ranking(tmp_path: Path, sweeps: dict[str, SweepResult
 def test_a_bound_is_drawn_beside_the_others_and_not_ranked(tmp_path: Path) -> None:
     """With one strategy beside the bound there is nothing to rank."""
     sweep = Sweep(["remoras", "central", "oracle"], channels=[("bernoulli", FEW, {})], repeats=2)
-    draw(sweep.write(tmp_path / "three"), ["bytes", "ranking"], tmp_path / "out", "svg")
+    results = sweep.write(tmp_path / "three")
+    legend = [text.get_text() for legend in figures(results)["bytes "].legends for text in legend.get_texts()]
+    assert "oracle (bound)" in legend
+    draw(results, ["bytes", "ranking"], tmp_path / "out", "svg")
     assert {row["strategy"] for row in table(tmp_path / "out" / "bytes.csv")} == {"remoras", "central", "oracle"}
     assert {row["strategy"] for row in table(tmp_path / "out" / "ranking.csv")} == {"remoras", "central"}
     for kind in ("bytes", "ranking"):
@@ -231,6 +234,18 @@ def half(*what: object) -> dict[str, object]:
     """The usual law, but central never completes: 30 failures in 30 are more than chance (Wilson 0 to 0.11)."""
     found = law(*what)
     return {**found, "completed": what[0] != "central", "mission_time_s": 900.0 if what[0] == "central" else 1000.0}
+
+
+def test_a_bound_makes_nobodys_work_unequal(tmp_path: Path) -> None:
+    """Only the bound completes: none of the others is below the best of them."""
+
+    def law_of_bound(*what: object) -> dict[str, object]:
+        return {**law(*what), "completed": what[0] == "oracle"}
+
+    names = ["remoras", "central", "oracle"]
+    results = Sweep(names, channels=[("bernoulli", FEW, {})], summary=law_of_bound).write(tmp_path / "sweep")
+    draw(results, ["bytes"], tmp_path / "out", "svg")
+    assert "Unequal work" not in (tmp_path / "out" / "bytes.txt").read_text(encoding="utf-8")
 
 
 def test_unequal_work_is_ranked_behind_and_marked(tmp_path: Path) -> None:
