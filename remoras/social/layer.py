@@ -197,6 +197,7 @@ class SocialLayer:
         if seen is None:
             return Review()
         self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
+        self._picture.groups.returned_s |= dict.fromkeys(seen.changes.present, now_s)
         events = tuple((event, peer) for event, peers in seen.changes._asdict().items() for peer in peers)
         moved = {peer for _, peer in events}
         roles = [one for one in self.organisation.assignments if one.vehicle in moved]
