@@ -16,7 +16,8 @@ from exchange.packets import Fragment, ItemUid
 class Entry:
     """One item as this node sees it; of one that it does not send, the fragment is all.
 
-    ``bits``/``size_bits`` is its wire form, relayed or own.
+    ``bits``/``size_bits`` is its wire form, relayed or own. ``addressed`` are the peers (bit word) to which this node
+    addresses it, beside those that need it.
     """
 
     fragment: Fragment
@@ -24,6 +25,7 @@ class Entry:
     size_bits: int = 0
     priority: int = 0
     weight: int = 0
+    addressed: int = 0
 
 
 class Ledger:

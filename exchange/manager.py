@@ -19,7 +19,7 @@ is acknowledged.
 from __future__ import annotations
 
 from bisect import insort
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -32,8 +32,10 @@ from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet
 from exchange.policies import AckPolicy, may_send
 from exchange.schedule import TdmaSchedule
 from exchange.selection import select
-from worldmodel import Block, Change, NeedsIndex, PropertyValue, WorldModel
+from worldmodel import Block, Change, NeedsIndex, PropertyValue, Value, WorldModel
 
+ADDRESSED_SHARE = 10
+"""An item that those hold to whom it is addressed is needed so many times less by others."""
 SIGNAL_SHARE = 4
 """A packet keeps one part in this many for influence signals; fragments are cut to fit the rest."""
 
@@ -157,8 +159,13 @@ class ExchangeManager:
         self._next_slot = 0  # first slot that has not been opened
         self.n_faults = 0
 
-    def offer(self, changes: Iterable[Change]) -> tuple[ItemUid, ...]:
-        """Take blocks this vehicle recorded itself as candidates; returns the items they became."""
+    def offer(self, changes: Iterable[Change], addressed: Collection[int] = ()) -> tuple[ItemUid, ...]:
+        """Take blocks this vehicle recorded itself as candidates; returns the items they became.
+
+        Args:
+            changes: of the world model.
+            addressed: peers that the blocks are for, if not for all alike: once these hold them, others can wait.
+        """
         items: list[ItemUid] = []
         for change in changes:
             block = change.block
@@ -167,9 +174,15 @@ class ExchangeManager:
                 continue
             room_bits = self._room_bits - self._signal_room_bits
             for fragment in fragments_of(block, room_bits, self._codec.fragment_bits):
-                self._register(fragment)
+                column = self._register(fragment)
+                self._ledger.entries[column].addressed = sum(1 << peer for peer in addressed)
                 items.append(fragment.uid)
         return tuple(items)
+
+    def fits(self, facts: Iterable[tuple[int, int, Value]]) -> bool:
+        """True if a block of these facts would go into one packet, beside influence signals."""
+        whole = Fragment(self._me, 0, 0.0, tuple(PropertyValue(*fact) for fact in facts))
+        return self._codec.fragment_bits(whole) <= self._room_bits - self._signal_room_bits
 
     def _take_status(self, block: Block) -> None:
         fragment = Fragment(block.origin, block.sequence, block.time_s, block.facts)
@@ -344,6 +357,13 @@ class ExchangeManager:
         settled = tuple(self._uid(column) for column in self._open if done >> column & 1)
         if settled:
             self._open = [column for column in self._open if not done >> column & 1]
+        for column in self._open:
+            entry = self._ledger.entries[column]
+            if entry.addressed and all(
+                self._state.believes[peer] >> column & 1 for peer in range(self._n_nodes) if entry.addressed >> peer & 1
+            ):
+                entry.addressed = 0
+                entry.priority = max(1, entry.priority // ADDRESSED_SHARE)
         return settled
 
     def _frame(self, slot: int) -> int:

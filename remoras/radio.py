@@ -109,9 +109,10 @@ class Radio:
         if self.is_bound:
             self._told.append(change.block)
             return
-        for uid in self.manager.offer([change]):
+        addressed = who(change)
+        for uid in self.manager.offer([change], [self._names.index(name) for name in addressed]):
             self._record_item(now_s, uid, "observed")
-            if addressed := who(change):
+            if addressed:
                 self._unheard |= {(name, uid): set(roles) for name, roles in addressed.items()}
                 self._note_unheard()
 

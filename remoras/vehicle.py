@@ -167,7 +167,9 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         deliberation = self.social.plan_missions()
         for no_plan in deliberation.impossible:
             self._recorder.faults.append((now_s, self.name, "no plan", str(no_plan.task)))
-        self._conclude(deliberation.facts, now_s, not self.social.standing.is_cut_off)
+        facts, told = deliberation.facts, not self.social.standing.is_cut_off
+        for part in [facts] if self.radio.manager.fits(facts) else self.social.by_receiver(facts):
+            self._conclude(part, now_s, told)
 
     # Consultation --------------------------------------------------------------------------------
 

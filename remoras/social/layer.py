@@ -29,10 +29,12 @@ from remoras.organisation import Organisation, RoleAssignment
 from remoras.picture import Picture
 from remoras.social.agreement import Agreement
 from remoras.social.conclusions import Conclusions
+from remoras.social.consultation import OBJECTIVE_PREFIX
 from remoras.social.gatherings import Gatherings
 from remoras.social.negotiation import ROLE_ATTRIBUTES, Negotiation
 from remoras.social.planning import Deliberation, MissionPlanner, missions_of
 from remoras.social.pursuit import Pursuit
+from remoras.social.receivers import PLAYS, by_receiver
 from remoras.social.standing import Standing
 from remoras.social.workload import Workload
 from remoras.strategy import Strategy
@@ -114,6 +116,7 @@ class SocialLayer:
         self._picture = picture
         picture.facts = beliefs
         self._objectives = {(one.group, one.role, one.name): one for one in agreement.objectives}
+        self._agreed = frozenset(self._objectives)
         self._jobs = mission.jobs
         self._pursuit = Pursuit(database[me], mission, self._mission_name)
         self._conclusions = Conclusions(me, mission, self._mission_name, beliefs)
@@ -261,11 +264,20 @@ class SocialLayer:
         if self.strategy.declaration.influences:
             self._picture.groups.awaited = {name: one.awaited(self.me, now_s) for name, one in work.items()}
         unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.standing.absent}
-        for said in self._negotiation.negotiate(now_s, work, peers.heard_s, unheard, calls):
+        for said in self._negotiation.negotiate(now_s, work, peers.heard_s, unheard, calls, self.missions):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in said.facts)
             facts = self.standing.in_place_of_the_absent(self._beliefs.fact(*fact) for fact in said.facts)
+            facts += [fact for subject, attribute, role in said.facts if attribute == PLAYS for fact in self._aims(role)]
             stated.append((facts, said.told and not (is_order and self.standing.is_cut_off)))
         return stated
+
+    def _aims(self, role: str) -> list[Fact]:
+        """What holders of ``Group.Role`` pursue on their own, if that was said at sea: not all may have heard it."""
+        return [
+            self._beliefs.fact(role, OBJECTIVE_PREFIX + one.name, one.argument)
+            for key, one in self._objectives.items()
+            if f"{one.group}.{one.role}" == role and key not in self._agreed and self._mission.is_individual(one)
+        ]
 
     def note_planning_due(self) -> None:
         """Begin a decision: behaviours see whether there is something to plan."""
@@ -276,6 +288,10 @@ class SocialLayer:
         work = self._work(dict(self._picture.peers.positions_m))
         planned = self.planner.plan(self, self.missions, work, self._objectives.values())
         return replace(planned, facts=self.standing.in_place_of_the_absent(planned.facts))
+
+    def by_receiver(self, facts: Sequence[Fact]) -> list[list[Fact]]:
+        """What a plan comes down to, in parts: what each vehicle has to hear to begin, and what concerns several."""
+        return by_receiver(facts, self._beliefs, self.standing.consultation.role_named, self._mission.is_individual)
 
     def findings(self, motion: Motion) -> list[Fact]:
         """What this vehicle concludes as the leader of its groups, as facts."""
@@ -304,7 +320,7 @@ class SocialLayer:
     def addressed(self, change: Change) -> dict[str, set[str]]:
         """Who has to hear of a block of this vehicle's own, by name, and the roles that it gives them.
 
-        Where missions are planned at sea, all members of a group have to hear of its roles and objectives.
+        Where missions are planned at sea, all members of a group have to hear of objectives that come without roles.
         """
         return self.standing.addressed(change, everybody=not self.strategy.declaration.planned_before)
 
