@@ -34,10 +34,30 @@ from exchange.schedule import TdmaSchedule
 from exchange.selection import select
 from worldmodel import Block, Change, NeedsIndex, PropertyValue, Value, WorldModel
 
-ADDRESSED_SHARE = 10
-"""An item that those hold to whom it is addressed is needed so many times less by others."""
 SIGNAL_SHARE = 4
 """A packet keeps one part in this many for influence signals; fragments are cut to fit the rest."""
+
+
+def interest(fragment: Fragment, model: WorldModel, needs: NeedsIndex, me: int) -> tuple[int, int]:
+    """Peers (bit word) that need any fact of the fragment, and the highest priority among them.
+
+    Args:
+        fragment: of a block; model: that knows the classes of its instances.
+        needs: of all peers.
+        me: this node, which tells itself nothing.
+    """
+    peers, priority = 0, 0
+    for fact in fragment.facts:
+        instance = model.instance(fact.subject)
+        if instance is None:  # announced by this very block
+            announced = next((f.value for f in fragment.facts if f.subject == fact.subject and f.attribute == 0), 0)
+            class_uid = int(announced) if isinstance(announced, int) else 0
+        else:
+            class_uid = instance.class_uid
+        word, value = needs.priority_of(fact.subject, class_uid, fact.attribute)
+        peers |= word
+        priority = max(priority, value)
+    return peers & ~(1 << me), priority
 
 
 @dataclass(slots=True)
@@ -337,19 +357,7 @@ class ExchangeManager:
         return self._ledger.entries[column].fragment.uid
 
     def _interest(self, fragment: Fragment) -> tuple[int, int]:
-        """Peers (bit word) that need any fact of the fragment, and the highest priority among them."""
-        peers, priority = 0, 0
-        for fact in fragment.facts:
-            instance = self._model.instance(fact.subject)
-            if instance is None:  # announced by this very block
-                announced = next((f.value for f in fragment.facts if f.subject == fact.subject and f.attribute == 0), 0)
-                class_uid = int(announced) if isinstance(announced, int) else 0
-            else:
-                class_uid = instance.class_uid
-            word, value = self._needs.priority_of(fact.subject, class_uid, fact.attribute)
-            peers |= word
-            priority = max(priority, value)
-        return peers & ~(1 << self._me), priority
+        return interest(fragment, self._model, self._needs, self._me)
 
     def _settle(self) -> tuple[ItemUid, ...]:
         """Close the open items that every interested peer is believed to hold."""
@@ -357,13 +365,7 @@ class ExchangeManager:
         settled = tuple(self._uid(column) for column in self._open if done >> column & 1)
         if settled:
             self._open = [column for column in self._open if not done >> column & 1]
-        for column in self._open:
-            entry = self._ledger.entries[column]
-            if entry.addressed and all(
-                self._state.believes[peer] >> column & 1 for peer in range(self._n_nodes) if entry.addressed >> peer & 1
-            ):
-                entry.addressed = 0
-                entry.priority = max(1, entry.priority // ADDRESSED_SHARE)
+        self._ledger.note_heard(self._open, self._state.believes)
         return settled
 
     def _frame(self, slot: int) -> int:

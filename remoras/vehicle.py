@@ -168,7 +168,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         for no_plan in deliberation.impossible:
             self._recorder.faults.append((now_s, self.name, "no plan", str(no_plan.task)))
         facts, told = deliberation.facts, not self.social.standing.is_cut_off
-        for part in [facts] if self.radio.manager.fits(facts) else self.social.by_receiver(facts):
+        for part in [facts] if self.radio.manager.fits(facts) else deliberation.parts:
             self._conclude(part, now_s, told)
 
     # Consultation --------------------------------------------------------------------------------

@@ -29,12 +29,11 @@ from remoras.organisation import Organisation, RoleAssignment
 from remoras.picture import Picture
 from remoras.social.agreement import Agreement
 from remoras.social.conclusions import Conclusions
-from remoras.social.consultation import OBJECTIVE_PREFIX
 from remoras.social.gatherings import Gatherings
 from remoras.social.negotiation import ROLE_ATTRIBUTES, Negotiation
 from remoras.social.planning import Deliberation, MissionPlanner, missions_of
 from remoras.social.pursuit import Pursuit
-from remoras.social.receivers import PLAYS, by_receiver
+from remoras.social.receivers import aims, by_receiver
 from remoras.social.standing import Standing
 from remoras.social.workload import Workload
 from remoras.strategy import Strategy
@@ -267,17 +266,10 @@ class SocialLayer:
         for said in self._negotiation.negotiate(now_s, work, peers.heard_s, unheard, calls, self.missions):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in said.facts)
             facts = self.standing.in_place_of_the_absent(self._beliefs.fact(*fact) for fact in said.facts)
-            facts += [fact for subject, attribute, role in said.facts if attribute == PLAYS for fact in self._aims(role)]
+            at_sea = [one for key, one in self._objectives.items() if key not in self._agreed]
+            facts += aims(said.facts, at_sea, self._beliefs, self._mission.is_individual)
             stated.append((facts, said.told and not (is_order and self.standing.is_cut_off)))
         return stated
-
-    def _aims(self, role: str) -> list[Fact]:
-        """What holders of ``Group.Role`` pursue on their own, if that was said at sea: not all may have heard it."""
-        return [
-            self._beliefs.fact(role, OBJECTIVE_PREFIX + one.name, one.argument)
-            for key, one in self._objectives.items()
-            if f"{one.group}.{one.role}" == role and key not in self._agreed and self._mission.is_individual(one)
-        ]
 
     def note_planning_due(self) -> None:
         """Begin a decision: behaviours see whether there is something to plan."""
@@ -287,11 +279,11 @@ class SocialLayer:
         """Plan the missions that are due, and let the strategy allocate what the plans ask for."""
         work = self._work(dict(self._picture.peers.positions_m))
         planned = self.planner.plan(self, self.missions, work, self._objectives.values())
-        return replace(planned, facts=self.standing.in_place_of_the_absent(planned.facts))
-
-    def by_receiver(self, facts: Sequence[Fact]) -> list[list[Fact]]:
-        """What a plan comes down to, in parts: what each vehicle has to hear to begin, and what concerns several."""
-        return by_receiver(facts, self._beliefs, self.standing.consultation.role_named, self._mission.is_individual)
+        facts = self.standing.in_place_of_the_absent(planned.facts)
+        named = self.standing.consultation.role_named
+        return replace(
+            planned, facts=facts, parts=by_receiver(facts, self._beliefs, named, self._mission.is_individual)
+        )
 
     def findings(self, motion: Motion) -> list[Fact]:
         """What this vehicle concludes as the leader of its groups, as facts."""

@@ -2,7 +2,8 @@
 
 A block goes in whole or not at all. Cut anywhere, a large plan would begin for nobody before its last fragment is
 heard. So each vehicle that is given work has a part of its own, with all that it needs to begin: its roles, and what
-their holders pursue on their own. What concerns several vehicles, such as how they come together, is said last.
+their holders pursue on their own. Then comes what concerns all, such as where to meet, and last what the holders of
+new roles pursue together.
 """
 
 from __future__ import annotations
@@ -41,15 +42,42 @@ def by_receiver(
             players.setdefault(role, []).append(beliefs.name(subject))
             parts.setdefault(beliefs.name(subject), [])
     shared: list[Fact] = []
+    together: list[Fact] = []
     for fact, (attribute, role) in said:
-        receivers: Iterable[str] = players.get(role, ())
         if attribute == PLAYS:
-            receivers = (beliefs.name(fact[0]),)
-        elif attribute.startswith(OBJECTIVE_PREFIX):
-            objective = Objective(*role.split("."), attribute.removeprefix(OBJECTIVE_PREFIX), beliefs.name(fact[2]))
-            receivers = receivers if is_individual(objective) else ()
-        for name in receivers:
-            parts[name].append(fact)
-        if not receivers:
+            parts[beliefs.name(fact[0])].append(fact)
+        elif role not in players or not attribute.startswith(OBJECTIVE_PREFIX):
             shared.append(fact)
-    return [part for part in (*parts.values(), shared) if part]
+        elif is_individual(_objective(role, attribute, beliefs.name(fact[2]))):
+            for name in players[role]:
+                parts[name].append(fact)
+        else:
+            together.append(fact)
+    return [part for part in (*parts.values(), shared, together) if part]
+
+
+def _objective(path: str, attribute: str, argument: str) -> Objective:
+    group, role = path.split(".")
+    return Objective(group, role, attribute.removeprefix(OBJECTIVE_PREFIX), argument)
+
+
+def aims(
+    facts: Iterable[tuple[str, str, object]],
+    objectives: Iterable[Objective],
+    beliefs: Beliefs,
+    is_individual: Callable[[Objective], bool],
+) -> list[Fact]:
+    """Individual objectives of the roles that are given in ``facts``, for whoever has not heard of them yet.
+
+    Args:
+        facts: stated of vehicles, by names.
+        objectives: that were said at sea.
+        beliefs: of the vehicle, for names.
+        is_individual: True for objectives that a vehicle pursues without others.
+    """
+    roles = [value for _, attribute, value in facts if attribute == PLAYS]
+    return [
+        beliefs.fact(f"{one.group}.{one.role}", OBJECTIVE_PREFIX + one.name, one.argument)
+        for one in objectives
+        if f"{one.group}.{one.role}" in roles and is_individual(one)
+    ]
