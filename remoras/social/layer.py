@@ -33,7 +33,7 @@ from remoras.social.gatherings import Gatherings
 from remoras.social.negotiation import ROLE_ATTRIBUTES, Negotiation
 from remoras.social.planning import Deliberation, MissionPlanner, missions_of
 from remoras.social.pursuit import Pursuit
-from remoras.social.receivers import aims, by_receiver
+from remoras.social.receivers import aims
 from remoras.social.standing import Standing
 from remoras.social.workload import Workload
 from remoras.strategy import Strategy
@@ -115,7 +115,6 @@ class SocialLayer:
         self._picture = picture
         picture.facts = beliefs
         self._objectives = {(one.group, one.role, one.name): one for one in agreement.objectives}
-        self._agreed = frozenset(self._objectives)
         self._jobs = mission.jobs
         self._pursuit = Pursuit(database[me], mission, self._mission_name)
         self._conclusions = Conclusions(me, mission, self._mission_name, beliefs)
@@ -266,8 +265,7 @@ class SocialLayer:
         for said in self._negotiation.negotiate(now_s, work, peers.heard_s, unheard, calls, self.missions):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in said.facts)
             facts = self.standing.in_place_of_the_absent(self._beliefs.fact(*fact) for fact in said.facts)
-            at_sea = [one for key, one in self._objectives.items() if key not in self._agreed]
-            facts += aims(said.facts, at_sea, self._beliefs, self._mission.is_individual)
+            facts += aims(said.facts, self._objectives.values(), self._beliefs, self._mission.is_individual)
             stated.append((facts, said.told and not (is_order and self.standing.is_cut_off)))
         return stated
 
@@ -280,10 +278,7 @@ class SocialLayer:
         work = self._work(dict(self._picture.peers.positions_m))
         planned = self.planner.plan(self, self.missions, work, self._objectives.values())
         facts = self.standing.in_place_of_the_absent(planned.facts)
-        named = self.standing.consultation.role_named
-        return replace(
-            planned, facts=facts, parts=by_receiver(facts, self._beliefs, named, self._mission.is_individual)
-        )
+        return replace(planned, facts=facts, parts=self.standing.by_receiver(facts, self._mission.is_individual))
 
     def findings(self, motion: Motion) -> list[Fact]:
         """What this vehicle concludes as the leader of its groups, as facts."""
@@ -310,10 +305,7 @@ class SocialLayer:
         return gives_out or (self.leads(name) and self.planner.waits_for(unheard, work.done))
 
     def addressed(self, change: Change) -> dict[str, set[str]]:
-        """Who has to hear of a block of this vehicle's own, by name, and the roles that it gives them.
-
-        Where missions are planned at sea, all members of a group have to hear of objectives that come without roles.
-        """
+        """Who has to hear of a block of this vehicle's own, by name, and the roles that it gives them."""
         return self.standing.addressed(change, everybody=not self.strategy.declaration.planned_before)
 
     def completed(self, objective: Objective) -> list[Fact]:

@@ -67,17 +67,18 @@ def aims(
     beliefs: Beliefs,
     is_individual: Callable[[Objective], bool],
 ) -> list[Fact]:
-    """Individual objectives of the roles that are given in ``facts``, for whoever has not heard of them yet.
+    """Individual objectives, told at sea, of the roles given in ``facts``: whoever gets one may not have heard.
 
     Args:
         facts: stated of vehicles, by names.
-        objectives: that were said at sea.
+        objectives: that count.
         beliefs: of the vehicle, for names.
         is_individual: True for objectives that a vehicle pursues without others.
     """
     roles = [value for _, attribute, value in facts if attribute == PLAYS]
-    return [
-        beliefs.fact(f"{one.group}.{one.role}", OBJECTIVE_PREFIX + one.name, one.argument)
-        for one in objectives
-        if f"{one.group}.{one.role}" in roles and is_individual(one)
-    ]
+    found = []
+    for one in objectives:
+        role, attribute = f"{one.group}.{one.role}", OBJECTIVE_PREFIX + one.name
+        if role in roles and is_individual(one) and beliefs.get((attribute, role)) is not None:
+            found.append(beliefs.fact(role, attribute, one.argument))
+    return found

@@ -7,7 +7,7 @@ orders is for itself alone. When it hears somebody again, it lets go of what it 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from remoras.activities import Objective
@@ -17,6 +17,7 @@ from remoras.organisation import Organisation
 from remoras.social.consultation import Agreed, Consultation
 from remoras.social.membership import NO_CHANGES, Changes, Membership
 from remoras.social.negotiation import ROLE_ATTRIBUTES
+from remoras.social.receivers import by_receiver
 from remoras.social.statements import AVAILABLE, Statements
 from worldmodel import Change
 
@@ -168,6 +169,10 @@ class Standing:
         with_job.add((objective.group, objective.role))
         roles = [one for one in self.organisation.roles_of(self._me) if (one.group, one.role) in with_job]
         return self._statements.leaving(roles)
+
+    def by_receiver(self, facts: Sequence[Fact], is_individual: Callable[[Objective], bool]) -> list[list[Fact]]:
+        """What a plan comes down to in parts, by the vehicles that it concerns."""
+        return by_receiver(facts, self._beliefs, self.consultation.role_named, is_individual)
 
     def addressed(self, change: Change, everybody: bool) -> dict[str, set[str]]:
         """Vehicles that have to hear of a block of this vehicle's own, by name, and the roles that it gives them.
