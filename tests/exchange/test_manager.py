@@ -85,14 +85,13 @@ def test_it_is_said_until_the_last_of_three_peers_has_confirmed():
 
 def test_what_those_hold_to_whom_it_is_addressed_gives_way_to_what_they_lack():
     """Node 2 hears nothing. Once node 1 has confirmed its item, that of node 2 is the more urgent, ten to one."""
-    fleet = Fleet(3, lost=lambda slot, sender, receiver: receiver == 2)
+    urgent = needs(range(3), {MAPPED_CELL: 50})
+    fleet = Fleet(3, who_needs=urgent, lost=lambda slot, sender, receiver: receiver == 2)
     for cell, peer in ((7, 1), (8, 2)):
         model = fleet.managers[0]._model
         fleet.managers[0].offer([model.record([cells(3, 9)[cell]], 0.0)], [peer])
-    entries = fleet.managers[0]._ledger.entries
-    before = [entry.priority for entry in entries]
     fleet.pass_frames(2)
-    assert [entry.priority for entry in entries] == [max(1, before[0] // 10), before[1]]
+    assert [entry.priority for entry in fleet.managers[0]._ledger.entries] == [5, 50]
 
 
 def test_with_repeat_a_peer_passes_on_what_its_origin_cannot_deliver():
