@@ -52,9 +52,7 @@ def test_each_vehicle_has_its_roles_and_what_their_holders_pursue_then_come_all_
     ]
     role_named = Consultation(known, database(auv("AUV00"), auv("AUV01"))).role_named
     parts = by_receiver([known.fact(*one) for one in stated], known, role_named, is_individual)
-    assert parts == [
-        [known.fact(*stated[index]) for index in part] for part in ((0, 3, 6), (1, 2, 5, 6), (7,), (4,))
-    ]
+    assert parts == [[known.fact(*stated[index]) for index in part] for part in ((0, 3, 6), (1, 2, 5, 6), (7,), (4,))]
 
 
 def test_aims_are_said_with_a_role_where_they_were_told_at_sea() -> None:
