@@ -103,7 +103,7 @@ class Round:
     cases: str = CASES
 
 
-ROUNDS = (Round("first", 4001, 1), Round("second", 4002, 2), Round("last", 4003, 8))
+ROUNDS = (Round("first", 4001, 1), Round("second", 4002, 1), Round("last", 4003, 4))
 """All points, the best ``KEPT`` of them, the best one beside the defaults."""
 KEPT = 3
 HYPERCUBE_SEED = 4000
@@ -273,7 +273,8 @@ def swept(tried: Sequence[Point], of: Round, folder: Path, jobs: int) -> Times:
         settings = tuple(pair for pair in treatment.settings if pair[0].startswith(PREFIX))
         of_point = times.setdefault(by_key[treatment.strategy, settings], {})
         for repeat, time_s in values_of(runs, metric).items():
-            of_point.setdefault(repeat, []).append(time_s)
+            if repeat < of.repeats:
+                of_point.setdefault(repeat, []).append(time_s)
     return {
         point: {repeat: statistics.fmean(times_s) for repeat, times_s in by_repeat.items()}
         for point, by_repeat in times.items()
