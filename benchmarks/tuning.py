@@ -117,7 +117,8 @@ class Point:
     values: tuple[tuple[str, Value], ...]
 
     def __str__(self) -> str:
-        return ", ".join(f"{name} {value:.3g}" for name, value in self.values)
+        shown = ((name, f"{value:.3g}" if isinstance(value, float) else str(value)) for name, value in self.values)
+        return ", ".join(f"{name} {value}" for name, value in shown)
 
     @property
     def key(self) -> tuple[str, tuple[tuple[str, str], ...]]:
