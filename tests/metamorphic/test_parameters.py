@@ -20,7 +20,10 @@ SLOW = ("mapping-patches", 'fault=[{kind="slow", vehicle="AUV02", at_s=300.0, fa
 """The plan stops being a good one."""
 MUTE = ("mapping-patches", 'fault=[{kind="mute", vehicle="AUV00", at_s=60.0}]')
 """The head announces nothing that others hear."""
+OWN_GAIN = (*LOSSES, "strategy.parameters.plans_for_all=false")
+"""A discount weighs paths; in bids for a part of a plan it only settles conflicts."""
 CASE_OF = {
+    "discount_s": OWN_GAIN,
     "help_s": ROOM,
     "margin": SLOW,
     "doubt_rounds": WORST,
