@@ -26,6 +26,7 @@ CASE_OF = {
     "discount_s": OWN_GAIN,
     "help_s": ROOM,
     "margin": SLOW,
+    "contract-net.margin": LOSSES,
     "doubt_rounds": WORST,
     "acknowledge_rounds": WORST,
     "accept_rounds": WORST,
@@ -53,7 +54,7 @@ def test_a_parameter_moves_vehicles(strategy: str, parameter: str) -> None:
     """One of these values, at least, gives other tracks than the default: the ends of its range, and one beyond."""
     default = next(one.default for one in parameters(tunable()[strategy]) if one.name == parameter)
     ends = [*(type(default)(end) for end in range_of(strategy, parameter)), BEYOND.get(parameter, default)]
-    case = CASE_OF.get(parameter, LOSSES)
+    case = CASE_OF.get(f"{strategy}.{parameter}") or CASE_OF.get(parameter, LOSSES)
     usual = tracks(strategy, case)
     settings = [f"strategy.parameters.{parameter}={str(end).lower()}" for end in ends if end != default]
     assert any(tracks(strategy, case, one) != usual for one in settings)
