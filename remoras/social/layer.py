@@ -78,8 +78,7 @@ class Review:
 class SocialLayer:
     """Organisation, missions and objectives as one vehicle sees them.
 
-    ``organisation`` is what was agreed; ``present`` is the same without those who are absent: what the vehicle plans,
-    negotiates, addresses and concludes with. While it is cut off it leads itself, and its orders are for itself alone.
+    ``organisation`` is what was agreed; ``present``, by which the vehicle acts, is the same without the absent.
 
     Args:
         me: own name.
@@ -115,7 +114,7 @@ class SocialLayer:
         self._picture = picture
         picture.facts = beliefs
         self._objectives = {(one.group, one.role, one.name): one for one in agreement.objectives}
-        self._told_objectives: dict[tuple[str, str, str], Objective] = {}  # those that were agreed on at sea
+        self._founding = frozenset(agreement.objectives)
         self._jobs = mission.jobs
         self._pursuit = Pursuit(database[me], mission, self._mission_name)
         self._conclusions = Conclusions(me, mission, self._mission_name, beliefs)
@@ -236,8 +235,7 @@ class SocialLayer:
     def consult(self) -> Consulted:
         """End of a round: what was said in it of roles and objectives counts from now on."""
         agreed = self.standing.agree()
-        self._told_objectives |= {(one.group, one.role, one.name): one for one in agreed.objectives}
-        self._objectives |= self._told_objectives
+        self._objectives |= {(one.group, one.role, one.name): one for one in agreed.objectives}
         self.planner.end_round()
         self._renew_leads()
         self.planner.issued.difference_update(agreed.left)
@@ -267,7 +265,7 @@ class SocialLayer:
         for said in self._negotiation.negotiate(now_s, work, peers.heard_s, unheard, calls, self.missions):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in said.facts)
             facts = self.standing.in_place_of_the_absent(self._beliefs.fact(*fact) for fact in said.facts)
-            facts += aims(said.facts, self._told_objectives.values(), self._beliefs, self._mission.is_individual)
+            facts += aims(said.facts, self._objectives.values(), self._founding, self._beliefs, self._mission)
             stated.append((facts, said.told and not (is_order and self.standing.is_cut_off)))
         return stated
 
