@@ -424,6 +424,6 @@ def test_a_run_with_faults_is_a_function_of_scenario_and_seed() -> None:
 
 
 def test_a_fault_that_never_comes_changes_no_row() -> None:
-    late = run_with('kind="lost",vehicle="AUV01",at_s=10000').recorder
+    late = run_with('kind="lost",vehicle="AUV01",rate_per_h=1e-9').recorder
     usual = run_with().recorder
     assert all(late.rows(name) == usual.rows(name) for name in usual.tables)
