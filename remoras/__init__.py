@@ -12,6 +12,8 @@ seams: what one needs to add a mission, a strategy, a sensor, a metric or a figu
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+__version__ = "0.1.0"
+
 if TYPE_CHECKING:
     from exchange.policies import AckPolicy
     from missions.figure import Figure, Layer, Mark, Place

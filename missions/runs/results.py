@@ -27,6 +27,7 @@ from missions.runs.run import Run
 from missions.runs.summary import summary
 from missions.scenarios.loading import resolved
 from missions.scenarios.scenario import Scenario
+from remoras import __version__
 from remoras.recorder import TABLES, Row, Table
 from worldmodel import suggestion
 
@@ -64,7 +65,7 @@ def arrow_table(table: Table, rows: Sequence[Row]) -> pa.Table:
 def manifest(run: Run) -> dict[str, Any]:
     """What is needed to repeat the run: version, resolved scenario as TOML, seed, libraries, platform."""
     return {
-        "version": metadata.version("remoras"),
+        "version": __version__,
         "seed": run.seed,
         "scenario": tomli_w.dumps(run.scenario.model_dump(mode="json", exclude_none=True)),
         "libraries": {name: metadata.version(name) for name in LIBRARIES},

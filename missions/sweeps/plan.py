@@ -13,11 +13,11 @@ import shlex
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
 from missions.document import toml_value
 from missions.sweeps.study_file import StoppingRule, StudyFile
+from remoras import __version__
 
 if TYPE_CHECKING:
     from missions.scenarios import Scenario
@@ -32,7 +32,7 @@ Summaries = Mapping[str, Mapping[str, Any]]
 
 def version() -> str:
     """Version of this program."""
-    return metadata.version("remoras")
+    return __version__
 
 
 def seed_of(master: int, repeat: int) -> int:

@@ -116,9 +116,9 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON value and not
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        from importlib import metadata
+        from remoras import __version__
 
-        print(f"remoras {metadata.version('remoras')}")
+        print(f"remoras {__version__}")
         raise typer.Exit(OK)
 
 

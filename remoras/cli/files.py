@@ -188,14 +188,19 @@ def doctor() -> None:
     import tempfile
     from importlib import metadata
 
+    from exchange.study.compiler import why_uncompiled
     from missions.runs.results import LIBRARIES, Results, write
     from missions.runs.run import run as run_scenario
     from missions.scenarios import load
+    from remoras import __version__
     from remoras.cli.runs import draw_run
 
     print(f"Python {platform.python_version()} on {platform.platform()}")
-    for name in ("remoras", *LIBRARIES):
+    print(f"  remoras {__version__}")
+    for name in LIBRARIES:
         print(f"  {name} {metadata.version(name)}")
+    if hint := why_uncompiled():
+        print(f"  {hint}")
     short = run_scenario(load("mapping-rendezvous", [("--set", "scenario.duration_s=60")]))
     print(f"a run of 60 s of mission time took {short.wall_s:.2f} s")
     with tempfile.TemporaryDirectory() as folder:
