@@ -68,7 +68,7 @@ def exchange_study(
     """Study the exchange policies: time to delivery and to acknowledgement against packet loss."""
     from exchange.policies import POLICIES
     from exchange.study.study import ExchangeStudy, workload_named
-    from missions.runs.results import check_output
+    from missions.runs.folder import check_output
 
     study = ExchangeStudy(
         nodes=5 if nodes is None else nodes,

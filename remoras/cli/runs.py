@@ -50,7 +50,8 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run a mission scenario; print its summary, and write all of its results with --out."""
-    from missions.runs.results import check_output, write
+    from missions.runs.folder import check_output
+    from missions.runs.results import MemoryResults, write
     from missions.runs.run import run as run_scenario
     from missions.runs.summary import summary
     from missions.scenarios import load
@@ -65,7 +66,7 @@ def run(
         finished = run_scenario(loaded, seed, progress=progress.at, keep_models=keep_models)
     if out is not None:
         write(finished, out, force)
-    report = summary(finished)
+    report = MemoryResults(finished).summary if as_json else summary(finished)
     if as_json:
         show_json(report)
     else:
