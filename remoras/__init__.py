@@ -12,7 +12,7 @@ seams: what one needs to add a mission, a strategy, a sensor, a metric or a figu
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from remoras.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from exchange.policies import AckPolicy

@@ -30,8 +30,8 @@ from missions.runs.run import Run
 from missions.runs.summary import summary
 from missions.scenarios.loading import resolved
 from missions.scenarios.scenario import Scenario
-from remoras import __version__
 from remoras.recorder import TABLES, Row, Table
+from remoras.version import __version__
 from worldmodel import suggestion
 
 LIBRARIES = ("mesa", "rdflib", "networkx", "numpy", "matplotlib", "pyarrow", "pydantic")

@@ -6,7 +6,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from missions.scenarios.loading import load, shipped
+from missions.files import shipped
+from missions.scenarios.loading import load
 from missions.scenarios.parts import mission_class
 from missions.scenarios.scenario import Scenario
 

@@ -49,12 +49,6 @@ class StoppingRule(Section):
     minimum: int = Field(10, ge=2, strict=True, description="fewest repeats")
     maximum: int = Field(ge=2, le=1_000_000, strict=True, description="most repeats; replaces study.repeats")
 
-    def is_met(self, half_width: float, mean: float) -> bool:
-        """True if a mean with an interval of that half-width is known well enough."""
-        limits = [] if self.half_width is None else [self.half_width]
-        limits += [] if self.half_width_share is None else [self.half_width_share * abs(mean)]
-        return any(half_width <= limit for limit in limits)
-
 
 class Unforeseen(Section):
     """One ``[[unforeseen]]``: what a mission meets that its plan did not count with."""

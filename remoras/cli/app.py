@@ -12,9 +12,20 @@ from typing import Annotated, Any, NoReturn, ParamSpec
 
 import typer
 
+from remoras.cli.commands import OrderedGroup, PlainCommand
+
 OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
+USERS_FAULTS = (
+    ("exchange.errors", "ExchangeError"),
+    ("missions.errors", "MissionsError"),
+    ("remoras.errors", "RemorasError"),
+    ("visualisation.errors", "VisualisationError"),
+    ("worldmodel.errors", "WorldModelError"),
+)
+"""Module and name of the base of each package's errors."""
 
 app = typer.Typer(
+    cls=OrderedGroup,
     help="Fleets of autonomous marine vehicles: organisation and knowledge over a lossy acoustic channel.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -82,20 +93,16 @@ def command(name: str) -> Callable[[Callable[Parameters, None]], Callable[Parame
                 _report(error, as_json)
                 raise typer.Exit(USAGE) from None
 
-        app.command(name)(reported)
+        app.command(name, cls=PlainCommand)(reported)
         return function
 
     return register
 
 
 def _is_users_fault(error: Exception) -> bool:
-    from exchange.errors import ExchangeError
-    from missions.errors import MissionsError
-    from remoras.errors import RemorasError
-    from visualisation.errors import VisualisationError
-    from worldmodel import WorldModelError
-
-    return isinstance(error, ExchangeError | MissionsError | RemorasError | VisualisationError | WorldModelError)
+    """True for an error of ours; a module that is not loaded has raised none."""
+    loaded = [(sys.modules[module], name) for module, name in USERS_FAULTS if module in sys.modules]
+    return isinstance(error, tuple(getattr(module, name) for module, name in loaded))
 
 
 def show_json(value: Any) -> None:
@@ -116,7 +123,7 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON value and not
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        from remoras import __version__
+        from remoras.version import __version__
 
         print(f"remoras {__version__}")
         raise typer.Exit(OK)

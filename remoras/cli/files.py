@@ -60,13 +60,15 @@ def validate(
     as_json: Json = False,
 ) -> None:
     """Check a scenario or study file whole; every fault is reported with its line."""
-    from missions.runs.setup import resolved
-    from missions.scenarios import load
-    from missions.sweeps.study import is_study
+    from missions.files import check_named, is_study
 
+    check_named(file)
     if is_study(file):
         _validate_study(file, as_json)
         return
+    from missions.runs.setup import resolved
+    from missions.scenarios import load
+
     setup = resolved(load(file))
     schedule, founded = setup.schedule, sorted(setup.agreement.organisation.assignments)
     if as_json:
@@ -192,8 +194,8 @@ def doctor() -> None:
     from missions.runs.results import LIBRARIES, Results, write
     from missions.runs.run import run as run_scenario
     from missions.scenarios import load
-    from remoras import __version__
     from remoras.cli.runs import draw_run
+    from remoras.version import __version__
 
     print(f"Python {platform.python_version()} on {platform.platform()}")
     print(f"  remoras {__version__}")

@@ -50,6 +50,9 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run a mission scenario; print its summary, and write all of its results with --out."""
+    from missions.files import SCENARIO, file_of, shipped
+
+    file_of(SCENARIO, scenario, shipped())  # a name that is mistyped is told before much is loaded
     from missions.runs.folder import check_output
     from missions.runs.results import MemoryResults, write
     from missions.runs.run import run as run_scenario
@@ -154,10 +157,11 @@ def query(
 
     For example: SELECT ?group WHERE { ?group rm:gatheredAt ?point }
     """
+    from missions.files import text_of
     from missions.runs.knowledge import query as ask
     from missions.runs.results import Results
 
-    text = Path(sparql).read_text(encoding="utf-8") if sparql.endswith(".rq") else sparql
+    text = text_of(Path(sparql)) if sparql.endswith(".rq") else sparql
     columns, rows = ask(Results.read(folder), text)
     if as_json:
         show_json([dict(zip(columns, row, strict=True)) for row in rows])

@@ -43,6 +43,9 @@ def sweep(
     as_json: Json = False,
 ) -> None:
     """Make all runs of a study, once each, however often it is interrupted."""
+    from missions.files import STUDY, file_of, shipped_studies
+
+    file_of(STUDY, study, shipped_studies())  # a name that is mistyped is told before much is loaded
     from missions.sweeps import driver
     from missions.sweeps.study import load_study
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
+from missions.files import shipped_studies
 from missions.runs.results import Results
 from missions.scenarios import load, shipped
 from missions.scenarios.explanations import explanations
-from missions.sweeps.study import shipped_studies
 from remoras.cli import app
 
 SHORT = ["--set", "scenario.duration_s=30"]
@@ -50,10 +50,27 @@ def test_the_command_line_loads_nothing_heavy():
     assert loaded.isdisjoint(HEAVY)
 
 
-def test_help_loads_nothing_heavy_either():
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (["run", "--help"], 0),
+        (["frobnicate"], 2),
+        (["run", "mapping-rendezvouz", "--per", "0.5", "--seed", "3"], 2),
+        (["validate", "strategies-quik"], 2),
+        (["sweep", "strategies-quik", "--out", "nowhere"], 2),
+        (["run", "strategies-quick"], 2),
+        (["status", "nowhere"], 2),
+        (["plot", "nowhere"], 2),
+        (["status", "SWEEP"], 0),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_what_is_answered_at_once_loads_nothing_heavy(arguments: list[str], code: int, swept: Path):
+    """Each of these libraries takes longer to load than the answer may take."""
+    given = [str(swept) if argument == "SWEEP" else argument for argument in arguments]
     program = "import remoras.cli; from typer.testing import CliRunner;"
-    program += "assert CliRunner().invoke(remoras.cli.app, ['run', '--help']).exit_code == 0"
-    assert modules_after(program).isdisjoint(set(HEAVY) - {"pydantic"})  # Typer itself checks ranges with it
+    program += f"assert CliRunner().invoke(remoras.cli.app, {given}).exit_code == {code}"
+    assert modules_after(program).isdisjoint({*HEAVY, "scipy", "pandas", "numba"})
 
 
 # help ---------------------------------------------------------------------------------------------
