@@ -8,13 +8,13 @@ from __future__ import annotations
 import json
 import tomllib
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from pydantic import ValidationError
 
 from missions.document import MOST_LEVELS, TOO_DEEP, Document, fault_of, index_of, is_deep, key_parts
-from missions.errors import ConfigurationFault
+from missions.errors import LONGEST_VALUE, ConfigurationFault, cut
 from missions.files import SCENARIO, shipped
 from missions.scenarios.channel import leave_aside
 from missions.scenarios.checks import cross_faults, job_faults
@@ -46,7 +46,8 @@ def resolved(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> S
     """The scenario that a document is; see ``load``."""
     raw = document.raw
     own_channel = dict(table_of(raw, "channel"))
-    faults = [fault for option, text in overrides if (fault := _override(raw, option, text)) is not None]
+    faults = list(_contradictions(overrides))
+    faults += [fault for option, text in overrides if (fault := _override(raw, option, text)) is not None]
     options = {".".join(key_parts(text.partition("=")[0].strip())): option for option, text in overrides}
     faults += leave_aside(own_channel, raw, options)
     copies = with_copies(raw)
@@ -131,6 +132,19 @@ def _sensor_faults(key: str, table: Raw, mission: type[Mission]) -> list[Configu
         return [ConfigurationFault(f"{key}.type", json.dumps(table.get("type", "")), str(error))]
     faults = [fault_of(detail, kind, table) for detail in found.errors()]
     return [ConfigurationFault(f"{key}.{fault.key}", fault.given, fault.allowed) for fault in faults]
+
+
+def _contradictions(overrides: Sequence[tuple[str, str]]) -> Iterator[ConfigurationFault]:
+    """Overrides that give a key another value than one before them."""
+    first: dict[str, tuple[str, str]] = {}
+    for option, text in overrides:
+        name, _, value = text.partition("=")
+        key, value = ".".join(key_parts(name.strip())), value.strip()
+        other, given = first.setdefault(key, (option, value))
+        if _value(value) != _value(given):
+            where = other if other == option else f"{other}, which sets {key} too,"
+            allowed = f"contradicts {where} = {cut(given, LONGEST_VALUE)}; give one of them"
+            yield ConfigurationFault(option, text, allowed)
 
 
 def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationFault | None:

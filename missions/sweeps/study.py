@@ -20,6 +20,7 @@ from missions.files import STUDY, file_or_name, is_file, shipped, shipped_studie
 from missions.metric import Metric
 from missions.runs.metrics import metrics_of
 from missions.scenarios import Scenario, load
+from missions.scenarios.channel import is_left_aside
 from missions.scenarios.explanations import explanations_of
 from missions.sweeps.additions import OPTION, with_strategies
 from missions.sweeps.design import FAULT, Combination, Settings, combinations
@@ -180,6 +181,8 @@ def _configuration(source: str, combination: Combination) -> Configuration:
         ConfigurationError: the scenario does not allow them.
     """
     last = {setting.key: setting for setting in combination.settings}
+    if (channel := last.get("channel.name")) is not None:
+        last = {key: setting for key, setting in last.items() if not is_left_aside(key, channel.value)}
     overrides = [(setting.place, f"{setting.key}={toml_value(setting.value)}") for setting in last.values()]
     pairs = tuple((setting.key, setting.value) for setting in last.values())
     return Configuration(source, pairs, load(source, overrides), combination.unforeseen)

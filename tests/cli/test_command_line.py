@@ -9,11 +9,13 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
+from missions.errors import ConfigurationError
 from missions.files import shipped_studies
 from missions.runs.results import Results
 from missions.scenarios import load, shipped
 from missions.scenarios.explanations import explanations
 from remoras.cli import app
+from remoras.face import load as face_load
 
 SHORT = ["--set", "scenario.duration_s=30"]
 NOT_BUILT = ["replay", "live", "export"]
@@ -201,10 +203,73 @@ def test_options_reach_the_run_and_the_seed_repeats_it():
 
 
 def test_the_perfect_channel_is_the_bound_from_above():
-    report = json.loads(
-        remoras("run", "mapping-rendezvous", *SHORT, "--channel", "perfect", "--per", "0.5", "--json").stdout
-    )
+    report = json.loads(remoras("run", "mapping-rendezvous", *SHORT, "--channel", "perfect", "--json").stdout)
     assert (report["channel"], report["per"], report["delivery_ratio"]) == ("perfect", 0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (
+            ["--per", "0.2", "--set", "channel.per=0.5"],
+            "--set = channel.per=0.5: contradicts --per, which sets channel",
+        ),
+        (["--strategy", "cbba", "--set", "strategy.name=central"], "contradicts --strategy, .* = cbba; give one"),
+        (["--policy", "ack", "--set", 'communication.policy="m-ack"'], "contradicts --policy"),
+        (["--set", "channel.per=0.1", "--set", "channel.'per'=0.2"], "contradicts --set = 0.1"),
+        (["--channel", "perfect", "--per", "0.5"], "--per .channel.per. = 0.5: not used by the perfect channel"),
+        (["--channel", "perfect", "--set", "channel.per=0.5"], "--set .* not used by the perfect channel"),
+        (["--channel", "gilbert-elliott", "--per", "0.5"], "not used by the gilbert-elliott channel"),
+    ],
+)
+def test_options_that_contradict_each_other_are_refused(options: list[str], says: str):
+    message = refused("run", "mapping-rendezvous", *options)
+    assert re.search(says, message)
+    assert len(message.splitlines()) == 1
+
+
+def test_options_that_say_the_same_twice_are_taken():
+    given = ["--per", "0.50", "--set", "channel.per=0.5", "--strategy", "cbba", "--set", 'strategy.name="cbba"']
+    assert remoras("run", "mapping-rendezvous", *SHORT, *given).exit_code == 1
+
+
+def test_python_is_refused_what_the_command_line_is():
+    with pytest.raises(ConfigurationError, match=r"contradicts per, which sets channel\.per too"):
+        face_load("mapping-rendezvous", per=0.2, set={"channel.per": 0.5})
+    with pytest.raises(ConfigurationError, match="not used by the perfect channel"):
+        face_load("mapping-rendezvous", channel="perfect", per=0.5)
+
+
+@pytest.mark.parametrize("command", ["run", "validate"])
+def test_a_study_given_to_run_is_one_hint(command: str, tmp_path: Path):
+    file = tmp_path / "study.toml"
+    file.write_text(remoras("example", "study").stdout, encoding="utf-8")
+    for name in (file, "strategies-quick"):
+        if command == "run":
+            message = refused("run", name)
+            assert f"this is a study; start it with: remoras sweep {name} --out DIR" in message
+            assert len(message.splitlines()) == 1
+        else:
+            assert remoras("validate", name).exit_code == 0
+
+
+def test_a_scenario_given_to_sweep_is_one_hint(tmp_path: Path):
+    file = tmp_path / "mine.toml"
+    file.write_text(remoras("example", "scenario").stdout, encoding="utf-8")
+    for name in (file, "mapping-rendezvous"):
+        message = refused("sweep", name, "--out", tmp_path / "out")
+        assert f"this is a scenario; start it with: remoras run {name}" in message
+        assert len(message.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_faults_of_a_file_are_json_too(tmp_path: Path):
+    file = tmp_path / "mine.toml"
+    text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
+    file.write_text(text.replace("slot = 2", "slot = 1"), encoding="utf-8")
+    report = json.loads(remoras("validate", file, "--json").stdout)
+    assert [(fault["key"], fault["given"]) for fault in report["faults"]] == [("vehicle.AUV01.slot", "1")]
+    assert report["faults"][0]["line"] > 0
 
 
 def test_results_are_written_and_not_overwritten_without_being_asked(tmp_path: Path):
