@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import re
 import sys
 from collections.abc import Callable, Sequence
 from enum import StrEnum
@@ -12,6 +13,7 @@ from typing import Annotated, Any, NoReturn, ParamSpec
 
 import typer
 
+from missions.errors import LONGEST_VALUE, cut
 from remoras.cli.commands import OrderedGroup, PlainCommand
 
 OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
@@ -23,6 +25,9 @@ USERS_FAULTS = (
     ("worldmodel.errors", "WorldModelError"),
 )
 """Module and name of the base of each package's errors."""
+LONGEST_WORD = 300
+"""Characters of a word that a message shows: enough for a path."""
+LONG_WORD = re.compile(rf"\S{{{LONGEST_WORD + 1},}}")
 
 app = typer.Typer(
     cls=OrderedGroup,
@@ -54,11 +59,31 @@ def fail(message: str, code: int = USAGE) -> NoReturn:
 
 def _report(error: Exception, as_json: bool) -> None:
     """Tell a fault: a message for people, and one JSON value where that was asked for."""
-    print(f"remoras: {error}", file=sys.stderr)
+    message = shortened(str(error))
+    print(f"remoras: {message}", file=sys.stderr)
     if as_json:
-        faults = getattr(error, "faults", ())
-        listed = [{"key": f.key, "given": f.given, "allowed": f.allowed, "line": f.line} for f in faults]
-        show_json({"error": str(error), "faults": listed})
+        listed = [
+            {
+                "key": shortened(fault.key),
+                "given": cut(fault.given, LONGEST_VALUE),
+                "allowed": shortened(fault.allowed),
+                "line": fault.line,
+            }
+            for fault in getattr(error, "faults", ())
+            if hasattr(fault, "allowed")
+        ]
+        show_json({"error": message, "faults": listed})
+
+
+def shortened(message: str) -> str:
+    """A message in which words that are too long to be read are cut.
+
+    >>> shortened("no " + "x" * 300 + " here")[-12:]
+    'xxxxxxx here'
+    >>> len(shortened("no " + "x" * 3000 + " here"))
+    308
+    """
+    return LONG_WORD.sub(lambda word: cut(word[0], LONGEST_WORD), message)
 
 
 def one_of(what: str, name: str, known: Sequence[str]) -> None:
@@ -66,7 +91,7 @@ def one_of(what: str, name: str, known: Sequence[str]) -> None:
     if name not in known:
         from worldmodel import suggestion
 
-        fail(f"{what} {name!r}: allowed are {', '.join(known)}{suggestion(name, known)}")
+        fail(f"{what} {cut(name, LONGEST_VALUE)!r}: allowed are {', '.join(known)}{suggestion(name, known)}")
 
 
 def command(name: str) -> Callable[[Callable[Parameters, None]], Callable[Parameters, None]]:
@@ -141,16 +166,25 @@ def _root(
 def main() -> None:
     """Entry point of the ``remoras`` command; ``module:object`` is looked for in the current folder too."""
     sys.path.append(str(Path.cwd()))
-    if "--json" not in sys.argv:
-        app()
     try:
         code = app(standalone_mode=False)
-    except typer.Abort:
+    except (typer.Abort, KeyboardInterrupt):
+        print("remoras: interrupted", file=sys.stderr)
         code = INTERRUPTED
+    except BrokenPipeError:
+        sys.stderr.close()
+        code = OK
     except Exception as error:  # an option that is not there, an argument that is missing: typer has no name for these
         if not hasattr(error, "format_message"):
             raise
-        error.show()  # type: ignore[attr-defined]
-        show_json({"error": error.format_message(), "faults": []})
-        code = error.exit_code  # type: ignore[attr-defined]
+        code = _report_usage(error)
     sys.exit(code)
+
+
+def _report_usage(error: Any) -> int:
+    """Tell what the parser refuses, with --json as one JSON value too; returns the code to exit with."""
+    error.message = shortened(error.message)
+    error.show()
+    if "--json" in sys.argv:
+        show_json({"error": error.format_message(), "faults": []})
+    return int(error.exit_code)

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
+from missions.errors import LONGEST_VALUE, cut
 from remoras.cli.app import USAGE, Format, Json, app, command, fail, one_of, show_json
 
 KINDS = ("scenarios", "strategies", "policies", "channels", "modems", "studies")
@@ -159,7 +160,8 @@ def explain(
         table, _, rest = key.split(".", 2)
         found = _explained(f"{table}.{rest}", known)
     if not found:
-        fail(f"key {key!r} is in no scenario and no study{suggestion(key, known)}; `remoras explain` lists all keys")
+        given = cut(key, LONGEST_VALUE)
+        fail(f"key {given!r} is in no scenario and no study{suggestion(key, known)}; `remoras explain` lists all keys")
     if as_json:
         show_json([{"key": name, "type": kind, "meaning": meaning} for name, (kind, meaning) in found.items()])
         return

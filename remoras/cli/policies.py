@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from missions.errors import LONGEST_VALUE, cut
 from remoras.cli.app import Format, Json, command, fail, show_json
 from remoras.cli.progress import Progress
 
@@ -31,7 +32,8 @@ def loss_rates(text: str) -> tuple[float, ...]:
         if step <= 0.0 or last < first:
             raise ValueError
     except ValueError:
-        fail(f"--per {text!r}: allowed are rates such as 0.1,0.5 or first:last:step such as 0.05:0.8:0.05")
+        given = cut(text, LONGEST_VALUE)
+        fail(f"--per {given!r}: allowed are rates such as 0.1,0.5 or first:last:step such as 0.05:0.8:0.05")
     return tuple(round(first + number * step, 10) for number in range(int((last - first) / step + 1e-9) + 1))
 
 

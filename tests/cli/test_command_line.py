@@ -14,7 +14,7 @@ from missions.files import shipped_studies
 from missions.runs.results import Results
 from missions.scenarios import load, shipped
 from missions.scenarios.explanations import explanations
-from remoras.cli import app
+from remoras.cli import app, main
 from remoras.face import load as face_load
 
 SHORT = ["--set", "scenario.duration_s=30"]
@@ -261,6 +261,47 @@ def test_a_scenario_given_to_sweep_is_one_hint(tmp_path: Path):
         assert f"this is a scenario; start it with: remoras run {name}" in message
         assert len(message.splitlines()) == 1
     assert not (tmp_path / "out").exists()
+
+
+LONG = "x" * 10_000
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["run", LONG],
+        ["run", "mapping-rendezvous", "--set", f"channel.per={LONG}"],
+        ["run", "mapping-rendezvous", "--set", f"channel.{LONG}=1"],
+        ["run", "mapping-rendezvous", "--set", LONG],
+        ["run", "mapping-rendezvous", "--strategy", f"{LONG}:{LONG}"],
+        ["run", "mapping-rendezvous", "--seed", LONG],
+        ["run", "mapping-rendezvous", f"--{LONG}"],
+        ["run", "mapping-rendezvous", "--per", "many words " * 1000],
+        ["exchange-study", "--per", "many words " * 1000],
+        ["list", "many words " * 1000],
+        ["explain", LONG],
+        [LONG],
+    ],
+    ids=range(12),
+)
+def test_a_long_value_is_not_echoed_whole(arguments: list[str], capsys: pytest.CaptureFixture[str]):
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(sys, "argv", ["remoras", *arguments, "--json"])
+        with pytest.raises(SystemExit) as ended:
+            main()
+    said = capsys.readouterr()
+    assert ended.value.code == 2
+    assert 20 < len(said.err) < 1500
+    assert len(said.out) < 3000
+    assert json.loads(said.out)["error"]
+
+
+@pytest.mark.parametrize("arguments", [["run", "mapping-rendezvous"], ["--help"]])
+def test_an_interruption_while_libraries_load_is_one_line(arguments: list[str]):
+    program = "import sys, remoras.cli\ndef interrupted(**_): raise KeyboardInterrupt\n"
+    program += "sys.modules['remoras.cli.app'].app = interrupted\nremoras.cli.main()"
+    done = subprocess.run([sys.executable, "-c", program, *arguments], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "remoras: interrupted\n")
 
 
 def test_faults_of_a_file_are_json_too(tmp_path: Path):
