@@ -13,7 +13,7 @@ from pydantic import Field, field_validator
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.faults import FaultTable
-from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section
+from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, one_or_more
 from remoras.executive.satisfaction import DecisionConstants
 
 
@@ -147,7 +147,9 @@ class VehicleTable(Section):
         description="roles the vehicle is able to play, those it is meant for first"
     )
     sensor: tuple[dict[str, Any], ...] = Field(  # each kind of sensor says what it allows
-        (), description="sensors of the vehicle, a table each; `type` names the kind, or package.module:object"
+        (),
+        description="sensors of the vehicle, a table each; `type` names the kind, or package.module:object",
+        json_schema_extra=one_or_more,
     )
 
     @field_validator("sensor", mode="before")

@@ -94,8 +94,13 @@ def one_of(what: str, name: str, known: Sequence[str]) -> None:
         fail(f"{what} {cut(name, LONGEST_VALUE)!r}: allowed are {', '.join(known)}{suggestion(name, known)}")
 
 
-def command(name: str) -> Callable[[Callable[Parameters, None]], Callable[Parameters, None]]:
-    """A command whose user errors become one message and whose interruption exits with 130."""
+def command(name: str, example: str = "") -> Callable[[Callable[Parameters, None]], Callable[Parameters, None]]:
+    """A command whose user errors become one message and whose interruption exits with 130.
+
+    Args:
+        name: of the command.
+        example: what one may type; its help shows it.
+    """
 
     def register(function: Callable[Parameters, None]) -> Callable[Parameters, None]:
         @functools.wraps(function)
@@ -118,7 +123,8 @@ def command(name: str) -> Callable[[Callable[Parameters, None]], Callable[Parame
                 _report(error, as_json)
                 raise typer.Exit(USAGE) from None
 
-        app.command(name, cls=PlainCommand)(reported)
+        summary = " ".join((function.__doc__ or "").strip().partition("\n\n")[0].split())
+        app.command(name, cls=PlainCommand, epilog=example or None, short_help=summary)(reported)
         return function
 
     return register
@@ -167,7 +173,7 @@ def main() -> None:
     """Entry point of the ``remoras`` command; ``module:object`` is looked for in the current folder too."""
     sys.path.append(str(Path.cwd()))
     try:
-        code = app(standalone_mode=False)
+        code = app(prog_name="remoras", standalone_mode=False)
     except (typer.Abort, KeyboardInterrupt):
         print("remoras: interrupted", file=sys.stderr)
         code = INTERRUPTED

@@ -15,6 +15,7 @@ ORDER = (
     "exchange-study", "explain", "doctor",
 )  # fmt: skip
 """Commands in the order in which one comes to use them; others follow as they are declared."""
+PYTHON_TYPE = re.compile(r" <(str|path|int|float|list\[str\])>")
 
 
 class PlainCommand(TyperCommand):
@@ -28,6 +29,17 @@ class PlainCommand(TyperCommand):
         """Parameters, those of plain types with a taker of their own."""
         return [taking_plain(parameter) for parameter in super().get_params(ctx)]
 
+    def get_help(self, ctx: Any) -> str:
+        """The help text, without names of Python's types and without braces around what is needed."""
+        text = PYTHON_TYPE.sub(lambda found: " " * len(found[0]), super().get_help(ctx))
+        usage, _, rest = text.partition("\n")
+        return "\n".join([usage.replace("{", "").replace("}", ""), rest])
+
+    def format_epilog(self, ctx: Any, formatter: Any) -> None:
+        """The example, as one types it."""
+        if self.epilog:
+            _write_lines(formatter, "Example", [self.epilog])
+
 
 class OrderedGroup(TyperGroup):
     """The commands in the order of their use."""
@@ -40,6 +52,18 @@ class OrderedGroup(TyperGroup):
         """Names of the commands as ``--help`` shows them."""
         names = super().list_commands(ctx)
         return sorted(names, key=lambda name: ORDER.index(name) if name in ORDER else len(ORDER))
+
+    def format_epilog(self, ctx: Any, formatter: Any) -> None:
+        """An example of every command, as one types it."""
+        commands = [self.get_command(ctx, name) for name in self.list_commands(ctx)]
+        _write_lines(formatter, "Examples", [one.epilog for one in commands if one is not None and one.epilog])
+
+
+def _write_lines(formatter: Any, heading: str, lines: list[str]) -> None:
+    """Write lines that are not to be wrapped: they are copied."""
+    with formatter.section(heading):
+        for line in lines:
+            formatter.write(f"{'':{formatter.current_indent}}{line}\n")
 
 
 class _Plain:

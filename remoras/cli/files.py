@@ -11,14 +11,23 @@ from typing import Annotated, Any
 import typer
 
 from missions.errors import LONGEST_VALUE, cut
+from remoras.cli import completion
 from remoras.cli.app import USAGE, Format, Json, app, command, fail, one_of, show_json
 
+EXAMPLES = ("scenario", "study", "organisation")
 KINDS = ("scenarios", "strategies", "policies", "channels", "modems", "studies")
 
 
-@command("list")
+@command("list", "remoras list strategies")
 def list_(
-    kind: Annotated[str, typer.Argument(help=f"One of {', '.join(KINDS)}; all but the studies if left out.")] = "",
+    kind: Annotated[
+        str,
+        typer.Argument(
+            metavar="KIND",
+            help=f"One of {', '.join(KINDS)}; all but the studies if left out.",
+            autocompletion=completion.one_of(*KINDS),
+        ),
+    ] = "",
     as_json: Json = False,
 ) -> None:
     """List what can be named: scenarios, strategies, policies, channels, modems; or studies.
@@ -55,9 +64,16 @@ def _detail_lines(details: Mapping[str, Any]) -> Iterator[str]:
     yield from (f"parameter {p['name']} = {p['default']}: {p['description']}" for p in details["parameters"])
 
 
-@command("validate")
+@command("validate", "remoras validate mine.toml")
 def validate(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="Scenario or study: a file, or a shipped name.")],
+    file: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE",
+            help="Scenario or study: a file, or a shipped name.",
+            autocompletion=completion.scenario_or_study,
+        ),
+    ],
     as_json: Json = False,
 ) -> None:
     """Check a scenario or study file whole; every fault is reported with its line."""
@@ -107,15 +123,20 @@ def _validate_study(file: str, as_json: bool) -> None:
     print(f"{file}: study ok; {n_configurations} configurations x {runs}")
 
 
-@command("example")
+@command("example", "remoras example scenario > mine.toml")
 def example(
-    what: Annotated[str, typer.Argument(help="scenario, study or organisation.")] = "scenario",
+    what: Annotated[
+        str,
+        typer.Argument(
+            metavar="WHAT", help="scenario, study or organisation.", autocompletion=completion.one_of(*EXAMPLES)
+        ),
+    ] = "scenario",
 ) -> None:
     """Print a commented example to start from."""
     from missions.scenarios import shipped
     from missions.sweeps.study import example_study
 
-    one_of("example", what, ["scenario", "study", "organisation"])
+    one_of("example", what, EXAMPLES)
     if what == "study":
         print(example_study().rstrip())
         return
@@ -132,21 +153,37 @@ def _explained(key: str, known: dict[str, tuple[str, str]]) -> dict[str, tuple[s
         for name, (kind, meaning) in known.items()
         if not key
         or f"{name}.".startswith(f"{key}.")
-        or (kind.startswith("dict") and key.startswith(f"{name}.") and name != "mission")
+        or (kind.startswith("table") and key.startswith(f"{name}.") and name != "mission")
     }
 
 
-@command("explain")
+@command("explain", "remoras explain communication.policy")
 def explain(
     key: Annotated[
-        str, typer.Argument(help="A key such as communication.policy; a table for all its keys; codec for a packet.")
+        str,
+        typer.Argument(
+            metavar="KEY",
+            help="A key such as communication.policy; a table for all its keys; codec for a packet.",
+            autocompletion=completion.key,
+        ),
     ] = "",
     scenario: Annotated[
-        str, typer.Option(help="Scenario whose packets `explain codec` lays out.")
+        str,
+        typer.Option(
+            metavar="SCENARIO",
+            help="Scenario whose packets `explain codec` lays out, and whose tables --schema describes.",
+            autocompletion=completion.scenario,
+        ),
     ] = "mapping-rendezvous",
+    schema: Annotated[
+        bool, typer.Option("--schema", help="Print the JSON Schema of scenarios, or with the key `study` of studies.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Say what a key of a scenario or of a study means: type, range, default; or what a packet holds, bit by bit."""
+    if schema:
+        _show_schema(key, scenario)
+        return
     if key == "codec":
         _explain_codec(scenario, as_json)
         return
@@ -169,6 +206,22 @@ def explain(
         print(f"{name}  ({kind})\n    {meaning}")
 
 
+def _show_schema(key: str, scenario: str) -> None:
+    """Print the JSON Schema that an editor checks a file against: of scenarios of a mission, or of studies."""
+    from missions.scenarios import load
+    from missions.scenarios.explanations import schema_of
+    from missions.scenarios.parts import mission_class
+    from missions.sweeps.study_file import StudyFile
+
+    if key not in ("", "scenario", "study"):
+        fail(f"--schema: of a whole file, scenario or study, not of {cut(key, LONGEST_VALUE)!r}")
+    if key == "study":
+        show_json(schema_of(StudyFile, "REMORAS study"))
+        return
+    mission = load(scenario).scenario.mission
+    show_json(schema_of(mission_class(mission).Scenario, f"REMORAS scenario of {mission}"))
+
+
 def _explain_codec(scenario: str, as_json: bool) -> None:
     """The fields of a packet in the order of the wire, with their sizes in that scenario's fleet."""
     from missions.runs.setup import resolved
@@ -185,7 +238,7 @@ def _explain_codec(scenario: str, as_json: bool) -> None:
         print(f"  {field.group:<9} {field.field:<{width}} {field.size_bits:>4}  {field.note}".rstrip())
 
 
-@command("doctor")
+@command("doctor", "remoras doctor")
 def doctor() -> None:
     """Check this installation: versions, ontology, a short run, a figure."""
     import platform

@@ -44,26 +44,38 @@ def named(policies: Sequence[str]) -> list[str | AckPolicy]:
     return [policy_of(name) if ":" in name else name for name in policies]
 
 
-@command("exchange-study")
+@command("exchange-study", "remoras exchange-study --nodes 8 --per 0.1,0.5 --trials 300")
 def exchange_study(
-    nodes: Annotated[int | None, typer.Option(help="Vehicles in the fleet, 2 to 64.  [default: 5]")] = None,
-    per: Annotated[str, typer.Option(help="Loss rates: 0.1,0.5 or first:last:step.")] = "0.05:0.8:0.05",
-    policies: Annotated[str, typer.Option(help="all, or names or package.module:object, commas between.")] = "all",
-    trials: Annotated[int, typer.Option(help="Trials of each policy at each loss rate.")] = 2000,
-    load: Annotated[str, typer.Option(help="single, batch or poisson:RATE (items per node and slot).")] = "single",
-    items: Annotated[int, typer.Option(help="Items at every node, for load batch.")] = 1,
-    item_bits: Annotated[int, typer.Option(help="Size of an item.")] = 60,
+    nodes: Annotated[
+        int | None, typer.Option(metavar="N", help="Vehicles in the fleet, 2 to 64.  [default: 5]")
+    ] = None,
+    per: Annotated[
+        str, typer.Option(metavar="RATES", help="Loss rates: 0.1,0.5 or first:last:step.")
+    ] = "0.05:0.8:0.05",
+    policies: Annotated[
+        str, typer.Option(metavar="NAMES", help="all, or names or package.module:object, commas between.")
+    ] = "all",
+    trials: Annotated[int, typer.Option(metavar="N", help="Trials of each policy at each loss rate.")] = 2000,
+    load: Annotated[
+        str, typer.Option(metavar="LOAD", help="single, batch or poisson:RATE (items per node and slot).")
+    ] = "single",
+    items: Annotated[int, typer.Option(metavar="N", help="Items at every node, for load batch.")] = 1,
+    item_bits: Annotated[int, typer.Option(metavar="BITS", help="Size of an item.")] = 60,
     capacity_bits: Annotated[
-        int | None, typer.Option(help="Size of a packet, header charged; unlimited if left out.")
+        int | None, typer.Option(metavar="BITS", help="Size of a packet, header charged; unlimited if left out.")
     ] = None,
     carrier_evidence: Annotated[bool, typer.Option(help="Take a node that sends an item as holding it.")] = False,
-    seed: Annotated[int, typer.Option(help="Root of all random draws.")] = 1,
-    jobs: Annotated[int, typer.Option(help="Cores to use; the numbers do not depend on it.")] = 1,
+    seed: Annotated[int, typer.Option(metavar="N", help="Root of all random draws.")] = 1,
+    jobs: Annotated[int, typer.Option(metavar="N", help="Cores to use; the numbers do not depend on it.")] = 1,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder for figures, captions and their CSV; without --nodes, those of the paper."),
+        typer.Option(
+            metavar="DIR", help="Folder for figures, captions and their CSV; without --nodes, those of the paper."
+        ),
     ] = None,
-    file_format: Annotated[Format, typer.Option("--format", help="File format of figures.")] = Format.PNG,
+    file_format: Annotated[
+        Format, typer.Option("--format", metavar="png|svg|pdf", help="File format of figures.")
+    ] = Format.PNG,
     force: Annotated[bool, typer.Option("--force", help="Replace what is already in --out.")] = False,
     as_json: Json = False,
 ) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from remoras.cli import completion
 from remoras.cli.app import FAILED, Format, Json, command, fail, show_json
 from remoras.cli.progress import Progress
 
@@ -31,18 +32,33 @@ def _overrides(
     return given + [("--set", setting) for setting in settings]
 
 
-@command("run")
+@command("run", "remoras run mapping-rendezvous --per 0.6 --seed 3 --out results/lossy")
 def run(
-    scenario: Annotated[str, typer.Argument(help="Shipped scenario or TOML file.")],
-    strategy: Annotated[str | None, typer.Option(help="Organisational strategy.")] = None,
-    policy: Annotated[str | None, typer.Option(help="Exchange policy.")] = None,
-    channel: Annotated[str | None, typer.Option(help="Loss model of the channel.")] = None,
-    per: Annotated[str | None, typer.Option(help="Packet error rate of bernoulli or matrix, 0 to below 1.")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Root of all random draws.")] = 1,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a key; see `explain`.")
+    scenario: Annotated[
+        str,
+        typer.Argument(metavar="SCENARIO", help="Shipped scenario or TOML file.", autocompletion=completion.scenario),
+    ],
+    strategy: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Organisational strategy.", autocompletion=completion.strategy_name),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for summary, manifest and tables.")] = None,
+    policy: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Exchange policy.", autocompletion=completion.policy)
+    ] = None,
+    channel: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Loss model of the channel.", autocompletion=completion.channel)
+    ] = None,
+    per: Annotated[
+        str | None, typer.Option(metavar="RATE", help="Packet error rate of bernoulli or matrix, 0 to below 1.")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Root of all random draws: 0, 1, 2, ...")] = 1,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="Override a key; see `explain`.", autocompletion=completion.setting
+        ),
+    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for summary, manifest and tables.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace results that are already in --out.")] = False,
     keep_models: Annotated[
         bool, typer.Option("--keep-models", help="Keep what each vehicle knew at the end, for `query`.")
@@ -94,16 +110,24 @@ def _print_summary(report: dict[str, Any]) -> None:
         print(f"  {milestone['time_s']:>9.1f} s  {milestone['name']} {who}".rstrip())
 
 
-@command("plot")
+@command("plot", "remoras plot results/lossy trajectories roles --format pdf")
 def plot(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run, or folder of a sweep.")],
     kinds: Annotated[
-        list[str] | None, typer.Argument(metavar="[KIND]...", help="Figures to draw; all if left out.")
+        list[str] | None,
+        typer.Argument(metavar="KIND", help="Figures to draw; all if left out.", autocompletion=completion.kind),
     ] = None,
-    file_format: Annotated[Format, typer.Option("--format", help="File format.")] = Format.PNG,
-    out: Annotated[Path | None, typer.Option(help="Folder for the figures; DIR if left out.")] = None,
+    file_format: Annotated[Format, typer.Option("--format", metavar="png|svg|pdf", help="File format.")] = Format.PNG,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for the figures; that of the results if left out.")
+    ] = None,
     metric: Annotated[
-        str | None, typer.Option(help="Field of the summary of a sweep's ranking and differences; else mission_time_s.")
+        str | None,
+        typer.Option(
+            metavar="METRIC",
+            help="Field of the summary of a sweep's ranking and differences; else mission_time_s.",
+            autocompletion=completion.metric,
+        ),
     ] = None,
 ) -> None:
     """Draw the figures of a run (trajectories, roles and more) or of a sweep (metrics over loss, ranking and more)."""
@@ -147,16 +171,13 @@ def _plot_sweep(folder: Path, kinds: Sequence[str], out: Path, file_format: Form
     _show_drawn(drawn)
 
 
-@command("query")
+@command("query", "remoras query results/known 'SELECT ?group WHERE { ?group rm:gatheredAt ?point }'")
 def query(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run that kept its models.")],
     sparql: Annotated[str, typer.Argument(metavar="SPARQL", help="A SELECT or ASK query, or a file FILE.rq.")],
     as_json: Json = False,
 ) -> None:
-    """Ask what the vehicles knew at the end of a run, each in turn; it was run with --keep-models.
-
-    For example: SELECT ?group WHERE { ?group rm:gatheredAt ?point }
-    """
+    """Ask what the vehicles knew at the end of a run, each in turn; it was run with --keep-models."""
     from missions.files import text_of
     from missions.runs.knowledge import query as ask
     from missions.runs.results import Results

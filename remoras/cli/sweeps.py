@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from remoras.cli import completion
 from remoras.cli.app import FAILED, Json, command, fail, show_json
 from remoras.cli.progress import Progress
 
@@ -22,18 +23,26 @@ PARTLY_DONE = 3
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")]
 
 
-@command("sweep")
+@command("sweep", "remoras sweep strategies-quick --out results/quick --jobs 2")
 def sweep(
-    study: Annotated[str, typer.Argument(metavar="STUDY", help="Shipped study or TOML file.")],
-    out: Annotated[Path, typer.Option(help="Folder for the runs; run again on the same folder to go on.")],
-    jobs: Annotated[int, typer.Option(min=1, max=1024, help="Processes on this machine.")] = os.cpu_count() or 1,
+    study: Annotated[
+        str, typer.Argument(metavar="STUDY", help="Shipped study or TOML file.", autocompletion=completion.study)
+    ],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for the runs; run again on the same folder to go on.")
+    ],
+    jobs: Annotated[int, typer.Option(min=1, max=1024, metavar="N", help="Processes on this machine.")] = os.cpu_count()
+    or 1,
     cluster: Annotated[
         str | None, typer.Option(metavar="tcp://HOST:PORT", help="Dask scheduler to use instead of this machine.")
     ] = None,
     strategies: Annotated[
         list[str] | None,
         typer.Option(
-            "--strategy", metavar="NAME", help="Add a strategy: a shipped name, mine.py:Mine or package.module:object."
+            "--strategy",
+            metavar="NAME",
+            autocompletion=completion.strategy,
+            help="Add a strategy: a shipped name, mine.py:Mine or package.module:object.",
         ),
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Count runs, estimate time, write nothing.")] = False,
@@ -65,7 +74,7 @@ def sweep(
         raise typer.Exit(FAILED)
 
 
-@command("status")
+@command("status", "remoras status results/quick")
 def status(folder: Folder, as_json: Json = False) -> None:
     """Say how far a sweep is, while it goes on or after."""
     from missions.sweeps.folder import SweepResults
@@ -77,13 +86,26 @@ def status(folder: Folder, as_json: Json = False) -> None:
     _show(found, as_json, [_status_line(found), *shown])
 
 
-@command("compare")
+@command("compare", "remoras compare results/quick --metric mission_time_s --baseline remoras")
 def compare(
     folder: Folder,
     metrics: Annotated[
-        list[str] | None, typer.Option("--metric", help="Field of the summary; those of the study if left out.")
+        list[str] | None,
+        typer.Option(
+            "--metric",
+            metavar="METRIC",
+            help="Field of the summary; those of the study if left out.",
+            autocompletion=completion.metric,
+        ),
     ] = None,
-    baseline: Annotated[str | None, typer.Option(help="Strategy or policy that the others are compared with.")] = None,
+    baseline: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Strategy or policy that the others are compared with.",
+            autocompletion=completion.baseline,
+        ),
+    ] = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the rows to this CSV file too.")] = None,
     as_json: Json = False,
 ) -> None:

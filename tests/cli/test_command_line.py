@@ -4,8 +4,11 @@ import json
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
+from typing import Any
 
+import jsonschema
 import pytest
 from typer.testing import CliRunner, Result
 
@@ -14,6 +17,7 @@ from missions.files import shipped_studies
 from missions.runs.results import Results
 from missions.scenarios import load, shipped
 from missions.scenarios.explanations import explanations
+from missions.sweeps.study import study_explanations
 from remoras.cli import app, main
 from remoras.face import load as face_load
 
@@ -410,7 +414,7 @@ def test_the_example_of_an_organisation_is_its_groups():
 def test_a_key_is_explained_by_type_range_and_meaning():
     text = remoras("explain", "channel.per").stdout
     assert "packet error rate" in text
-    assert "float" in text
+    assert "channel.per  (number, at least 0, below 1, default 0.0)" in text
 
 
 def test_a_table_explains_all_its_keys_and_nothing_explains_everything():
@@ -419,6 +423,68 @@ def test_a_table_explains_all_its_keys_and_nothing_explains_everything():
     assert "vehicle.sensor.swath_m" in vehicle
     everything = remoras("explain").stdout
     assert all(key in everything for key in explanations())
+
+
+def test_no_key_is_explained_by_a_type_of_python():
+    for name, (kind, _) in (explanations() | study_explanations()).items():
+        assert re.match(r"(text|number|whole number|true or false|table|lists? of|one of|value)", kind), (name, kind)
+        assert not re.search(r"\b(str|int|float|bool|dict|tuple|None|Any|Literal|Annotated)\b|[()]", kind), (name, kind)
+
+
+@pytest.mark.parametrize(
+    ("key", "kind"),
+    [
+        ("world.x_m", "list of 2 numbers"),
+        ("vehicle.playable_roles", "list of texts"),
+        ("vehicle.sensor", "list of tables, default []"),
+        ("vehicle.vehicle_type", 'one of "AUV", "ASV"'),
+        ("vehicle.social_layer", "true or false, default true"),
+        ("communication.needs", "table of whole numbers"),
+        ("fault.at_s", "number or list of 2 numbers, may be left out"),
+        ("fleet.size", "whole number, at least 2, at most 64, may be left out"),
+        ("study.sampling", 'one of "grid", "list", "latin", default "grid"'),
+        ("study.strategies", "list of texts, at least 1, may be left out"),
+    ],
+)
+def test_types_are_said_in_words_of_a_toml_file(key: str, kind: str):
+    (row,) = [row for row in json.loads(remoras("explain", key, "--json").stdout) if row["key"] == key]
+    assert row["type"] == kind
+
+
+def schema(*arguments: str) -> dict[str, Any]:
+    made: dict[str, Any] = json.loads(remoras("explain", *arguments, "--schema").stdout)
+    jsonschema.Draft202012Validator.check_schema(made)
+    return made
+
+
+def test_the_schema_takes_every_shipped_file():
+    for name, path in shipped().items():
+        jsonschema.validate(tomllib.loads(path.read_text(encoding="utf-8")), schema("--scenario", name))
+    for path in shipped_studies().values():
+        jsonschema.validate(tomllib.loads(path.read_text(encoding="utf-8")), schema("study"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("cell_m = 25.0", "cells_m = 25.0"),
+        ("tick_s", "ticks_s"),
+        ('vehicle_type = "ASV"', 'vehicle_type = "UFO"'),
+        ("slot = 2", "slot = 99"),
+        ("slot = 2", 'slot = "two"'),
+    ],
+)
+def test_the_schema_refuses_what_the_checks_of_single_values_refuse(old: str, new: str):
+    text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
+    assert old in text
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(tomllib.loads(text.replace(old, new)), schema())
+
+
+def test_the_schema_is_of_a_whole_file():
+    assert "of a whole file, scenario or study, not of 'world'" in refused("explain", "world", "--schema")
+    assert schema("study")["title"] == "REMORAS study"
+    assert "area" in schema()["properties"]
 
 
 def test_an_unknown_key_is_told_with_the_nearest():
