@@ -13,6 +13,7 @@ import typer
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli import completion
 from remoras.cli.app import USAGE, Format, Json, app, command, fail, one_of, show_json
+from remoras.cli.tables import on_terminal, show_table
 
 EXAMPLES = ("scenario", "study", "organisation")
 KINDS = ("scenarios", "strategies", "policies", "channels", "modems", "studies")
@@ -48,6 +49,10 @@ def list_(
             for name, entries in found.items()
         }
         show_json(rows[kind] if kind else rows)
+        return
+    if on_terminal() and kind not in DETAILS:
+        for name, entries in found.items():
+            show_table((name, "what it is"), entries.items())
         return
     for name, entries in found.items():
         print(f"{name}:")
@@ -201,6 +206,9 @@ def explain(
         fail(f"key {given!r} is in no scenario and no study{suggestion(key, known)}; `remoras explain` lists all keys")
     if as_json:
         show_json([{"key": name, "type": kind, "meaning": meaning} for name, (kind, meaning) in found.items()])
+        return
+    if on_terminal():
+        show_table(("key", "value", "meaning"), [(name, kind, meaning) for name, (kind, meaning) in found.items()])
         return
     for name, (kind, meaning) in found.items():
         print(f"{name}  ({kind})\n    {meaning}")

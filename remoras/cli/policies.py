@@ -13,6 +13,7 @@ import typer
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli.app import Format, Json, command, fail, show_json
 from remoras.cli.progress import Progress
+from remoras.cli.tables import on_terminal, show_table
 
 if TYPE_CHECKING:
     from exchange.policies import AckPolicy
@@ -142,8 +143,25 @@ def _draw(
     return [path for kind, name, of_kind in figures for path in write(of_kind, kind, out, name, file_format)]
 
 
+def _mean(estimate: Any) -> str:
+    if estimate is None or estimate.ci95_high is None:
+        return "-" if estimate is None else f"{estimate.mean:.2f}"
+    return f"{estimate.mean:.2f} ± {estimate.ci95_high - estimate.mean:.2f}"
+
+
 def _print_study(rows: Sequence[StudyRow]) -> None:
     """A line for every policy and loss rate: mean slots with the half-width of the 95 % interval."""
+    if on_terminal():
+        columns = ("per", "policy", "delivered", "source acked", "senders acked", "censored")
+        table = [
+            (
+                f"{row.per:g}", row.policy, *map(_mean, (row.delivered_slots, row.source_acked_slots,
+                row.senders_acked_slots)), str(row.censored_senders),
+            )
+            for row in rows
+        ]  # fmt: skip
+        show_table(columns, table, "TDMA slots, mean and half-width of the 95 % interval", (columns[0], *columns[2:]))
+        return
 
     def shown(estimate: Any) -> str:
         if estimate is None:

@@ -12,6 +12,7 @@ import typer
 from remoras.cli import completion
 from remoras.cli.app import FAILED, Format, Json, command, fail, show_json
 from remoras.cli.progress import Progress
+from remoras.cli.tables import on_terminal, show_table
 
 if TYPE_CHECKING:
     from missions.runs.results import Results
@@ -97,6 +98,14 @@ def run(
 
 
 def _print_summary(report: dict[str, Any]) -> None:
+    if on_terminal():
+        figures = [(key, _figure(value)) for key, value in report.items() if key != "milestones" and value != ""]
+        show_table(("figure", "value"), figures)
+        milestones = [
+            (f"{one['time_s']:.1f} s", one["name"], one["vehicle"] or one["group"]) for one in report["milestones"]
+        ]
+        show_table(("time", "milestone", "who"), milestones, numbers=("time",))
+        return
     for key, value in report.items():
         if key != "milestones" and value != "":
             print(
@@ -108,6 +117,13 @@ def _print_summary(report: dict[str, Any]) -> None:
     for milestone in report["milestones"]:
         who = milestone["vehicle"] or milestone["group"]
         print(f"  {milestone['time_s']:>9.1f} s  {milestone['name']} {who}".rstrip())
+
+
+def _figure(value: Any) -> str:
+    """A figure of the summary for people."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return "-" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 @command("plot", "remoras plot results/lossy trajectories roles --format pdf")
@@ -188,6 +204,10 @@ def query(
         show_json([dict(zip(columns, row, strict=True)) for row in rows])
         return
     shown = [list(columns), *(["" if value is None else str(value) for value in row] for row in rows)]
+    if on_terminal():
+        show_table(shown[0], shown[1:])
+        print(f"{len(rows)} rows", file=sys.stderr)
+        return
     widths = [max(len(row[number]) for row in shown) for number in range(len(columns))]
     for row in shown:
         print("  ".join(f"{value:<{width}}" for value, width in zip(row, widths, strict=True)).rstrip())
