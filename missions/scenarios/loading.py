@@ -152,6 +152,9 @@ def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationF
     key, equals, value = override.partition("=")
     if not equals or not key:
         return ConfigurationFault(option, override, "KEY=VALUE, for example decision.weight_external=0")
+    if any("\ud800" <= character <= "\udfff" for character in override):  # bytes that are no text for the shell
+        readable = override.encode("ascii", "backslashreplace").decode()
+        return ConfigurationFault(option, readable, "is no text in UTF-8; set LC_ALL=C.UTF-8 and try again")
     target: Any = raw
     parts, found = key_parts(key.strip()), _value(value.strip())
     if len(parts) > MOST_LEVELS or found is None or is_deep(found):

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -147,8 +149,27 @@ def plot(
     ] = None,
 ) -> None:
     """Draw the figures of a run (trajectories, roles and more) or of a sweep (metrics over loss, ranking and more)."""
+    with _glyphs_noted():
+        _plot(folder, kinds or (), out or folder, file_format, metric)
+
+
+@contextmanager
+def _glyphs_noted() -> Iterator[None]:
+    """Say in one line that names have characters that the font of figures lacks; other warnings go their way."""
+    with warnings.catch_warnings(record=True) as caught:
+        yield
+    others = [one for one in caught if "missing from font" not in str(one.message)]
+    if len(others) < len(caught):
+        text = "the font of figures lacks some characters of the names; they are drawn as boxes"
+        print(f"remoras: {text}", file=sys.stderr)
+    for one in others:
+        warnings.showwarning(one.message, one.category, one.filename, one.lineno)
+
+
+def _plot(folder: Path, kinds: Sequence[str], out: Path, file_format: Format, metric: str | None) -> None:
+    """Draw what a folder holds, a run or a sweep."""
     if (folder / "study.json").is_file():
-        _plot_sweep(folder, kinds or (), out or folder, file_format, metric)
+        _plot_sweep(folder, kinds, out, file_format, metric)
         return
     if not (folder / "summary.json").is_file():
         fail(f"{folder}: no results of a run (summary.json is missing), nor of a sweep (study.json is missing)")
@@ -156,7 +177,7 @@ def plot(
         fail(f"--metric {metric}: is about the ranking of a sweep, and {folder} holds a single run")
     from missions.runs.results import Results
 
-    _show_drawn(draw_run(Results.read(folder), kinds or (), out or folder, file_format))
+    _show_drawn(draw_run(Results.read(folder), kinds, out, file_format))
 
 
 def draw_run(results: Results, kinds: Sequence[str], out: Path, file_format: Format) -> Drawn:

@@ -527,6 +527,23 @@ def test_figures_are_drawn_where_they_are_asked_for(results: Path, tmp_path: Pat
     assert all(path.is_file() and path.parent == tmp_path / "figures" for path in printed)
 
 
+def test_a_name_that_the_font_lacks_is_one_line(tmp_path: Path):
+    text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8").replace("AUV01", "AUV\N{FISH}")
+    (tmp_path / "fish.toml").write_text(text, encoding="utf-8")
+    assert remoras("run", tmp_path / "fish.toml", *SHORT, "--out", tmp_path / "out").exit_code == 1
+    drawn = remoras("plot", tmp_path / "out", "trajectories", "roles")
+    assert drawn.exit_code == 0
+    assert drawn.stderr == "remoras: the font of figures lacks some characters of the names; they are drawn as boxes\n"
+
+
+@pytest.mark.parametrize("options", [["--strategy", "\udcc3\udca9"], ["--set", "scenario.title=\udcff"]])
+def test_bytes_that_are_no_text_are_one_fault(options: list[str]):
+    """As a shell without UTF-8 hands them over."""
+    message = refused("run", "mapping-rendezvous", *options)
+    assert "is no text in UTF-8; set LC_ALL=C.UTF-8" in message
+    assert len(message.splitlines()) == 1
+
+
 def test_an_unknown_figure_is_told_with_what_there_is(results: Path):
     kinds = pytest.importorskip("visualisation").KINDS
     message = refused("plot", results, "trajectorys")
