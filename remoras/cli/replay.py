@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,7 +19,8 @@ if TYPE_CHECKING:
 def replay(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run.")],
     other: Annotated[
-        Path | None, typer.Argument(metavar="[DIR2]", help="Results of another run of the same world, to see beside it.")
+        Path | None,
+        typer.Argument(metavar="[DIR2]", help="Results of another run of that world, to see beside it."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="HTML file to write; DIR/replay.html if left out.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the file if it is there.")] = False,
@@ -31,18 +33,20 @@ def replay(
     from visualisation.replay import check_output, missing, page, write
 
     target = out if out is not None else folder / "replay.html"
-    for one in (folder, other):
-        if one is not None and (one / "study.json").is_file():
-            fail(f"{one}: holds a sweep; a replay shows one run")
-    runs = [Results.read(one) for one in (folder, other) if one is not None]
+    folders = [folder] if other is None else [folder, other]
+    for one in folders:
+        if (one / "study.json").is_file():
+            fail(f"{one}: holds a sweep; a replay shows one run, or two side by side")
+    runs = [Results.read(one) for one in folders]
     check_output(target, force)
-    if len(runs) == 2:
-        _check_pair(*runs, folder, other)
+    for one in runs[1:]:
+        _check_pair(runs[0], one)
     payloads = [_payload(run) for run in runs]
     write(target, page(_title(runs), payloads), force)
-    for one, run in zip((folder, other), runs, strict=False):
+    for run in runs:
         if lacking := missing(run):
-            print(f"remoras: {one}: recorded by an older version; not shown: {'; '.join(lacking)}", file=sys.stderr)
+            what = "; ".join(lacking)
+            print(f"remoras: {run.folder}: an older version recorded it; not shown: {what}", file=sys.stderr)
     print(target)
 
 
@@ -54,20 +58,28 @@ def _payload(run: Results) -> bytes:
     return payload(run, mission.places, mission.jobs.values())
 
 
-def _check_pair(first: Results, second: Results, folder: Path, other: Path | None) -> None:
-    """Two runs are shown side by side if the same vehicles worked in the same world; strategy and loss may differ."""
-    one, two = (run.scenario.model_dump(mode="json") for run in (first, second))
-    for key, what in (("scenario", "scenario"), ("world", "world")):
-        given, wanted = two[key], one[key]
-        if key == "scenario":
-            given, wanted = given["name"], wanted["name"]
-        if given != wanted:
-            fail(f"{other}: is of another {what} than {folder}; two runs are shown side by side in one world only")
-    if [v["name"] for v in one["vehicle"]] != [v["name"] for v in two["vehicle"]]:
-        fail(f"{other}: has other vehicles than {folder}; two runs are shown side by side with the same vehicles only")
+def _check_pair(first: Results, second: Results) -> None:
+    """Fail unless the same vehicles worked in the same world; strategy, loss and seed may differ."""
+    one, two = first.scenario, second.scenario
+    mission = one.scenario.mission == two.scenario.mission
+    for what, same in (
+        ("mission", mission),
+        ("world", mission and (one.world, _places(first)) == (two.world, _places(second))),
+        ("vehicles", [vehicle.name for vehicle in one.vehicle] == [vehicle.name for vehicle in two.vehicle]),
+    ):
+        if not same:
+            fail(
+                f"{second.folder}: {what} differ from {first.folder}; two runs are shown side by side if vehicles "
+                "of the same names did the same mission in the same world"
+            )
+
+
+def _places(run: Results) -> Sequence[object]:
+    from missions.scenarios.parts import mission_of
+
+    return mission_of(run.scenario).places
 
 
 def _title(runs: list[Results]) -> str:
-    summary = runs[0].summary
-    named = f"{summary['scenario']}, {summary['strategy']}, seed {summary['seed']}"
-    return f"{named} - replay" if len(runs) == 1 else f"{named} and another run - replay"
+    titles = [f"{one['scenario']}, {one['strategy']}, seed {one['seed']}" for one in (run.summary for run in runs)]
+    return f"{' beside '.join(titles)} - replay"

@@ -9,19 +9,21 @@ from __future__ import annotations
 import json
 import struct
 import zlib
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 Ints = NDArray[np.int64]
+Numbers = NDArray[Any] | Sequence[float]
 
 
-def in_steps(values: ArrayLike, step: float) -> Ints:
+def in_steps(values: Numbers, step: float) -> Ints:
     """Numbers as whole multiples of a step; what is missing or not finite counts as 0."""
     numbers = np.nan_to_num(np.asarray(values, dtype=float), nan=0.0, posinf=0.0, neginf=0.0)
-    return np.rint(numbers / step).astype(np.int64)
+    whole: Ints = np.rint(numbers / step).astype(np.int64)
+    return whole
 
 
 def packed(numbers: Ints, order: int) -> bytes:
@@ -55,7 +57,7 @@ class Columns:
         self._entries: list[list[Any]] = []
         self._parts: list[bytes] = []
 
-    def add(self, name: str, numbers: ArrayLike | Iterable[int], order: int = 0, step: float = 1.0) -> None:
+    def add(self, name: str, numbers: Numbers, order: int = 0, step: float = 1.0) -> None:
         """Take a column.
 
         Args:
@@ -64,8 +66,7 @@ class Columns:
             order: of the differences that are kept, see ``packed``.
             step: to which it is kept.
         """
-        listed = numbers if isinstance(numbers, np.ndarray) else list(numbers)  # type: ignore[arg-type]
-        whole = in_steps(listed, step) if step != 1.0 else np.asarray(listed, dtype=np.int64)
+        whole = in_steps(numbers, step) if step != 1.0 else np.asarray(numbers, dtype=np.int64)
         self._entries.append([name, int(whole.size), order, step])
         self._parts.append(packed(whole, order))
 

@@ -9,9 +9,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from missions.figure import Place, RunResults
-from visualisation.replay import tables
+from visualisation.replay import tables as of_run
 from visualisation.replay.columns import Columns
-from visualisation.replay.tables import EVENTS, PLACE_STEP_M, TIME_STEP_S, Names
+from visualisation.replay.tables import EVENTS, PLACE_STEP_M, TIME_STEP_S, Names, Tables
 
 FORM = 1
 """Form of the data; the page says so where it cannot read it."""
@@ -54,25 +54,24 @@ def payload(results: RunResults, places: Sequence[Place] = (), jobs: Iterable[Jo
     scenario = tomllib.loads(results.manifest["scenario"])
     vehicles = list(scenario.get("vehicle", ()))
     names = Names({vehicle["name"]: number for number, vehicle in enumerate(vehicles)}, {"": 0})
-    columns = Columns()
-    about: dict[str, Any] = {"form": FORM, "header": _header(results, scenario)}
+    columns, tables = Columns(), Tables(results)
+    about: dict[str, Any] = {"form": FORM, "header": _header(results, scenario, _slot_s(tables.find("packets")))}
     about["vehicles"] = [
         {"name": vehicle["name"], "node": vehicle.get("slot", number), "type": vehicle.get("vehicle_type", "")}
         for number, vehicle in enumerate(vehicles)
     ]
-    about["missing"] = missing(results)
-    if results.has("trajectories"):
-        track = results.table("trajectories")
-        about["track_rows"] = tables.add_tracks(columns, names, track)
+    about["missing"] = _missing(tables)
+    if (track := tables.find("trajectories")) is not None:
+        about["track_rows"] = of_run.add_tracks(columns, names, track)
         for vehicle, depth_m in zip(about["vehicles"], _depths_m(track, vehicles), strict=True):
             vehicle["depth_m"] = depth_m
     about["events"] = []
     for name, kinds in EVENTS.items():
-        if tables.has_columns(results, name, kinds):
-            tables.add_events(columns, names, results.table(name), name, kinds)
+        if (table := tables.find(name, kinds)) is not None:
+            of_run.add_events(columns, names, table, name, kinds)
             about["events"].append(name)
-    _add_said(columns, names, results)
-    about["world"] = _world(columns, names, results, scenario, places, jobs)
+    _add_said(columns, names, tables)
+    about["world"] = _world(columns, names, tables, scenario, places, jobs)
     about["milestones"] = [
         [one["name"], names.vehicle(one["vehicle"]), one["group"], one["time_s"]]
         for one in results.summary["milestones"]
@@ -83,16 +82,19 @@ def payload(results: RunResults, places: Sequence[Place] = (), jobs: Iterable[Jo
 
 def missing(results: RunResults) -> list[str]:
     """What cannot be shown of a run, in words; empty for one that recorded all that this version records."""
-    lacking = [name for name in SHOWS if not results.has(name)]
-    if "packets" not in lacking and not tables.has_columns(results, "packets", CONTENTS) and "items" not in lacking:
-        lacking.append("items")
+    return _missing(Tables(results))
+
+
+def _missing(tables: Tables) -> list[str]:
+    lacking = {name for name in SHOWS if tables.find(name) is None}
+    if tables.find("packets") is not None and tables.find("packets", CONTENTS) is None:
+        lacking.add("items")
     return [what for name, what in SHOWS.items() if name in lacking]
 
 
-def _header(results: RunResults, scenario: Mapping[str, Any]) -> dict[str, Any]:
+def _header(results: RunResults, scenario: Mapping[str, Any], slot_s: float | None) -> dict[str, Any]:
     summary, manifest = results.summary, results.manifest
     communication, world = scenario.get("communication", {}), scenario.get("world", {})
-    slot_s = _slot_s(results)
     goal_fraction = float(summary.get("goal_fraction") or 0.0)
     return {
         "scenario": summary["scenario"],
@@ -125,15 +127,12 @@ def _verdict(summary: Mapping[str, Any], goal_fraction: float) -> str:
     return f"not completed, {goal}" + (f": {reason}" if reason else "")
 
 
-def _slot_s(results: RunResults) -> float | None:
+def _slot_s(packets: Any) -> float | None:
     """Length of a TDMA slot, as the packets tell it; None without two of them."""
-    if not results.has("packets"):
+    if packets is None or packets.num_rows < 2:
         return None
-    packets = results.table("packets")
     slots, starts_s = packets["slot"].to_numpy(), packets["time_s"].to_numpy()
-    if len(slots) < 2 or slots[-1] == slots[0]:
-        return None
-    return float((starts_s[-1] - starts_s[0]) / (slots[-1] - slots[0]))
+    return float((starts_s[-1] - starts_s[0]) / (slots[-1] - slots[0])) if slots[-1] > slots[0] else None
 
 
 def _depths_m(track: Any, vehicles: Sequence[Mapping[str, Any]]) -> list[float]:
@@ -145,22 +144,22 @@ def _depths_m(track: Any, vehicles: Sequence[Mapping[str, Any]]) -> list[float]:
     return depths_m
 
 
-def _add_said(columns: Columns, names: Names, results: RunResults) -> None:
+def _add_said(columns: Columns, names: Names, tables: Tables) -> None:
     """Packets, and the items that they carried."""
     items: dict[str, int] = {}
-    has_contents = results.has("items") and tables.has_columns(results, "packets", CONTENTS)
-    if has_contents:
-        items = tables.add_items(columns, names, results.table("items").to_pylist())
-    elif results.has("knowledge"):
-        tables.add_heard(columns, names, results.table("knowledge").to_pylist())
-    if results.has("packets"):
-        tables.add_packets(columns, names, results.table("packets"), items)
+    has_contents = tables.find("packets", CONTENTS) is not None
+    if has_contents and (recorded := tables.find("items")) is not None:
+        items = of_run.add_items(columns, names, recorded.to_pylist())
+    elif (knowledge := tables.find("knowledge")) is not None:
+        of_run.add_heard(columns, names, knowledge.to_pylist())
+    if (packets := tables.find("packets")) is not None:
+        of_run.add_packets(columns, names, packets, items)
 
 
 def _world(
     columns: Columns,
     names: Names,
-    results: RunResults,
+    tables: Tables,
     scenario: Mapping[str, Any],
     places: Sequence[Place],
     jobs: Iterable[Job],
@@ -184,11 +183,11 @@ def _world(
             for place in places
         ],
         "jobs": [{"name": name, "done": key} for name, key in done.items() if name not in named],
-        "layers": _add_layers(columns, names, results, _add_tiles(columns, names, results, places)),
+        "layers": _add_layers(columns, names, tables, _add_tiles(columns, names, tables, places)),
     }  # fmt: skip
 
 
-def _add_tiles(columns: Columns, names: Names, results: RunResults, places: Sequence[Place]) -> set[str]:
+def _add_tiles(columns: Columns, names: Names, tables: Tables, places: Sequence[Place]) -> set[str]:
     """Squares of all places one after the other, and when each was done in truth; returns the tables of that."""
     parts = [place.tiles for place in places if place.tiles is not None]
     columns.add("tiles.column", [column for tiles in parts for column, _ in tiles.squares], 1)
@@ -198,9 +197,9 @@ def _add_tiles(columns: Columns, names: Names, results: RunResults, places: Sequ
     for tiles in parts:
         numbers = {square: first + number for number, square in enumerate(tiles.squares)}
         first += len(tiles.squares)
-        if not tables.has_columns(results, tiles.table, ("time_s", "vehicle", *tiles.columns)):
+        table = tables.find(tiles.table, ("time_s", "vehicle", *tiles.columns))
+        if table is None:
             continue
-        table = results.table(tiles.table)
         squares = zip(*(table[column].to_pylist() for column in tiles.columns), strict=True)
         rows = zip(table["time_s"].to_pylist(), table["vehicle"].to_pylist(), squares, strict=True)
         found += [
@@ -213,25 +212,22 @@ def _add_tiles(columns: Columns, names: Names, results: RunResults, places: Sequ
     return {tiles.table for tiles in parts}
 
 
-def _add_layers(columns: Columns, names: Names, results: RunResults, known: set[str]) -> list[dict[str, Any]]:
+def _add_layers(columns: Columns, names: Names, tables: Tables, known: set[str]) -> list[dict[str, Any]]:
     """Tables of the mission's own: what happened when, to whom and where, as far as they say so."""
     layers = []
-    for name in results.tables:
-        if name in OWN or name in known or not tables.has_columns(results, name, ("time_s",)):
+    for name in tables.names:
+        table = None if name in OWN or name in known else tables.find(name, ("time_s",))
+        if table is None or not {"x_m", "y_m", "vehicle"} & {*table.column_names}:
             continue
-        given = set(results.table(name).column_names)
-        has_places = {"x_m", "y_m"} <= given
-        if not has_places and "vehicle" not in given:
-            continue
-        rows = results.table(name).slice(0, MOST_ROWS).to_pylist()
-        told = [column for column in results.table(name).column_names if column not in ("time_s", "vehicle")]
+        has_places = {"x_m", "y_m"} <= {*table.column_names}
+        rows = table.slice(0, MOST_ROWS).to_pylist()
+        told = [column for column in table.column_names if column not in ("time_s", "vehicle", "x_m", "y_m")]
         columns.add(f"layer.{name}.time", [row["time_s"] for row in rows], 1, TIME_STEP_S)
         columns.add(f"layer.{name}.vehicle", [names.vehicle(row.get("vehicle")) for row in rows])
         for column in ("x_m", "y_m") if has_places else ():
             columns.add(f"layer.{name}.{column}", [row[column] for row in rows], 1, PLACE_STEP_M)
-        if "vehicle" in given:
-            texts = [", ".join(_said(row[column]) for column in told) for row in rows]
-            columns.add(f"layer.{name}.text", [names.text(text) for text in texts])
+        texts = [", ".join(_said(row[column]) for column in told) for row in rows]
+        columns.add(f"layer.{name}.text", [names.text(text) for text in texts])
         layers.append({"name": name, "n": len(rows), "has_places": has_places})
     return layers
 

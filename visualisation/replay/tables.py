@@ -49,6 +49,27 @@ ORDER = {"time": 1}
 STEP = {"time": TIME_STEP_S, "share": SHARE_STEP, "place": PLACE_STEP_M}
 
 
+class Tables:
+    """Tables of a run, each read once."""
+
+    def __init__(self, results: RunResults) -> None:
+        self._results = results
+        self._read: dict[str, Any] = {}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the tables that are there."""
+        return self._results.tables
+
+    def find(self, name: str, columns: Iterable[str] = ()) -> Any:
+        """An Arrow table; None if there is none of that name, or if it lacks one of these columns."""
+        if not self._results.has(name):
+            return None
+        if name not in self._read:
+            self._read[name] = self._results.table(name)
+        return self._read[name] if set(columns) <= set(self._read[name].column_names) else None
+
+
 class Names(NamedTuple):
     """Vehicles by name, and all other texts by the numbers that they get when they are met."""
 
@@ -246,8 +267,3 @@ def add_heard(columns: Columns, names: Names, rows: Iterable[Mapping[str, Any]])
     columns.add("heard.vehicle", [names.vehicle(row["vehicle"]) for row in heard])
     columns.add("heard.item", [found[row["item"]] for row in heard], 1)
     columns.add("heard.time", [row["time_s"] for row in heard], 1, TIME_STEP_S)
-
-
-def has_columns(results: RunResults, table: str, columns: Iterable[str]) -> bool:
-    """True if results have a table with all of these columns."""
-    return results.has(table) and set(columns) <= set(results.table(table).column_names)

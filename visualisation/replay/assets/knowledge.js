@@ -28,8 +28,10 @@ globalThis.R = globalThis.R || {};
     run.tiles = tilesOf(run);
     run.world = worldOf(run);
     run.finds = findsOf(run);
-    run._views = run.vehicles.map((_, v) => changes(run._rows("organisation"), (row) => row.vehicle === v, (row) => row.peer));
-    run._truth = changes(run._rows("roles"), (row) => row.event === "assigned" || row.event === "left", (row) => row.vehicle);
+    const views = run._rows("organisation");
+    run._views = run.vehicles.map((_, v) => changes(views.filter((row) => row.vehicle === v), (row) => row.peer));
+    const assignments = run._rows("roles").filter((row) => row.event === "assigned" || row.event === "left");
+    run._truth = changes(assignments, (row) => row.vehicle);
     run._news = run.vehicles.map((_, v) => newsOf(run, v));
     run.cost = costOf(run);
   };
@@ -167,8 +169,8 @@ globalThis.R = globalThis.R || {};
   }
 
   // Role assignments as they come and go: {times_s, rows, at, held}; `at` and `held` remember the last answer.
-  function changes(rows, isMeant, holder) {
-    const meant = rows.filter(isMeant).map((row) => ({ ...row, v: holder(row), isHeld: row.event === "assigned" }));
+  function changes(rows, holder) {
+    const meant = rows.map((row) => ({ ...row, v: holder(row), isHeld: row.event === "assigned" }));
     return { times_s: meant.map((row) => row.time_s), rows: meant, at: -1, held: new Map() };
   }
 
