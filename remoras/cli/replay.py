@@ -39,8 +39,8 @@ def replay(
             fail(f"{one}: holds a sweep; a replay shows one run, or two side by side")
     runs = [Results.read(one) for one in folders]
     check_output(target, force)
-    for one in runs[1:]:
-        _check_pair(runs[0], one)
+    for second in runs[1:]:
+        _check_pair(runs[0], second)
     payloads = [_payload(run) for run in runs]
     write(target, page(_title(runs), payloads), force)
     for run in runs:
@@ -51,11 +51,12 @@ def replay(
 
 
 def _payload(run: Results) -> bytes:
-    from missions.scenarios.parts import mission_of
+    from missions.scenarios.parts import mission_of, strategy_of
     from visualisation.replay import payload
 
     mission = mission_of(run.scenario)
-    return payload(run, mission.places, mission.jobs.values())
+    is_bound = strategy_of(run.scenario).declaration.is_bound
+    return payload(run, mission.places, mission.jobs.values(), is_bound)
 
 
 def _check_pair(first: Results, second: Results) -> None:

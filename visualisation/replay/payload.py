@@ -43,13 +43,16 @@ class Job(Protocol):
         """The fact that says that it is done: attribute and subject."""
 
 
-def payload(results: RunResults, places: Sequence[Place] = (), jobs: Iterable[Job] = ()) -> bytes:
+def payload(
+    results: RunResults, places: Sequence[Place] = (), jobs: Iterable[Job] = (), is_bound: bool = False
+) -> bytes:
     """All that a replay shows of a run, compressed; the same bytes for the same results.
 
     Args:
         results: of the run; older ones may lack tables, and the page says what it cannot show for that.
         places: that its mission declares.
         jobs: of the mission; one that is called like a place is done there.
+        is_bound: whether the strategy is a bound under which all know at once what any vehicle says.
     """
     scenario = tomllib.loads(results.manifest["scenario"])
     vehicles = list(scenario.get("vehicle", ()))
@@ -72,6 +75,7 @@ def payload(results: RunResults, places: Sequence[Place] = (), jobs: Iterable[Jo
             about["events"].append(name)
     _add_said(columns, names, tables)
     about["world"] = _world(columns, names, tables, scenario, places, jobs)
+    about["is_bound"] = is_bound
     about["milestones"] = [
         [one["name"], names.vehicle(one["vehicle"]), one["group"], one["time_s"]]
         for one in results.summary["milestones"]
@@ -153,7 +157,7 @@ def _add_said(columns: Columns, names: Names, tables: Tables) -> None:
     elif (knowledge := tables.find("knowledge")) is not None:
         of_run.add_heard(columns, names, knowledge.to_pylist())
     if (packets := tables.find("packets")) is not None:
-        of_run.add_packets(columns, names, packets, items)
+        of_run.add_packets(columns, names, packets, tables.find("faults"), items)
 
 
 def _world(

@@ -8,23 +8,7 @@ globalThis.R = globalThis.R || {};
   const SAMPLES = 600;
 
   R.learn = function (run) {
-    const { packets, items } = run;
-    run._heard = run.vehicles.map(() => new Float64Array(items.length).fill(Infinity));
-    items.forEach((item, n) => {
-      if (run._heard[item.origin]) run._heard[item.origin][n] = item.recorded_s;
-    });
-    const hear = (v, item, time_s) => {
-      if (time_s < run._heard[v][item]) run._heard[v][item] = time_s;
-    };
-    for (const packet of packets) {
-      for (const { v, arrival_s } of packet.to) {
-        if (arrival_s === null) continue;
-        for (const item of packet.items) hear(v, item, arrival_s);
-        for (const item of packet.status) hear(v, item, arrival_s);
-      }
-    }
-    const { "heard.vehicle": vehicle, "heard.item": item, "heard.time": time_s } = run.columns;
-    if (vehicle) vehicle.forEach((v, n) => hear(v, item[n], time_s[n]));
+    run._heard = heardOf(run);
     run.tiles = tilesOf(run);
     run.world = worldOf(run);
     run.finds = findsOf(run);
@@ -109,6 +93,60 @@ globalThis.R = globalThis.R || {};
       return { age_s, lacking };
     },
   });
+
+  // Of every vehicle the times at which it came to know each item: its own as it recorded them, others from packets.
+  function heardOf(run) {
+    const heard = run.vehicles.map(() => new Float64Array(run.items.length).fill(Infinity));
+    const hear = (v, item, time_s) => {
+      if (time_s < heard[v][item]) heard[v][item] = time_s;
+    };
+    run.items.forEach((item, n) => {
+      if (heard[item.origin]) heard[item.origin][n] = item.recorded_s;
+    });
+    if (run.about.is_bound) knowAtOnce(run, hear);
+    for (const packet of run.packets) {
+      for (const { v, arrival_s } of packet.to) {
+        if (arrival_s === null) continue;
+        for (const item of packet.items) hear(v, item, arrival_s);
+        for (const item of packet.status) hear(v, item, arrival_s);
+      }
+    }
+    const { "heard.vehicle": vehicle, "heard.item": item, "heard.time": time_s } = run.columns;
+    if (vehicle) vehicle.forEach((v, n) => hear(v, item[n], time_s[n]));
+    waitForAllParts(run, heard);
+    return heard;
+  }
+
+  // Under a bound every vehicle knows at once what any has told, until it is without energy; vehicles act by their nodes.
+  function knowAtOnce(run, hear) {
+    const ended_s = run.vehicles.map(() => Infinity);
+    for (const fault of run.faults) if (fault.kind === "energy") ended_s[fault.vehicle] = fault.time_s;
+    run.items.forEach((item, n) => {
+      if (item.kind === KEPT) return;
+      const node = run.vehicles[item.origin].node;
+      run.vehicles.forEach((vehicle, v) => {
+        const isOn = item.recorded_s < ended_s[v] || (item.recorded_s === ended_s[v] && node < vehicle.node);
+        if (isOn) hear(v, n, item.recorded_s);
+      });
+    });
+  }
+
+  // What does not fit one packet is known when its last part has been heard.
+  function waitForAllParts(run, heard) {
+    const blocks = new Map();
+    run.items.forEach((item, n) => {
+      const block = item.uid.split(".")[0];
+      if (!blocks.has(block)) blocks.set(block, []);
+      blocks.get(block).push(n);
+    });
+    for (const parts of blocks.values()) {
+      if (parts.length === 1) continue;
+      for (const of of heard) {
+        const last_s = Math.max(...parts.map((n) => of[n]));
+        for (const n of parts) of[n] = last_s;
+      }
+    }
+  }
 
   function positionIn(item) {
     return item.facts.find((fact) => fact.attribute === POSITION).value;
