@@ -13,7 +13,7 @@ from visualisation.replay.columns import Columns, Floats, Ints
 
 TIME_STEP_S = 2.0**-12
 """Times are recorded to this step, so none is changed here: before and after stay what they were."""
-PLACE_STEP_M = 0.125
+PLACE_STEP_M = 2.0**-5
 TURN_STEP_RAD = 2.0 * np.pi / 256.0
 SPEED_STEP_MPS = 0.02
 SHARE_STEP = 0.001
@@ -219,7 +219,7 @@ def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, items
     columns.add("packets.size", packets["size_bits"].to_numpy())
     columns.add("packets.acks", packets["acks"].to_numpy())
     outcome = np.full((len(start_s), len(names.vehicles)), UNREACHED)
-    arrival_s = np.tile(end_s[:, np.newaxis], len(names.vehicles))
+    arrival_s = np.repeat(end_s, len(names.vehicles)).reshape(outcome.shape)
     lost, by = _flat(packets["lost_by"])
     outcome[lost, numbered(by, names.vehicle)] = LOST
     heard, by = _flat(packets["receivers"])
