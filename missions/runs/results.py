@@ -10,12 +10,11 @@ from __future__ import annotations
 import json
 import platform
 import tempfile
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -23,42 +22,19 @@ import tomli_w
 
 from missions.document import Document
 from missions.errors import OutputError
-from missions.runs.run import Run
 from missions.runs.summary import summary
+from missions.runs.tables import arrow_table, write_table
 from missions.scenarios.loading import resolved
 from missions.scenarios.scenario import Scenario
-from remoras.recorder import TABLES, Row, Table
+from remoras.recorder import ADDED, TABLES
 from worldmodel import suggestion
+
+if TYPE_CHECKING:
+    from missions.runs.known import Known, Memory
+    from missions.runs.run import Run
 
 LIBRARIES = ("mesa", "rdflib", "networkx", "numpy", "matplotlib", "pyarrow", "pydantic")
 NEEDED_KEY = {"summary.json": "milestones", "manifest.json": "scenario"}
-DECIMALS = {"m": 3, "rad": 6, "m/s": 4, "J": 2, "s": 4, "1": 6}
-"""Digits kept by unit: far below anything that means something, far above rounding in the arithmetic."""
-
-
-def arrow_table(table: Table, rows: Sequence[Row]) -> pa.Table:
-    """Rows of a table as an Arrow table, with units in the metadata of its columns.
-
-    Raises:
-        OutputError: a row does not fit the columns that its writer declared.
-    """
-    kinds = {"float": pa.float64(), "int": pa.int64(), "str": pa.string(), "list": pa.list_(pa.string())}
-    fields = [
-        pa.field(column.name, kinds[column.kind], metadata={"unit": column.unit} if column.unit else None)
-        for column in table.columns
-    ]
-    arrays = []
-    try:
-        for number, (column, field) in enumerate(zip(table.columns, fields, strict=True)):
-            values: list[Any] = [row[number] for row in rows]
-            if column.kind == "float" and column.unit in DECIMALS:
-                digits = DECIMALS[column.unit]
-                values = [None if value is None else round(value, digits) for value in values]
-            arrays.append(pa.array(values, type=field.type))
-    except (pa.ArrowException, TypeError, IndexError) as error:
-        columns = ", ".join(f"{column.name} ({column.kind})" for column in table.columns)
-        raise OutputError(f"table {table.name}: a row does not fit its columns {columns}: {error}") from None
-    return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
 
 
 def manifest(run: Run) -> dict[str, Any]:
@@ -105,8 +81,7 @@ def write(run: Run, folder: Path, force: bool = False) -> None:
             (draft / "summary.json").write_text(_json(summary(run)), encoding="utf-8")
             (draft / "manifest.json").write_text(_json(manifest(run)), encoding="utf-8")
             for name, table in run.recorder.tables.items():
-                rows = arrow_table(table, run.recorder.rows(name))
-                pq.write_table(rows, draft / f"{name}.parquet", compression="zstd")
+                write_table(draft / f"{name}.parquet", arrow_table(table, run.recorder.rows(name)))
             if folder.exists():
                 for path in draft.iterdir():
                     path.replace(folder / path.name)
@@ -162,6 +137,20 @@ class MemoryResults:
     def units(self, name: str) -> dict[str, str]:
         """Units of a table's columns; columns without a unit are left out."""
         return units_of(self.table(name))
+
+    @cached_property
+    def _memory(self) -> Memory:
+        from missions.runs.known import Memory
+
+        return Memory(self, self.run.setup)
+
+    def known(self, vehicle: str, at_s: float) -> Known:
+        """What ``vehicle`` knew at ``at_s``: its world model, and the organisation in its view.
+
+        Raises:
+            OutputError: no such vehicle or time, or an older version wrote the results.
+        """
+        return self._memory.known(vehicle, at_s)
 
 
 def units_of(table: pa.Table) -> dict[str, str]:
@@ -236,11 +225,13 @@ class Results:
             known = ", ".join(self.tables)
             raise OutputError(f"{self.folder}: no table {name!r}; there are {known}{suggestion(name, self.tables)}")
         try:
-            found = pq.read_table(path)
+            with pq.ParquetFile(path) as file:  # pq.read_table loads pandas
+                found = file.read()
         except (OSError, pa.ArrowException) as error:
             raise OutputError(f"{path}: damaged: {error}") from None
         declared = next((table.column_names for table in TABLES if table.name == name), ())
-        missing = [column for column in declared if column not in found.column_names]
+        present = {*found.column_names, *ADDED.get(name, ())}
+        missing = [column for column in declared if column not in present]
         if missing:
             raise OutputError(
                 f"{path}: a table of an unknown schema: it lacks {', '.join(missing)}, and has "
@@ -251,3 +242,18 @@ class Results:
     def units(self, name: str) -> dict[str, str]:
         """Units of a table's columns; columns without a unit are left out."""
         return units_of(self.table(name))
+
+    @cached_property
+    def _memory(self) -> Memory:
+        from missions.runs.known import Memory
+        from missions.runs.setup import resolved as resolved_setup
+
+        return Memory(self, resolved_setup(self.scenario))
+
+    def known(self, vehicle: str, at_s: float) -> Known:
+        """What ``vehicle`` knew at ``at_s``: its world model, and the organisation in its view.
+
+        Raises:
+            OutputError: no such vehicle or time, or an older version wrote the results.
+        """
+        return self._memory.known(vehicle, at_s)

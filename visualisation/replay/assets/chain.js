@@ -1,0 +1,201 @@
+"use strict";
+// Why a vehicle did what it did: its decisions, the chain of causes behind one, and what happened in order.
+globalThis.R = globalThis.R || {};
+
+(function () {
+  const LONGEST = 12; // links of a chain
+  const EPSILON_S = 1e-6;
+
+  R.explain = function (run) {
+    run._decisions = decisionsOf(run);
+    run._decided_s = run._decisions.map((list) => list.map((one) => one.time_s));
+    run.events = eventsOf(run);
+  };
+
+  Object.assign(R.Run.prototype, {
+    // [{time_s, candidates: [{label, group, role, objective, activities, stimulus, own, external, motivation, source,
+    // slot, chosen}]}]: written when what stands to choice, or the choice, changed.
+    decisions(v) {
+      return this._decisions[v];
+    },
+
+    // The last decision of v by t; null if there is none.
+    decisionAt(v, t) {
+      const at = R.lastAt(this._decided_s[v], t + EPSILON_S);
+      return at < 0 ? null : this._decisions[v][at];
+    },
+
+    // [{text, time_s, vehicle, slot}]: the choice of v at t, and backwards what it is owed to; slot -1 without one.
+    why(v, t) {
+      const links = [];
+      const seen = new Set();
+      let next = { v, t, role: null };
+      while (next && links.length < LONGEST && !seen.has(next.v + "@" + next.t)) {
+        seen.add(next.v + "@" + next.t);
+        next = explainOne(this, next, links);
+      }
+      return links;
+    },
+  });
+
+  function decisionsOf(run) {
+    const found = run.vehicles.map(() => []);
+    for (const row of run._rows("decisions")) {
+      const own = found[row.vehicle];
+      if (!own) continue;
+      if (!own.length || own[own.length - 1].time_s !== row.time_s) own.push({ time_s: row.time_s, candidates: [] });
+      own[own.length - 1].candidates.push({
+        label: row.activities + (row.role ? " (" + row.role + ")" : ""),
+        group: row.group, role: row.role, objective: row.objective, argument: row.argument, activities: row.activities,
+        stimulus: row.stimulus, own: row.own, external: row.external, motivation: row.own + row.external,
+        source: row.source, slot: row.slot, chosen: row.chosen === 1,
+      });
+    }
+    return found;
+  }
+
+  function isPursued(candidate) {
+    return candidate.chosen && candidate.role !== "";
+  }
+
+  // When v began, without a break, to do what it did at decision `at`.
+  function beginning(decisions, at, candidate) {
+    const does = (decision) => decision.candidates.some((one) => isPursued(one) && one.label === candidate.label);
+    let first = at;
+    while (first > 0 && does(decisions[first - 1])) first--;
+    return first;
+  }
+
+  // One choice, and the signal behind it. Adds its links; returns the choice of the sender, which explains the signal.
+  function explainOne(run, { v, t, role }, links) {
+    const decisions = run._decisions[v];
+    const at = R.lastAt(run._decided_s[v], t + EPSILON_S);
+    if (at < 0) return null;
+    const pursued = decisions[at].candidates.filter((one) => isPursued(one) && (!role || one.role === role));
+    const name = run.vehicles[v].name;
+    if (!pursued.length) {
+      const vital = decisions[at].candidates.filter((one) => one.chosen && one.own > 1);
+      if (vital.length) links.push(link(`${name} did what it needs to live: ${vital.map((one) => one.activities).join(", ")}`, decisions[at].time_s, v));
+      return null;
+    }
+    const moved = pursued.reduce((best, one) => (one.external > best.external ? one : best));
+    const first = beginning(decisions, at, moved);
+    const chosen = decisions[first].candidates.find((one) => isPursued(one) && one.label === moved.label);
+    links.push(link(choiceText(name, chosen, decisions[first - 1]), decisions[first].time_s, v));
+    if (!(chosen.external > 0) || chosen.source < 0) {
+      explainObjective(run, v, chosen, decisions[first].time_s, links);
+      return null;
+    }
+    return explainSignal(run, v, chosen, links);
+  }
+
+  function choiceText(name, chosen, before) {
+    const given = before && before.candidates.find((one) => isPursued(one) && one.label !== chosen.label);
+    const what = `${name} ${given ? "left " + given.label + " for" : "chose"} ${chosen.label}`;
+    const own = `${chosen.own.toFixed(2)} of its own`;
+    if (!(chosen.external > 0)) return `${what}: motivation ${own}`;
+    return `${what}: motivation ${chosen.motivation.toFixed(2)}, ${chosen.external.toFixed(2)} of it by a signal, ${own}`;
+  }
+
+  // The signal that moved v: when it was heard, and what its sender did in that role as it sent it.
+  function explainSignal(run, v, chosen, links) {
+    const source = run.vehicles[chosen.source].name, name = run.vehicles[v].name;
+    const packet = chosen.slot < 0 ? null : run.packetOf(chosen.slot);
+    if (!packet) {
+      links.push(link(`${name} had heard a signal of ${source}`, links[links.length - 1].time_s, v));
+      return null;
+    }
+    const heard = packet.to.find((one) => one.v === v);
+    const arrival_s = heard && heard.arrival_s !== null ? heard.arrival_s : packet.end_s;
+    const meant = packet.signals.filter((one) => one.group === chosen.group && one.addressed.includes(chosen.role));
+    const signal = meant.length ? meant.reduce((low, one) => (one.value < low.value ? one : low)) : null;
+    const value = signal ? `, satisfaction ${signal.value} as ${signal.role}` : "";
+    links.push(link(`${name} heard a signal of ${source} in slot ${packet.slot}${value}`, arrival_s, v, packet.slot));
+    if (!signal) return null;
+    const doing = run.decisionAt(chosen.source, packet.start_s);
+    const aims = doing ? doing.candidates.filter((one) => one.role === signal.role && one.group === signal.group) : [];
+    const still = aims.filter((one) => one.chosen).concat(aims.filter((one) => !one.chosen && one.stimulus > 0))[0];
+    const as = still ? `as its ${still.activities} ${signal.value < 0 ? "stood still" : "got on"}` : `as ${signal.role}`;
+    links.push(link(`${source} sent it in slot ${packet.slot} ${as}`, packet.start_s, chosen.source, packet.slot));
+    return still && still.chosen ? { v: chosen.source, t: packet.start_s, role: signal.role } : null;
+  }
+
+  // How v came by an objective: the packet that brought it, or its own plan.
+  function explainObjective(run, v, chosen, before_s, links) {
+    const attribute = "objective" + chosen.objective, subject = chosen.group + "." + chosen.role;
+    let found = -1;
+    run.items.forEach((item, n) => {
+      const is = item.facts.some((fact) => fact.attribute === attribute && fact.subject === subject && fact.value === chosen.argument);
+      if (is && run.heard_s(v, n) <= before_s && (found < 0 || run.heard_s(v, n) < run.heard_s(v, found))) found = n;
+    });
+    if (found < 0) return;
+    const item = run.items[found], heard_s = run.heard_s(v, found), name = run.vehicles[v].name;
+    const what = `${chosen.objective}(${chosen.argument})`;
+    if (item.origin === v) {
+      links.push(link(`${name} gave ${chosen.role} the objective ${what}`, item.recorded_s, v));
+      return;
+    }
+    const packet = run.packets.find((one) => one.items.includes(found) && one.to.some((to) => to.v === v && to.arrival_s === heard_s));
+    const by = packet ? ` in slot ${packet.slot}` : "";
+    const origin = run.vehicles[item.origin].name;
+    links.push(link(`${name} heard${by} of the objective ${what}, which ${origin} gave ${chosen.role}`, heard_s, v, packet ? packet.slot : -1));
+  }
+
+  function link(text, time_s, vehicle, slot = -1) {
+    return { text, time_s, vehicle, slot };
+  }
+
+  // Milestones, roles that began to drive a vehicle, faults, and rows of the mission's own tables, in order of time.
+  function eventsOf(run) {
+    const words = (name) => name.replaceAll("_", " ");
+    const found = run.milestones.map((one) => ({
+      time_s: one.time_s, kind: "milestone", vehicle: one.vehicle,
+      text: words(one.name) + (one.vehicle >= 0 ? ": " + run.vehicles[one.vehicle].name : one.group ? ": " + one.group : ""),
+    }));
+    run.vehicles.forEach((vehicle, v) => {
+      for (const bar of run.bars(v)) {
+        if (bar.driving) found.push({ time_s: bar.from_s, kind: "role", vehicle: v, text: `${vehicle.name} is driven by ${bar.role}` });
+      }
+    });
+    for (const fault of run.faults) {
+      const who = run.vehicles[fault.vehicle] ? run.vehicles[fault.vehicle].name + ": " : "";
+      found.push({ time_s: fault.time_s, kind: "fault", vehicle: fault.vehicle, text: who + fault.kind + (fault.detail ? ", " + fault.detail : "") });
+    }
+    for (const layer of run.layers) {
+      for (const row of layer.rows) {
+        const who = row.vehicle >= 0 ? run.vehicles[row.vehicle].name + ": " : "";
+        found.push({ time_s: row.time_s, kind: layer.name, vehicle: row.vehicle, text: who + (row.text || layer.name) });
+      }
+    }
+    return found.sort((a, b) => a.time_s - b.time_s);
+  }
+
+  // The first moment at which two runs differ: {time_s, text}; null if they never do.
+  R.divergence = function (one, two) {
+    const found = [];
+    const n = Math.min(one.packets.length, two.packets.length);
+    for (let p = 0; p < n; p++) {
+      const said = difference(one, one.packets[p], two.packets[p]);
+      if (!said) continue;
+      found.push({ time_s: Math.min(one.packets[p].start_s, two.packets[p].start_s), text: said });
+      break;
+    }
+    const acts = (run) => run.events.filter((event) => event.kind !== "fault").map((event) => [event.time_s, event.text]);
+    const mine = acts(one), other = acts(two);
+    for (let e = 0; e < Math.max(mine.length, other.length); e++) {
+      const a = mine[e], b = other[e];
+      if (a && b && a[0] === b[0] && a[1] === b[1]) continue;
+      const first = !b || (a && a[0] <= b[0]) ? a : b;
+      found.push({ time_s: first[0], text: first[1] + " in one of them" });
+      break;
+    }
+    return found.length ? found.reduce((first, next) => (next.time_s < first.time_s ? next : first)) : null;
+  };
+
+  function difference(run, a, b) {
+    if (a.slot !== b.slot || a.sender !== b.sender) return "another packet is sent";
+    if (a.size_bits !== b.size_bits || a.items.length !== b.items.length) return `${run.vehicles[a.sender].name} says something else in slot ${a.slot}`;
+    const heard = (packet) => packet.to.filter((to) => to.arrival_s !== null).map((to) => to.v).sort((x, y) => x - y).join();
+    return heard(a) === heard(b) ? "" : `slot ${a.slot} is heard by others`;
+  }
+})();
