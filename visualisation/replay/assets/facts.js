@@ -21,6 +21,7 @@
       });
       this.silences = run.vehicles.map((_, v) => this.silencesOf(v));
       this.top_mps = run.vehicles.map((_, v) => topSpeed(run.track(v)));
+      this.extent = extentOf(run);
       this.held = run.vehicles.map((_, v) => rolesHeld(run.bars(v).filter((bar) => !bar.driving)));
       this.driving = run.vehicles.map((_, v) => spellsOf(run.bars(v).filter((bar) => bar.driving), this.looks));
       this.decisions = run.vehicles.map((_, v) => markChanges(run.decisions(v)));
@@ -130,6 +131,24 @@
       before = chosen;
       return { ...decision, changed };
     });
+  }
+
+  /* What the map shows at first: all places and all tracks, with a margin; the world may be much wider. */
+  function extentOf(run) {
+    const x_m = [], y_m = [];
+    const take = (x, y) => { if (Number.isFinite(x) && Number.isFinite(y)) { x_m.push(x); y_m.push(y); } };
+    for (const place of run.world.places) for (const [x, y] of place.points_m) take(x, y);
+    run.vehicles.forEach((_, v) => {
+      const { t, x, y } = run.track(v);
+      for (let n = 0; n < t.length; n += 1) take(x[n], y[n]);
+    });
+    const span = (values, given) => {
+      if (!values.length) return given || [0, 100];
+      const [low, high] = values.reduce(([a, b], value) => [Math.min(a, value), Math.max(b, value)], [Infinity, -Infinity]);
+      const margin = Math.max(0.05 * (high - low), 20);
+      return [low - margin, high + margin];
+    };
+    return { x_m: span(x_m, run.world.x_m), y_m: span(y_m, run.world.y_m) };
   }
 
   /* Held roles in the order in which they were first held; each has a thin row of its own in the lane. */

@@ -1,7 +1,7 @@
 "use strict";
 /* What the reader does with the mouse on map, lanes and panels, and with the keyboard. */
 (function () {
-  const DRAG_PX = 4, NEAR_VEHICLE_PX = 16, WHEEL = 1.0015;
+  const DRAG_PX = 4, NEAR_VEHICLE_PX = 16, NEAR_FLAG_PX = 8, WHEEL = 1.0015;
 
   function at(event, element) {
     const box = element.getBoundingClientRect();
@@ -127,7 +127,7 @@
 
   function laneTip(view, x, y) {
     const { lane, time_s, inHead, v } = view.laneAt(x, y);
-    if (!lane) return "";
+    if (!lane) return axisTip(view, x, y);
     if (lane.head) return `${R.plural(lane.members.length, lane.role)}: ${lane.members.map((m) => view.run.vehicles[m].name).join(", ")}`;
     if (inHead) return R.vehicleTip(view.facts, v, view.app.clock.t);
     const spell = view.facts.drivingAt(v, time_s);
@@ -137,6 +137,12 @@
             spell ? `${spell.text} drives, ${R.seconds(spell.from_s)} to ${R.seconds(spell.to_s)}` : "waits",
             held.length ? "holds " + held.join(", ") : "",
             silence ? `deaf ${R.seconds(silence.from_s)} to ${R.seconds(silence.to_s)}: ${silence.lost} packets lost` : ""].filter(Boolean).join(" · ");
+  }
+
+  function axisTip(view, x, y) {
+    const { scale } = view.laneAt(x, y);
+    const near = view.run.milestones.filter((one) => one.vehicle < 0 && Math.abs(scale.x(one.time_s) - x) < NEAR_FLAG_PX);
+    return near.map((one) => `${R.words(one.name)}${one.group ? ": " + one.group : ""}, ${R.seconds(one.time_s)}`).join(" · ");
   }
 
   R.listenPanel = function (view, tab) {

@@ -34,7 +34,7 @@
         this.root.append(button);
         return button;
       };
-      add("⏮", "To the start (Home)", () => app.clock.seek(0));
+      add("|◂", "To the start (Home)", () => app.clock.seek(0));
       add("◂", "Step back (←)", () => app.clock.step(-1));
       this.play = add("▶ Play", "Play or pause (Space)", () => app.clock.toggle(), "play");
       add("▸", "Step ahead (→)", () => app.clock.step(1));

@@ -33,8 +33,10 @@
     pen.fillRect(0, 0, frame.w, frame.h);
     pen.strokeStyle = R.theme.line;
     pen.lineWidth = 1;
-    pen.strokeRect(frame.x(world.x_m[0]), frame.y(world.y_m[1]), (world.x_m[1] - world.x_m[0]) * frame.scale,
-                   (world.y_m[1] - world.y_m[0]) * frame.scale);
+    if (world.x_m && world.y_m) {
+      pen.strokeRect(frame.x(world.x_m[0]), frame.y(world.y_m[1]), (world.x_m[1] - world.x_m[0]) * frame.scale,
+                     (world.y_m[1] - world.y_m[0]) * frame.scale);
+    }
     for (const place of world.places) drawPlace(pen, frame, place, withNames);
     if (withNames) drawScaleBar(pen, frame, header);
   };

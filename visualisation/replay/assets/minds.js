@@ -41,7 +41,7 @@
     pen.beginPath();
     pen.rect(0, 0, w, h - TITLE_PX);
     pen.clip();
-    const frame = new R.Frame(facts.run.world, w, h - TITLE_PX);
+    const frame = new R.Frame(facts.extent, w, h - TITLE_PX);
     R.drawWorld(pen, frame, facts, false);
     R.fillTiles(pen, frame, facts.run.tiles, mind.tilesKnown_s, -1, time_s);
     R.drawUnheard(pen, frame, facts, mind, time_s, 5);

@@ -2,13 +2,13 @@
 /* Packets on the map. By slot they are wave fronts that travel; otherwise links that fade: whole if heard, broken by a
    cross near the receiver if lost. */
 (function () {
-  const FADE_S = 0.8, MOST_LINKS = 300, SHORT_OF_PX = 16;
+  const FADE_S = 0.25, MOST_LINKS = 300, SHORT_OF_PX = 16;
 
   /** Draws what is in the water, or was lately; `selected` leaves only packets from and to that vehicle. */
   R.drawPackets = function (pen, frame, facts, clock, selected) {
     const time_s = clock.t;
     const waves = clock.pace === "slot";
-    const fade_s = waves ? 1.2 * facts.run.header.slot_s : Math.max(facts.run.header.slot_s, clock.rate * FADE_S);
+    const fade_s = waves ? 1.2 * facts.run.header.slot_s : Math.max(facts.run.header.frame_s, clock.playing ? clock.rate * FADE_S : 0);
     const [low, high] = facts.run.packetsIn(time_s - fade_s - 3, time_s);
     let room = MOST_LINKS;
     for (let p = Math.min(high, facts.run.packets.length) - 1; p >= low && room > 0; p -= 1) {

@@ -85,7 +85,7 @@
       const wanted = R.layLanes(this.facts, this.open, this.selected, room * 0.46).height + 4;
       const lanes_px = this.lanes_px || Math.min(wanted, Math.round(room * 0.5));
       this.top.style.height = Math.max(120, room - lanes_px - this.splitter.offsetHeight) + "px";
-      const world = this.run.world, h = this.top.clientHeight;
+      const world = this.facts.extent, h = this.top.clientHeight;
       const aspect = (world.x_m[1] - world.x_m[0]) / Math.max(world.y_m[1] - world.y_m[0], 1);
       const w = Math.min(Math.max(h * aspect, 420), this.root.clientWidth * 0.58);
       this.mapBox.style.width = this.narrow ? "100%" : Math.round(w) + "px";
@@ -143,13 +143,17 @@
       pen.strokeStyle = pen.fillStyle = R.theme.ink;
       pen.lineWidth = 1.5;
       pen.beginPath();
-      pen.moveTo(x, R.AXIS_PX - 8);
+      pen.moveTo(x, R.AXIS_PX - 2);
       pen.lineTo(x, h);
       pen.stroke();
-      pen.beginPath();
-      pen.moveTo(x - 6, R.AXIS_PX - 12); pen.lineTo(x + 6, R.AXIS_PX - 12); pen.lineTo(x, R.AXIS_PX - 3);
-      pen.closePath();
-      pen.fill();
+      pen.font = R.BOLD;
+      const text = R.seconds(this.app.clock.t), half = pen.measureText(text).width / 2 + 5;
+      const middle = Math.min(Math.max(x, scale.left + half), w - half);
+      pen.fillRect(middle - half, R.AXIS_PX - 18, 2 * half, 17);
+      pen.fillStyle = R.theme.paper;
+      pen.textAlign = "center";
+      pen.textBaseline = "middle";
+      pen.fillText(text, middle, R.AXIS_PX - 9);
     }
 
     /** Turns the page of the lanes when the clock leaves it. */
@@ -171,7 +175,7 @@
 
     drawMap(pen, w, h) {
       const { facts, app, selected } = this, time_s = app.clock.t;
-      const frame = new R.Frame(this.run.world, w, h - LEGEND_PX, this.zoom);
+      const frame = new R.Frame(this.facts.extent, w, h - LEGEND_PX, this.zoom);
       const mind = selected >= 0 ? this.run.mind(selected, time_s) : null;
       const wrong = mind ? R.disagreements(facts, selected, time_s) : [];
       this.frame = frame;
