@@ -13,7 +13,13 @@ from pathlib import Path
 
 from visualisation.errors import DrawingError
 
-SCRIPTS = ("data.js", "model.js", "knowledge.js", "chain.js")
+MODEL = ("data.js", "model.js", "knowledge.js", "chain.js")
+VIEW = (
+    "palette.js", "pen.js", "clock.js", "facts.js", "map.js", "packets.js", "belief.js", "strips.js", "signals.js",
+    "lanes.js", "minds.js", "matrix.js", "cost.js", "why.js", "news.js", "layout.js", "hands.js", "view.js", "save.js",
+    "app.js",
+)  # fmt: skip
+SCRIPTS = MODEL + VIEW
 """Scripts in the order in which the page has them."""
 STYLES = ("page.css",)
 POLICY = (
