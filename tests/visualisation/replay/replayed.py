@@ -1,6 +1,7 @@
 """The model of the replay page (its scripts that know no document), asked from Python."""
 
 import base64
+import html
 import importlib
 import json
 import shutil
@@ -18,10 +19,10 @@ ASSETS = Path(importlib.import_module("visualisation.replay").__file__ or "").pa
 MODEL = ("data.js", "model.js", "knowledge.js", "chain.js")
 NODE = shutil.which("node") or shutil.which("nodejs")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-OUT = "<pre id=out>"
 QUIET = (
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync", "--virtual-time-budget=60000", "--dump-dom",
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--virtual-time-budget=60000",
+    "--dump-dom",
 )  # fmt: skip
 
 
@@ -55,10 +56,7 @@ def asked(payloads: Sequence[bytes], function: str, folder: Path, given: object 
         pytest.skip("neither node nor chromium is installed to run the scripts of the page")
     page = folder / "ask.html"
     body = "".join(f"<script>{script}</script>" for script in scripts)
-    out = "(text) => { document.body.innerHTML = '<pre id=out></pre>'; document.getElementById('out').textContent = text; }"
-    page.write_text(f"<meta charset=utf-8><body>{body}<script>{call}.then({out}, {out});</script>", encoding="utf-8")
+    show = "(text) => { document.body.innerHTML = '<pre id=out></pre>'; document.body.firstChild.textContent = text; }"
+    page.write_text(f"<meta charset=utf-8><body>{body}<script>{call}.then({show}, {show});</script>", encoding="utf-8")
     said = subprocess.run([CHROMIUM, *QUIET, page.as_uri()], capture_output=True, text=True, timeout=120, check=False)
-    import html
-
-    text = html.unescape(said.stdout.partition('<pre id="out">')[2].partition("</pre>")[0])
-    return json.loads(text)
+    return json.loads(html.unescape(said.stdout.partition('<pre id="out">')[2].partition("</pre>")[0]))

@@ -104,11 +104,11 @@ def test_what_each_vehicle_knew_is_what_is_rebuilt_of_its_world_model(case: tupl
 
 
 WHERE = """([run], times) => times.map((t) => run.vehicles.map((_, v) => {
-  const at = run.at(v, t);
+  const at = run.at(v, t), bars = run.bars(v).filter((bar) => bar.from_s <= t && t < bar.to_s);
   return {
     at: [at.x, at.y, at.heading, at.speed],
-    held: run.bars(v).filter((bar) => !bar.driving && bar.from_s <= t && t < bar.to_s).map((bar) => [bar.group, bar.role]),
-    driving: run.bars(v).filter((bar) => bar.driving && bar.from_s <= t && t < bar.to_s).map((bar) => [bar.group, bar.role]),
+    held: bars.filter((bar) => !bar.driving).map((bar) => [bar.group, bar.role]),
+    driving: bars.filter((bar) => bar.driving).map((bar) => [bar.group, bar.role]),
   };
 }))"""
 
@@ -174,3 +174,26 @@ def test_packets_are_those_of_the_table(case: tuple[Results, bytes, Path]) -> No
         assert packet["status"] == row["status_uids"]
         pairs = zip(row["signal_roles"], row["signal_values"], strict=True)
         assert [tuple(one) for one in packet["signals"]] == list(dict.fromkeys(pairs))
+
+
+COST = """([run], times) => times.map((t) => {
+  const n = R.lastAt(run.cost.t, t);
+  return { t: run.cost.t[n], truth: run.cost.truth[n], known: run.cost.known_mean[n], agree: run.cost.agree[n] };
+})"""
+
+
+def test_what_losses_cost_is_counted_from_the_tables(case: tuple[Results, bytes, Path]) -> None:
+    """Cells really covered, cells that vehicles knew of, and vehicles whose view is that of all holders of roles."""
+    results, data, folder = case
+    names = [vehicle.name for vehicle in results.scenario.vehicle]
+    n_tiles = sum(len(place.tiles.squares) for place in mission_of(results.scenario).places if place.tiles is not None)
+    covered, roles = results.table("coverage").to_pylist(), results.table("roles").to_pylist()
+    for told in asked([data], COST, folder, moments_s(results)[::4]):
+        at_s = told["t"]
+        cells = {(row["cell_x"], row["cell_y"]) for row in covered if row["time_s"] <= at_s}
+        assert told["truth"] == pytest.approx(len(cells) / n_tiles)
+        known = {name: known_by(results, name, at_s, names) for name in names}
+        n_known = sum(len(one["tiles"]) for one in known.values())
+        assert told["known"] == pytest.approx(n_known / n_tiles / len(names))
+        so = {(*key, name) for name in names for key in roles_at(roles, name, at_s)[0]}
+        assert told["agree"] == pytest.approx(sum(one["roles"] == so for one in known.values()) / len(names))
