@@ -30,7 +30,7 @@ def replay(
     For example: remoras replay first --out mission.html
     """
     from missions.runs.results import Results
-    from visualisation.replay import check_output, missing, page, write
+    from visualisation.replay import check_output, missing, page_text, write
 
     target = out if out is not None else folder / "replay.html"
     folders = [folder] if other is None else [folder, other]
@@ -41,8 +41,8 @@ def replay(
     check_output(target, force)
     for second in runs[1:]:
         _check_pair(runs[0], second)
-    payloads = [_payload(run) for run in runs]
-    write(target, page(_title(runs), payloads), force)
+    payloads = [_data(run) for run in runs]
+    write(target, page_text(_title(runs), payloads), force)
     for run in runs:
         if lacking := missing(run):
             what = "; ".join(lacking)
@@ -50,13 +50,13 @@ def replay(
     print(target)
 
 
-def _payload(run: Results) -> bytes:
+def _data(run: Results) -> bytes:
     from missions.scenarios.parts import mission_of, strategy_of
-    from visualisation.replay import payload
+    from visualisation.replay import run_data
 
     mission = mission_of(run.scenario)
     is_bound = strategy_of(run.scenario).declaration.is_bound
-    return payload(run, mission.places, mission.jobs.values(), is_bound)
+    return run_data(run, mission.places, mission.jobs.values(), is_bound)
 
 
 def _check_pair(first: Results, second: Results) -> None:

@@ -43,7 +43,7 @@ class Job(Protocol):
         """The fact that says that it is done: attribute and subject."""
 
 
-def payload(
+def run_data(
     results: RunResults, places: Sequence[Place] = (), jobs: Iterable[Job] = (), is_bound: bool = False
 ) -> bytes:
     """All that a replay shows of a run, compressed; the same bytes for the same results.

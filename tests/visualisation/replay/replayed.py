@@ -2,7 +2,6 @@
 
 import base64
 import html
-import importlib
 import json
 import shutil
 import subprocess
@@ -14,9 +13,9 @@ import pytest
 
 from missions.runs.results import Results
 from missions.scenarios.parts import mission_of, strategy_of
+from visualisation.replay import run_data
+from visualisation.replay.page import MODEL, asset
 
-ASSETS = Path(importlib.import_module("visualisation.replay").__file__ or "").parent / "assets"
-MODEL = ("data.js", "model.js", "knowledge.js", "chain.js")
 NODE = shutil.which("node") or shutil.which("nodejs")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 QUIET = (
@@ -28,10 +27,8 @@ QUIET = (
 
 def data_of(results: Results) -> bytes:
     """What a page holds of a run, with all that its mission declares."""
-    from visualisation.replay import payload
-
     mission, strategy = mission_of(results.scenario), strategy_of(results.scenario)
-    return payload(results, mission.places, mission.jobs.values(), strategy.declaration.is_bound)
+    return run_data(results, mission.places, mission.jobs.values(), strategy.declaration.is_bound)
 
 
 def asked(payloads: Sequence[bytes], function: str, folder: Path, given: object = None) -> Any:
@@ -43,7 +40,7 @@ def asked(payloads: Sequence[bytes], function: str, folder: Path, given: object 
         folder: for the files of this.
         given: JSON for the function.
     """
-    scripts = [(ASSETS / name).read_text(encoding="utf-8") for name in MODEL]
+    scripts = [asset(name) for name in MODEL]
     texts = json.dumps([base64.b64encode(one).decode() for one in payloads])
     call = f"Promise.all({texts}.map(R.decode)).then((runs) => JSON.stringify(({function})(runs, {json.dumps(given)})))"
     if NODE is not None:

@@ -17,7 +17,7 @@ from missions.errors import OutputError
 from missions.runs.results import Results, write
 from missions.runs.run import run
 from missions.scenarios import load
-from visualisation.replay import missing, page, payload
+from visualisation.replay import missing, page_text, run_data
 
 NEWER = ("items", "decisions", "organisation", "objectives")
 OLD_COLUMNS = {"packets": 8, "trajectories": 7}
@@ -71,11 +71,11 @@ def older(lossy: Results, tmp_path: Path) -> Results:
 
 def test_a_run_of_four_vehicles_is_small_and_always_the_same(lossy: Results) -> None:
     data = data_of(lossy)
-    text = page("a run", [data])
+    text = page_text("a run", [data])
     assert len(data) * 4 / 3 < MOST_OF_FOUR
     assert len(text.encode()) < MOST_OF_PAGE
     assert data_of(Results.read(lossy.folder)) == data
-    assert page("a run", [data]) == text
+    assert page_text("a run", [data]) == text
 
 
 @pytest.mark.slow
@@ -87,7 +87,7 @@ def test_fifty_vehicles_over_an_hour_fit_a_megabyte(tmp_path: Path) -> None:
 
 
 def test_the_page_asks_for_nothing(lossy: Results) -> None:
-    text = html.unescape(page("a run", [data_of(lossy)]))
+    text = html.unescape(page_text("a run", [data_of(lossy)]))
     assert "default-src 'none'" in text
     for way in ("http://", "https://", "fetch(", "XMLHttpRequest", "import(", "innerHTML", "@import", "eval("):
         assert way not in text.replace("http://www.w3.org/", ""), way  # names of vocabularies are no addresses
@@ -133,7 +133,7 @@ def test_a_cut_table_is_named(lossy: Results, tmp_path: Path) -> None:
 def test_a_run_of_any_kind_is_shown(name: str, tmp_path: Path) -> None:
     """Without packets all of them; one lasts 0 s, one has empty tables, in one nobody moves."""
     fiction = FICTIONS[name]
-    told = asked([payload(fiction.write(tmp_path / "run"), fiction.places)], LOOK, tmp_path)
+    told = asked([run_data(fiction.write(tmp_path / "run"), fiction.places)], LOOK, tmp_path)
     assert told["names"] == list(fiction.vehicles)
     assert told["places"] == [place.name for place in fiction.places]
     assert (told["packets"], told["items"]) == (0, 0)
@@ -178,12 +178,12 @@ def test_names_of_any_letters_come_through_and_harm_nothing(tmp_path: Path) -> N
         points=WICKED[2:],
         milestones=[(WICKED[1], WICKED[0], WICKED[3], 5.0)],
     )
-    data = payload(fiction.write(tmp_path / "run"), fiction.places)
+    data = run_data(fiction.write(tmp_path / "run"), fiction.places)
     told = asked([data], LOOK, tmp_path)
     assert told["names"] == WICKED
     assert told["places"] == WICKED
     assert told["groups"] == [WICKED[1]]
-    text = page(WICKED[1], [data])
+    text = page_text(WICKED[1], [data])
     assert "</script><b>" not in text
     assert "&lt;/script&gt;&lt;b&gt;" in text
 

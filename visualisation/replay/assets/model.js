@@ -1,6 +1,7 @@
 "use strict";
 // One run: vehicles, where they were, what they played, what was sent. Times in s, positions in m, vehicles by index.
-// knowledge.js adds what was known, chain.js why they did what they did. Nothing here knows the document.
+// knowledge.js adds what was known, work.js what there was to do, chain.js why they did what they did. Nothing here knows
+// the document.
 globalThis.R = globalThis.R || {};
 
 (function () {
@@ -39,6 +40,7 @@ globalThis.R = globalThis.R || {};
       this._packetOfSlot = new Map(this.packets.map((packet, index) => [packet.slot, index]));
       this.layers = layersOf(this);
       R.learn(this);
+      R.survey(this);
       R.explain(this);
     }
 
