@@ -5,6 +5,7 @@ globalThis.R = globalThis.R || {};
 (function () {
   const LONGEST = 12; // links of a chain
   const EPSILON_S = 1e-6;
+  const PLAYS_ROLE = "playsRole"; // attribute of the core vocabulary; those of objectives begin with "objective"
 
   R.explain = function (run) {
     run._decisions = decisionsOf(run);
@@ -85,7 +86,7 @@ globalThis.R = globalThis.R || {};
     const chosen = decision.candidates.find((one) => isPursued(one) && one.label === last.one.label);
     links.push(link(choiceText(run.vehicles[v].name, chosen, decision, decisions[last.first - 1]), decision.time_s, v));
     if (chosen.external > 0 && chosen.source >= 0) return explainSignal(run, v, chosen, links);
-    explainObjective(run, v, chosen, decision.time_s, links);
+    explainTask(run, v, chosen, decision.time_s, links);
     return null;
   }
 
@@ -144,25 +145,33 @@ globalThis.R = globalThis.R || {};
     return still && still.chosen ? { v: chosen.source, t: packet.start_s, role: signal.role } : null;
   }
 
-  // How v came by an objective: the packet that brought it, or its own plan.
-  function explainObjective(run, v, chosen, before_s, links) {
-    const attribute = "objective" + chosen.objective, subject = chosen.group + "." + chosen.role;
+  // How v came by what it does: by the facts that gave it the role, and the role its objective; the later one first.
+  function explainTask(run, v, chosen, before_s, links) {
+    const name = run.vehicles[v].name, path = chosen.group + "." + chosen.role;
+    const task = `${chosen.objective}(${chosen.argument})`;
+    const found = [
+      heardFact(run, v, "objective" + chosen.objective, path, chosen.argument, before_s, `${chosen.role} is for ${task}`),
+      heardFact(run, v, PLAYS_ROLE, name, path, before_s, `${name} plays ${chosen.role}`),
+    ];
+    links.push(...found.filter(Boolean).sort((a, b) => b.time_s - a.time_s));
+  }
+
+  // The last time by `before_s` that v heard or said a fact, as a link; null if it never did.
+  function heardFact(run, v, attribute, subject, value, before_s, words) {
+    const isMeant = (fact) => fact.attribute === attribute && fact.subject === subject && fact.value === value;
     let found = -1;
-    run.items.forEach((item, n) => {
-      const is = item.facts.some((fact) => fact.attribute === attribute && fact.subject === subject && fact.value === chosen.argument);
-      if (is && run.heard_s(v, n) <= before_s && (found < 0 || run.heard_s(v, n) < run.heard_s(v, found))) found = n;
-    });
-    if (found < 0) return;
-    const item = run.items[found], heard_s = run.heard_s(v, found), name = run.vehicles[v].name;
-    const what = `${chosen.objective}(${chosen.argument})`;
-    if (item.origin === v) {
-      links.push(link(`${name} gave ${chosen.role} the objective ${what}`, item.recorded_s, v));
-      return;
+    for (const n of run.itemsAbout(attribute, subject)) {
+      const heard_s = run.heard_s(v, n);
+      if (heard_s > before_s + EPSILON_S || !run.items[n].facts.some(isMeant)) continue;
+      if (found < 0 || heard_s >= run.heard_s(v, found)) found = n;
     }
-    const packet = run.packets.find((one) => one.items.includes(found) && one.to.some((to) => to.v === v && to.arrival_s === heard_s));
+    if (found < 0) return null;
+    const item = run.items[found], heard_s = run.heard_s(v, found), name = run.vehicles[v].name;
+    if (item.origin === v) return link(`${name} decided that ${words}`, item.recorded_s, v);
+    const brought = (one) => one.items.includes(found) && one.to.some((to) => to.v === v && to.arrival_s === heard_s);
+    const packet = run.packets.find(brought), origin = run.vehicles[item.origin].name;
     const by = packet ? ` in slot ${packet.slot}` : "";
-    const origin = run.vehicles[item.origin].name;
-    links.push(link(`${name} heard${by} of the objective ${what}, which ${origin} gave ${chosen.role}`, heard_s, v, packet ? packet.slot : -1));
+    return link(`${name} heard${by} that ${words}, as ${origin} decided`, heard_s, v, packet ? packet.slot : -1);
   }
 
   function link(text, time_s, vehicle, slot = -1) {
