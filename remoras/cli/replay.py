@@ -51,12 +51,17 @@ def replay(
 
 
 def _data(run: Results) -> bytes:
+    """What the page holds of a run. Without what its mission declares, if this version cannot read the scenario."""
+    from missions.errors import ConfigurationError
     from missions.scenarios.parts import mission_of, strategy_of
     from visualisation.replay import run_data
 
-    mission = mission_of(run.scenario)
-    is_bound = strategy_of(run.scenario).declaration.is_bound
-    return run_data(run, mission.places, mission.jobs.values(), is_bound)
+    try:
+        mission, strategy = mission_of(run.scenario), strategy_of(run.scenario)
+    except ConfigurationError as error:
+        print(f"remoras: {run.folder}: places and jobs are not shown: {error}", file=sys.stderr)
+        return run_data(run)
+    return run_data(run, mission.places, mission.jobs.values(), strategy.declaration.is_bound)
 
 
 def _check_pair(first: Results, second: Results) -> None:

@@ -116,6 +116,17 @@ def test_of_an_older_folder_it_says_what_is_not_shown(folder: Path, tmp_path: Pa
     )
 
 
+def test_a_scenario_that_this_version_cannot_read_costs_its_places_only(folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(folder, tmp_path / "run")
+    path = tmp_path / "run" / "manifest.json"
+    path.write_text(path.read_text(encoding="utf-8").replace("duration_s", "length_s"), encoding="utf-8")
+    result = remoras("replay", tmp_path / "run")
+    assert result.exit_code == 0
+    assert result.stderr.startswith(f"remoras: {tmp_path / 'run'}: places and jobs are not shown: ")
+    assert "length_s" in result.stderr
+    assert (tmp_path / "run" / "replay.html").is_file()
+
+
 def test_two_runs_stand_side_by_side_in_one_world_only(folder: Path, tmp_path: Path) -> None:
     """Of other seed, loss and strategy, that is; not of other borders, work or vehicles."""
     other = record(tmp_path / "other", "channel.per=0.1", "strategy.name='central'", seed=2)

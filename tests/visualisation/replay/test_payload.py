@@ -17,6 +17,7 @@ from missions.errors import OutputError
 from missions.runs.results import Results, write
 from missions.runs.run import run
 from missions.scenarios import load
+from visualisation.errors import DrawingError
 from visualisation.replay import missing, page_text, run_data
 
 NEWER = ("items", "decisions", "organisation", "objectives")
@@ -124,6 +125,13 @@ def test_a_cut_table_is_named(lossy: Results, tmp_path: Path) -> None:
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     with pytest.raises(OutputError, match=r"packets\.parquet: damaged"):
         data_of(Results.read(tmp_path / "cut"))
+
+
+def test_a_damaged_scenario_is_named(tmp_path: Path) -> None:
+    results = Fiction().write(tmp_path / "run")
+    (tmp_path / "run" / "manifest.json").write_text(json.dumps({"scenario": "[scenario\nname="}))
+    with pytest.raises(DrawingError, match="the scenario in its manifest is damaged"):
+        run_data(results)
 
 
 # Runs of all kinds --------------------------------------------------------------------------------
