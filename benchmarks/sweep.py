@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from missions.runs.run import run
-from missions.runs.step_tables import packed, schema_of, writer
+from missions.runs.tables import arrow_table, writer
 from missions.sweeps.driver import sweep
 from missions.sweeps.execution import run_task
 from missions.sweeps.plan import SweepPlan
@@ -67,11 +67,11 @@ def sweep_s(of: Study, jobs: int) -> float:
 def trajectory_bytes(of: Study) -> tuple[int, int]:
     """(rows, bytes) of the trajectories of at least a million rows, as the sweep keeps them: different runs all."""
     plan, buffer, n_rows = SweepPlan(of), io.BytesIO(), 0
-    with writer(buffer, schema_of(TRAJECTORIES)) as out:
+    with writer(buffer, arrow_table(TRAJECTORIES, [], "key").schema) as out:
         for number in itertools.count():
             task = plan.task(number % len(of.configurations), number // len(of.configurations))
             trajectories = run(task.scenario, task.seed).recorder.trajectories
-            out.write_table(packed(TRAJECTORIES, trajectories, task.key))
+            out.write_table(arrow_table(TRAJECTORIES, trajectories, task.key))
             n_rows += len(trajectories)
             if n_rows >= MEASURED_ROWS:
                 break

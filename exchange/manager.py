@@ -75,8 +75,8 @@ class LatestValue:
 class Transmission:
     """What a vehicle says in one slot, and what it decided in doing so.
 
-    ``fragments`` has (attribute of the first fact, size_bits) of each fragment, status too; the rest of ``size_bits``
-    beside ``signals_bits`` is the header.
+    ``items`` are repeated until they are acknowledged, ``status`` are said this once. ``fragments`` has (attribute of
+    the first fact, size_bits) of each of both; the rest of ``size_bits`` beside ``signals_bits`` is the header.
     """
 
     slot: int
@@ -86,6 +86,8 @@ class Transmission:
     n_acks: int
     fragments: tuple[tuple[int, int], ...] = ()
     signals_bits: int = 0
+    status: tuple[ItemUid, ...] = ()
+    signals: tuple[InfluenceSignal, ...] = ()
 
 
 class Reception(NamedTuple):
@@ -179,24 +181,24 @@ class ExchangeManager:
         self._next_slot = 0  # first slot that has not been opened
         self.n_faults = 0
 
-    def offer(self, changes: Iterable[Change], addressed: Collection[int] = ()) -> tuple[ItemUid, ...]:
-        """Take blocks this vehicle recorded itself as candidates; returns the items they became.
+    def offer(self, changes: Iterable[Change], addressed: Collection[int] = ()) -> tuple[Fragment, ...]:
+        """Take blocks this vehicle recorded itself as candidates; returns the items they became, without status.
 
         Args:
             changes: of the world model.
             addressed: peers that the blocks are for, if not for all alike: once these hold them, others can wait.
         """
-        items: list[ItemUid] = []
+        items: list[Fragment] = []
         for change in changes:
             block = change.block
-            if self._is_status(block.facts):
+            if self.is_status(block.facts):
                 self._take_status(block)
                 continue
             room_bits = self._room_bits - self._signal_room_bits
             for fragment in fragments_of(block, room_bits, self._codec.fragment_bits):
                 column = self._register(fragment)
                 self._ledger.entries[column].addressed = sum(1 << peer for peer in addressed)
-                items.append(fragment.uid)
+                items.append(fragment)
         return tuple(items)
 
     def fits(self, facts: Iterable[tuple[int, int, Value]]) -> bool:
@@ -247,7 +249,7 @@ class ExchangeManager:
         content = 0
         new_items: list[ItemUid] = []
         for fragment in packet.fragments:
-            if self._is_status(fragment.facts):
+            if self.is_status(fragment.facts):
                 blocks.append(Block(fragment.origin, fragment.sequence, fragment.time_s, fragment.facts))
                 continue
             column = self._ledger.column(fragment.uid)
@@ -273,7 +275,7 @@ class ExchangeManager:
         settled = self._settle() if beliefs else ()
         return Reception(slot, packet.sender, tuple(blocks), packet.signals, tuple(new_items), beliefs, settled)
 
-    def _is_status(self, facts: Sequence[PropertyValue]) -> bool:
+    def is_status(self, facts: Sequence[PropertyValue]) -> bool:
         """True if of every fact only the latest value matters."""
         return all(fact.attribute in self._latest_only for fact in facts)
 
@@ -288,41 +290,41 @@ class ExchangeManager:
         frame = self._frame(slot)
         spared_bits = self._codec.header.largest_bits - self._codec.header.size_bits(self._me, frame)
         signals_bits = len(signals) * self._codec.signal_bits
-        columns, wire, fragments = self._choose(self._room_bits + spared_bits - signals_bits)
-        content = 0
-        for column in columns:
-            content |= 1 << column
+        columns, said = self._choose(self._room_bits + spared_bits - signals_bits)
+        content = sum(1 << column for column in columns)
+        items = tuple(self._uid(column) for column in columns)
         rows = [0] * self._n_nodes
         ack.compose(self._kind, self._state, self._n_nodes, frame, self._me, (content,), rows)
+        wire = [(bits, size_bits) for _, bits, size_bits in said]
         data = self._codec.encode(self._me, rows, wire, signals, frame)
         self._signals = ()
         return Transmission(
             slot,
             data,
             8 * len(data),
-            tuple(self._uid(column) for column in columns),
+            items,
             self._codec.header.n_set(self._me, rows, frame),
-            tuple(fragments),
+            tuple((fragment.facts[0].attribute, size_bits) for fragment, _, size_bits in said),
             signals_bits,
+            tuple(fragment.uid for fragment, _, _ in said if self.is_status(fragment.facts)),
+            signals,
         )
 
-    def _choose(self, room_bits: int) -> tuple[list[int], list[tuple[int, int]], list[tuple[int, int]]]:
-        """By the weighted queue: columns of the items, wire form of all fragments, (first attribute, bits) of each."""
+    def _choose(self, room_bits: int) -> tuple[list[int], list[tuple[Fragment, int, int]]]:
+        """By the weighted queue: columns of the items; of all that is said, status too, its wire form (bits, size)."""
         queue: list[Entry | LatestValue] = [self._ledger.entries[column] for column in self._open]
         queue += [status for status in self._status.values() if status.fragment is not None]
         columns: list[int] = []
-        wire: list[tuple[int, int]] = []
-        fragments: list[tuple[int, int]] = []
+        said: list[tuple[Fragment, int, int]] = []
         for position in heaviest(queue, room_bits):
             candidate = queue[position]
-            wire.append((candidate.bits, candidate.size_bits))
             if candidate.fragment is not None:
-                fragments.append((candidate.fragment.facts[0].attribute, candidate.size_bits))
+                said.append((candidate.fragment, candidate.bits, candidate.size_bits))
             if isinstance(candidate, LatestValue):
                 candidate.fragment = None
             else:
                 columns.append(self._open[position])
-        return columns, wire, fragments
+        return columns, said
 
     def holds(self, uid: ItemUid) -> bool:
         """True if this vehicle holds the item."""

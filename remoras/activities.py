@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 
 class ActivityType(IntEnum):
@@ -109,3 +109,29 @@ class ActivitySet:
     def name(self) -> str:
         """Name of the first activity."""
         return self.activities[0].name
+
+
+class Candidate(NamedTuple):
+    """An activity set as the decision weighed it.
+
+    Attributes:
+        of: the set.
+        stimulus: 0..1, as perceived.
+        motivation: of each of its activities.
+        external: the part of it that an influence signal makes.
+        source, slot: vehicle that sent that signal, and the slot in which it did; empty and None without one.
+        chosen: it is performed.
+    """
+
+    of: ActivitySet
+    stimulus: float
+    motivation: float
+    external: float
+    source: str
+    slot: int | None
+    chosen: bool
+
+    @property
+    def own(self) -> float:
+        """The part of the motivation that own aims make."""
+        return self.motivation - self.external

@@ -21,6 +21,7 @@ from worldmodel import (
     ValueKind,
     WorldModel,
 )
+from worldmodel.snapshot import as_text
 
 Key = tuple[str, str]
 Fact = tuple[int, int, Any]
@@ -103,6 +104,13 @@ class Beliefs:
         """A fact by names: (subject, attribute, value)."""
         attribute = self._tbox.attributes[fact.attribute]
         return self.name(fact.subject), attribute.name, self._plain(attribute, fact.value)
+
+    def as_text(self, fact: PropertyValue) -> tuple[str, str, str]:
+        """A fact by names: (subject, attribute, value as text that can be read back exactly)."""
+        attribute = self._tbox.attributes[fact.attribute]
+        linked = attribute.kind is ValueKind.LINK
+        value = self.name(fact.target) if linked else as_text(self.model, attribute, fact.value)
+        return self.name(fact.subject), attribute.name, value
 
     def _plain(self, attribute: Attribute, value: Any) -> Any:
         if attribute.kind is ValueKind.LINK:

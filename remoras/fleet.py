@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import mesa
 
 from exchange.acoustics.channel import Arrival, Channel
+from exchange.acoustics.modems import Modem
 from exchange.schedule import TdmaSchedule
 from remoras.clock import Clock, Priority
 from remoras.faults import OVER, Condition, Fault, hears_throughout
@@ -78,6 +79,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
     Args:
         make_vehicles: makes the vehicles of this model, one per node, in the order of the nodes.
         channel: carries packets.
+        modem: of all vehicles.
         schedule: TDMA.
         truth: watches the run and says when the mission is complete.
         recorder: takes the rows.
@@ -90,6 +92,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self,
         make_vehicles: Callable[[Fleet], Sequence[Vehicle]],
         channel: Channel,
+        modem: Modem,
         schedule: TdmaSchedule,
         truth: Truth,
         recorder: Recorder,
@@ -102,6 +105,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self.view = ReadOnlyFleet.of(self.vehicles)
         self.clock: Clock[Event] = Clock()
         self.channel = channel
+        self.modem = modem
         self.schedule = schedule
         self.truth = truth
         self.recorder = recorder
@@ -208,12 +212,14 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self._share_at_once(sender, now_s)
         if sent is None:
             return
+        end_s = now_s + self.modem.packet_s(sent.size_bits)
         positions = [vehicle.functional.motion.position_m for vehicle in self.vehicles]
         arrivals = self.channel.transmit(slot, sender.data.node, sent.data, now_s, positions)
         if self._faults:
             arrivals = self._heard(sender, arrivals, now_s)
         others = [vehicle for vehicle in self.vehicles if vehicle is not sender and vehicle.is_alive]
-        received = {arrival.receiver for arrival in arrivals}
+        arrival_s = {arrival.receiver: arrival.time_s for arrival in arrivals}
+        received = [vehicle for vehicle in others if vehicle.data.node in arrival_s]
         for arrival in arrivals:
             self.clock.schedule(arrival.time_s, Priority.ARRIVAL, arrival)
         self.recorder.packets.append(
@@ -224,8 +230,13 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
                 sent.size_bits,
                 len(sent.items),
                 sent.n_acks,
-                [vehicle.name for vehicle in others if vehicle.data.node in received],
-                [vehicle.name for vehicle in others if vehicle.data.node not in received],
+                [vehicle.name for vehicle in received],
+                [vehicle.name for vehicle in others if vehicle.data.node not in arrival_s],
+                end_s,
+                [arrival_s[vehicle.data.node] for vehicle in received],
+                [str(uid) for uid in sent.items],
+                [str(uid) for uid in sent.status],
+                *sender.radio.signals_of(sent),
             )
         )
 
@@ -286,4 +297,5 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         append = self.recorder.trajectories.append
         for vehicle in self.vehicles:
             m = vehicle.functional.motion
-            append((now_s, vehicle.name, m.x_m, m.y_m, m.heading_rad, m.speed_mps, m.energy_j))
+            depth_m = 0.0 if vehicle.functional.exhausted else vehicle.data.depth_m  # without power it floats up
+            append((now_s, vehicle.name, m.x_m, m.y_m, m.heading_rad, m.speed_mps, m.energy_j, depth_m))

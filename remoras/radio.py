@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from exchange.manager import ExchangeManager, Reception, Transmission
-from exchange.packets import InfluenceSignal, ItemUid
+from exchange.packets import Fragment, InfluenceSignal, ItemUid
 from remoras.beliefs import Beliefs
 from remoras.contents import BitCount
 from remoras.organisation import Group
@@ -106,15 +106,40 @@ class Radio:
             who: gives, by vehicle that has to hear of a block, the roles that the block gives it; asked of items only,
                 not of status.
         """
+        block = change.block
         if self.is_bound:
-            self._told.append(change.block)
+            self._told.append(block)
+            self._record_facts(block, ItemUid(block.origin, block.sequence, 0), "told", now_s)
             return
+        if self.manager.is_status(block.facts):
+            self._record_facts(block, ItemUid(block.origin, block.sequence, 0), "status", now_s)
         addressed = who(change)
-        for uid in self.manager.offer([change], [self._names.index(name) for name in addressed]):
+        for fragment in self.manager.offer([change], [self._names.index(name) for name in addressed]):
+            uid = fragment.uid
+            self._record_facts(fragment, uid, "told", now_s)
             self._record_item(now_s, uid, "observed")
             if addressed:
                 self._unheard |= {(name, uid): set(roles) for name, roles in addressed.items()}
                 self._note_unheard()
+
+    def keep(self, change: Change, now_s: float) -> None:
+        """Take note of a block that this vehicle keeps to itself."""
+        block = change.block
+        self._record_facts(block, ItemUid(block.origin, block.sequence, 0), "kept", now_s)
+
+    def signals_of(self, sent: Transmission) -> tuple[list[str], list[str], list[int]]:
+        """Influence signals of a packet: role that each speaks of, role that it addresses, value, -128..127.
+
+        One that addresses several roles comes once for each.
+        """
+        roles, addressed, values = [], [], []
+        for signal in sent.signals:
+            group, role, to = self._signalling[signal.role]
+            for one in to or ("",):
+                roles.append(f"{group}.{role}")
+                addressed.append(one and f"{group}.{one}")
+                values.append(signal.value)
+        return roles, addressed, values
 
     def speak(self, signals: Iterable[tuple[tuple[str, str], int]], now_s: float) -> Transmission:
         """The packet for this vehicle's slot, which opens now.
@@ -187,6 +212,12 @@ class Radio:
         self._peers.unheard = unheard
 
     # Recording -----------------------------------------------------------------------------------
+
+    def _record_facts(self, of: Block | Fragment, uid: ItemUid, kind: str, now_s: float) -> None:
+        """A row for each fact of what this vehicle recorded."""
+        append, name, as_text = self._recorder.items.append, str(uid), self._beliefs.as_text
+        for fact in of.facts:
+            append((name, self._me, of.time_s, now_s, *as_text(fact), kind))
 
     def _record_item(self, now_s: float, uid: ItemUid, event: str) -> None:
         self._recorder.knowledge.append((now_s, self._me, str(uid), self._names[uid.origin], event))

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from remoras.contents import Content
 
 Row = tuple[Any, ...]
-KINDS = ("float", "int", "str", "list")
-"""Kinds of columns."""
+KINDS = ("float", "int", "str", "bool", "list", "floats", "ints")
+"""Kinds of columns; ``list`` is one of texts, ``floats`` and ``ints`` are lists of numbers."""
 KEY = "key"
 """Column that the tables of a sweep have in front."""
 UNFIT = frozenset("/\\\0")
@@ -26,7 +26,7 @@ UNFIT = frozenset("/\\\0")
 
 
 class Column(NamedTuple):
-    """A column: its name, its kind (``float``, ``int``, ``str``, ``list`` of texts) and its unit (empty if none)."""
+    """A column: its name, its kind (one of ``KINDS``) and its unit (empty if none)."""
 
     name: str
     kind: str
@@ -72,27 +72,82 @@ VEHICLE = Column("vehicle", "str")
 TRAJECTORIES = Table("trajectories", (
     TIME, VEHICLE, Column("x_m", "float", "m"), Column("y_m", "float", "m"),
     Column("heading_rad", "float", "rad"), Column("speed_mps", "float", "m/s"), Column("energy_j", "float", "J"),
+    Column("depth_m", "float", "m"),
 ))  # fmt: skip
+"""Where every vehicle really is at every motion tick."""
 ROLES = Table("roles", (TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("event", "str")))
+"""Roles of every vehicle as it sees itself: assigned, active (it drives the vehicle), inactive, left."""
+ORGANISATION = Table("organisation", (
+    TIME, VEHICLE, Column("peer", "str"), Column("group", "str"), Column("role", "str"), Column("event", "str"),
+))  # fmt: skip
+"""Who plays what in the view of every vehicle: from then on, for ``vehicle``, ``peer`` has (assigned) or has no longer
+(left) the role. At 0 s stands what was agreed before the mission; later rows are of the ends of TDMA frames, when what
+was said in them counts. Peers that are taken for absent keep their roles here, see ``MEMBERSHIP``."""
+OBJECTIVES = Table("objectives", (
+    TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("objective", "str"),
+    Column("argument", "str"),
+))  # fmt: skip
+"""Objectives of roles in the view of every vehicle; a later argument of an objective takes the place of an earlier."""
 ACTIVITIES = Table("activities", (
     TIME, VEHICLE, Column("type", "str"), Column("name", "str"), Column("role", "str"),
     Column("motivation", "float", "1"),
 ))  # fmt: skip
+"""What a vehicle does from then on, written when its choice changes."""
+DECISIONS = Table("decisions", (
+    TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("objective", "str"),
+    Column("argument", "str"), Column("activities", "list"), Column("stimulus", "float", "1"),
+    Column("own", "float", "1"), Column("external", "float", "1"), Column("source", "str"), Column("slot", "int"),
+    Column("chosen", "bool"),
+))  # fmt: skip
+"""Every set of activities that a vehicle could choose from, written when its choice or these sets change. Its
+motivation is ``own`` and ``external`` together; ``external`` is owed to the influence signal that ``source`` sent in
+``slot``. Group, role and objective are empty for what the vehicle does in any case; source is empty and slot null where
+no signal is heeded."""
 SATISFACTION = Table("satisfaction", (
     TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("value", "int", "-128..127"),
 ))  # fmt: skip
+"""How content a vehicle is in each role as its slot opens."""
 PACKETS = Table("packets", (
     Column("slot", "int"), TIME, Column("sender", "str"), Column("size_bits", "int", "bit"),
     Column("items", "int"), Column("acks", "int"), Column("receivers", "list"), Column("lost_by", "list"),
+    Column("end_s", "float", "s"), Column("arrivals_s", "floats", "s"), Column("item_uids", "list"),
+    Column("status_uids", "list"), Column("signal_roles", "list"), Column("signal_addressed", "list"),
+    Column("signal_values", "ints", "-128..127"),
 ))  # fmt: skip
+"""What was sent from ``time_s`` to ``end_s``. ``arrivals_s`` has when each of ``receivers`` had heard all of it. Item
+and status uids are those of ``ITEMS``. An influence signal has one entry in each of the last three columns for every
+role that it addresses (``Group.Role``; empty if it addresses none)."""
 KNOWLEDGE = Table("knowledge", (
     TIME, VEHICLE, Column("item", "str"), Column("origin", "str"), Column("event", "str"),
 ))  # fmt: skip
+"""When a vehicle observed an item, received it, or took all who need it to hold it (acknowledged)."""
+ITEMS = Table("items", (
+    Column("uid", "str"), Column("origin", "str"), TIME, Column("recorded_s", "float", "s"), Column("subject", "str"),
+    Column("attribute", "str"), Column("value", "str"), Column("kind", "str"),
+))  # fmt: skip
+"""Every fact that a vehicle recorded, in the order in which its item has them. ``kind`` says what becomes of it: told
+(repeated until it is acknowledged), status (said once, the newest value counts) or kept (to itself). The uid is
+``origin-sequence``, with ``.part`` behind it for the later fragments of what does not fit one packet. ``time_s`` is
+the time of observation as vehicles hold it, ``recorded_s`` when it went into the origin's world model. The value is
+text: names of instances, classes and symbols, numbers, true or false, ``POINT (east north)``."""
 MEMBERSHIP = Table("membership", (TIME, VEHICLE, Column("peer", "str"), Column("event", "str")))
+"""Peers that a vehicle takes for absent from then on, and for present again."""
 FAULTS = Table("faults", (TIME, VEHICLE, Column("kind", "str"), Column("detail", "str")))
+"""What went wrong, and what befell a vehicle."""
 
-TABLES = (TRAJECTORIES, ROLES, MEMBERSHIP, ACTIVITIES, SATISFACTION, PACKETS, KNOWLEDGE, FAULTS)
+TABLES = (
+    TRAJECTORIES, ROLES, MEMBERSHIP, ORGANISATION, OBJECTIVES, ACTIVITIES, DECISIONS, SATISFACTION, PACKETS, KNOWLEDGE,
+    ITEMS, FAULTS,
+)  # fmt: skip
 """Tables of every run."""
+
+ADDED = {
+    "trajectories": frozenset({"depth_m"}),
+    "packets": frozenset({
+        "end_s", "arrivals_s", "item_uids", "status_uids", "signal_roles", "signal_addressed", "signal_values",
+    }),
+}  # fmt: skip
+"""Columns that older tables lack, by table."""
 
 
 class Recorder:
@@ -117,10 +172,14 @@ class Recorder:
         self.trajectories = self._rows["trajectories"]
         self.roles = self._rows["roles"]
         self.membership = self._rows["membership"]
+        self.organisation = self._rows["organisation"]
+        self.objectives = self._rows["objectives"]
         self.activities = self._rows["activities"]
+        self.decisions = self._rows["decisions"]
         self.satisfaction = self._rows["satisfaction"]
         self.packets = self._rows["packets"]
         self.knowledge = self._rows["knowledge"]
+        self.items = self._rows["items"]
         self.faults = self._rows["faults"]
 
     def declare(self, table: Table) -> None:

@@ -12,22 +12,22 @@ and the executive layer. Every step returns a value; nothing calls back up.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mesa
 
 from exchange.manager import Reception, Transmission
-from remoras.activities import ActivityType
+from remoras.activities import ActivitySet, ActivityType
 from remoras.behaviours import Perception
 from remoras.beliefs import Beliefs, Fact
 from remoras.database import VehicleData
+from remoras.diary import Diary
 from remoras.errors import PluginError
-from remoras.executive.layer import Decision, ExecutiveLayer
+from remoras.executive.layer import ExecutiveLayer
 from remoras.faults import SOUND, Condition
 from remoras.functional.layer import FunctionalLayer
 from remoras.functional.vital import Neighbour
-from remoras.organisation import RoleAssignment
 from remoras.radio import Radio
 from remoras.recorder import Recorder
 from remoras.social.layer import Consulted, Review, SocialLayer
@@ -74,13 +74,15 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self.beliefs = beliefs
         self.condition = SOUND
         self._recorder = recorder
+        self._diary = Diary(self.name, recorder)
         tbox = beliefs.model.tbox
         self._position = tbox.attribute_named("position").uid
         self._battery = tbox.attribute_named("batteryFraction").uid
         self._next_decision_s = 0.0
         self._resigned = False
-        self._driving: frozenset[tuple[str, str]] = frozenset()
-        self._record_roles(0.0, self.social.organisation.roles_of(self.name), "assigned")
+        self._weighed: tuple[ActivitySet, ...] = ()
+        self._diary.roles(0.0, self.social.organisation.roles_of(self.name), "assigned")
+        self._diary.view(0.0, self.social.organisation, self.social.objectives.values())
         self._adopt()
 
     @property
@@ -129,8 +131,11 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
                     f"sensor {sensed.sensor} of {self.name}: its observation cannot be recorded: {error}{hint}"
                 ) from error
             self._share(change, now_s)
+        self._note_exhaustion(now_s)
+
+    def _note_exhaustion(self, now_s: float) -> None:
         if self.functional.exhausted:
-            self._recorder.faults.append((now_s, self.name, "energy", "battery exhausted"))
+            self._diary.fault(now_s, "energy", "battery exhausted")
 
     def think(self, now_s: float, dt_s: float) -> None:
         """Perceive, decide, and do at once what the decision asks of the social layer."""
@@ -140,9 +145,13 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if self._note_what_is_done(perceptions, now_s):
             perceptions = functional.perceive(executive.decision.chosen)
         before, decision = executive.decision, executive.decide(perceptions, now_s, dt_s)
-        if decision is not before:
-            functional.perform(decision.chosen)
-            self._record_decision(now_s, decision)
+        if decision is not before or executive.sets is not self._weighed:
+            self._weighed = executive.sets
+            candidates = executive.candidates(now_s)
+            self._diary.weighs(now_s, candidates)
+            if decision is not before:
+                functional.perform(decision.chosen)
+                self._diary.drives(now_s, decision.driving, candidates)
         if functional.must_go_home and not self._resigned:
             self._resigned = True
             self._conclude(self.social.standing.resign(), now_s)
@@ -155,7 +164,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         for index, perception in enumerate(perceptions):
             objective = self.executive.sets[index].objective
             if perception.failed and objective is not None and (facts := self.social.standing.give_up(objective)):
-                self._recorder.faults.append((now_s, self.name, "cannot", str(objective)))
+                self._diary.fault(now_s, "cannot", str(objective))
                 self._conclude(facts, now_s)
                 return True
             if perception.done and objective is not None and (facts := self.social.completed(objective)):
@@ -166,7 +175,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     def _plan(self, now_s: float) -> None:
         deliberation = self.social.plan_missions()
         for no_plan in deliberation.impossible:
-            self._recorder.faults.append((now_s, self.name, "no plan", str(no_plan.task)))
+            self._diary.fault(now_s, "no plan", str(no_plan.task))
         facts, told = deliberation.facts, not self.social.standing.is_cut_off
         for part in [facts] if self.radio.manager.fits(facts) else deliberation.parts:
             self._conclude(part, now_s, told)
@@ -186,7 +195,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     def _look_around(self, now_s: float) -> bool:
         """See who is there, and act on it. True if somebody came or went."""
         seen = self.social.look_around(now_s)
-        self._recorder.membership.extend((now_s, self.name, peer, event) for event, peer in seen.events)
+        self._diary.peers(now_s, seen.events)
         self._conclude(seen.facts, now_s)
         self._take_on(seen, now_s)
         return bool(seen.events)
@@ -196,14 +205,15 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if not self.social.consultation_due:
             return False
         result = self.social.consult()
-        self._recorder.faults.extend((now_s, self.name, "refused assignment", detail) for detail in result.refused)
+        self._diary.fault(now_s, "refused assignment", *result.refused)
         self._take_on(result, now_s)
         return True
 
     def _take_on(self, result: Review | Consulted, now_s: float) -> None:
         """Play the roles that changed, by activities chosen anew where they have to be."""
-        self._record_roles(now_s, result.assigned, "assigned")
-        self._record_roles(now_s, result.left, "left")
+        self._diary.roles(now_s, result.assigned, "assigned")
+        self._diary.roles(now_s, result.left, "left")
+        self._diary.view(now_s, self.social.organisation, self.social.objectives.values())
         if result.activities_due:
             self._adopt()
             self.think(now_s, 0.0)
@@ -232,6 +242,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         signals = self.executive.signals() if influences else ()
         sent = self.radio.speak(signals, now_s)
         self.functional.transmitted(sent.size_bits)
+        self._note_exhaustion(now_s)
         return sent
 
     def hear(self, data: bytes, now_s: float) -> Reception | None:
@@ -246,7 +257,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         for (group, role, addressed), value in signals:
             if organisation.is_member(self.name, group) and organisation.is_member(emitter, group):
                 for one in addressed:
-                    self.executive.hear((group, one), emitter, role, value, now_s)
+                    self.executive.hear((group, one), emitter, role, value, now_s, reception.slot)
         if self.social.planner.is_due:
             self.think(now_s, 0.0)
         return reception
@@ -266,6 +277,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     def _share(self, change: Change, now_s: float, told: bool = True) -> None:
         if told and (self.radio.communicates or self.radio.is_bound):
             self.radio.tell(change, self.social.addressed, now_s)
+        else:
+            self.radio.keep(change, now_s)
         self._consider([change], told)
 
     def _consider(self, changes: Sequence[Change], told: bool = True) -> None:
@@ -273,23 +286,3 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self.radio.note(changes)
         if self.social.consider(changes, told):
             self._adopt()
-
-    # Recording -----------------------------------------------------------------------------------
-
-    def _record_roles(self, now_s: float, roles: Iterable[RoleAssignment], event: str) -> None:
-        self._recorder.roles.extend((now_s, self.name, one.group, one.role, event) for one in roles)
-
-    def _record_decision(self, now_s: float, decision: Decision) -> None:
-        executive = self.executive
-        for before, now, event in (
-            (self._driving, decision.driving, "inactive"),
-            (decision.driving, self._driving, "active"),
-        ):
-            self._recorder.roles.extend((now_s, self.name, *role, event) for role in sorted(before - now))
-        self._driving = decision.driving
-        for index in decision.chosen:
-            one, motivation = executive.sets[index], executive.motivations[index]
-            role = one.objective.role if one.objective is not None else ""
-            for activity in one.effective:
-                kind = activity.type.name.lower()
-                self._recorder.activities.append((now_s, self.name, kind, activity.name, role, motivation))

@@ -139,7 +139,7 @@ def _rows_of_block(vehicle: str, model: Store, kind: RowKind, block: Block) -> I
             block.time_s,
             _name(model, fact.subject),
             attribute.name,
-            _as_text(model, attribute, fact.value),
+            as_text(model, attribute, fact.value),
         )
 
 
@@ -179,7 +179,7 @@ def _blocks_from(rows: list[Row], tbox: TBox) -> Iterator[Block]:
 
 def _fact_from(row: Row, tbox: TBox) -> PropertyValue:
     attribute = tbox.attribute_named(row.attribute)
-    return PropertyValue(row.uid, attribute.uid, _from_text(tbox, attribute, row.value))
+    return PropertyValue(row.uid, attribute.uid, from_text(tbox, attribute, row.value))
 
 
 def _name(model: Store, uid: int) -> str:
@@ -187,7 +187,8 @@ def _name(model: Store, uid: int) -> str:
     return instance.name if instance is not None else ""
 
 
-def _as_text(model: Store, attribute: Attribute, value: Value) -> str:
+def as_text(model: Store, attribute: Attribute, value: Value) -> str:
+    """The value of a fact as text that ``from_text`` reads back exactly; see the head of this module."""
     stored = attribute.quantise(value)
     match attribute.kind:
         case ValueKind.TYPE:
@@ -205,7 +206,8 @@ def _as_text(model: Store, attribute: Attribute, value: Value) -> str:
             return repr(stored)
 
 
-def _from_text(tbox: TBox, attribute: Attribute, text: str) -> Value:
+def from_text(tbox: TBox, attribute: Attribute, text: str) -> Value:
+    """The value that a text of ``as_text`` stands for; raises ValueError or UnknownNameError for any other text."""
     match attribute.kind:
         case ValueKind.TYPE:
             return tbox.class_named(text).uid

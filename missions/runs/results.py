@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import platform
 import tempfile
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import metadata
@@ -25,40 +24,14 @@ from missions.document import Document
 from missions.errors import OutputError
 from missions.runs.run import Run
 from missions.runs.summary import summary
+from missions.runs.tables import arrow_table, write_table
 from missions.scenarios.loading import resolved
 from missions.scenarios.scenario import Scenario
-from remoras.recorder import TABLES, Row, Table
+from remoras.recorder import ADDED, TABLES
 from worldmodel import suggestion
 
 LIBRARIES = ("mesa", "rdflib", "networkx", "numpy", "matplotlib", "pyarrow", "pydantic")
 NEEDED_KEY = {"summary.json": "milestones", "manifest.json": "scenario"}
-DECIMALS = {"m": 3, "rad": 6, "m/s": 4, "J": 2, "s": 4, "1": 6}
-"""Digits kept by unit: far below anything that means something, far above rounding in the arithmetic."""
-
-
-def arrow_table(table: Table, rows: Sequence[Row]) -> pa.Table:
-    """Rows of a table as an Arrow table, with units in the metadata of its columns.
-
-    Raises:
-        OutputError: a row does not fit the columns that its writer declared.
-    """
-    kinds = {"float": pa.float64(), "int": pa.int64(), "str": pa.string(), "list": pa.list_(pa.string())}
-    fields = [
-        pa.field(column.name, kinds[column.kind], metadata={"unit": column.unit} if column.unit else None)
-        for column in table.columns
-    ]
-    arrays = []
-    try:
-        for number, (column, field) in enumerate(zip(table.columns, fields, strict=True)):
-            values: list[Any] = [row[number] for row in rows]
-            if column.kind == "float" and column.unit in DECIMALS:
-                digits = DECIMALS[column.unit]
-                values = [None if value is None else round(value, digits) for value in values]
-            arrays.append(pa.array(values, type=field.type))
-    except (pa.ArrowException, TypeError, IndexError) as error:
-        columns = ", ".join(f"{column.name} ({column.kind})" for column in table.columns)
-        raise OutputError(f"table {table.name}: a row does not fit its columns {columns}: {error}") from None
-    return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
 
 
 def manifest(run: Run) -> dict[str, Any]:
@@ -105,8 +78,7 @@ def write(run: Run, folder: Path, force: bool = False) -> None:
             (draft / "summary.json").write_text(_json(summary(run)), encoding="utf-8")
             (draft / "manifest.json").write_text(_json(manifest(run)), encoding="utf-8")
             for name, table in run.recorder.tables.items():
-                rows = arrow_table(table, run.recorder.rows(name))
-                pq.write_table(rows, draft / f"{name}.parquet", compression="zstd")
+                write_table(draft / f"{name}.parquet", arrow_table(table, run.recorder.rows(name)))
             if folder.exists():
                 for path in draft.iterdir():
                     path.replace(folder / path.name)
@@ -240,7 +212,8 @@ class Results:
         except (OSError, pa.ArrowException) as error:
             raise OutputError(f"{path}: damaged: {error}") from None
         declared = next((table.column_names for table in TABLES if table.name == name), ())
-        missing = [column for column in declared if column not in found.column_names]
+        present = {*found.column_names, *ADDED.get(name, ())}
+        missing = [column for column in declared if column not in present]
         if missing:
             raise OutputError(
                 f"{path}: a table of an unknown schema: it lacks {', '.join(missing)}, and has "

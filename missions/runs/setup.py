@@ -289,6 +289,7 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
     return Fleet(
         make,
         channel if channel is not None else channel_of(setup, seed),
+        setup.modem,
         setup.schedule,
         mission.truth(recorder, world),
         recorder,

@@ -15,8 +15,8 @@ from typing import Any
 
 from missions.errors import ClusterError
 from missions.runs.run import run
-from missions.runs.step_tables import encoded
 from missions.runs.summary import identity, summary
+from missions.runs.tables import encoded
 from missions.sweeps.ledger import DONE, FAILED, FinishedRun
 from missions.sweeps.plan import RunTask, version
 from remoras.fleet import rare_collections

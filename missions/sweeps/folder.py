@@ -23,7 +23,7 @@ import pyarrow.parquet as pq
 from missions.document import toml_value
 from missions.errors import DiskFullError, OutputError, StudyChangedError
 from missions.metric import Better, Metric, MetricRecord
-from missions.runs import step_tables
+from missions.runs import tables
 from missions.sweeps.ledger import (
     DONE,
     FAILED,
@@ -277,7 +277,7 @@ class SweepFolder:
         try:
             for run in new.values():
                 if run.tables:
-                    step_tables.write_part(self.folder / PARTS, run.key, run.tables)
+                    tables.write_part(self.folder / PARTS, run.key, run.tables)
         except OSError as error:
             raise OutputError(f"{self.folder / PARTS}: cannot be written: {error.strerror}") from None
         self._ledger.append(run.line for run in new.values())
@@ -293,7 +293,7 @@ class SweepFolder:
             pq.write_table(run_table(self._plan.schedule.labelled(self.lines)), draft, compression="zstd")
             draft.replace(self.folder / RUNS)
             kept = [key for key, line in self.lines.items() if line["tables"]]
-            step_tables.merge(self.folder / PARTS, self.folder / TABLES, kept)
+            tables.merge(self.folder / PARTS, self.folder / TABLES, kept)
         except OSError as error:
             raise OutputError(f"--out {self.folder}: cannot be written: {error.strerror}") from None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from remoras.activities import ActivityKind, ActivitySet, ActivityType
+from remoras.activities import ActivityKind, ActivitySet, ActivityType, Candidate
 from remoras.behaviours import Perception
 from remoras.executive.decision import best, combinations
 from remoras.executive.satisfaction import (
@@ -44,10 +44,11 @@ class Decision:
 
 @dataclass(frozen=True, slots=True)
 class HeardSignal:
-    """An influence signal as it was heard: satisfaction of the emitter in its role, and when."""
+    """An influence signal as it was heard: satisfaction of the emitter in its role, when, and in which slot."""
 
     value: int
     heard_s: float
+    slot: int | None = None
 
 
 class ExecutiveLayer:
@@ -71,6 +72,8 @@ class ExecutiveLayer:
         self.sets: tuple[ActivitySet, ...] = ()
         self.satisfaction: dict[RoleKey, float] = {}
         self.motivations: list[float] = []
+        self._stimuli: list[float] = []
+        self._external: list[float] = []
         self.decision = Decision()
 
     def adopt(self, sets: Sequence[ActivitySet], roles: Sequence[RoleKey]) -> None:
@@ -91,18 +94,22 @@ class ExecutiveLayer:
         self.satisfaction = {role: self.satisfaction.get(role, 0.0) for role in roles}
         self._heard = {role: heard for role, heard in self._heard.items() if role in self.satisfaction}
         self.motivations = [0.0] * len(sets)
+        self._stimuli, self._external = [0.0] * len(sets), [0.0] * len(sets)
         self.decision = self._decision(tuple(index for index, s in enumerate(sets) if s in going_on))
 
-    def hear(self, addressed: RoleKey, emitter: str, emitter_role: str, value: int, now_s: float) -> None:
+    def hear(
+        self, addressed: RoleKey, emitter: str, emitter_role: str, value: int, now_s: float, slot: int | None = None
+    ) -> None:
         """Take note of an influence signal; a newer one replaces an older one.
 
         Args:
             addressed: a role; the signal is let go of if this vehicle does not play it.
             emitter, emitter_role: the vehicle that sent it, and the role it speaks of.
             value: satisfaction of the emitter in that role, -128..127.
+            slot: in which it was sent.
         """
         if addressed in self.satisfaction:
-            self._heard.setdefault(addressed, {})[emitter, emitter_role] = HeardSignal(value, now_s)
+            self._heard.setdefault(addressed, {})[emitter, emitter_role] = HeardSignal(value, now_s, slot)
 
     def signals(self) -> list[tuple[RoleKey, int]]:
         """Every role of this vehicle, with the signed byte of its satisfaction."""
@@ -119,16 +126,16 @@ class ExecutiveLayer:
             The same object as before while the choice stays the same.
         """
         constants = self._constants
-        stimuli = self._stimuli(perceptions)
+        stimuli = self._stimuli = self._stimuli_of(perceptions)
         calls = {role: self._strongest_call(heard, now_s) for role, heard in self._heard.items()}
         own = self._contentment(stimuli) if calls else 0.0
-        motivations = self.motivations
+        motivations, external = self.motivations, self._external
         performed = self.decision.chosen
         motivated = 0
         for index, perception in enumerate(perceptions):
             stimulus = stimuli[index]
             if stimulus <= 0.0 or not self._sizes[index]:
-                motivations[index] = 0.0
+                motivations[index] = external[index] = 0.0
                 continue
             role = self._role_of[index]
             heeded = 0.0
@@ -141,6 +148,7 @@ class ExecutiveLayer:
                 heeded,
                 constants,
             )
+            external[index] = constants.weight_external * heeded
             if value > 0.0:
                 motivated |= 1 << index
         candidates = self._combinations.get(motivated)
@@ -153,7 +161,20 @@ class ExecutiveLayer:
             self._evolve(perceptions, dt_s)
         return self.decision
 
-    def _stimuli(self, perceptions: Sequence[Perception]) -> list[float]:
+    def candidates(self, now_s: float) -> list[Candidate]:
+        """Every activity set as the last decision, made at ``now_s``, weighed it."""
+        found = []
+        for index, one in enumerate(self.sets):
+            external, source, slot = self._external[index], "", None
+            if external > 0.0 and (role := self._role_of[index]) is not None:
+                heard = self._heard[role]
+                key = max(heard, key=lambda of: call(heard[of].value, now_s - heard[of].heard_s, self._constants))
+                source, slot = key[0], heard[key].slot
+            motivation, chosen = self.motivations[index], index in self.decision.chosen
+            found.append(Candidate(one, self._stimuli[index], motivation, external, source, slot, chosen))
+        return found
+
+    def _stimuli_of(self, perceptions: Sequence[Perception]) -> list[float]:
         """Stimulus of every set; what needs another activity is worth as much as that one at the most."""
         stimuli = [perception.stimulus for perception in perceptions]
         for needy, providers in self._providers.items():

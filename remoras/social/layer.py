@@ -78,8 +78,8 @@ class Review:
 class SocialLayer:
     """Organisation, missions and objectives as one vehicle sees them.
 
-    ``organisation`` is what was agreed; ``present`` is the same without those who are absent: what the vehicle plans,
-    negotiates, addresses and concludes with. While it is cut off it leads itself, and its orders are for itself alone.
+    ``organisation`` is what was agreed, ``objectives`` what its roles are for; ``present`` is the organisation without
+    the absent, by which the vehicle acts. While it is cut off it leads itself, and its orders are for itself alone.
 
     Args:
         me: own name.
@@ -114,7 +114,7 @@ class SocialLayer:
         self._mission_name = f"mission {type(mission).__name__}"
         self._picture = picture
         picture.facts = beliefs
-        self._objectives = {(one.group, one.role, one.name): one for one in agreement.objectives}
+        self.objectives = {(one.group, one.role, one.name): one for one in agreement.objectives}
         self._jobs = mission.jobs
         self._pursuit = Pursuit(database[me], mission, self._mission_name)
         self._conclusions = Conclusions(me, mission, self._mission_name, beliefs)
@@ -147,7 +147,7 @@ class SocialLayer:
     def objectives_of(self, vehicle: str) -> tuple[Objective, ...]:
         """Objectives of all roles that ``vehicle`` plays."""
         played = {(one.group, one.role) for one in self.present.roles_of(vehicle)}
-        return tuple(one for one in self._objectives.values() if (one.group, one.role) in played)
+        return tuple(one for one in self.objectives.values() if (one.group, one.role) in played)
 
     def leads(self, group: str) -> bool:
         """True if this vehicle is a head of ``group`` and has the social layer to lead it."""
@@ -235,7 +235,7 @@ class SocialLayer:
     def consult(self) -> Consulted:
         """End of a round: what was said in it of roles and objectives counts from now on."""
         agreed = self.standing.agree()
-        self._objectives |= {(one.group, one.role, one.name): one for one in agreed.objectives}
+        self.objectives |= {(one.group, one.role, one.name): one for one in agreed.objectives}
         self.planner.end_round()
         self._renew_leads()
         self.planner.issued.difference_update(agreed.left)
@@ -276,7 +276,7 @@ class SocialLayer:
     def plan_missions(self) -> Deliberation:
         """Plan the missions that are due, and let the strategy allocate what the plans ask for."""
         work = self._work(dict(self._picture.peers.positions_m))
-        planned = self.planner.plan(self, self.missions, work, self._objectives.values())
+        planned = self.planner.plan(self, self.missions, work, self.objectives.values())
         facts = self.standing.in_place_of_the_absent(planned.facts)
         return replace(planned, facts=facts, parts=self.standing.by_receiver(facts, self._mission.is_individual))
 

@@ -115,7 +115,7 @@ class Fleet:
     def observe(self, node: int, *facts: tuple[int, int, Value]) -> tuple[ItemUid, ...]:
         """Node records facts of its own and offers them."""
         change = self.models[node].record(facts, self.now_s)
-        return self.managers[node].offer([change])
+        return tuple(fragment.uid for fragment in self.managers[node].offer([change]))
 
     def maps(self, node: int, cell: int) -> ItemUid:
         """Node maps a cell of the bay; one block, one item."""

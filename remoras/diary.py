@@ -1,0 +1,86 @@
+"""The diary of a vehicle: what it writes into the tables of a run about itself and its view of the others."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+
+from remoras.activities import Candidate, Objective
+from remoras.organisation import Organisation, RoleAssignment
+from remoras.recorder import Recorder
+
+RoleKey = tuple[str, str]
+
+
+class Diary:
+    """Rows of one vehicle. Views and decisions are written when they change.
+
+    Args:
+        me: name of the vehicle.
+        recorder: takes the rows.
+    """
+
+    def __init__(self, me: str, recorder: Recorder) -> None:
+        self._me = me
+        self._recorder = recorder
+        self._assignments: frozenset[RoleAssignment] = frozenset()
+        self._objectives: frozenset[Objective] = frozenset()
+        self._driving: frozenset[RoleKey] = frozenset()
+        self._weighed: list[tuple[Objective | None, tuple[str, ...], bool]] = []
+
+    def fault(self, now_s: float, kind: str, *details: str) -> None:
+        """Something went wrong, once for each of the details."""
+        self._recorder.faults.extend((now_s, self._me, kind, detail) for detail in details)
+
+    def peers(self, now_s: float, events: Iterable[tuple[str, str]]) -> None:
+        """Peers have become absent or present: the event, and the name of each."""
+        self._recorder.membership.extend((now_s, self._me, peer, event) for event, peer in events)
+
+    def roles(self, now_s: float, roles: Iterable[RoleAssignment], event: str) -> None:
+        """The vehicle itself has taken or left roles."""
+        self._recorder.roles.extend((now_s, self._me, one.group, one.role, event) for one in roles)
+
+    def view(self, now_s: float, organisation: Organisation, objectives: Collection[Objective]) -> None:
+        """Who plays what, and what roles are for, as the vehicle sees it from now on."""
+        before, self._assignments = self._assignments, organisation.assignments
+        if before is not self._assignments:
+            for roles, event in ((before - self._assignments, "left"), (self._assignments - before, "assigned")):
+                self._recorder.organisation.extend(
+                    (now_s, self._me, one.vehicle, one.group, one.role, event) for one in sorted(roles)
+                )
+        self._recorder.objectives.extend(
+            (now_s, self._me, one.group, one.role, one.name, one.argument)
+            for one in objectives
+            if one not in self._objectives
+        )
+        self._objectives = frozenset(objectives)
+
+    def drives(self, now_s: float, driving: frozenset[RoleKey], candidates: Sequence[Candidate]) -> None:
+        """The vehicle has chosen anew.
+
+        Args:
+            driving: roles that drive it from now on.
+            candidates: what it could choose from.
+        """
+        before, self._driving = self._driving, driving
+        for roles, event in ((before - driving, "inactive"), (driving - before, "active")):
+            self._recorder.roles.extend((now_s, self._me, *role, event) for role in sorted(roles))
+        for one in candidates:
+            if one.chosen:
+                role = one.of.objective.role if one.of.objective is not None else ""
+                self._recorder.activities.extend(
+                    (now_s, self._me, activity.type.name.lower(), activity.name, role, one.motivation)
+                    for activity in one.of.effective
+                )
+
+    def weighs(self, now_s: float, candidates: Sequence[Candidate]) -> None:
+        """The vehicle has weighed what it could do; written if other sets stand to choice, or others are chosen."""
+        names = [tuple(activity.name for activity in one.of.activities) for one in candidates]
+        weighed = [(one.of.objective, of, one.chosen) for one, of in zip(candidates, names, strict=True)]
+        if weighed == self._weighed:
+            return
+        self._weighed = weighed
+        for one, of in zip(candidates, names, strict=True):
+            aim = one.of.objective
+            about = ("", "", "", "") if aim is None else (aim.group, aim.role, aim.name, aim.argument)
+            motives = (one.stimulus, one.own, one.external, one.source, one.slot)
+            self._recorder.decisions.append((now_s, self._me, *about, list(of), *motives, one.chosen))
