@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
+    from missions.runs.known import Known
     from missions.sweeps.folder import SweepResults
     from remoras.mission import Mission
     from remoras.strategy import Strategy
@@ -257,6 +258,18 @@ class Run:
         figure = picture(self._results, kind, mission.figures, mission.places).figure
         figure._repr_png_ = lambda: _png(figure)  # type: ignore[attr-defined]  # IPython asks for it by this name
         return figure
+
+    def known(self, vehicle: str, at_s: float) -> Known:
+        """What a vehicle knew at a time of the run: its world model, and the organisation in its view.
+
+        Args:
+            vehicle: its name.
+            at_s: time of the mission; all that happened until then, and then, counts.
+
+        Raises:
+            OutputError: no such vehicle or time, or an older version recorded the run.
+        """
+        return self._results.known(vehicle, at_s)
 
     def query(self, sparql: str) -> DataFrame:
         """Ask what the vehicles knew at the end of the run, each in turn; it needs ``keep_models``.

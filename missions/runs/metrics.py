@@ -26,7 +26,7 @@ def energy_j(run: Run) -> float:
     """Energy that all vehicles had used by the end of the run."""
     rows = run.recorder.trajectories
     last = itertools.takewhile(lambda row: row[0] == rows[-1][0], reversed(rows))
-    return round(math.fsum(row[-1] for row in last), 2)
+    return round(math.fsum(row[6] for row in last), 2)
 
 
 def n_bits(run: Run) -> int:

@@ -22,7 +22,9 @@ import tomli_w
 
 from missions.document import Document
 from missions.errors import OutputError
+from missions.runs.known import Known, Memory
 from missions.runs.run import Run
+from missions.runs.setup import resolved as resolved_setup
 from missions.runs.summary import summary
 from missions.runs.tables import arrow_table, write_table
 from missions.scenarios.loading import resolved
@@ -135,6 +137,18 @@ class MemoryResults:
         """Units of a table's columns; columns without a unit are left out."""
         return units_of(self.table(name))
 
+    @cached_property
+    def _memory(self) -> Memory:
+        return Memory(self, self.run.setup)
+
+    def known(self, vehicle: str, at_s: float) -> Known:
+        """What ``vehicle`` knew at ``at_s``: its world model, and the organisation in its view.
+
+        Raises:
+            OutputError: no such vehicle or time, or an older version wrote the results.
+        """
+        return self._memory.known(vehicle, at_s)
+
 
 def units_of(table: pa.Table) -> dict[str, str]:
     """Units of the columns of an Arrow table; columns without a unit are left out."""
@@ -224,3 +238,15 @@ class Results:
     def units(self, name: str) -> dict[str, str]:
         """Units of a table's columns; columns without a unit are left out."""
         return units_of(self.table(name))
+
+    @cached_property
+    def _memory(self) -> Memory:
+        return Memory(self, resolved_setup(self.scenario))
+
+    def known(self, vehicle: str, at_s: float) -> Known:
+        """What ``vehicle`` knew at ``at_s``: its world model, and the organisation in its view.
+
+        Raises:
+            OutputError: no such vehicle or time, or an older version wrote the results.
+        """
+        return self._memory.known(vehicle, at_s)

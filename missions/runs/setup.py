@@ -313,20 +313,25 @@ def _known_as_it_is(setup: Setup, fleet: Sequence[VehicleData]) -> Setup:
     return replace(setup, database=database, agreement=agreement)
 
 
+def world_model(setup: Setup, node: int) -> WorldModel:
+    """The world model of the vehicle with that node, before it knows anything."""
+    return WorldModel(
+        setup.tbox,
+        node,
+        setup.instances,
+        setup.scenario.communication.time_resolution_s,
+        n_origins=setup.schedule.n_nodes,
+        run_time_instances_per_origin=setup.mission.instances_found_per_vehicle,
+    )
+
+
 def _vehicle(
     fleet: Fleet, setup: Setup, real: VehicleData, sensors: dict[str, Sensor], world: Any, recorder: Recorder
 ) -> Vehicle:
     """A vehicle that believes what the fleet knows of it, and moves as it really is."""
     data = setup.database[real.name]
     communication, mission = setup.scenario.communication, setup.mission
-    model = WorldModel(
-        setup.tbox,
-        data.node,
-        setup.instances,
-        communication.time_resolution_s,
-        n_origins=setup.schedule.n_nodes,
-        run_time_instances_per_origin=mission.instances_found_per_vehicle,
-    )
+    model = world_model(setup, data.node)
     beliefs, picture = Beliefs(model), Picture(frame_s=setup.schedule.frame_s)
     manager = ExchangeManager(
         data.node,

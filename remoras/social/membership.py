@@ -59,6 +59,27 @@ def absent_peers(
     return frozenset(name for name, heard in last_s.items() if now_s - heard >= lease_s)
 
 
+def acted_on(
+    organisation: Organisation, me: str, absent: frozenset[str], is_cut_off: bool, leads_alone: bool
+) -> Organisation:
+    """The organisation as a vehicle acts on it: without the absent, and where it is cut off, led by itself.
+
+    Args:
+        organisation: as agreed.
+        me: name of the vehicle.
+        absent: names of its absent peers.
+        is_cut_off: True if these are all.
+        leads_alone: True if the vehicle is able to lead.
+    """
+    seen = organisation.without(absent)
+    if is_cut_off and leads_alone:
+        for one in seen.roles_of(me):
+            head_role = seen.groups[one.group].head_role
+            if head_role is not None:
+                seen, _ = seen.assign(me, one.group, head_role)
+    return seen
+
+
 class Membership:
     """Who is there, as one vehicle sees it.
 
@@ -98,18 +119,3 @@ class Membership:
         if before == self.absent:
             return NO_CHANGES
         return Changes(tuple(sorted(self.absent - before)), tuple(sorted(before - self.absent)))
-
-    def seen(self, organisation: Organisation, leads_alone: bool) -> Organisation:
-        """The organisation as this vehicle acts on it: without the absent, and where it is cut off, led by itself.
-
-        Args:
-            organisation: as agreed.
-            leads_alone: True if the vehicle is able to lead.
-        """
-        seen = organisation.without(self.absent)
-        if self.cut_off and leads_alone:
-            for one in seen.roles_of(self._me):
-                head_role = seen.groups[one.group].head_role
-                if head_role is not None:
-                    seen, _ = seen.assign(self._me, one.group, head_role)
-        return seen

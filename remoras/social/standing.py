@@ -15,7 +15,7 @@ from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase
 from remoras.organisation import Organisation
 from remoras.social.consultation import Agreed, Consultation
-from remoras.social.membership import NO_CHANGES, Changes, Membership
+from remoras.social.membership import NO_CHANGES, Changes, Membership, acted_on
 from remoras.social.negotiation import ROLE_ATTRIBUTES
 from remoras.social.receivers import by_receiver
 from remoras.social.statements import AVAILABLE, Statements
@@ -96,7 +96,8 @@ class Standing:
 
     def _renew(self, organisation: Organisation) -> None:
         self.organisation = organisation
-        self.present = self._membership.seen(organisation, self._database[self._me].social_layer)
+        leads_alone = self._database[self._me].social_layer
+        self.present = acted_on(organisation, self._me, self.absent, self.is_cut_off, leads_alone)
 
     def note_availability(self, keys: Collection[Key]) -> None:
         """See who takes jobs, if one of the changed facts ``keys`` is about that."""

@@ -363,7 +363,7 @@ def run_with(folder: Path, channel: dict[str, Any], seed: int = 1) -> Run:
 
 def lost_by(run: Run) -> dict[tuple[float, str], set[str]]:
     """Who did not hear the packet, by its time and sender."""
-    return {(time_s, sender): set(lost) for _, time_s, sender, _, _, _, _, lost in run.recorder.packets}
+    return {(time_s, sender): set(lost) for _, time_s, sender, _, _, _, _, lost, *_ in run.recorder.packets}
 
 
 def test_the_fleet_of_the_shipped_scenario_is_the_one_meant_here():
@@ -400,6 +400,6 @@ def test_bursts_are_those_of_the_seed_and_a_higher_loss_in_them_loses_more(tmp_p
     link = GilbertElliott(0.1, 0.3, 0.0, 1.0, seed=3)
     nodes = {name: node for node, name in enumerate(SHIPPED)}
     assert any(row[7] for row in run.recorder.packets)
-    for slot, _, sender, _, _, _, _, lost in run.recorder.packets:
+    for slot, _, sender, _, _, _, _, lost, *_ in run.recorder.packets:
         others = [name for name in SHIPPED if name != sender]
         assert set(lost) == {name for name in others if link.is_bad(slot, nodes[sender], nodes[name])}

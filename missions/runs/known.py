@@ -1,0 +1,249 @@
+"""What a vehicle knew at a time of a recorded run: its world model, and the organisation in its view.
+
+The tables say it all. A block of facts is in a vehicle's world model from when the vehicle recorded it, or had received
+the last of its items, or the packet with it as status; under a bound from when its origin told it. Merging has one
+outcome whatever the order, so the model that is built of these blocks is the one that the vehicle had.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import groupby
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+from missions.errors import OutputError
+from missions.runs.setup import Setup, world_model
+from remoras.activities import Objective
+from remoras.beliefs import Beliefs
+from remoras.organisation import Organisation, RoleAssignment
+from remoras.recorder import ADDED, ITEMS, KNOWLEDGE, MEMBERSHIP, OBJECTIVES, ORGANISATION, PACKETS
+from remoras.social.membership import acted_on
+from worldmodel import Block, PropertyValue, UnknownNameError, ValueKind, WorldModel, merge, suggestion
+from worldmodel.facts import Guid
+from worldmodel.snapshot import from_text
+
+if TYPE_CHECKING:
+    from missions.runs.results import MemoryResults, Results
+
+T = TypeVar("T")
+NEEDED = (ITEMS, KNOWLEDGE, PACKETS, ORGANISATION, OBJECTIVES, MEMBERSHIP)
+"""Tables that knowledge is built of."""
+
+
+class Belief(NamedTuple):
+    """The latest value of an attribute of an instance, by names; when and by whom it was observed."""
+
+    subject: str
+    attribute: str
+    value: str
+    time_s: float
+    origin: str
+
+
+@dataclass(frozen=True, repr=False)
+class Known:
+    """What one vehicle knew at one time, after all that happened then.
+
+    Attributes:
+        vehicle: its name; at_s: the time.
+        model: its world model.
+        organisation: who plays what, as agreed and said so far; present: the same without the absent, as the vehicle
+            acts on it.
+        absent: peers that it takes for absent.
+        objectives: of roles.
+    """
+
+    vehicle: str
+    at_s: float
+    model: WorldModel
+    organisation: Organisation
+    present: Organisation
+    absent: frozenset[str]
+    objectives: frozenset[Objective]
+
+    def __repr__(self) -> str:
+        return f"<Known to {self.vehicle} at {self.at_s:g} s>"
+
+    @property
+    def beliefs(self) -> Iterator[Belief]:
+        """The latest value of everything that it has heard of or observed, by subject and attribute."""
+        names = Beliefs(self.model)
+        slots = {(fact.subject, fact.attribute) for block in self.model.blocks() for fact in block.facts}
+        for latest in (self.model.latest(*slot) for slot in sorted(slots)):
+            if latest is not None:
+                yield Belief(*names.as_text(latest.fact), latest.time_s, names.name(latest.origin))
+
+    def value(self, subject: str, attribute: str) -> Any:
+        """The latest value that it knows of an attribute of an instance; None if it knows none.
+
+        Raises:
+            UnknownNameError: no such instance or attribute.
+        """
+        return Beliefs(self.model).get((attribute, subject))
+
+
+class Memory:
+    """What all vehicles of a recorded run knew, at any time of it.
+
+    Args:
+        results: of the run.
+        setup: of its scenario.
+
+    Raises:
+        OutputError: the run was recorded by a version that did not write what is needed.
+    """
+
+    def __init__(self, results: Results | MemoryResults, setup: Setup) -> None:
+        lacking = [table.name for table in NEEDED if not results.has(table.name)]
+        if not lacking and not ADDED[PACKETS.name] <= set(results.table(PACKETS.name).column_names):
+            lacking = [PACKETS.name]
+        if lacking:
+            raise OutputError(
+                f"{results!r} does not say what was known: an older version wrote it (lacking or older: "
+                f"{', '.join(lacking)}); run the scenario in its manifest.json again with the same seed"
+            )
+        self._setup = setup
+        self._end_s: float = results.summary["mission_time_s"]
+        self._views = {table: _by_vehicle(results, table.name) for table in (ORGANISATION, OBJECTIVES, MEMBERSHIP)}
+        self._names = world_model(setup, 0)
+        self._blocks: dict[Guid, Block] = {}
+        self._known_s: dict[str, dict[Guid, float]] = {name: {} for name in setup.database}
+        self._read(results)
+
+    def known(self, vehicle: str, at_s: float) -> Known:
+        """What ``vehicle`` knew at ``at_s``.
+
+        Raises:
+            OutputError: there is no such vehicle, or the run has no such time.
+        """
+        setup = self._setup
+        if vehicle not in setup.database:
+            names = tuple(setup.database)
+            raise OutputError(f"no vehicle {vehicle!r}; there are {', '.join(names)}{suggestion(vehicle, names)}")
+        if not 0.0 <= at_s <= self._end_s:
+            raise OutputError(f"at_s is {at_s}; allowed: 0 to {self._end_s}, the end of the run")
+        model = world_model(setup, setup.database[vehicle].node)
+        merge(model, (self._blocks[guid] for guid, since_s in self._known_s[vehicle].items() if since_s <= at_s))
+        past = {table: [row for row in rows[vehicle] if row["time_s"] <= at_s] for table, rows in self._views.items()}
+        played = _left_over(
+            (RoleAssignment(row["group"], row["role"], row["peer"]), row["event"] == "assigned")
+            for row in past[ORGANISATION]
+        )
+        organisation = Organisation(setup.agreement.organisation.groups, played)
+        absent = _left_over((row["peer"], row["event"] == "absent") for row in past[MEMBERSHIP])
+        is_cut_off = absent == set(setup.database) - {vehicle}
+        arguments = {(row["group"], row["role"], row["objective"]): row["argument"] for row in past[OBJECTIVES]}
+        return Known(
+            vehicle,
+            at_s,
+            model,
+            organisation,
+            acted_on(organisation, vehicle, absent, is_cut_off, setup.database[vehicle].social_layer),
+            absent,
+            frozenset(Objective(*about, argument) for about, argument in arguments.items()),
+        )
+
+    # Reading -------------------------------------------------------------------------------------
+
+    def _read(self, results: Results | MemoryResults) -> None:
+        """Put blocks together again, and see since when each vehicle has them."""
+        setup = self._setup
+        exhausted_s = {
+            row["vehicle"]: row["time_s"] for row in results.table("faults").to_pylist() if row["kind"] == "energy"
+        }
+        received: dict[str, dict[str, float]] = defaultdict(dict)  # by item and vehicle
+        for row in results.table(KNOWLEDGE.name).to_pylist():
+            if row["event"] == "received":
+                received[row["item"]][row["vehicle"]] = row["time_s"]
+        for uid, heard_s in self._heard_status(results, exhausted_s):
+            received[uid] |= {name: min(at_s, received[uid].get(name, math.inf)) for name, at_s in heard_s.items()}
+        rows = results.table(ITEMS.name).to_pylist()
+        is_bound = setup.strategy.declaration.is_bound
+        for guid, of_block in groupby(rows, key=lambda row: _guid(row["uid"])):
+            facts = list(of_block)
+            origin, kind, recorded_s = facts[0]["origin"], facts[0]["kind"], facts[0]["recorded_s"]
+            self._blocks[guid] = self._block(guid, facts)
+            self._known_s[origin][guid] = recorded_s
+            items = [received[uid] for uid in dict.fromkeys(row["uid"] for row in facts)]
+            for name, data in setup.database.items():
+                if name == origin or kind == "kept":
+                    continue
+                if is_bound:
+                    order = (recorded_s, guid[0]) < (exhausted_s.get(name, math.inf), data.node)
+                    since_s = recorded_s if order else math.inf
+                else:
+                    since_s = max(item.get(name, math.inf) for item in items)
+                if since_s < math.inf:
+                    self._known_s[name][guid] = since_s
+
+    def _heard_status(
+        self, results: Results | MemoryResults, exhausted_s: Mapping[str, float]
+    ) -> Iterator[tuple[str, dict[str, float]]]:
+        """Every status that was sent, and when each vehicle heard it.
+
+        Args:
+            exhausted_s: when vehicles ran out of energy, after which they hear nothing.
+        """
+        bad = {
+            (row["vehicle"], row["time_s"])
+            for row in results.table("faults").to_pylist()
+            if row["kind"] == "bad packet"
+        }
+        for row in results.table(PACKETS.name).to_pylist():
+            heard_s = {
+                name: at_s
+                for name, at_s in zip(row["receivers"], row["arrivals_s"], strict=True)
+                if at_s <= exhausted_s.get(name, math.inf) and (name, at_s) not in bad
+            }
+            for uid in row["status_uids"]:
+                yield uid, heard_s
+
+    def _block(self, guid: Guid, rows: list[dict[str, Any]]) -> Block:
+        """A block of the rows of its facts."""
+        model = self._names
+        time_s = model.quantise_time(rows[0]["time_s"])
+        return Block(*guid, time_s, tuple(_fact(model, row) for row in rows))
+
+
+def _by_vehicle(results: Results | MemoryResults, table: str) -> dict[str, list[dict[str, Any]]]:
+    found: dict[str, list[dict[str, Any]]] = defaultdict(list)
+    for row in results.table(table).to_pylist():
+        found[row["vehicle"]].append(row)
+    return found
+
+
+def _left_over(events: Iterable[tuple[T, bool]]) -> frozenset[T]:
+    """What was put in (True) and has not been taken out (False) since."""
+    found: set[T] = set()
+    for one, is_in in events:
+        (found.add if is_in else found.discard)(one)
+    return frozenset(found)
+
+
+def _guid(uid: str) -> Guid:
+    """Origin and sequence of the block that an item is of.
+
+    >>> _guid("2-17.1")
+    (2, 17)
+    """
+    origin, _, rest = uid.partition("-")
+    return int(origin), int(rest.partition(".")[0])
+
+
+def _uid(model: WorldModel, name: str) -> int:
+    """An instance by name; one that was created in the mission is called by its class and uid."""
+    try:
+        return model.instance_named(name).uid
+    except UnknownNameError:
+        return int(name.rpartition("-")[2])
+
+
+def _fact(model: WorldModel, row: Mapping[str, Any]) -> PropertyValue:
+    attribute = model.tbox.attribute_named(row["attribute"])
+    if attribute.kind is ValueKind.LINK:
+        return PropertyValue(_uid(model, row["subject"]), attribute.uid, _uid(model, row["value"]))
+    value = from_text(model.tbox, attribute, row["value"])
+    return PropertyValue(_uid(model, row["subject"]), attribute.uid, value)
