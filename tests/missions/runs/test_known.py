@@ -1,0 +1,162 @@
+"""What is rebuilt of a recorded run is what the vehicles knew: compared with the live fleet at random moments."""
+
+import random
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pyarrow.parquet as pq
+import pytest
+
+from missions.errors import OutputError
+from missions.runs.known import Belief
+from missions.runs.results import MemoryResults, Results, write
+from missions.runs.run import run
+from missions.runs.setup import assemble, resolved
+from missions.scenarios import Scenario, load
+from remoras.fleet import Fleet
+from remoras.strategies import strategies
+
+MOMENTS = 50
+LOSS = ("channel.per=0.6",)
+FAULTS = (
+    "fault=[{kind='deaf',vehicle='AUV01',at_s=150,until_s=900},{kind='lost',vehicle='AUV02',at_s=500,until_s=1100},"
+    "{kind='mute',vehicle='ASV00',at_s=300,until_s=700},{kind='joins',vehicle='AUV00',at_s=60}]",
+    "communication.lease_frames=30",
+)
+"""One vehicle is cut off and comes back, one is missed and comes back, the head of all joins late."""
+EMPTY = ("vehicle.AUV01.energy_j=60000", "vehicle.ASV00.energy_j=20000")
+"""Batteries that are empty in the middle of the mission."""
+NEAR_S = 0.001
+"""A moment at which a slot opens is not asked for: who speaks then has moved before."""
+
+
+def scenario(*settings: str, strategy: str = "remoras") -> Scenario:
+    return load("mapping-rendezvous", [("--set", one) for one in (*settings, f"strategy.name='{strategy}'")])
+
+
+def state_of(fleet: Fleet) -> dict[str, Any]:
+    """What every vehicle knows now."""
+    found = {}
+    for vehicle in fleet.vehicles:
+        model, standing = vehicle.beliefs.model, vehicle.social.standing
+        found[vehicle.name] = (
+            (model.state_hash(), sorted(model.arrivals.waiting), sorted(model.arrivals.refused), model.next_sequence),
+            (standing.organisation, standing.present, standing.absent),
+            frozenset(vehicle.social.objectives.values()),
+        )
+    return found
+
+
+def live(loaded: Scenario, seed: int, moments_s: Sequence[float]) -> dict[float, dict[str, Any]]:
+    """What every vehicle of a fleet that is stepped through the mission knows at these moments."""
+    fleet, found = assemble(resolved(loaded), seed), {}
+    while fleet.running:
+        fleet.step()
+        if fleet.now_s in moments_s:
+            found[fleet.now_s] = state_of(fleet)
+    return found
+
+
+def compare(loaded: Scenario, seed: int, folder: Path | None = None) -> None:
+    """Hold what is rebuilt against what was known, at random moments of a run."""
+    finished = run(loaded, seed)
+    results: Results | MemoryResults = MemoryResults(finished)
+    if folder is not None:
+        write(finished, folder)
+        results = Results.read(folder)
+    slot_s = finished.setup.schedule.slot_s
+    ticks_s = [float(t) for t in range(int(finished.recorder.trajectories[-1][0]) + 1)]
+    apart_s = [t for t in ticks_s if abs(t - round(t / slot_s) * slot_s) > NEAR_S]
+    moments_s = random.Random(seed).sample(apart_s, MOMENTS)
+    knew = live(loaded, seed, moments_s)
+    assert len(knew) == MOMENTS
+    for at_s, vehicles in knew.items():
+        for name, (held, seen, objectives) in vehicles.items():
+            known = results.known(name, at_s)
+            model = known.model
+            rebuilt = (model.state_hash(), sorted(model.arrivals.waiting), sorted(model.arrivals.refused))
+            assert (*rebuilt, model.next_sequence) == held, (name, at_s)
+            assert (known.organisation, known.present, known.absent) == seen, (name, at_s)
+            assert known.objectives == objectives, (name, at_s)
+
+
+def test_what_is_rebuilt_is_what_was_known(tmp_path: Path) -> None:
+    compare(scenario(*LOSS), 3, tmp_path / "run")
+
+
+def test_under_faults_too() -> None:
+    compare(scenario(*LOSS, *FAULTS), 5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", [(), FAULTS, EMPTY], ids=["sound", "faults", "empty batteries"])
+@pytest.mark.parametrize("strategy", strategies())
+def test_so_it_is_under_every_strategy(strategy: str, case: tuple[str, ...]) -> None:
+    compare(scenario(*LOSS, *case, strategy=strategy), 11)
+
+
+@pytest.mark.parametrize("strategy", ["remoras", "oracle"])
+def test_a_vehicle_without_energy_learns_no_more(strategy: str) -> None:
+    """Under a bound, where all know at once, as well as by packets."""
+    loaded = scenario(*LOSS, *EMPTY, "scenario.duration_s=400", strategy=strategy)
+    compare(loaded, 2)
+    finished = run(loaded, 2)
+    assert [row[1] for row in finished.recorder.faults if row[2] == "energy"]
+
+
+# What is asked ------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("known") / "run"
+    write(run(scenario(*LOSS, "scenario.duration_s=120"), 3), made)
+    return made
+
+
+def test_values_and_beliefs_are_by_name(folder: Path) -> None:
+    results = Results.read(folder)
+    first, last = results.known("AUV01", 0.0), results.known("AUV01", 120.0)
+    assert first.value("AUV01", "playsRole") is None
+    assert last.value("AUV01", "playsRole") == "Operational.Cartographer"
+    told = next(one for one in last.beliefs if one[:2] == ("Operational", "hasMission"))
+    assert told == Belief("Operational", "hasMission", "AreaMapping", 0.0, "ASV00")
+    heard_s = [one.time_s for one in last.beliefs if one[:2] == ("AUV02", "position")]
+    assert len(heard_s) == 1
+    assert heard_s[0] <= 120.0
+
+
+def test_who_and_when_are_checked(folder: Path) -> None:
+    results = Results.read(folder)
+    with pytest.raises(OutputError, match=r"no vehicle 'AUV1'; there are .*; did you mean 'AUV0"):
+        results.known("AUV1", 10.0)
+    for at_s in (-1.0, 120.5, float("nan")):
+        with pytest.raises(OutputError, match=rf"at_s is {at_s}; allowed: 0 to 120\.0, the end of the run"):
+            results.known("AUV01", at_s)
+
+
+def test_an_older_folder_is_read_and_says_that_it_cannot_tell(folder: Path, tmp_path: Path) -> None:
+    """Without the newer tables, and with the tables and columns that it had."""
+    older = tmp_path / "older"
+    older.mkdir()
+    for path in folder.iterdir():
+        if path.stem in ("items", "decisions", "organisation", "objectives"):
+            continue
+        if path.stem == "packets":
+            pq.write_table(pq.read_table(path).select(range(8)), older / path.name)
+        elif path.stem == "trajectories":
+            pq.write_table(pq.read_table(path).select(range(7)), older / path.name)
+        else:
+            (older / path.name).write_bytes(path.read_bytes())
+    results = Results.read(older)
+    assert results.table("packets").num_rows > 0
+    assert results.table("trajectories").column_names[-1] == "energy_j"
+    with pytest.raises(
+        OutputError, match=r"older version wrote it \(lacking or older: items, organisation, objectives\)"
+    ):
+        results.known("AUV01", 10.0)
+    for name in ("items", "organisation", "objectives"):
+        (older / f"{name}.parquet").write_bytes((folder / f"{name}.parquet").read_bytes())
+    with pytest.raises(OutputError, match=r"lacking or older: packets"):
+        Results.read(older).known("AUV01", 10.0)
