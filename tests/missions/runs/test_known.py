@@ -9,13 +9,16 @@ import pyarrow.parquet as pq
 import pytest
 
 from missions.errors import OutputError
-from missions.runs.known import Belief
+from missions.runs.known import Belief, fact_of
 from missions.runs.results import MemoryResults, Results, write
 from missions.runs.run import run
 from missions.runs.setup import assemble, resolved
 from missions.scenarios import Scenario, load
+from remoras.beliefs import Beliefs
 from remoras.fleet import Fleet
+from remoras.sensor import SELF, Observation
 from remoras.strategies import strategies
+from worldmodel import Instance, WorldModel, core_ontology_paths, read_tbox
 
 MOMENTS = 50
 LOSS = ("channel.per=0.6",)
@@ -103,6 +106,28 @@ def test_a_vehicle_without_energy_learns_no_more(strategy: str) -> None:
     compare(loaded, 2)
     finished = run(loaded, 2)
     assert [row[1] for row in finished.recorder.faults if row[2] == "energy"]
+
+
+def test_facts_of_what_was_found_are_read_back_by_name() -> None:
+    """Instances that a vehicle created, of which the fleet had no names, as subject and as target of a link."""
+    tbox = read_tbox(*core_ontology_paths())
+    kinds = [("AUV", "AUV00"), ("AUV", "AUV01"), ("Group", "Operational"), ("Job", "left")]
+    instances = [Instance(uid, tbox.class_named(kind).uid, name) for uid, (kind, name) in enumerate(kinds)]
+    of_two = {"n_origins": 2, "run_time_instances_per_origin": 3}
+    finder, reader = (WorldModel(tbox, owner, instances, **of_two) for owner in (1, 0))
+    held = Beliefs(finder)
+    wreck = Observation(
+        ((SELF, "location", (10.0, -20.5)), (SELF, "classification", "wreck")), found="ObjectOfInterest"
+    )
+    facts = finder.record(held.facts_of(wreck), 1.0).block.facts
+    names = [held.as_text(fact) for fact in facts]
+    assert names == [
+        ("ObjectOfInterest-7", "type", "ObjectOfInterest"),  # behind 4 common instances and 3 of vehicle 0
+        ("ObjectOfInterest-7", "location", "POINT (10.0 -20.5)"),
+        ("ObjectOfInterest-7", "classification", "wreck"),
+    ]
+    keys = ("subject", "attribute", "value")
+    assert tuple(fact_of(reader, dict(zip(keys, one, strict=True))) for one in names) == facts
 
 
 # What is asked ------------------------------------------------------------------------------------
