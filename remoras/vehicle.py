@@ -74,7 +74,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self.beliefs = beliefs
         self.condition = SOUND
         self._recorder = recorder
-        self._diary = Diary(self.name, recorder)
+        self._diary = Diary(self.name, self.social.database.names, recorder)
         tbox = beliefs.model.tbox
         self._position = tbox.attribute_named("position").uid
         self._battery = tbox.attribute_named("batteryFraction").uid

@@ -265,7 +265,7 @@ class SocialLayer:
         for said in self._negotiation.negotiate(now_s, work, peers.heard_s, unheard, calls, self.missions):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in said.facts)
             facts = self.standing.in_place_of_the_absent(self._beliefs.fact(*fact) for fact in said.facts)
-            facts += aims(said.facts, self._objectives.values(), self._beliefs, self._mission.is_individual)
+            facts += aims(said.facts, self.objectives.values(), self._beliefs, self._mission.is_individual)
             stated.append((facts, said.told and not (is_order and self.standing.is_cut_off)))
         return stated
 

@@ -14,8 +14,10 @@ SURVEY = ActivitySet(
     1.0,
 )
 HOMING = ActivitySet(MEETING, ActivityKind.COLLECTIVE, (Activity("Homing", ActivityType.GUIDANCE),), 0.4)
-EVADE = ActivitySet(None, ActivityKind.VITAL, (Activity("Evade", ActivityType.SURVIVAL),), 4.0)
+EVADE = ActivitySet(None, ActivityKind.VITAL, (Activity("Evade", ActivityType.GUIDANCE),), 4.0)
 GROUP = Group("Operational")
+NAMES = ("AUV02", "AUV01")
+"""In the order of the nodes."""
 
 
 def candidates(*chosen: ActivitySet, stimulus: float = 0.5) -> list[Candidate]:
@@ -28,7 +30,7 @@ def candidates(*chosen: ActivitySet, stimulus: float = 0.5) -> list[Candidate]:
 
 def test_a_choice_is_written_with_all_that_stood_to_choice() -> None:
     recorder = Recorder()
-    Diary("AUV01", recorder).weighs(8.0, candidates(SURVEY))
+    Diary("AUV01", NAMES, recorder).weighs(8.0, candidates(SURVEY))
     assert recorder.decisions == [
         (8.0, "AUV01", "", "", "", "", ["Evade"], 0.0, 0.0, 0.0, "", None, False),
         (8.0, "AUV01", "Operational", "LeftWinger", "Exploring", "left", ["Zigzag", "Mapping"], 0.5, 0.7, 0.0, "",
@@ -40,7 +42,7 @@ def test_a_choice_is_written_with_all_that_stood_to_choice() -> None:
 
 def test_nothing_is_written_while_only_numbers_change() -> None:
     recorder = Recorder()
-    diary = Diary("AUV01", recorder)
+    diary = Diary("AUV01", NAMES, recorder)
     for number in range(10):
         diary.weighs(2.0 * number, candidates(SURVEY, stimulus=0.5 + 0.01 * number))
     assert {row[0] for row in recorder.decisions} == {0.0}
@@ -51,7 +53,7 @@ def test_nothing_is_written_while_only_numbers_change() -> None:
 
 def test_roles_begin_and_cease_to_drive_and_activities_are_those_of_the_choice() -> None:
     recorder = Recorder()
-    diary = Diary("AUV01", recorder)
+    diary = Diary("AUV01", NAMES, recorder)
     diary.drives(2.0, frozenset({("Operational", "LeftWinger")}), candidates(SURVEY))
     diary.drives(4.0, frozenset({("Operational", "Performer")}), candidates(HOMING))
     assert [row[2:] for row in recorder.roles] == [
@@ -68,7 +70,7 @@ def test_roles_begin_and_cease_to_drive_and_activities_are_those_of_the_choice()
 
 def test_a_view_is_written_as_what_has_changed_in_it() -> None:
     recorder = Recorder()
-    diary = Diary("AUV01", recorder)
+    diary = Diary("AUV01", NAMES, recorder)
     winger = RoleAssignment("Operational", "LeftWinger", "AUV02")
     first, then = (
         Organisation.of([GROUP], [winger]),
