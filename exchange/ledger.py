@@ -6,17 +6,22 @@ keeps its meaning for good.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from exchange.ack import Words
 from exchange.packets import Fragment, ItemUid
+
+ADDRESSED_SHARE = 10
+"""An item that those hold to whom it is addressed is needed so many times less by others."""
 
 
 @dataclass(slots=True)
 class Entry:
     """One item as this node sees it; of one that it does not send, the fragment is all.
 
-    ``bits``/``size_bits`` is its wire form, relayed or own.
+    ``bits``/``size_bits`` is its wire form, relayed or own. ``addressed`` are the peers (bit word) to which this node
+    addresses it, beside those that need it.
     """
 
     fragment: Fragment
@@ -24,6 +29,7 @@ class Entry:
     size_bits: int = 0
     priority: int = 0
     weight: int = 0
+    addressed: int = 0
 
 
 class Ledger:
@@ -54,6 +60,20 @@ class Ledger:
         self.entries.append(entry)
         self.origins[entry.fragment.origin] |= 1 << column
         return column
+
+    def note_heard(self, columns: Iterable[int], believes: Words) -> None:
+        """See which of the items all peers hold to which they are addressed: others need them less.
+
+        Args:
+            columns: of items that this node goes on sending.
+            believes: item set that each node is believed to hold.
+        """
+        for column in columns:
+            entry = self.entries[column]
+            peers = [peer for peer in range(len(self.unneeded)) if entry.addressed >> peer & 1]
+            if peers and all(believes[peer] >> column & 1 for peer in peers):
+                entry.addressed = 0
+                entry.priority = max(1, entry.priority // ADDRESSED_SHARE)
 
     def uids(self, items: int) -> Iterator[ItemUid]:
         """UIDs of an item set, by column."""

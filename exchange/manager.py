@@ -19,7 +19,7 @@ is acknowledged.
 from __future__ import annotations
 
 from bisect import insort
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -32,10 +32,32 @@ from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet
 from exchange.policies import AckPolicy, may_send
 from exchange.schedule import TdmaSchedule
 from exchange.selection import select
-from worldmodel import Block, Change, NeedsIndex, PropertyValue, WorldModel
+from worldmodel import Block, Change, NeedsIndex, PropertyValue, Value, WorldModel
 
 SIGNAL_SHARE = 4
 """A packet keeps one part in this many for influence signals; fragments are cut to fit the rest."""
+
+
+def interest(fragment: Fragment, model: WorldModel, needs: NeedsIndex, me: int) -> tuple[int, int]:
+    """Peers (bit word) that need any fact of the fragment, and the highest priority among them.
+
+    Args:
+        fragment: of a block; model: that knows the classes of its instances.
+        needs: of all peers.
+        me: this node, which tells itself nothing.
+    """
+    peers, priority = 0, 0
+    for fact in fragment.facts:
+        instance = model.instance(fact.subject)
+        if instance is None:  # announced by this very block
+            announced = next((f.value for f in fragment.facts if f.subject == fact.subject and f.attribute == 0), 0)
+            class_uid = int(announced) if isinstance(announced, int) else 0
+        else:
+            class_uid = instance.class_uid
+        word, value = needs.priority_of(fact.subject, class_uid, fact.attribute)
+        peers |= word
+        priority = max(priority, value)
+    return peers & ~(1 << me), priority
 
 
 @dataclass(slots=True)
@@ -159,8 +181,13 @@ class ExchangeManager:
         self._next_slot = 0  # first slot that has not been opened
         self.n_faults = 0
 
-    def offer(self, changes: Iterable[Change]) -> tuple[Fragment, ...]:
-        """Take blocks this vehicle recorded itself as candidates; returns the items they became, without status."""
+    def offer(self, changes: Iterable[Change], addressed: Collection[int] = ()) -> tuple[Fragment, ...]:
+        """Take blocks this vehicle recorded itself as candidates; returns the items they became, without status.
+
+        Args:
+            changes: of the world model.
+            addressed: peers that the blocks are for, if not for all alike: once these hold them, others can wait.
+        """
         items: list[Fragment] = []
         for change in changes:
             block = change.block
@@ -169,9 +196,15 @@ class ExchangeManager:
                 continue
             room_bits = self._room_bits - self._signal_room_bits
             for fragment in fragments_of(block, room_bits, self._codec.fragment_bits):
-                self._register(fragment)
+                column = self._register(fragment)
+                self._ledger.entries[column].addressed = sum(1 << peer for peer in addressed)
                 items.append(fragment)
         return tuple(items)
+
+    def fits(self, facts: Iterable[tuple[int, int, Value]]) -> bool:
+        """True if a block of these facts would go into one packet, beside influence signals."""
+        whole = Fragment(self._me, 0, 0.0, tuple(PropertyValue(*fact) for fact in facts))
+        return self._codec.fragment_bits(whole) <= self._room_bits - self._signal_room_bits
 
     def _take_status(self, block: Block) -> None:
         fragment = Fragment(block.origin, block.sequence, block.time_s, block.facts)
@@ -326,19 +359,7 @@ class ExchangeManager:
         return self._ledger.entries[column].fragment.uid
 
     def _interest(self, fragment: Fragment) -> tuple[int, int]:
-        """Peers (bit word) that need any fact of the fragment, and the highest priority among them."""
-        peers, priority = 0, 0
-        for fact in fragment.facts:
-            instance = self._model.instance(fact.subject)
-            if instance is None:  # announced by this very block
-                announced = next((f.value for f in fragment.facts if f.subject == fact.subject and f.attribute == 0), 0)
-                class_uid = int(announced) if isinstance(announced, int) else 0
-            else:
-                class_uid = instance.class_uid
-            word, value = self._needs.priority_of(fact.subject, class_uid, fact.attribute)
-            peers |= word
-            priority = max(priority, value)
-        return peers & ~(1 << self._me), priority
+        return interest(fragment, self._model, self._needs, self._me)
 
     def _settle(self) -> tuple[ItemUid, ...]:
         """Close the open items that every interested peer is believed to hold."""
@@ -346,6 +367,7 @@ class ExchangeManager:
         settled = tuple(self._uid(column) for column in self._open if done >> column & 1)
         if settled:
             self._open = [column for column in self._open if not done >> column & 1]
+        self._ledger.note_heard(self._open, self._state.believes)
         return settled
 
     def _frame(self, slot: int) -> int:

@@ -16,11 +16,13 @@ class Diary:
 
     Args:
         me: name of the vehicle.
+        names: of all vehicles, in the order of the nodes.
         recorder: takes the rows.
     """
 
-    def __init__(self, me: str, recorder: Recorder) -> None:
+    def __init__(self, me: str, names: Iterable[str], recorder: Recorder) -> None:
         self._me = me
+        self._node = {name: node for node, name in enumerate(names)}
         self._recorder = recorder
         self._assignments: frozenset[RoleAssignment] = frozenset()
         self._objectives: frozenset[Objective] = frozenset()
@@ -45,7 +47,8 @@ class Diary:
         if before is not self._assignments:
             for roles, event in ((before - self._assignments, "left"), (self._assignments - before, "assigned")):
                 self._recorder.organisation.extend(
-                    (now_s, self._me, one.vehicle, one.group, one.role, event) for one in sorted(roles)
+                    (now_s, self._me, one.vehicle, one.group, one.role, event)
+                    for one in sorted(roles, key=lambda one: (one.group, one.role, self._node[one.vehicle]))
                 )
         self._recorder.objectives.extend(
             (now_s, self._me, one.group, one.role, one.name, one.argument)
@@ -74,7 +77,7 @@ class Diary:
 
     def weighs(self, now_s: float, candidates: Sequence[Candidate]) -> None:
         """The vehicle has weighed what it could do; written if other sets stand to choice, or others are chosen."""
-        names = [tuple(activity.name for activity in one.of.activities) for one in candidates]
+        names = [tuple(activity.name for activity in one.of.effective) for one in candidates]
         weighed = [(one.of.objective, of, one.chosen) for one, of in zip(candidates, names, strict=True)]
         if weighed == self._weighed:
             return

@@ -70,12 +70,14 @@ class Groups:
         awaited: by group, how much of the wait for its meeting is for this vehicle, 0..1: 0 if another one is
             expected to be at work as long, 1 if all others are free.
         idle_since_s: by group that this vehicle leads, since when there is nothing left that anybody present can do.
+        returned_s: when a peer that was absent was heard again last, by its name.
     """
 
     gathered: set[str] = field(default_factory=set)
     planning_due: bool = False
     awaited: dict[str, float] = field(default_factory=dict)
     idle_since_s: dict[str, float] = field(default_factory=dict)
+    returned_s: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(slots=True)

@@ -113,11 +113,12 @@ class Radio:
             return
         if self.manager.is_status(block.facts):
             self._record_facts(block, ItemUid(block.origin, block.sequence, 0), "status", now_s)
-        for fragment in self.manager.offer([change]):
+        addressed = who(change)
+        for fragment in self.manager.offer([change], [self._names.index(name) for name in addressed]):
             uid = fragment.uid
             self._record_facts(fragment, uid, "told", now_s)
             self._record_item(now_s, uid, "observed")
-            if addressed := who(change):
+            if addressed:
                 self._unheard |= {(name, uid): set(roles) for name, roles in addressed.items()}
                 self._note_unheard()
 

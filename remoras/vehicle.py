@@ -74,7 +74,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self.beliefs = beliefs
         self.condition = SOUND
         self._recorder = recorder
-        self._diary = Diary(self.name, recorder)
+        self._diary = Diary(self.name, self.social.database.names, recorder)
         tbox = beliefs.model.tbox
         self._position = tbox.attribute_named("position").uid
         self._battery = tbox.attribute_named("batteryFraction").uid
@@ -176,7 +176,9 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         deliberation = self.social.plan_missions()
         for no_plan in deliberation.impossible:
             self._diary.fault(now_s, "no plan", str(no_plan.task))
-        self._conclude(deliberation.facts, now_s, not self.social.standing.is_cut_off)
+        facts, told = deliberation.facts, not self.social.standing.is_cut_off
+        for part in [facts] if self.radio.manager.fits(facts) else deliberation.parts:
+            self._conclude(part, now_s, told)
 
     # Consultation --------------------------------------------------------------------------------
 

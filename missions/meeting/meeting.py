@@ -161,16 +161,23 @@ class Meeting:
 
         Evidence of a member is its position, heard lately, or a sonar contact at the rally point that can stand for
         nobody else: neither for another member, nor for a vehicle that has fallen silent and may have come unheard.
+        A group that has met without a member meets once more when that one is back and has come.
         """
-        if group.rally_point is None or group.name in picture.groups.gathered:
+        if group.rally_point is None or not self._is_there(group, motion.position_m, 0.0):
             return ()
-        if not self._is_there(group, motion.position_m, 0.0):
+        has_met = group.name in picture.groups.gathered
+        if has_met and self._is_complete(group, organisation, beliefs, picture):
             return ()
-        if not self.is_overdue(group, beliefs, picture) and not self._all_are_there(
-            group, organisation, beliefs, picture
-        ):
+        is_overdue = not has_met and self.is_overdue(group, beliefs, picture)
+        if not is_overdue and not self._all_are_there(group, organisation, beliefs, picture):
             return ()
         return (Finding(group.name, "gatheredAt", group.rally_point),)
+
+    def _is_complete(self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture) -> bool:
+        """True if no member has come back since the group met."""
+        met_s = beliefs.observed_s(("gatheredAt", group.name))
+        returned_s = (picture.groups.returned_s.get(name, -math.inf) for name in organisation.members(group.name))
+        return met_s is not None and max(returned_s, default=-math.inf) <= met_s
 
     def is_overdue(self, group: Group, beliefs: Beliefs, picture: Picture) -> bool:
         """True once a head has waited where it is, without work to give out, for as long as it waits for others.

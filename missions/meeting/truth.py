@@ -39,6 +39,7 @@ class MeetingTruth:
         self._deadline_s = meeting.deadline_s
         self._there_s: dict[tuple[str, str], float] = {}  # vehicle and group
         self._has_met: set[tuple[str, str]] = set()
+        self._is_planned = False
         self._consulted = False
         together_first = sorted(meeting.groups.values(), key=lambda group: group.mission is not None)
         self._apart = [group for group in together_first if group.rally_point is not None]
@@ -55,7 +56,7 @@ class MeetingTruth:
         return False
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Note what the mission wants to know; called after each tick and each round once all is agreed."""
+        """Note what the mission wants to know; called after each tick and each round once all is planned."""
 
     def is_worked_off(self, group: Group) -> bool:
         """True if the group may count as gathered as far as its work is concerned; a mission says what that takes."""
@@ -66,9 +67,10 @@ class MeetingTruth:
         survivors = [vehicle for vehicle in fleet.vehicles if is_survivor(vehicle)]
         if not survivors:
             return False
-        if not self._consulted:
-            if not self._is_consulted(survivors):
-                return False
+        self._is_planned = self._is_planned or self._have_planned(survivors)
+        if not self._is_planned:
+            return False
+        if not self._consulted and self._is_consulted(survivors):
             self._consulted = True
             self.milestones.append(Milestone(now_s, "consultation_done"))
         self.watch(fleet, now_s)
@@ -94,7 +96,7 @@ class MeetingTruth:
 
     def close(self, fleet: FleetView, now_s: float) -> str:
         """Say who is missing where."""
-        if not self._consulted:
+        if not self._consulted and self._apart:
             return f"consultation had not ended after {now_s:.0f} s"
         if self._apart:
             survivors = [vehicle for vehicle in fleet.vehicles if is_survivor(vehicle)]
@@ -110,13 +112,15 @@ class MeetingTruth:
         return ""
 
     @staticmethod
+    def _have_planned(survivors: Sequence[VehicleView]) -> bool:
+        """True once the missions of all groups are planned by those who lead them; before, nobody can have met."""
+        return all(v.has_planned(group) for v in survivors for group in v.organisation.groups if v.leads(group))
+
+    @staticmethod
     def _is_consulted(survivors: Sequence[VehicleView]) -> bool:
-        """True once every mission is planned, and everything assigned counts where it was meant to."""
+        """True once everything assigned counts where it was meant to."""
         by_name = {vehicle.name: vehicle for vehicle in survivors}
         for vehicle in survivors:
-            for group in vehicle.organisation.groups:
-                if vehicle.leads(group) and not vehicle.has_planned(group):
-                    return False
             for a in vehicle.issued:
                 if a.vehicle in by_name and not by_name[a.vehicle].organisation.plays(a.vehicle, a.group, a.role):
                     return False

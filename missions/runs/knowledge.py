@@ -10,6 +10,7 @@ from missions.scenarios.parts import mission_class
 from remoras.fleet import Fleet
 from remoras.recorder import Column, Table
 from worldmodel import core_ontology_paths, read_tbox
+from worldmodel.fields import Grid
 from worldmodel.snapshot import Row, models_from, rows_of
 from worldmodel.view import query as ask
 
@@ -50,5 +51,9 @@ def query(results: Results | MemoryResults, sparql: str) -> tuple[Sequence[str],
     scenario = results.scenario
     mission = mission_class(scenario.scenario.mission).from_scenario(scenario)
     tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used)
-    rows = (Row(**row) for row in results.table(FACTS.name).to_pylist())
+    clock = Grid(0.0, scenario.communication.time_resolution_s)  # tables keep fewer digits than world models
+    rows = (
+        Row(**{**row, "time_s": clock.value_at(clock.index_of(row["time_s"]))})
+        for row in results.table(FACTS.name).to_pylist()
+    )
     return ask(models_from(rows, tbox), sparql)

@@ -205,7 +205,7 @@ class Memory:
         """A block of the rows of its facts."""
         model = self._names
         time_s = model.quantise_time(rows[0]["time_s"])
-        return Block(*guid, time_s, tuple(_fact(model, row) for row in rows))
+        return Block(*guid, time_s, tuple(fact_of(model, row) for row in rows))
 
 
 def _by_vehicle(results: Results | MemoryResults, table: str) -> dict[str, list[dict[str, Any]]]:
@@ -241,7 +241,8 @@ def _uid(model: WorldModel, name: str) -> int:
         return int(name.rpartition("-")[2])
 
 
-def _fact(model: WorldModel, row: Mapping[str, Any]) -> PropertyValue:
+def fact_of(model: WorldModel, row: Mapping[str, Any]) -> PropertyValue:
+    """The fact that a row of the table ``items`` has; ``model`` needs to know the common instances alone."""
     attribute = model.tbox.attribute_named(row["attribute"])
     if attribute.kind is ValueKind.LINK:
         return PropertyValue(_uid(model, row["subject"]), attribute.uid, _uid(model, row["value"]))

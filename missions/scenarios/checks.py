@@ -29,6 +29,8 @@ from worldmodel import OntologyError, core_ontology_paths, read_tbox
 
 MAX_COORDINATE_M = 9000.0
 """The ``position`` attribute reaches somewhat farther than the world may, for vehicles that drift out of it."""
+MAX_LATITUDE_DEG = 89.0
+"""Nearer to a pole, east and north are no directions of a plane."""
 
 
 def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationFault]:
@@ -39,7 +41,7 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
         mission: class of the mission, which has checks of its own; None if it cannot be had.
     """
     checks = (
-        _names, _slots, _times, _world, _choices, _weights, channel_faults,
+        _names, _slots, _times, _world, _origin, _choices, _weights, channel_faults,
         _groups, _played_by, _successions, _vehicles,
     )  # fmt: skip
     faults = [fault for check in checks for fault in check(raw)]
@@ -169,6 +171,13 @@ def _times(raw: Raw) -> Iterator[ConfigurationFault]:
     period, tick = table_of(raw, "decision").get("period_s"), table_of(raw, "scenario").get("tick_s", 1.0)
     if isinstance(period, int | float) and isinstance(tick, int | float) and period < tick:
         yield ConfigurationFault("decision.period_s", str(period), f"allowed: scenario.tick_s = {tick} or more")
+
+
+def _origin(raw: Raw) -> Iterator[ConfigurationFault]:
+    for latitude_deg, longitude_deg in point_of(table_of(raw, "world"), "origin_deg"):
+        if abs(latitude_deg) > MAX_LATITUDE_DEG or abs(longitude_deg) > 180.0:
+            allowed = f"allowed: latitude {-MAX_LATITUDE_DEG:.0f} to {MAX_LATITUDE_DEG:.0f}, longitude -180 to 180"
+            yield ConfigurationFault("world.origin_deg", f"[{latitude_deg}, {longitude_deg}]", allowed)
 
 
 def _world(raw: Raw) -> Iterator[ConfigurationFault]:

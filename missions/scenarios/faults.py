@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from missions.document import shown
 from missions.errors import ConfigurationFault
-from missions.scenarios.tables import PointM, Positive, Raw, Section, entries, list_of, names_of, one_of
+from missions.scenarios.tables import PointM, Positive, Raw, Section, entries, list_of, names_of, one_of, table_of
 from remoras.database import AUVDatabase
 from remoras.faults import ANY, HEAD_OF, SLOW_FACTOR, DeclaredFault, FaultKind, able_to_work
 from remoras.organisation import Group
@@ -102,6 +102,7 @@ def fault_table_faults(raw: Raw, default_sensor: str = "") -> Iterator[Configura
     for key, table in told:
         yield from _whose(key, table, raw)
         yield from _when(key, table)
+        yield from _too_late(key, table, raw)
         yield from _useless(key, table)
         yield from _sensor(key, table, raw, default_sensor)
     yield from _twice(told)
@@ -167,6 +168,14 @@ def _when(key: str, table: Raw) -> Iterator[ConfigurationFault]:
     if not joins and span_s is not None and until_s is not None and until_s <= span_s[1]:
         allowed = f"must be above at_s = {shown(table['at_s'])}"
         yield ConfigurationFault(f"{key}.until_s", shown(table["until_s"]), allowed)
+
+
+def _too_late(key: str, table: Raw, raw: Raw) -> Iterator[ConfigurationFault]:
+    """A fault that can never happen, because the mission is over before."""
+    end_s, span_s = _number(table_of(raw, "scenario").get("duration_s")), _span_s(table.get("at_s"))
+    if end_s is not None and span_s is not None and span_s[1] >= end_s:
+        allowed = f"must be below scenario.duration_s = {end_s:g}, when the mission is over"
+        yield ConfigurationFault(f"{key}.at_s", shown(table["at_s"]), allowed)
 
 
 def _useless(key: str, table: Raw) -> Iterator[ConfigurationFault]:

@@ -13,7 +13,7 @@ from pydantic import Field, field_validator
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.faults import FaultTable
-from missions.scenarios.tables import Latitude, Longitude, Name, NotNegative, PointM, Positive, Section
+from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section
 from remoras.executive.satisfaction import DecisionConstants
 
 
@@ -33,8 +33,10 @@ class World(Section):
     x_m: PointM = Field(description="west and east border of the area of operations")
     y_m: PointM = Field(description="south and north border of the area of operations")
     sound_speed_mps: float = Field(1500.0, ge=1400.0, le=1600.0, description="speed of sound in water")
-    origin_deg: tuple[Latitude, Longitude] | None = Field(
-        None, description="latitude and longitude (WGS 84) of the point x = 0, y = 0, for maps; no run depends on it"
+    origin_deg: tuple[float, float] | None = Field(
+        None,
+        description="latitude -89 to 89 and longitude -180 to 180 (WGS 84) of the point x = 0, y = 0; "
+        "maps need it, no run depends on it",
     )
 
 

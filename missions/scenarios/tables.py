@@ -13,8 +13,6 @@ from worldmodel import suggestion
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Probability = Annotated[float, Field(ge=0.0, le=1.0)]
-Latitude = Annotated[float, Field(ge=-89.0, le=89.0)]
-Longitude = Annotated[float, Field(ge=-180.0, le=180.0)]
 Name = Annotated[str, Field(min_length=1, max_length=40, pattern=r"^[^.\n]+$")]
 PointM = tuple[float, float]
 

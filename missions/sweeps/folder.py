@@ -186,7 +186,7 @@ class SweepResults:
         return run_table(self.lines).to_pandas()
 
     def table(self, name: str) -> Any:
-        """A table of the runs in the sample as a pandas data frame; whole numbers in the unit of their name.
+        """A table of the runs in the sample as a pandas data frame, with the key of the run in front.
 
         Raises:
             OutputError: no such table has been kept.

@@ -30,7 +30,7 @@ def replay(
     For example: remoras replay first --out mission.html
     """
     from missions.runs.results import Results
-    from visualisation.replay import check_output, missing, page, write
+    from visualisation.replay import check_output, missing, page_text, write
 
     target = out if out is not None else folder / "replay.html"
     folders = [folder] if other is None else [folder, other]
@@ -39,10 +39,10 @@ def replay(
             fail(f"{one}: holds a sweep; a replay shows one run, or two side by side")
     runs = [Results.read(one) for one in folders]
     check_output(target, force)
-    for one in runs[1:]:
-        _check_pair(runs[0], one)
-    payloads = [_payload(run) for run in runs]
-    write(target, page(_title(runs), payloads), force)
+    for second in runs[1:]:
+        _check_pair(runs[0], second)
+    payloads = [_data(run) for run in runs]
+    write(target, page_text(_title(runs), payloads), force)
     for run in runs:
         if lacking := missing(run):
             what = "; ".join(lacking)
@@ -50,12 +50,18 @@ def replay(
     print(target)
 
 
-def _payload(run: Results) -> bytes:
-    from missions.scenarios.parts import mission_of
-    from visualisation.replay import payload
+def _data(run: Results) -> bytes:
+    """What the page holds of a run. Without what its mission declares, if this version cannot read the scenario."""
+    from missions.errors import ConfigurationError
+    from missions.scenarios.parts import mission_of, strategy_of
+    from visualisation.replay import run_data
 
-    mission = mission_of(run.scenario)
-    return payload(run, mission.places, mission.jobs.values())
+    try:
+        mission, strategy = mission_of(run.scenario), strategy_of(run.scenario)
+    except ConfigurationError as error:
+        print(f"remoras: {run.folder}: places and jobs are not shown: {error}", file=sys.stderr)
+        return run_data(run)
+    return run_data(run, mission.places, mission.jobs.values(), strategy.declaration.is_bound)
 
 
 def _check_pair(first: Results, second: Results) -> None:

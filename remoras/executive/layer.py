@@ -162,9 +162,11 @@ class ExecutiveLayer:
         return self.decision
 
     def candidates(self, now_s: float) -> list[Candidate]:
-        """Every activity set as the last decision, made at ``now_s``, weighed it."""
+        """Every activity set that has an effect, as the last decision, made at ``now_s``, weighed it."""
         found = []
         for index, one in enumerate(self.sets):
+            if not self._sizes[index]:
+                continue
             external, source, slot = self._external[index], "", None
             if external > 0.0 and (role := self._role_of[index]) is not None:
                 heard = self._heard[role]

@@ -33,6 +33,7 @@ from remoras.social.gatherings import Gatherings
 from remoras.social.negotiation import ROLE_ATTRIBUTES, Negotiation
 from remoras.social.planning import Deliberation, MissionPlanner, missions_of
 from remoras.social.pursuit import Pursuit
+from remoras.social.receivers import aims
 from remoras.social.standing import Standing
 from remoras.social.workload import Workload
 from remoras.strategy import Strategy
@@ -197,6 +198,7 @@ class SocialLayer:
         if seen is None:
             return Review()
         self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
+        self._picture.groups.returned_s |= dict.fromkeys(seen.changes.present, now_s)
         events = tuple((event, peer) for event, peers in seen.changes._asdict().items() for peer in peers)
         moved = {peer for _, peer in events}
         roles = [one for one in self.organisation.assignments if one.vehicle in moved]
@@ -260,9 +262,10 @@ class SocialLayer:
         if self.strategy.declaration.influences:
             self._picture.groups.awaited = {name: one.awaited(self.me, now_s) for name, one in work.items()}
         unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.standing.absent}
-        for said in self._negotiation.negotiate(now_s, work, peers.heard_s, unheard, calls):
+        for said in self._negotiation.negotiate(now_s, work, peers.heard_s, unheard, calls, self.missions):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in said.facts)
             facts = self.standing.in_place_of_the_absent(self._beliefs.fact(*fact) for fact in said.facts)
+            facts += aims(said.facts, self.objectives.values(), self._beliefs, self._mission.is_individual)
             stated.append((facts, said.told and not (is_order and self.standing.is_cut_off)))
         return stated
 
@@ -274,7 +277,8 @@ class SocialLayer:
         """Plan the missions that are due, and let the strategy allocate what the plans ask for."""
         work = self._work(dict(self._picture.peers.positions_m))
         planned = self.planner.plan(self, self.missions, work, self.objectives.values())
-        return replace(planned, facts=self.standing.in_place_of_the_absent(planned.facts))
+        facts = self.standing.in_place_of_the_absent(planned.facts)
+        return replace(planned, facts=facts, parts=self.standing.by_receiver(facts, self._mission.is_individual))
 
     def findings(self, motion: Motion) -> list[Fact]:
         """What this vehicle concludes as the leader of its groups, as facts."""
@@ -301,10 +305,7 @@ class SocialLayer:
         return gives_out or (self.leads(name) and self.planner.waits_for(unheard, work.done))
 
     def addressed(self, change: Change) -> dict[str, set[str]]:
-        """Who has to hear of a block of this vehicle's own, by name, and the roles that it gives them.
-
-        Where missions are planned at sea, all members of a group have to hear of its roles and objectives.
-        """
+        """Who has to hear of a block of this vehicle's own, by name, and the roles that it gives them."""
         return self.standing.addressed(change, everybody=not self.strategy.declaration.planned_before)
 
     def completed(self, objective: Objective) -> list[Fact]:

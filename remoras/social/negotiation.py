@@ -129,6 +129,7 @@ class Negotiation:
         heard_s: Mapping[str, float],
         unheard: Mapping[str, Collection[str]],
         calls: Mapping[str, float],
+        missions: Collection[str],
     ) -> list[Statement]:
         """End of a round: what this vehicle states to organise its groups.
 
@@ -138,6 +139,7 @@ class Negotiation:
             heard_s: when a packet of each peer was last heard.
             unheard: peers that have not acknowledged roles they were given, and these roles.
             calls: how dissatisfied peers are, by their influence signals.
+            missions: groups of which the mission is known; of others there is nothing to divide yet.
 
         Raises:
             PluginError: the strategy raises, or answers with something else than a move.
@@ -151,6 +153,9 @@ class Negotiation:
         for group, negotiator in self._negotiators.items():
             if self._me not in work[group].members:
                 continue  # it has left, to look after itself
+            if group not in missions:
+                holding.append(group)
+                continue
             situation = Situation(now_s, self._round, work[group], self._rally_m[group], heard, heard_s, unheard, calls)
             move = ask(self._strategy, negotiator, situation)
             statements += move.statements

@@ -7,7 +7,7 @@ mission is planned again; what was proposed or counts already is not said twice.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact, Key
@@ -21,10 +21,17 @@ from worldmodel import Change
 
 @dataclass(frozen=True, slots=True)
 class Deliberation:
-    """Facts that planning decided on, and missions for which there is no plan."""
+    """What came of planning.
+
+    Attributes:
+        facts: that it decided on.
+        impossible: missions for which there is no plan.
+        parts: the same facts by the vehicles that they concern, see ``remoras.social.receivers``.
+    """
 
     facts: list[Fact]
     impossible: list[NoPlan]
+    parts: list[list[Fact]] = field(default_factory=list)
 
 
 def missions_of(groups: Iterable[Group], beliefs: Beliefs) -> dict[str, str]:

@@ -7,7 +7,7 @@ orders is for itself alone. When it hears somebody again, it lets go of what it 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from remoras.activities import Objective
@@ -16,6 +16,8 @@ from remoras.database import AUVDatabase
 from remoras.organisation import Organisation
 from remoras.social.consultation import Agreed, Consultation
 from remoras.social.membership import NO_CHANGES, Changes, Membership, acted_on
+from remoras.social.negotiation import ROLE_ATTRIBUTES
+from remoras.social.receivers import by_receiver
 from remoras.social.statements import AVAILABLE, Statements
 from worldmodel import Change
 
@@ -169,21 +171,31 @@ class Standing:
         roles = [one for one in self.organisation.roles_of(self._me) if (one.group, one.role) in with_job]
         return self._statements.leaving(roles)
 
+    def by_receiver(self, facts: Sequence[Fact], is_individual: Callable[[Objective], bool]) -> list[list[Fact]]:
+        """What a plan comes down to in parts, by the vehicles that it concerns."""
+        return by_receiver(facts, self._beliefs, self.consultation.role_named, is_individual)
+
     def addressed(self, change: Change, everybody: bool) -> dict[str, set[str]]:
         """Vehicles that have to hear of a block of this vehicle's own, by name, and the roles that it gives them.
 
+        What is said of a vehicle's roles concerns that vehicle; objectives alone concern the group.
+
         Args:
             change: that the block made.
-            everybody: True if all members of a group have to hear of its roles and objectives.
+            everybody: True if all members of a group have to hear of the objectives of its roles.
         """
         given: dict[str, set[str]] = {}
+        groups: set[str] = set()
         for fact in change.block.facts:
-            if (said := self.consultation.role_named(fact)) is not None:
-                attribute, role = said
-                if attribute == "playsRole":
-                    given.setdefault(self._beliefs.name(fact.subject), set()).add(role)
-                if everybody:
-                    for member in self.present.members(role.split(".")[0]):
-                        given.setdefault(member, set())
+            if (said := self.consultation.role_named(fact)) is None:
+                continue
+            attribute, role = said
+            if attribute in ROLE_ATTRIBUTES:
+                roles = given.setdefault(self._beliefs.name(fact.subject), set())
+                roles.update({role} if attribute == "playsRole" else ())
+            else:
+                groups.add(role.split(".")[0])
+        if everybody and not given:
+            given = {member: set() for group in groups for member in self.present.members(group)}
         given.pop(self._me, None)
         return given

@@ -223,9 +223,12 @@ def job_plan(work: Work) -> Plan:
 
 
 def all_jobs(work: Work, help_s: float = math.inf) -> tuple[RoleAssignment, ...]:
-    """The roles of ``job_plan``, and help for who would be without work where it saves ``help_s``."""
+    """The roles of ``job_plan``, and help for who would be without work where it saves ``help_s``.
+
+    Who is expected to end last comes first: where roles are told at sea, the others can wait.
+    """
     plan = job_plan(work)
-    given = assignments(work, plan)
+    given = tuple(sorted(assignments(work, plan), key=lambda one: -plan.ends_s[one.vehicle]))
     ends_s = {}
     for name, roles in plan.roles.items():
         if roles:

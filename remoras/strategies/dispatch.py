@@ -14,8 +14,9 @@ from pydantic import Field
 
 from remoras.organisation import Group
 from remoras.strategies.allocation import Engagement, Expectations, Plan, helped, revised
+from remoras.strategies.founding import common_roles
 from remoras.strategy import Move, Situation, Statable, Statement
-from remoras.work import share_left
+from remoras.work import Work, share_left
 
 QUEUE = Field(ge=1, le=64, description="most jobs that a vehicle holds, the one it is at included")
 MARGIN = Field(
@@ -75,7 +76,16 @@ class Dispatcher:
         }
         late = self._unacknowledged(situation)
         said = self._revision(engaged, late, situation) if self._is_due(engaged, late, situation) else []
-        return Move(tuple(Statement((fact,)) for fact in said), holding=self._holds(engaged, situation))
+        statements = [Statement((fact, *self._common(fact, work))) for fact in said]
+        return Move(tuple(statements), holding=self._holds(engaged, situation))
+
+    def _common(self, fact: Statable, work: Work) -> list[Statable]:
+        """Roles without a job that a vehicle needs with a job which it is given."""
+        name, attribute, _ = fact
+        if attribute != "playsRole":
+            return []
+        lacking = [one for one in common_roles(work, {name}) if one.vehicle == name]
+        return [(name, "playsRole", self._group.path(one.role)) for one in lacking]
 
     def _holds(self, engaged: Mapping[str, Engagement], situation: Situation) -> bool:
         """True while the group has work left; where members may give way, while a job is vacant or still to be begun.

@@ -55,10 +55,14 @@ def _founders(
     return able[: n_founders if role.maximum is None else min(n_founders, role.maximum)]
 
 
-def common_roles(work: Work) -> tuple[RoleAssignment, ...]:
+def common_roles(work: Work, working: Collection[str] | None = None) -> tuple[RoleAssignment, ...]:
     """Roles without a job that members able to play them do not play yet, as many as a role allows.
 
     This is ``adapt`` of the strategies whose vehicles divide the jobs during the mission.
+
+    Args:
+        work: of the group.
+        working: vehicles for which the roles are, others take them only where a role demands more; all if None.
     """
     group, organisation, database = work.group, work.organisation, work.database
     members = [name for name in database.names if organisation.is_member(name, group.name)]
@@ -69,5 +73,9 @@ def common_roles(work: Work) -> tuple[RoleAssignment, ...]:
         held = organisation.members(group.name, role.name)
         able = [name for name in members if database[name].can_play(role.name) and name not in held]
         free = len(able) if role.maximum is None else max(0, role.maximum - len(held))
+        if working is not None:
+            able.sort(key=lambda name: name not in working)
+            n_demanded = role.minimum - len(held)
+            free = min(free, max(sum(name in working for name in able), n_demanded))
         allocated += [work.assignment(role, name) for name in able[:free]]
     return tuple(allocated)

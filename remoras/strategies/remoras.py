@@ -48,8 +48,14 @@ class Remoras:
     form = staticmethod(founded)
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
-        """Common roles for all, and every open job for somebody."""
-        return common_roles(work) + all_jobs(work, self.help_s)
+        """Every open job for somebody, and common roles for those who work: at sea each role takes time to tell.
+
+        Others get them with a job, or all before the dive.
+        """
+        given = all_jobs(work, self.help_s)
+        if self.declaration.planned_before or not work.roles:
+            return common_roles(work) + given
+        return given + common_roles(work, {one.vehicle for one in given})
 
     def negotiator(self, me: str, group: Group) -> Dispatcher:
         """The optimiser of the head, for each member."""

@@ -16,7 +16,7 @@ from missions.sweeps.study import shipped_studies
 from remoras.cli import app
 
 SHORT = ["--set", "scenario.duration_s=30"]
-NOT_BUILT = ["replay", "live", "export"]
+NOT_BUILT = ["live", "export"]
 HEAVY = ["numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "pydantic", "networkx"]
 
 

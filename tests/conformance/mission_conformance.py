@@ -236,13 +236,10 @@ def check_truth_only_watches(setup: Setup, watched: Rows) -> None:
     end_s = watched["trajectories"][-1][0]
     unwatched = rows_of(finished(setup, Unseeing(end_s)))
     for table in TABLES:
-        own = [row for row in watched[table.name] if _time_s(table.name, row) < end_s]
-        others = [row for row in unwatched[table.name] if _time_s(table.name, row) < end_s]
+        at = table.column_names.index("time_s")
+        own = [row for row in watched[table.name] if row[at] < end_s]
+        others = [row for row in unwatched[table.name] if row[at] < end_s]
         assert own == others, f"truth changes what vehicles do: table {table.name} differs when nobody watches"
-
-
-def _time_s(table: str, row: tuple[Any, ...]) -> float:
-    return float(row[1] if table == "packets" else row[0])
 
 
 def check_results(finished_run: Run) -> None:

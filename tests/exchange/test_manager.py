@@ -83,6 +83,17 @@ def test_it_is_said_until_the_last_of_three_peers_has_confirmed():
     assert fleet.n_open == 0
 
 
+def test_what_those_hold_to_whom_it_is_addressed_gives_way_to_what_they_lack():
+    """Node 2 hears nothing. Once node 1 has confirmed its item, that of node 2 is the more urgent, ten to one."""
+    urgent = needs(range(3), {MAPPED_CELL: 50})
+    fleet = Fleet(3, who_needs=urgent, lost=lambda slot, sender, receiver: receiver == 2)
+    for cell, peer in ((7, 1), (8, 2)):
+        model = fleet.managers[0]._model
+        fleet.managers[0].offer([model.record([cells(3, 9)[cell]], 0.0)], [peer])
+    fleet.pass_frames(2)
+    assert [entry.priority for entry in fleet.managers[0]._ledger.entries] == [5, 50]
+
+
 def test_with_repeat_a_peer_passes_on_what_its_origin_cannot_deliver():
     """Node 2 never hears node 0; node 1 hears both. Without repeat node 2 never learns it."""
     for policy, holders in [("ack", [0, 1]), ("ack-repeat", [0, 1, 2])]:

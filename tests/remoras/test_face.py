@@ -49,6 +49,7 @@ def test_tables_are_data_frames_with_units(short: remoras.Run) -> None:
     frame = short.table("trajectories")
     assert frame.attrs["units"] == {
         "time_s": "s", "x_m": "m", "y_m": "m", "heading_rad": "rad", "speed_mps": "m/s", "energy_j": "J",
+        "depth_m": "m",
     }  # fmt: skip
     assert set(frame["vehicle"]) == {"ASV00", "AUV00", "AUV01", "AUV02"}
     with pytest.raises(OutputError, match="did you mean 'trajectories'"):

@@ -211,7 +211,7 @@ def during(kind: str, more: str = "") -> Run:
 def track(finished: Run, from_s: float, until_s: float, vehicle: str = "AUV01") -> list[tuple[float, ...]]:
     """x, y, heading, speed and energy in [from_s, until_s]."""
     rows = finished.recorder.trajectories
-    return [row[2:] for row in rows if row[1] == vehicle and from_s <= row[0] <= until_s]
+    return [row[2:7] for row in rows if row[1] == vehicle and from_s <= row[0] <= until_s]
 
 
 def packets(finished: Run, from_s: float, until_s: float) -> list[tuple[str, list[str], list[str]]]:

@@ -248,3 +248,14 @@ def test_a_group_is_not_taken_for_gathered_by_what_was_heard_long_ago(monkeypatc
     ends_s = [run(scenario, seed).end_s for seed in (4, 9)]
     monkeypatch.setattr("missions.meeting.meeting.NEWS_FRAMES", 1e9)
     assert all(run(scenario, seed).end_s > end_s for seed, end_s in zip((4, 9), ends_s, strict=True))
+
+
+@pytest.mark.slow
+def test_a_group_meets_again_with_who_missed_the_meeting(monkeypatch: pytest.MonkeyPatch) -> None:
+    """AUV00, out of reach, misses the meeting and comes back: without another one nobody would go on to the next."""
+    settings = ["strategy.name=contract-net", "channel.name=gilbert-elliott"]
+    settings += [f"channel.{key}={value}" for key, value in LONG_SPELLS.items()]
+    scenario = load("mapping-patches", [("--set", setting) for setting in settings])
+    assert run(scenario, 7).completed
+    monkeypatch.setattr("missions.meeting.meeting.Meeting._is_complete", lambda *_: True)
+    assert not run(scenario, 7).completed

@@ -35,8 +35,13 @@ def test_strategies_and_loss_do_not_touch_each_others_draws() -> None:
 
 
 def test_a_role_with_a_maximum_is_allocated_to_no_more() -> None:
-    loaded = load("mapping-patches", [("--set", "group.Operational.role.Cartographer.maximum=2")])
-    finished = run(loaded.model_copy(update={"scenario": loaded.scenario.model_copy(update={"duration_s": 600.0})}))
+    """The check of the scenario, which asks for a place for every vehicle that may map, is passed by."""
+    loaded = load("mapping-patches", [("--set", "scenario.duration_s=600")])
+    (group,) = (group for group in loaded.group if group.name == "Operational")
+    role = next(role for role in group.role if role.name == "Cartographer").model_copy(update={"maximum": 2})
+    roles = tuple(role if one.name == role.name else one for one in group.role)
+    groups = tuple(one.model_copy(update={"role": roles}) if one is group else one for one in loaded.group)
+    finished = run(loaded.model_copy(update={"group": groups}))
     cartographers = {row[1] for row in finished.recorder.roles if row[3] == "Cartographer"}
     assert len(cartographers) == 2
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from visualisation.errors import DrawingError
 
-MODEL = ("data.js", "model.js", "knowledge.js", "chain.js")
+MODEL = ("data.js", "model.js", "knowledge.js", "work.js", "chain.js")
 VIEW = (
     "palette.js", "pen.js", "clock.js", "facts.js", "map.js", "packets.js", "belief.js", "strips.js", "signals.js",
     "lanes.js", "minds.js", "matrix.js", "cost.js", "why.js", "news.js", "layout.js", "hands.js", "view.js", "save.js",
@@ -35,7 +35,7 @@ def asset(name: str) -> str:
     return (resources.files("visualisation.replay") / "assets" / name).read_text(encoding="utf-8")
 
 
-def page(title: str, payloads: Sequence[bytes]) -> str:
+def page_text(title: str, payloads: Sequence[bytes]) -> str:
     """The page as text.
 
     Args:

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from missions.figure import Place, RunResults
+from visualisation.errors import DrawingError
 from visualisation.replay import tables as of_run
 from visualisation.replay.columns import Columns
 from visualisation.replay.tables import EVENTS, PLACE_STEP_M, TIME_STEP_S, Names, Tables
@@ -43,15 +44,21 @@ class Job(Protocol):
         """The fact that says that it is done: attribute and subject."""
 
 
-def payload(results: RunResults, places: Sequence[Place] = (), jobs: Iterable[Job] = ()) -> bytes:
+def run_data(
+    results: RunResults, places: Sequence[Place] = (), jobs: Iterable[Job] = (), is_bound: bool = False
+) -> bytes:
     """All that a replay shows of a run, compressed; the same bytes for the same results.
 
     Args:
         results: of the run; older ones may lack tables, and the page says what it cannot show for that.
         places: that its mission declares.
         jobs: of the mission; one that is called like a place is done there.
+        is_bound: whether the strategy is a bound under which all know at once what any vehicle says.
+
+    Raises:
+        DrawingError: the manifest of the run holds no scenario that can be read.
     """
-    scenario = tomllib.loads(results.manifest["scenario"])
+    scenario = _scenario(results)
     vehicles = list(scenario.get("vehicle", ()))
     names = Names({vehicle["name"]: number for number, vehicle in enumerate(vehicles)}, {"": 0})
     columns, tables = Columns(), Tables(results)
@@ -72,12 +79,20 @@ def payload(results: RunResults, places: Sequence[Place] = (), jobs: Iterable[Jo
             about["events"].append(name)
     _add_said(columns, names, tables)
     about["world"] = _world(columns, names, tables, scenario, places, jobs)
+    about["is_bound"] = is_bound
     about["milestones"] = [
         [one["name"], names.vehicle(one["vehicle"]), one["group"], one["time_s"]]
         for one in results.summary["milestones"]
     ]
     about["texts"] = list(names.texts)
     return columns.block(about)
+
+
+def _scenario(results: RunResults) -> dict[str, Any]:
+    try:
+        return tomllib.loads(results.manifest["scenario"])
+    except (tomllib.TOMLDecodeError, TypeError) as error:
+        raise DrawingError(f"{results!r}: the scenario in its manifest is damaged: {error}") from None
 
 
 def missing(results: RunResults) -> list[str]:
@@ -95,21 +110,18 @@ def _missing(tables: Tables) -> list[str]:
 def _header(results: RunResults, scenario: Mapping[str, Any], slot_s: float | None) -> dict[str, Any]:
     summary, manifest = results.summary, results.manifest
     communication, world = scenario.get("communication", {}), scenario.get("world", {})
-    goal_fraction = float(summary.get("goal_fraction") or 0.0)
+    goal_fraction, end_s = float(summary.get("goal_fraction") or 0.0), float(summary.get("mission_time_s") or 0.0)
     return {
-        "scenario": summary["scenario"],
-        "strategy": summary["strategy"],
-        "policy": summary["policy"],
-        "channel": summary["channel"],
+        **{key: summary.get(key, "") for key in ("scenario", "strategy", "policy", "channel")},
         "per": summary.get("per"),
         "seed": manifest.get("seed", summary.get("seed")),
         "version": manifest.get("version", ""),
         "run_id": manifest.get("run_id", ""),
-        "completed": bool(summary["completed"]),
+        "completed": bool(summary.get("completed")),
         "goal_fraction": goal_fraction,
         "verdict": _verdict(summary, goal_fraction),
-        "end_s": float(summary["mission_time_s"]),
-        "duration_s": float(scenario.get("scenario", {}).get("duration_s", summary["mission_time_s"])),
+        "end_s": end_s,
+        "duration_s": float(scenario.get("scenario", {}).get("duration_s", end_s)),
         "slot_s": slot_s,
         "frame_s": None if slot_s is None else slot_s * len(scenario.get("vehicle", ())),
         "range_m": communication.get("range_m"),
@@ -121,7 +133,7 @@ def _header(results: RunResults, scenario: Mapping[str, Any], slot_s: float | No
 def _verdict(summary: Mapping[str, Any], goal_fraction: float) -> str:
     """Completed or not, how much of the goal, and why not."""
     goal = f"{100.0 * goal_fraction:.4g} % of the goal"
-    if summary["completed"]:
+    if summary.get("completed"):
         return f"completed, {goal}"
     reason = summary.get("reason")
     return f"not completed, {goal}" + (f": {reason}" if reason else "")
@@ -153,7 +165,7 @@ def _add_said(columns: Columns, names: Names, tables: Tables) -> None:
     elif (knowledge := tables.find("knowledge")) is not None:
         of_run.add_heard(columns, names, knowledge.to_pylist())
     if (packets := tables.find("packets")) is not None:
-        of_run.add_packets(columns, names, packets, items)
+        of_run.add_packets(columns, names, packets, tables.find("faults"), items)
 
 
 def _world(

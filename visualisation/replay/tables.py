@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from missions.figure import RunResults
-from visualisation.replay.columns import Columns, Ints
+from visualisation.replay.columns import Columns, Floats, Ints
 
 TIME_STEP_S = 2.0**-12
 """Times are recorded to this step, so none is changed here: before and after stay what they were."""
-PLACE_STEP_M = 0.125
+PLACE_STEP_M = 2.0**-5
 TURN_STEP_RAD = 2.0 * np.pi / 256.0
 SPEED_STEP_MPS = 0.02
 SHARE_STEP = 0.001
@@ -195,42 +195,55 @@ def _value(text: str, names: Names) -> tuple[int, int, int]:
 
 
 UNREACHED, LOST, HEARD = range(3)
-"""What became of a packet at a vehicle."""
+"""What became of a packet at a vehicle: out of reach, sent by itself or without energy; lost on the way; heard."""
 
 
-def add_packets(columns: Columns, names: Names, table: Any, items: Mapping[str, int]) -> None:
+def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, items: Mapping[str, int]) -> None:
     """Columns of the packets. Delays are ordered by sender, receiver and time: so neighbours are alike.
 
     Args:
         columns: take them.
         names: of the vehicles.
-        table: of packets (Arrow); an older one has no ends, no contents and no times of arrival.
+        packets: their table (Arrow); an older one has no ends, no contents and no times of arrival.
+        faults: table of what befell the vehicles, or None.
         items: numbers of items by uid.
     """
-    has_times = "arrivals_s" in table.column_names
-    start_s = table["time_s"].to_numpy()
-    end_s = table["end_s"].to_numpy() if has_times else start_s
-    sender = numbered(table["sender"], names.vehicle)
-    columns.add("packets.slot", table["slot"].to_numpy(), 1)
+    has_times = "arrivals_s" in packets.column_names
+    start_s = packets["time_s"].to_numpy()
+    end_s = packets["end_s"].to_numpy() if has_times else start_s
+    sender = numbered(packets["sender"], names.vehicle)
+    columns.add("packets.slot", packets["slot"].to_numpy(), 1)
     columns.add("packets.start", start_s, 1, TIME_STEP_S)
     columns.add("packets.length", end_s - start_s, 0, TIME_STEP_S)
     columns.add("packets.sender", sender)
-    columns.add("packets.size", table["size_bits"].to_numpy())
-    columns.add("packets.acks", table["acks"].to_numpy())
+    columns.add("packets.size", packets["size_bits"].to_numpy())
+    columns.add("packets.acks", packets["acks"].to_numpy())
     outcome = np.full((len(start_s), len(names.vehicles)), UNREACHED)
-    delay_s = np.zeros(outcome.shape)
-    for name, became in (("lost_by", LOST), ("receivers", HEARD)):
-        of, who = _flat(table[name])
-        outcome[of, numbered(who, names.vehicle)] = became
-        if became == HEARD and has_times:
-            _, arrivals_s = _flat(table["arrivals_s"])
-            delay_s[of, numbered(who, names.vehicle)] = arrivals_s.to_numpy() - end_s[of]
+    arrival_s = np.repeat(end_s, len(names.vehicles)).reshape(outcome.shape)
+    lost, by = _flat(packets["lost_by"])
+    outcome[lost, numbered(by, names.vehicle)] = LOST
+    heard, by = _flat(packets["receivers"])
+    outcome[heard, numbered(by, names.vehicle)] = HEARD
+    if has_times:
+        arrival_s[heard, numbered(by, names.vehicle)] = _flat(packets["arrivals_s"])[1].to_numpy()
+        _leave_out(outcome, arrival_s, names, [] if faults is None else faults.to_pylist())
     columns.add("packets.outcome", outcome.ravel())
     packet, receiver = np.nonzero(outcome == HEARD)
     order = np.lexsort((packet, receiver, sender[packet]))
-    columns.add("packets.delay", delay_s[packet[order], receiver[order]], 1, TIME_STEP_S)
+    packet, receiver = packet[order], receiver[order]
+    columns.add("packets.delay", arrival_s[packet, receiver] - end_s[packet], 1, TIME_STEP_S)
     if has_times:
-        _add_contents(columns, names, table, items)
+        _add_contents(columns, names, packets, items)
+
+
+def _leave_out(outcome: Ints, arrival_s: Floats, names: Names, faults: Iterable[Mapping[str, Any]]) -> None:
+    """What reached a vehicle without energy was not heard, nor was what it could not read."""
+    for fault in faults:
+        v = names.vehicle(fault["vehicle"])
+        if fault["kind"] == "energy":
+            outcome[arrival_s[:, v] > fault["time_s"], v] = UNREACHED
+        elif fault["kind"] == "bad packet":
+            outcome[(outcome[:, v] == HEARD) & (arrival_s[:, v] == fault["time_s"]), v] = LOST
 
 
 def _add_contents(columns: Columns, names: Names, table: Any, items: Mapping[str, int]) -> None:

@@ -115,7 +115,7 @@ def overview(
         for axes, measure in zip(panels, measures, strict=True):
             own = arrangement.of(combination, rows[measure.metric.name])
             _curves(axes, arrangement, own, measure, 0.75)
-            axes.set_ylabel(_label(measure, OVERVIEW_BODY_IN), labelpad=3)
+            axes.set_ylabel(measure.unit, labelpad=3)  # the title has the name
             if own:
                 _scale([axes], own, measure, "y")
             else:

@@ -2,20 +2,25 @@
 
 import random
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pyarrow.parquet as pq
 import pytest
 
+from exchange.acoustics.channel import Arrival, Channel
 from missions.errors import OutputError
-from missions.runs.known import Belief
+from missions.runs.known import Belief, fact_of
 from missions.runs.results import MemoryResults, Results, write
-from missions.runs.run import run
-from missions.runs.setup import assemble, resolved
+from missions.runs.run import Run, run
+from missions.runs.setup import assemble, channel_of, resolved
 from missions.scenarios import Scenario, load
+from remoras.beliefs import Beliefs
 from remoras.fleet import Fleet
+from remoras.sensor import SELF, Observation
 from remoras.strategies import strategies
+from worldmodel import Instance, WorldModel, core_ontology_paths, read_tbox
 
 MOMENTS = 50
 LOSS = ("channel.per=0.6",)
@@ -48,9 +53,25 @@ def state_of(fleet: Fleet) -> dict[str, Any]:
     return found
 
 
-def live(loaded: Scenario, seed: int, moments_s: Sequence[float]) -> dict[float, dict[str, Any]]:
+class Garbling:
+    """A channel that spoils every seventh packet, so that nobody can read it."""
+
+    def __init__(self, channel: Channel) -> None:
+        self._channel = channel
+
+    def transmit(
+        self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
+    ) -> list[Arrival]:
+        """What arrives, spoilt or not."""
+        arrivals = self._channel.transmit(slot, sender, data, now_s, positions_m)
+        return [replace(one, data=b"\xff" * 40) for one in arrivals] if slot % 7 == 3 else arrivals
+
+
+def live(
+    loaded: Scenario, seed: int, moments_s: Sequence[float], channel: Channel | None
+) -> dict[float, dict[str, Any]]:
     """What every vehicle of a fleet that is stepped through the mission knows at these moments."""
-    fleet, found = assemble(resolved(loaded), seed), {}
+    fleet, found = assemble(resolved(loaded), seed, channel), {}
     while fleet.running:
         fleet.step()
         if fleet.now_s in moments_s:
@@ -58,9 +79,9 @@ def live(loaded: Scenario, seed: int, moments_s: Sequence[float]) -> dict[float,
     return found
 
 
-def compare(loaded: Scenario, seed: int, folder: Path | None = None) -> None:
+def compare(loaded: Scenario, seed: int, folder: Path | None = None, channel: Channel | None = None) -> Run:
     """Hold what is rebuilt against what was known, at random moments of a run."""
-    finished = run(loaded, seed)
+    finished = run(loaded, seed, channel)
     results: Results | MemoryResults = MemoryResults(finished)
     if folder is not None:
         write(finished, folder)
@@ -69,7 +90,7 @@ def compare(loaded: Scenario, seed: int, folder: Path | None = None) -> None:
     ticks_s = [float(t) for t in range(int(finished.recorder.trajectories[-1][0]) + 1)]
     apart_s = [t for t in ticks_s if abs(t - round(t / slot_s) * slot_s) > NEAR_S]
     moments_s = random.Random(seed).sample(apart_s, MOMENTS)
-    knew = live(loaded, seed, moments_s)
+    knew = live(loaded, seed, moments_s, channel)
     assert len(knew) == MOMENTS
     for at_s, vehicles in knew.items():
         for name, (held, seen, objectives) in vehicles.items():
@@ -79,6 +100,7 @@ def compare(loaded: Scenario, seed: int, folder: Path | None = None) -> None:
             assert (*rebuilt, model.next_sequence) == held, (name, at_s)
             assert (known.organisation, known.present, known.absent) == seen, (name, at_s)
             assert known.objectives == objectives, (name, at_s)
+    return finished
 
 
 def test_what_is_rebuilt_is_what_was_known(tmp_path: Path) -> None:
@@ -87,6 +109,12 @@ def test_what_is_rebuilt_is_what_was_known(tmp_path: Path) -> None:
 
 def test_under_faults_too() -> None:
     compare(scenario(*LOSS, *FAULTS), 5)
+
+
+def test_nobody_knows_what_came_in_a_packet_that_nobody_could_read() -> None:
+    loaded = scenario(*LOSS, "scenario.duration_s=600")
+    finished = compare(loaded, 4, channel=Garbling(channel_of(resolved(loaded), 4)))
+    assert sum(row[2] == "bad packet" for row in finished.recorder.faults) > 20
 
 
 @pytest.mark.slow
@@ -100,9 +128,30 @@ def test_so_it_is_under_every_strategy(strategy: str, case: tuple[str, ...]) -> 
 def test_a_vehicle_without_energy_learns_no_more(strategy: str) -> None:
     """Under a bound, where all know at once, as well as by packets."""
     loaded = scenario(*LOSS, *EMPTY, "scenario.duration_s=400", strategy=strategy)
-    compare(loaded, 2)
-    finished = run(loaded, 2)
+    finished = compare(loaded, 2)
     assert [row[1] for row in finished.recorder.faults if row[2] == "energy"]
+
+
+def test_facts_of_what_was_found_are_read_back_by_name() -> None:
+    """Instances that a vehicle created, of which the fleet had no names, as subject and as target of a link."""
+    tbox = read_tbox(*core_ontology_paths())
+    kinds = [("AUV", "AUV00"), ("AUV", "AUV01"), ("Group", "Operational"), ("Job", "left")]
+    instances = [Instance(uid, tbox.class_named(kind).uid, name) for uid, (kind, name) in enumerate(kinds)]
+    of_two = {"n_origins": 2, "run_time_instances_per_origin": 3}
+    finder, reader = (WorldModel(tbox, owner, instances, **of_two) for owner in (1, 0))
+    held = Beliefs(finder)
+    wreck = Observation(
+        ((SELF, "location", (10.0, -20.5)), (SELF, "classification", "wreck")), found="ObjectOfInterest"
+    )
+    facts = finder.record(held.facts_of(wreck), 1.0).block.facts
+    names = [held.as_text(fact) for fact in facts]
+    assert names == [
+        ("ObjectOfInterest-7", "type", "ObjectOfInterest"),  # behind 4 common instances and 3 of vehicle 0
+        ("ObjectOfInterest-7", "location", "POINT (10.0 -20.5)"),
+        ("ObjectOfInterest-7", "classification", "wreck"),
+    ]
+    keys = ("subject", "attribute", "value")
+    assert tuple(fact_of(reader, dict(zip(keys, one, strict=True))) for one in names) == facts
 
 
 # What is asked ------------------------------------------------------------------------------------

@@ -147,6 +147,8 @@ def test_every_key_is_explained() -> None:
         ('kind = "sensor"\nvehicle = "any"\nat_s = 3\nsensor = "maping"', "sensor", "did you mean 'mapping'"),
         ('kind = "sensor"\nvehicle = "Boat"\nat_s = 3', "vehicle", "has no sensor"),
         ('kind = "sensor"\nvehicle = "head of Team"\nat_s = 3', "vehicle", "has no sensor"),
+        ('kind = "lost"\nvehicle = "Diver"\nat_s = 1200', "at_s", "must be below scenario.duration_s = 1200"),
+        ('kind = "lost"\nvehicle = "Diver"\nat_s = [9, 1e9]', "at_s", "must be below scenario.duration_s = 1200"),
         ('kind = "joins"\nvehicle = "Diver"\nat_s = 0', "at_s", "must be above 0"),
         ('kind = "joins"\nvehicle = "Diver"\nat_s = [0, 20]', "at_s", "must be above 0"),
         ('kind = "joins"\nvehicle = "any"\nat_s = 3', "vehicle", "has to be named: Boat, Diver"),

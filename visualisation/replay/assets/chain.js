@@ -5,6 +5,7 @@ globalThis.R = globalThis.R || {};
 (function () {
   const LONGEST = 12; // links of a chain
   const EPSILON_S = 1e-6;
+  const PLAYS_ROLE = "playsRole"; // attribute of the core vocabulary; those of objectives begin with "objective"
 
   R.explain = function (run) {
     run._decisions = decisionsOf(run);
@@ -25,11 +26,12 @@ globalThis.R = globalThis.R || {};
       return at < 0 ? null : this._decisions[v][at];
     },
 
-    // [{text, time_s, vehicle, slot}]: the choice of v at t, and backwards what it is owed to; slot -1 without one.
-    why(v, t) {
+    // [{text, time_s, vehicle, slot}]: the choice of v at t, and backwards what it is owed to; slot -1 without one. Of
+    // several things that v does at t, what it does in `role` is meant, else what it has begun last.
+    why(v, t, role = null) {
       const links = [];
       const seen = new Set();
-      let next = { v, t, role: null };
+      let next = { v, t, role };
       while (next && links.length < LONGEST && !seen.has(next.v + "@" + next.t)) {
         seen.add(next.v + "@" + next.t);
         next = explainOne(this, next, links);
@@ -58,7 +60,7 @@ globalThis.R = globalThis.R || {};
     return candidate.chosen && candidate.role !== "";
   }
 
-  // When v began, without a break, to do what it did at decision `at`.
+  // The decision at which v began, without a break, to do what it did at decision `at`.
   function beginning(decisions, at, candidate) {
     const does = (decision) => decision.candidates.some((one) => isPursued(one) && one.label === candidate.label);
     let first = at;
@@ -71,30 +73,53 @@ globalThis.R = globalThis.R || {};
     const decisions = run._decisions[v];
     const at = R.lastAt(run._decided_s[v], t + EPSILON_S);
     if (at < 0) return null;
-    const pursued = decisions[at].candidates.filter((one) => isPursued(one) && (!role || one.role === role));
-    const name = run.vehicles[v].name;
-    if (!pursued.length) {
-      const vital = decisions[at].candidates.filter((one) => one.chosen && one.own > 1);
-      if (vital.length) links.push(link(`${name} did what it needs to live: ${vital.map((one) => one.activities).join(", ")}`, decisions[at].time_s, v));
+    const begun = decisions[at].candidates
+      .filter((one) => isPursued(one) && (!role || one.role === role))
+      .map((one) => ({ one, first: beginning(decisions, at, one) }));
+    if (!begun.length) {
+      explainVital(run, v, decisions[at], links);
       return null;
     }
-    const moved = pursued.reduce((best, one) => (one.external > best.external ? one : best));
-    const first = beginning(decisions, at, moved);
-    const chosen = decisions[first].candidates.find((one) => isPursued(one) && one.label === moved.label);
-    links.push(link(choiceText(name, chosen, decisions[first - 1]), decisions[first].time_s, v));
-    if (!(chosen.external > 0) || chosen.source < 0) {
-      explainObjective(run, v, chosen, decisions[first].time_s, links);
-      return null;
-    }
-    return explainSignal(run, v, chosen, links);
+    const external = ({ one, first }) => decisions[first].candidates.find((of) => of.label === one.label).external;
+    const last = begun.reduce((a, b) => (b.first > a.first || (b.first === a.first && external(b) > external(a)) ? b : a));
+    const decision = decisions[last.first];
+    const chosen = decision.candidates.find((one) => isPursued(one) && one.label === last.one.label);
+    links.push(link(choiceText(run.vehicles[v].name, chosen, decision, decisions[last.first - 1]), decision.time_s, v));
+    if (chosen.external > 0 && chosen.source >= 0) return explainSignal(run, v, chosen, links);
+    explainTask(run, v, chosen, decision.time_s, links);
+    return null;
   }
 
-  function choiceText(name, chosen, before) {
-    const given = before && before.candidates.find((one) => isPursued(one) && one.label !== chosen.label);
-    const what = `${name} ${given ? "left " + given.label + " for" : "chose"} ${chosen.label}`;
+  function explainVital(run, v, decision, links) {
+    const vital = decision.candidates.filter(isVital);
+    if (!vital.length) return;
+    const what = vital.map((one) => `${one.activities}, motivation ${one.own.toFixed(2)}`).join("; ");
+    links.push(link(`${run.vehicles[v].name} cared for itself: ${what}`, decision.time_s, v));
+  }
+
+  // Care for itself comes before all objectives: its motivation is above any that they may have.
+  function isVital(candidate) {
+    return candidate.chosen && candidate.role === "" && candidate.own > 1;
+  }
+
+  function choiceText(name, chosen, decision, before) {
     const own = `${chosen.own.toFixed(2)} of its own`;
-    if (!(chosen.external > 0)) return `${what}: motivation ${own}`;
-    return `${what}: motivation ${chosen.motivation.toFixed(2)}, ${chosen.external.toFixed(2)} of it by a signal, ${own}`;
+    const motivation = chosen.external > 0
+      ? `motivation ${chosen.motivation.toFixed(2)}, ${chosen.external.toFixed(2)} of it by a signal, ${own}`
+      : `motivation ${own}`;
+    return `${name} ${leavingText(decision, before)} ${chosen.label}: ${motivation}`;
+  }
+
+  // What was given up for a choice, and what would have moved the vehicle to go on with it.
+  function leavingText(decision, before) {
+    if (!before) return "chose";
+    const goesOn = (one) => decision.candidates.some((now) => now.chosen && now.label === one.label);
+    const given = before.candidates.filter((one) => !goesOn(one) && (isPursued(one) || isVital(one)));
+    const work = given.find(isPursued);
+    if (!work) return given.length ? `after ${given[0].activities} turned to` : "chose";
+    const now = decision.candidates.find((one) => one.label === work.label);
+    const left = !now ? "which was over," : now.stimulus > 0 ? `motivation ${now.motivation.toFixed(2)},` : "which had no stimulus any more,";
+    return `left ${work.label}, ${left} for`;
   }
 
   // The signal that moved v: when it was heard, and what its sender did in that role as it sent it.
@@ -120,25 +145,33 @@ globalThis.R = globalThis.R || {};
     return still && still.chosen ? { v: chosen.source, t: packet.start_s, role: signal.role } : null;
   }
 
-  // How v came by an objective: the packet that brought it, or its own plan.
-  function explainObjective(run, v, chosen, before_s, links) {
-    const attribute = "objective" + chosen.objective, subject = chosen.group + "." + chosen.role;
+  // How v came by what it does: by the facts that gave it the role, and the role its objective; the later one first.
+  function explainTask(run, v, chosen, before_s, links) {
+    const name = run.vehicles[v].name, path = chosen.group + "." + chosen.role;
+    const task = `${chosen.objective}(${chosen.argument})`;
+    const found = [
+      heardFact(run, v, "objective" + chosen.objective, path, chosen.argument, before_s, `${chosen.role} is for ${task}`),
+      heardFact(run, v, PLAYS_ROLE, name, path, before_s, `${name} plays ${chosen.role}`),
+    ];
+    links.push(...found.filter(Boolean).sort((a, b) => b.time_s - a.time_s));
+  }
+
+  // The last time by `before_s` that v heard or said a fact, as a link; null if it never did.
+  function heardFact(run, v, attribute, subject, value, before_s, words) {
+    const isMeant = (fact) => fact.attribute === attribute && fact.subject === subject && fact.value === value;
     let found = -1;
-    run.items.forEach((item, n) => {
-      const is = item.facts.some((fact) => fact.attribute === attribute && fact.subject === subject && fact.value === chosen.argument);
-      if (is && run.heard_s(v, n) <= before_s && (found < 0 || run.heard_s(v, n) < run.heard_s(v, found))) found = n;
-    });
-    if (found < 0) return;
-    const item = run.items[found], heard_s = run.heard_s(v, found), name = run.vehicles[v].name;
-    const what = `${chosen.objective}(${chosen.argument})`;
-    if (item.origin === v) {
-      links.push(link(`${name} gave ${chosen.role} the objective ${what}`, item.recorded_s, v));
-      return;
+    for (const n of run.itemsAbout(attribute, subject)) {
+      const heard_s = run.heard_s(v, n);
+      if (heard_s > before_s + EPSILON_S || !run.items[n].facts.some(isMeant)) continue;
+      if (found < 0 || heard_s >= run.heard_s(v, found)) found = n;
     }
-    const packet = run.packets.find((one) => one.items.includes(found) && one.to.some((to) => to.v === v && to.arrival_s === heard_s));
+    if (found < 0) return null;
+    const item = run.items[found], heard_s = run.heard_s(v, found), name = run.vehicles[v].name;
+    if (item.origin === v) return link(`${name} decided that ${words}`, item.recorded_s, v);
+    const brought = (one) => one.items.includes(found) && one.to.some((to) => to.v === v && to.arrival_s === heard_s);
+    const packet = run.packets.find(brought), origin = run.vehicles[item.origin].name;
     const by = packet ? ` in slot ${packet.slot}` : "";
-    const origin = run.vehicles[item.origin].name;
-    links.push(link(`${name} heard${by} of the objective ${what}, which ${origin} gave ${chosen.role}`, heard_s, v, packet ? packet.slot : -1));
+    return link(`${name} heard${by} that ${words}, as ${origin} decided`, heard_s, v, packet ? packet.slot : -1);
   }
 
   function link(text, time_s, vehicle, slot = -1) {

@@ -1,6 +1,7 @@
 "use strict";
 // One run: vehicles, where they were, what they played, what was sent. Times in s, positions in m, vehicles by index.
-// knowledge.js adds what was known, chain.js why they did what they did. Nothing here knows the document.
+// knowledge.js adds what was known, work.js what there was to do, chain.js why they did what they did. Nothing here knows
+// the document.
 globalThis.R = globalThis.R || {};
 
 (function () {
@@ -8,6 +9,7 @@ globalThis.R = globalThis.R || {};
   const TEXT = 0, WHOLE = 1, POINT = 2, DECIMAL = 3; // forms of the values of facts
   const POINT_STEP_M = 1 / 64;
   const MILLION = 1e6;
+  const OUT = new Set(["lost", "joins", "energy"]), OVER = "over"; // faults by which a vehicle is out of the mission
 
   // Index of the last entry of a sorted array that is at most `value`; -1 if there is none.
   R.lastAt = function (sorted, value, start = 0, end = sorted.length) {
@@ -26,7 +28,7 @@ globalThis.R = globalThis.R || {};
       this.columns = columns;
       this.header = about.header;
       this.missing = about.missing;
-      this.vehicles = about.vehicles.map((one) => ({ depth_m: 0, ...one, lost_s: null }));
+      this.vehicles = about.vehicles.map((one) => ({ depth_m: 0, ...one, lost_s: null, out: [] }));
       this._tracks = tracksOf(this);
       this.faults = this._rows("faults").map(({ time_s, vehicle, kind, detail }) => ({ time_s, vehicle, kind, detail }));
       markLost(this);
@@ -38,6 +40,7 @@ globalThis.R = globalThis.R || {};
       this._packetOfSlot = new Map(this.packets.map((packet, index) => [packet.slot, index]));
       this.layers = layersOf(this);
       R.learn(this);
+      R.survey(this);
       R.explain(this);
     }
 
@@ -127,11 +130,20 @@ globalThis.R = globalThis.R || {};
     });
   }
 
+  // out: [{from_s, to_s}] while a vehicle is lost, has not joined yet or has no energy; lost_s: since when it is for good.
   function markLost(run) {
-    for (const fault of run.faults) {
-      if (fault.kind !== "lost") continue;
-      const vehicle = run.vehicles[fault.vehicle];
-      if (vehicle) vehicle.lost_s = fault.detail === "over" ? null : fault.time_s;
+    const since = new Map();
+    for (const { kind, vehicle, detail, time_s } of run.faults) {
+      const of = run.vehicles[vehicle], key = vehicle + kind;
+      if (!of || !OUT.has(kind)) continue;
+      if (detail !== OVER) {
+        since.set(key, { from_s: time_s, to_s: Infinity });
+        of.out.push(since.get(key));
+      } else if (since.has(key)) since.get(key).to_s = time_s;
+    }
+    for (const of of run.vehicles) {
+      const last = of.out.filter((spell) => spell.to_s === Infinity);
+      if (last.length) of.lost_s = Math.min(...last.map((spell) => spell.from_s));
     }
   }
 

@@ -1,0 +1,126 @@
+"""Cost of the record of a run: share of its CPU, in the run and in writing the folder, and size of the folder."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from missions.runs.results import write
+from missions.runs.run import run
+from missions.runs.setup import Setup, assemble, resolved
+from missions.scenarios import load
+from remoras.diary import Diary
+from remoras.executive.layer import ExecutiveLayer
+from remoras.fleet import Fleet, rare_collections
+from remoras.radio import Radio
+from remoras.recorder import Recorder
+
+REPEATS = 7
+PER = 0.6
+SHARE, SIZE_BYTES = 0.10, 2 * 190_274
+"""Limits: of the CPU of the run, and twice the folder of the same run before items and decisions were recorded."""
+
+WRITERS: tuple[tuple[type, tuple[str, ...]], ...] = (
+    (Diary, ("fault", "peers", "roles", "view", "drives", "weighs")),
+    (Radio, ("_record_facts", "_record_item", "_record_fault")),
+    (Fleet, ("_record",)),
+)
+"""Methods that do nothing but record."""
+
+
+class _Nothing(list[Any]):
+    """Rows that nobody keeps."""
+
+    def append(self, row: Any) -> None:
+        """Forget it."""
+
+    def extend(self, rows: Any) -> None:
+        """Forget them."""
+
+
+@contextmanager
+def no_record() -> Iterator[None]:
+    """Let runs meanwhile record nothing."""
+    kept: list[tuple[type, str, Any]] = []
+
+    def put(owner: type, name: str, value: Any) -> None:
+        kept.append((owner, name, getattr(owner, name)))
+        setattr(owner, name, value)
+
+    made: Callable[..., None] = Recorder.__init__
+
+    def forgetful(self: Recorder, *given: Any) -> None:
+        made(self, *given)
+        for name in self.tables:
+            self._rows[name] = _Nothing()
+            if hasattr(self, name):
+                setattr(self, name, self._rows[name])
+
+    put(Recorder, "__init__", forgetful)
+    put(Radio, "signals_of", lambda self, sent: ([], [], []))
+    put(ExecutiveLayer, "candidates", lambda self, now_s: [])
+    for owner, names in WRITERS:
+        for name in names:
+            put(owner, name, lambda self, *given: None)
+    try:
+        yield
+    finally:
+        for owner, name, value in reversed(kept):
+            setattr(owner, name, value)
+
+
+def run_cpu_s(setup: Setup) -> float:
+    """CPU seconds of one run, without setting it up."""
+    fleet = assemble(setup, seed=3)
+    began = time.process_time()
+    fleet.run()
+    cpu_s = time.process_time() - began
+    fleet.close()
+    return cpu_s
+
+
+@rare_collections()
+def written() -> tuple[float, int]:
+    """(CPU seconds that writing the folder takes, its bytes)."""
+    finished = run(load("mapping-rendezvous", [("--per", f"channel.per={PER}")]), 3)
+    times_s, size_bytes = [], 0
+    for _ in range(REPEATS):
+        with tempfile.TemporaryDirectory() as made:
+            folder = Path(made) / "run"
+            began = time.process_time()
+            write(finished, folder)
+            times_s.append(time.process_time() - began)
+            size_bytes = sum(path.stat().st_size for path in folder.iterdir())
+    return min(times_s), size_bytes
+
+
+def rows() -> list[dict[str, Any]]:
+    """Benchmark rows: the best of some repeats, with and without a record in turn."""
+    setup = resolved(load("mapping-rendezvous", [("--per", f"channel.per={PER}")]))
+    with_s, without_s = [], []
+    for _ in range(REPEATS):
+        with_s.append(run_cpu_s(setup))
+        with no_record():
+            without_s.append(run_cpu_s(setup))
+    run_s, bare_s = min(with_s), min(without_s)
+    write_s, size_bytes = written()
+    return [
+        _row("record of a run, share of its CPU", (run_s - bare_s) / run_s, "1", SHARE),
+        _row("writing a run's folder, share of its CPU", write_s / run_s, "1", SHARE),
+        _row("folder of a run", size_bytes / 1000, "kB", SIZE_BYTES / 1000),
+    ]
+
+
+def _row(name: str, value: float, unit: str, limit: float) -> dict[str, Any]:
+    return {
+        "name": name,
+        "value": value,
+        "unit": unit,
+        "reference": "limit",
+        "reference_value": limit,
+        "ratio": value / limit,
+    }

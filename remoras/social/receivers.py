@@ -1,0 +1,84 @@
+"""Receivers: a plan cut into parts by the vehicles that it concerns, where a packet does not take it whole.
+
+A block goes in whole or not at all. Cut anywhere, a large plan would begin for nobody before its last fragment is
+heard. So each vehicle that is given work has a part of its own, with all that it needs to begin: its roles, and what
+their holders pursue on their own. Then comes what concerns all, such as where to meet, and last what the holders of
+new roles pursue together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+from remoras.activities import Objective
+from remoras.beliefs import Beliefs, Fact
+from remoras.social.consultation import OBJECTIVE_PREFIX
+from worldmodel import PropertyValue
+
+PLAYS = "playsRole"
+
+
+def by_receiver(
+    facts: Sequence[Fact],
+    beliefs: Beliefs,
+    role_named: Callable[[PropertyValue], tuple[str, str] | None],
+    is_individual: Callable[[Objective], bool],
+) -> list[list[Fact]]:
+    """The same facts in parts, those of single vehicles first, in the order in which these are given roles.
+
+    An individual objective is in the part of each vehicle that is given its role.
+
+    Args:
+        facts: that a plan comes down to.
+        beliefs: of the vehicle, for names.
+        role_named: attribute and role of an organisational fact; None for any other fact.
+        is_individual: True for objectives that a vehicle pursues without others.
+    """
+    said = [(fact, role_named(PropertyValue(*fact)) or ("", "")) for fact in facts]
+    players: dict[str, list[str]] = {}  # by role
+    parts: dict[str, list[Fact]] = {}
+    for (subject, _, _), (attribute, role) in said:
+        if attribute == PLAYS:
+            players.setdefault(role, []).append(beliefs.name(subject))
+            parts.setdefault(beliefs.name(subject), [])
+    shared: list[Fact] = []
+    together: list[Fact] = []
+    for fact, (attribute, role) in said:
+        if attribute == PLAYS:
+            parts[beliefs.name(fact[0])].append(fact)
+        elif role not in players or not attribute.startswith(OBJECTIVE_PREFIX):
+            shared.append(fact)
+        elif is_individual(_objective(role, attribute, beliefs.name(fact[2]))):
+            for name in players[role]:
+                parts[name].append(fact)
+        else:
+            together.append(fact)
+    return [part for part in (*parts.values(), shared, together) if part]
+
+
+def _objective(path: str, attribute: str, argument: str) -> Objective:
+    group, role = path.split(".")
+    return Objective(group, role, attribute.removeprefix(OBJECTIVE_PREFIX), argument)
+
+
+def aims(
+    facts: Iterable[tuple[str, str, object]],
+    objectives: Iterable[Objective],
+    beliefs: Beliefs,
+    is_individual: Callable[[Objective], bool],
+) -> list[Fact]:
+    """Individual objectives, told at sea, of the roles given in ``facts``: whoever gets one may not have heard.
+
+    Args:
+        facts: stated of vehicles, by names.
+        objectives: that count.
+        beliefs: of the vehicle, for names.
+        is_individual: True for objectives that a vehicle pursues without others.
+    """
+    roles = [value for _, attribute, value in facts if attribute == PLAYS]
+    found = []
+    for one in objectives:
+        role, attribute = f"{one.group}.{one.role}", OBJECTIVE_PREFIX + one.name
+        if role in roles and is_individual(one) and beliefs.get((attribute, role)) is not None:
+            found.append(beliefs.fact(role, attribute, one.argument))
+    return found

@@ -1,0 +1,98 @@
+"""Tables of a sample of runs say what the recorder said, to the unit they are kept in."""
+
+import io
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from missions.errors import OutputError
+from missions.runs.run import run
+from missions.runs.tables import arrow_table, encoded, merge, write_part, writer
+from missions.scenarios import load
+from remoras.recorder import TABLES, TIME, VEHICLE, Column, Recorder, Table
+
+
+@pytest.fixture(scope="module")
+def recorder() -> Recorder:
+    return run(load("mapping-rendezvous", [("--set", "scenario.duration_s=60")])).recorder
+
+
+def test_values_come_back_within_half_a_unit(recorder: Recorder) -> None:
+    table = pq.read_table(io.BytesIO(encoded(recorder, "k")["trajectories"])).to_pylist()
+    rows = sorted(recorder.trajectories, key=lambda row: (row[1], row[0]))
+    assert len(table) == len(rows) > 200
+    for packed, row in zip(table, rows, strict=True):
+        assert packed["vehicle"] == row[1]
+        assert packed["x_m"] == pytest.approx(row[2], abs=0.5 / 128)
+        assert packed["heading_rad"] == pytest.approx(row[4], abs=0.5 / 1024)
+        assert packed["energy_j"] == pytest.approx(row[6], abs=0.5)
+        assert packed["time_s"] == pytest.approx(row[0], abs=0.5 / 4096)
+
+
+def test_every_table_is_kept_with_its_units(recorder: Recorder) -> None:
+    files = encoded(recorder, "k")
+    assert set(files) == {table.name for table in TABLES} | {"coverage", "goal"}
+    packets = pq.read_table(io.BytesIO(files["packets"]))
+    assert packets.schema.field("time_s").metadata[b"unit"] == b"s"
+    assert packets.schema.field("arrivals_s").metadata[b"unit"] == b"s"
+    assert packets.column("lost_by").to_pylist() == [row[7] for row in recorder.packets]
+
+
+def test_parts_merge_to_the_same_bytes_in_any_order(tmp_path: Path, recorder: Recorder) -> None:
+    for at_once in (True, False):
+        parts, tables = tmp_path / f"parts{at_once}", tmp_path / f"tables{at_once}"
+        for key in ("b", "a", "c"):
+            write_part(parts, key, encoded(recorder, key))
+            if not at_once:
+                merge(parts, tables, {"a", "b", "c"})
+        if at_once:
+            merge(parts, tables, {"a", "b", "c"})
+        assert not parts.exists()
+    one, two = ((tmp_path / f"tables{at_once}" / "packets.parquet").read_bytes() for at_once in (True, False))
+    assert one == two
+    merged = pq.ParquetFile(tmp_path / "tablesTrue" / "packets.parquet")
+    assert [merged.metadata.row_group(n).column(0).statistics.min for n in range(3)] == ["a", "b", "c"]
+
+
+def test_a_table_of_another_version_is_not_mixed_with_new_ones(tmp_path: Path, recorder: Recorder) -> None:
+    """The parts stay, so that nothing is lost."""
+    parts, tables = tmp_path / "parts", tmp_path / "tables"
+    write_part(parts, "a", encoded(recorder, "a"))
+    merge(parts, tables, {"a"})
+    older = pq.read_table(tables / "packets.parquet")
+    older = older.rename_columns([name.replace("_s", "_ms") for name in older.column_names])
+    with writer(tables / "packets.parquet", older.schema) as out:
+        out.write_table(older)
+    write_part(parts, "b", encoded(recorder, "b"))
+    with pytest.raises(
+        OutputError, match=r"packets\.parquet: has the columns key, slot, time_ms.*move packets\.parquet"
+    ):
+        merge(parts, tables, {"a", "b"})
+    assert (parts / "b" / "packets.parquet").is_file()
+
+
+def test_a_run_and_a_sweep_keep_the_same_columns_and_values(recorder: Recorder) -> None:
+    files = encoded(recorder, "k")
+    for name, table in recorder.tables.items():
+        of_run, of_sweep = arrow_table(table, recorder.rows(name)), pq.read_table(io.BytesIO(files[name]))
+        assert of_sweep.column_names == ["key", *of_run.column_names]
+        assert of_sweep.drop_columns(["key"]).equals(of_run)
+
+
+def test_what_is_missing_or_not_finite_stays_so() -> None:
+    """A number that is large stays exact; a step of a unit holds beside a null, and in lists."""
+    echoes = Table("echoes", (TIME, Column("depth_m", "float", "m"), Column("beams_m", "floats", "m")))
+    rows = [(1.00001, None, [1.0031, 2.0]), (2.0, float("inf"), []), (3.0e9, -4.999, [-0.001])]
+    kept = arrow_table(echoes, rows).to_pydict()
+    assert kept["time_s"] == [1.0, 2.0, 3.0e9]
+    assert kept["depth_m"] == [None, float("inf"), -5.0]
+    assert kept["beams_m"] == [[1.0, 2.0], [], [0.0]]  # 0.0031 m is less than half of 1/128 m
+    assert str(kept["beams_m"][2][0]) == "0.0"
+
+
+@pytest.mark.parametrize("row", [(1.0,), (1.0, "A", 2), ("now", "A")])
+def test_a_row_that_does_not_fit_is_refused_with_its_table(row: tuple[object, ...]) -> None:
+    looks = Table("looks", (TIME, VEHICLE))
+    with pytest.raises(OutputError, match=r"table looks: a row does not fit its columns time_s \(float\), vehicle"):
+        arrow_table(looks, [(1.0, "A"), row])
