@@ -69,10 +69,10 @@
   function drawDisc(pen, x, y, radius, many) {
     pen.beginPath();
     pen.arc(x, y, Math.max(radius, 1), 0, 2 * Math.PI);
-    pen.globalAlpha = many ? 0.03 : 0.1;
+    pen.globalAlpha = many ? 0.015 : 0.1;
     pen.fillStyle = R.PURPLE;
     pen.fill();
-    pen.globalAlpha = many ? 0.35 : 0.8;
+    pen.globalAlpha = many ? 0.25 : 0.8;
     pen.strokeStyle = R.PURPLE;
     pen.lineWidth = 1;
     pen.stroke();

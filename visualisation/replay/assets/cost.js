@@ -16,7 +16,7 @@
     const y = (share) => h - FOOT_PX - share * (h - FOOT_PX - TOP_PX);
     drawGrid(pen, scale, y, h);
     drawPrice(pen, cost, scale, y);
-    for (const [key, , colour, dash, width] of SERIES) drawSteps(pen, cost.t, cost[key], scale, y, colour(R.theme), dash, width);
+    for (const [key, , colour, dash, width] of SERIES) if (cost[key].length) drawSteps(pen, cost.t, cost[key], scale, y, colour(R.theme), dash, width);
     drawNow(pen, cost, scale, y, time_s, h);
     drawKey(pen, cost, w, time_s);
   };
@@ -44,7 +44,7 @@
 
   /* The gap between what is done and what is known of it is the price of the losses. */
   function drawPrice(pen, cost, scale, y) {
-    if (!cost.t.length) return;
+    if (!cost.truth.length || !cost.known_mean.length) return;
     pen.globalAlpha = 0.3;
     pen.fillStyle = R.VERMILLION;
     pen.beginPath();
@@ -96,10 +96,19 @@
     }
   }
 
+  /** How late the mean vehicle learns of a piece of work, on average over the work done (s); null without work. */
+  R.lateness_s = function ({ t, truth, known_mean }) {
+    const last = truth.length - 1;
+    if (last < 1 || !known_mean.length || !truth[last]) return null;
+    let gap_s = 0;
+    for (let n = 0; n < last; n += 1) gap_s += (truth[n] - known_mean[n]) * (t[n + 1] - t[n]);
+    return gap_s / truth[last];
+  };
+
   R.costAt = function (cost, key, time_s) {
     let at = -1;
     while (at + 1 < cost.t.length && cost.t[at + 1] <= time_s) at += 1;
-    return at < 0 ? null : cost[key][at];
+    return at < 0 || !cost[key].length ? null : cost[key][at];
   };
 
   function drawKey(pen, cost, w, time_s) {
@@ -116,6 +125,7 @@
       x += width;
     };
     for (const [key, name, colour, dash, width] of SERIES) {
+      if (!cost[key].length) continue;
       const value = R.costAt(cost, key, time_s);
       entry(name + (value === null ? "" : ` ${Math.round(100 * value)} %`), (left, top) => {
         pen.strokeStyle = colour(R.theme);
@@ -128,7 +138,9 @@
         pen.setLineDash([]);
       });
     }
-    entry("the price of the losses", (left, top) => {
+    const late_s = R.lateness_s(cost);
+    if (late_s === null) return;
+    entry(`the price of the losses: news of work ${R.seconds(late_s)} late on average`, (left, top) => {
       pen.globalAlpha = 0.3;
       pen.fillStyle = R.VERMILLION;
       pen.fillRect(left, top - 6, 26, 12);

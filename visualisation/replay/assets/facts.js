@@ -65,12 +65,13 @@
       return spell && (time_s < spell.to_s || spell.to_s >= this.end_s) ? spell : null;
     }
 
-    /** Groups of vehicles that one lane shows: alike are those driven longest by the same role, of the same type. */
+    /** Groups of vehicles that one lane shows: alike are those of one type that began in the same role and work, or wait, most of the time. */
     lanes(open, selected) {
       const groups = new Map();
       this.run.vehicles.forEach((vehicle, v) => {
-        const key = vehicle.type + "|" + this.mainRole(v);
-        if (!groups.has(key)) groups.set(key, { key, role: this.mainRole(v), members: [] });
+        const role = this.held[v].length ? this.held[v][0].role : "no role", waits = this.mostlyWaits(v);
+        const key = [vehicle.type, role, waits].join("|");
+        if (!groups.has(key)) groups.set(key, { key, role, waits, members: [] });
         groups.get(key).members.push(v);
       });
       const lanes = [];
@@ -83,10 +84,8 @@
       return lanes;
     }
 
-    mainRole(v) {
-      const total = new Map();
-      for (const bar of this.driving[v]) total.set(bar.role, (total.get(bar.role) || 0) + bar.to_s - bar.from_s);
-      return [...total].sort((a, b) => b[1] - a[1]).map(([role]) => role)[0] || "no role";
+    mostlyWaits(v) {
+      return this.driving[v].reduce((sum, spell) => sum + spell.to_s - spell.from_s, 0) < this.end_s / 2;
     }
 
     /** When sound from a packet's sender reaches `v`; for a lost packet, when it would have. */

@@ -81,7 +81,7 @@
     pen.textBaseline = "middle";
     pen.font = R.BOLD;
     if (lane.head) {
-      pen.fillText(R.fitted(pen, `${lane.folded ? "▸" : "▾"} ${R.plural(lane.members.length, lane.role)}`, room - 14), x, top);
+      pen.fillText(R.fitted(pen, `${lane.folded ? "▸" : "▾"} ${R.plural(lane.members.length, lane.role)}${lane.waits ? ", waiting" : ""}`, room - 14), x, top);
     } else {
       pen.lineWidth = 1.2;
       R.drawGlyph(pen, x + 6, top, 0, R.shapeOf(facts, lane.v), 5, lane.v === selected ? R.theme.ink : null, R.theme.ink);
@@ -102,6 +102,27 @@
     if (look !== ROOMY) return [heard + (spell ? `, deaf ≤ ${R.seconds(spell.to_s - spell.from_s)}` : "")];
     return [heard + " of packets", spell ? `deaf for up to ${R.seconds(spell.to_s - spell.from_s)}` : "never deaf for long"];
   }
+
+  /** What the vehicles of folded lanes do now, under their names: "now 26 wait, 4 Cartographer". */
+  R.noteFolded = function (pen, facts, layout, time_s, { room, h, scroll }) {
+    pen.font = R.FONT;
+    pen.textAlign = "left";
+    pen.textBaseline = "middle";
+    for (const lane of layout.lanes) {
+      const y = lane.y - scroll + 13 + 17;
+      if (!lane.head || y < AXIS_PX || y > h) continue;
+      const count = new Map();
+      for (const v of lane.members) {
+        const spell = facts.drivingAt(v, time_s), text = spell ? spell.role : "waiting";
+        count.set(text, (count.get(text) || 0) + 1);
+      }
+      const parts = [...count].sort((a, b) => b[1] - a[1]).map(([text, n]) => `${n} ${text}`);
+      pen.fillStyle = R.theme.paper;
+      pen.fillRect(6, y - 7, room - 8, 14);
+      pen.fillStyle = R.theme.muted;
+      pen.fillText(R.fitted(pen, "now " + parts.join(", "), room - 12), 8, y);
+    }
+  };
 
   /** "26 Performers"; one is "1 Performer". */
   R.plural = (count, noun) => `${count} ${noun}${count === 1 || noun.endsWith("s") || noun === "no role" ? "" : "s"}`;

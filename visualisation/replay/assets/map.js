@@ -37,15 +37,12 @@
       pen.strokeRect(frame.x(world.x_m[0]), frame.y(world.y_m[1]), (world.x_m[1] - world.x_m[0]) * frame.scale,
                      (world.y_m[1] - world.y_m[0]) * frame.scale);
     }
-    for (const place of world.places) drawPlace(pen, frame, place, withNames);
+    for (const place of world.places) drawPlace(pen, frame, place);
     if (withNames) drawScaleBar(pen, frame, header);
   };
 
-  function drawPlace(pen, frame, place, withNames) {
-    pen.strokeStyle = pen.fillStyle = R.theme.muted;
-    pen.font = R.FONT;
-    pen.textBaseline = "top";
-    pen.textAlign = "left";
+  function drawPlace(pen, frame, place) {
+    pen.strokeStyle = R.theme.muted;
     const points = place.points_m.map(([x, y]) => [frame.x(x), frame.y(y)]);
     if (!points.length) return;
     pen.lineWidth = 1;
@@ -62,13 +59,19 @@
       pen.arc(x, y, 5, 0, 2 * Math.PI);
       pen.stroke();
     }
-    if (!withNames) return;
-    const left = Math.min(...points.map((p) => p[0])), top = Math.min(...points.map((p) => p[1]));
-    const room = Math.max(...points.map((p) => p[0])) - left - 6;
-    const name = points.length > 1 ? R.fitted(pen, place.name, room) : place.name;
-    if (points.length > 1) pen.fillText(name, left + 4, top + 4);
-    else pen.fillText(name, left + 8, top + 4);
   }
+
+  /** Names of places where vehicles leave room for them, with ✓ where the job is done, ? where `mind` has not heard so. */
+  R.namePlaces = function (pen, frame, facts, mind, time_s, taken) {
+    const done = new Set(facts.run.truth(time_s).places), known = mind ? new Set(mind.places) : done;
+    facts.run.world.places.forEach((place, n) => {
+      if (!place.points_m.length) return;
+      const [x, y] = middleOf(frame, place);
+      const text = place.name + (done.has(n) ? (known.has(n) ? " ✓" : " ? done, unheard") : "");
+      const colour = done.has(n) && !known.has(n) ? R.theme.belief : R.theme.muted;
+      R.placeText(pen, frame, text, x, y, taken, { colour, gap: place.points_m.length > 1 ? 0 : 11, centred: place.points_m.length > 1 });
+    });
+  };
 
   function drawScaleBar(pen, frame) {
     const length_m = R.niceStep(90 / frame.scale, 1);
@@ -103,8 +106,8 @@
     }
   };
 
-  /** What was found, and places where a job is done: green marks; purple with a question mark where `mind` knows nothing of it. */
-  R.drawFinds = function (pen, frame, facts, mind, time_s, taken = []) {
+  /** What was found, as green squares; dashed purple where `mind` knows nothing of it. */
+  R.drawFinds = function (pen, frame, facts, mind, time_s) {
     const { run } = facts;
     const truth = run.truth(time_s);
     pen.lineWidth = 1.5;
@@ -115,11 +118,6 @@
       pen.setLineDash(known ? [] : [2, 2]);
       pen.strokeRect(px - 3.5, py - 3.5, 7, 7);
       pen.setLineDash([]);
-    }
-    for (const n of truth.places) {
-      const place = run.world.places[n], known = !mind || mind.places.includes(n);
-      const [x, y] = middleOf(frame, place);
-      R.placeText(pen, frame, known ? "✓ done" : "? done, unheard", x, y, taken, { font: R.BOLD, colour: known ? R.theme.ink : R.theme.belief, gap: 4 });
     }
   };
 
@@ -265,11 +263,12 @@
   }
 
   /** Writes a text beside a point where nothing was written before; leaves it out where there is no room. */
-  R.placeText = function (pen, frame, text, x, y, taken, { font = R.FONT, colour, must = false, gap = 11 }) {
+  R.placeText = function (pen, frame, text, x, y, taken, { font = R.FONT, colour, must = false, gap = 11, centred = false }) {
     pen.font = font;
     const w = pen.measureText(text).width, h = 14;
     const places = [[gap, -h / 2], [-gap - w, -h / 2], [-w / 2, -gap - h], [-w / 2, gap], [gap, gap - 4],
                     [gap, -gap - h + 4], [-gap - w, gap - 4], [-gap - w, -gap - h + 4]];
+    if (centred) places.unshift([-w / 2, -h / 2]);
     const free = places.map(([dx, dy]) => [x + dx, y + dy, w, h])
       .filter((box) => box[0] >= 2 && box[1] >= 2 && box[0] + w <= frame.w - 2 && box[1] + h <= frame.h - 2);
     const box = free.find((candidate) => !taken.some((other) => overlap(candidate, other))) || (must ? free[0] : null);

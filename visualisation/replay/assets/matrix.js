@@ -48,7 +48,8 @@
       if (lacking && place.size >= 8) { pen.fillStyle = "#000"; pen.fillRect(x + place.size / 2 - 2, y + place.size / 2 - 2, 3, 3); }
       return;
     }
-    pen.fillStyle = strong > 0.4 ? "#15191e" : R.theme.ink;
+    /* Purple is light: dark ink stands on it in both themes, but not where it is a thin wash over a dark square. */
+    pen.fillStyle = strong > 0.6 ? "#15191e" : R.theme.ink;
     pen.font = R.BOLD;
     pen.textAlign = "center";
     const middle = x + place.across / 2, age = never ? "never" : R.seconds(age_s);

@@ -7,9 +7,13 @@
   R.layMinds = function (facts, w, h, selected) {
     const all = facts.run.vehicles.map((_, v) => v);
     const shown = all.length <= MOST ? all : [...new Set([selected, ...all])].filter((v) => v >= 0).slice(0, MOST);
-    const rows = [1, 2, 3, 4].find((n) => shown.length <= n * Math.max(1, Math.round(n * w / h))) || 4;
-    const columns = Math.ceil(shown.length / rows);
-    const cw = (w - GAP_PX * (columns + 1)) / columns, ch = (h - GAP_PX * (rows + 1)) / rows;
+    const { x_m, y_m } = facts.extent;
+    const sizes = shown.map((_, n) => {
+      const columns = n + 1, rows = Math.ceil(shown.length / columns);
+      const cw = (w - GAP_PX * (columns + 1)) / columns, ch = (h - GAP_PX * (rows + 1)) / rows;
+      return { columns, cw, ch, scale: Math.min(cw / (x_m[1] - x_m[0]), (ch - TITLE_PX) / (y_m[1] - y_m[0])) };
+    });
+    const { columns, cw, ch } = sizes.reduce((best, size) => (size.scale > best.scale ? size : best), sizes[0]);
     return shown.map((v, n) => ({ v, x: GAP_PX + (n % columns) * (cw + GAP_PX),
                                   y: GAP_PX + Math.floor(n / columns) * (ch + GAP_PX), w: cw, h: ch }));
   };

@@ -20,6 +20,12 @@
     const parts = [];
     if (done) parts.push(unheard ? `Of ${done} squares done it has not heard of ${unheard} (hatched on the map).` : `It knows of all ${done} squares done.`);
     parts.push(wrong.size ? `It has the roles of ${wrong.size} of ${facts.n - 1} peers wrong.` : "It has the roles of all peers right.");
+    const age_s = facts.run.matrix(time_s).age_s[v];
+    const oldest = age_s.reduce((worst, age, peer) => (peer !== v && (worst < 0 || age > age_s[worst]) ? peer : worst), -1);
+    if (oldest >= 0) {
+      const name = facts.run.vehicles[oldest].name;
+      parts.push(Number.isFinite(age_s[oldest]) ? `Its oldest news is of ${name}: ${R.seconds(age_s[oldest])}.` : `It has never heard of ${name}.`);
+    }
     return parts.join(" ");
   }
 

@@ -87,7 +87,7 @@
       this.top.style.height = Math.max(120, room - lanes_px - this.splitter.offsetHeight) + "px";
       const world = this.facts.extent, h = this.top.clientHeight;
       const aspect = (world.x_m[1] - world.x_m[0]) / Math.max(world.y_m[1] - world.y_m[0], 1);
-      const w = Math.min(Math.max(h * aspect, 420), this.root.clientWidth * 0.58);
+      const w = Math.min(Math.max(h * aspect, 470), this.root.clientWidth * 0.58);
       this.mapBox.style.width = this.narrow ? "100%" : Math.round(w) + "px";
       this.laid = true;
       this.paint(true);
@@ -139,6 +139,7 @@
 
     drawNow(pen, w, h) {
       const scale = this.scale(w), x = scale.x(this.app.clock.t);
+      R.noteFolded(pen, this.facts, this.layout, this.app.clock.t, { room: scale.left, h, scroll: this.lanesBox.scrollTop });
       if (x < scale.left - 1 || x > scale.right + 1) return;
       pen.strokeStyle = pen.fillStyle = R.theme.ink;
       pen.lineWidth = 1.5;
@@ -187,9 +188,10 @@
       if (mind) R.drawUnheard(pen, frame, facts, mind, time_s);
       R.drawPackets(pen, frame, facts, app.clock, selected);
       const taken = [];
-      R.drawFinds(pen, frame, facts, mind, time_s, taken);
+      R.drawFinds(pen, frame, facts, mind, time_s);
       R.drawVehicles(pen, frame, facts, time_s, { selected, taken });
       if (mind) R.drawGhosts(pen, frame, facts, selected, mind, time_s, { wrong, taken });
+      R.namePlaces(pen, frame, facts, mind, time_s, taken);
       pen.restore();
       R.drawLegend(pen, w, h, LEGEND_PX, Boolean(mind));
     }
