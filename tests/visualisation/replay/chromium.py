@@ -10,7 +10,7 @@ import pytest
 from replayed import data_of
 
 from missions.runs.results import Results
-from visualisation.replay.page import page as page_text
+from visualisation.replay import page_text
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 QUIET = (
