@@ -171,8 +171,9 @@
         this.recording = null;
         this.clock.pause();
         this.controls.clip.textContent = "● clip";
-        this.clip = await clip.stop();
-        R.download(this.fileName(this.clip.type.includes("mp4") ? "mp4" : "webm"), this.clip);
+        const blob = await clip.stop();
+        if (!blob.size) { this.say("The browser encoded no frame; record a longer clip."); return; }
+        R.download(this.fileName(blob.type.includes("mp4") ? "mp4" : "webm"), blob);
         return;
       }
       this.recording = new R.Clip(this);

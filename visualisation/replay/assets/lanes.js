@@ -2,7 +2,7 @@
 /* One lane per vehicle over time: driving role as a labelled bar, held roles as thin rows, milestones as flags, and the
    strip of receptions. What does not depend on the clock is drawn once per window of time. */
 (function () {
-  const HEAD_PX = 168, NARROW_HEAD_PX = 112, NARROW_PX = 800, AXIS_PX = 38, RIGHT_PX = 12;
+  const HEAD_PX = 188, NARROW_HEAD_PX = 112, NARROW_PX = 800, AXIS_PX = 38, RIGHT_PX = 12;
   const ROOMY = { h: 62, flag: 13, bar: 17, held: 3, rows: 4 };
   const TIGHT = { h: 42, flag: 0, bar: 16, held: 3, rows: 3 };
 
@@ -90,20 +90,21 @@
     }
     pen.font = R.FONT;
     pen.fillStyle = R.theme.muted;
-    for (const [n, text] of headNotes(facts, lane, look).entries()) {
+    for (const [n, text] of headNotes(facts, lane, look, room).entries()) {
       pen.fillText(R.fitted(pen, text, room - 12), x, top + 17 * (n + 1));
     }
   }
 
-  function headNotes(facts, lane, look) {
+  function headNotes(facts, lane, look, room) {
     if (lane.head) return [];
     const share = facts.heardShare(lane.v), spell = facts.longestSilence(lane.v);
     const heard = share === null ? "nothing sent to it" : `heard ${Math.round(100 * share)} %`;
     if (look !== ROOMY) return [heard + (spell ? `, deaf ≤ ${R.seconds(spell.to_s - spell.from_s)}` : "")];
+    if (room <= NARROW_HEAD_PX) return [heard, spell ? `deaf ≤ ${R.seconds(spell.to_s - spell.from_s)}` : ""];
     return [heard + " of packets", spell ? `deaf for up to ${R.seconds(spell.to_s - spell.from_s)}` : "never deaf for long"];
   }
 
-  /** What the vehicles of folded lanes do now, under their names: "now 26 wait, 4 Cartographer". */
+  /** What the vehicles of folded lanes do now, under their names: "26 waiting, 4 Cartographer". */
   R.noteFolded = function (pen, facts, layout, time_s, { room, h, scroll }) {
     pen.font = R.FONT;
     pen.textAlign = "left";
@@ -120,7 +121,7 @@
       pen.fillStyle = R.theme.paper;
       pen.fillRect(6, y - 7, room - 8, 14);
       pen.fillStyle = R.theme.muted;
-      pen.fillText(R.fitted(pen, "now " + parts.join(", "), room - 12), 8, y);
+      pen.fillText(R.fitted(pen, parts.join(", "), room - 12), 8, y);
     }
   };
 

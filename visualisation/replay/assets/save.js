@@ -2,7 +2,7 @@
 /* The view as SVG, the clip as video. The SVG is drawn by the same functions as the screen, and the texts of the page are
    set where the browser has set them. */
 (function () {
-  const CLIP_FPS = 30;
+  const CLIP_FPS = 30, CHUNK_MS = 250, WAIT_MS = 100, MOST_WAITS = 80;
 
   /** The page below `root` as SVG: boxes, texts and canvases where they stand. */
   R.pageSvg = function (root, about) {
@@ -89,12 +89,12 @@
       this.app = app;
       this.canvas = document.createElement("canvas");
       this.draw();
-      const type = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm", "video/mp4"].find((one) => MediaRecorder.isTypeSupported(one));
+      const type = ["video/webm;codecs=vp8", "video/webm", "video/mp4"].find((one) => MediaRecorder.isTypeSupported(one));
       this.type = type || "";
       this.recorder = new MediaRecorder(this.canvas.captureStream(CLIP_FPS), type ? { mimeType: type, videoBitsPerSecond: 6e6 } : {});
       this.parts = [];
       this.recorder.addEventListener("dataavailable", (event) => { if (event.data.size) this.parts.push(event.data); });
-      this.recorder.start(1000);
+      this.recorder.start(CHUNK_MS);
     }
 
     static get possible() { return typeof MediaRecorder === "function" && Boolean(HTMLCanvasElement.prototype.captureStream); }
@@ -122,8 +122,13 @@
       }
     }
 
-    /** Ends the clip; resolves to its blob. */
-    stop() {
+    /** Ends the clip; resolves to its blob, which is empty if the browser could not encode. */
+    async stop() {
+      /* A slow encoder has nothing to show yet for a short clip; it needs frames and time for the first of them. */
+      for (let n = 0; n < MOST_WAITS && !this.parts.length; n += 1) {
+        this.draw();
+        await new Promise((resolve) => { setTimeout(resolve, WAIT_MS); });
+      }
       return new Promise((resolve) => {
         this.recorder.addEventListener("stop", () => resolve(new Blob(this.parts, { type: this.type || "video/webm" })), { once: true });
         this.recorder.stop();

@@ -7,7 +7,7 @@
   /** Draws the strips of `members` as one, in a box of the lane; `scale` gives the time axis. */
   R.drawStrip = function (pen, facts, members, scale, y, h) {
     const middle = y + Math.round(h * 0.55);
-    if (members.length === 1) drawSilences(pen, facts, members[0], scale, y, h);
+    if (members.length === 1) for (const spell of facts.silences[members[0]]) drawSilence(pen, spell, scale, y, h);
     const slot_px = facts.run.header.slot_s * scale.px_per_s;
     if (slot_px >= TICK_FROM_PX && members.length === 1) drawTicks(pen, facts, members[0], scale, y, middle, h);
     else drawDensity(pen, facts, members, scale, y, middle, h);
@@ -17,29 +17,34 @@
     pen.moveTo(scale.left, middle + 0.5);
     pen.lineTo(scale.right, middle + 0.5);
     pen.stroke();
+    if (members.length === 1) for (const spell of facts.silences[members[0]]) nameSilence(pen, spell, scale, y, h);
   };
 
-  function drawSilences(pen, facts, v, scale, y, h) {
+  function edges({ from_s, to_s }, scale) {
+    return [Math.max(scale.x(from_s), scale.left), Math.min(scale.x(to_s), scale.right)];
+  }
+
+  function drawSilence(pen, spell, scale, y, h) {
+    const [left, right] = edges(spell, scale);
+    if (right - left < 1.5) return;
+    pen.fillStyle = R.theme.neutral;
+    pen.fillRect(left, y, right - left, h);
+    pen.strokeStyle = R.theme.muted;
+    pen.lineWidth = 1;
+    R.hatch(pen, left, y, right - left, h, 5);
+  }
+
+  function nameSilence(pen, spell, scale, y, h) {
+    const [left, right] = edges(spell, scale);
     pen.font = R.FONT;
-    for (const { from_s, to_s } of facts.silences[v]) {
-      const left = Math.max(scale.x(from_s), scale.left), right = Math.min(scale.x(to_s), scale.right);
-      if (right - left < 1.5) continue;
-      pen.fillStyle = R.theme.neutral;
-      pen.fillRect(left, y, right - left, h);
-      pen.strokeStyle = R.theme.muted;
-      pen.lineWidth = 1;
-      R.hatch(pen, left, y, right - left, h, 5);
-      const text = "deaf " + R.seconds(to_s - from_s);
-      const w = pen.measureText(text).width;
-      if (right - left > w + 10 && h >= 14) {
-        pen.fillStyle = R.theme.paper;
-        pen.fillRect((left + right - w) / 2 - 3, y + h / 2 - 7, w + 6, 14);
-        pen.fillStyle = R.theme.ink;
-        pen.textAlign = "center";
-        pen.textBaseline = "middle";
-        pen.fillText(text, (left + right) / 2, y + h / 2 + 0.5);
-      }
-    }
+    const text = "deaf " + R.seconds(spell.to_s - spell.from_s), w = pen.measureText(text).width;
+    if (right - left < w + 10 || h < 14) return;
+    pen.fillStyle = R.theme.paper;
+    pen.fillRect((left + right - w) / 2 - 3, y + h / 2 - 7, w + 6, 14);
+    pen.fillStyle = R.theme.ink;
+    pen.textAlign = "center";
+    pen.textBaseline = "middle";
+    pen.fillText(text, (left + right) / 2, y + h / 2 + 0.5);
   }
 
   function drawTicks(pen, facts, v, scale, y, middle, h) {
