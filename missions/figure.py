@@ -59,6 +59,10 @@ class RunResults(Protocol):
     def manifest(self) -> dict[str, Any]:
         """What is needed to repeat the run, as in ``manifest.json``; ``scenario`` is its resolved scenario as TOML."""
 
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """Names of the tables that are there."""
+
     def has(self, name: str) -> bool:
         """True if there is a table of that name."""
 
@@ -148,13 +152,34 @@ class Layer:
 
 
 @dataclass(frozen=True)
+class Tiles:
+    """Squares that the work at a place consists of, each done on its own: a replay fills them in.
+
+    Args:
+        size_m: side of a square.
+        squares: (column, row) of each by its number; its south-west corner is at column and row times ``size_m``.
+        attribute: of the facts by which vehicles tell each other of one that is done: the subject is the place, the
+            value the number of the square.
+        table: of those that are done in truth, with the time.
+        columns: of that table, which have column and row.
+    """
+
+    size_m: float
+    squares: tuple[tuple[int, int], ...]
+    attribute: str
+    table: str
+    columns: tuple[str, str]
+
+
+@dataclass(frozen=True)
 class Place:
-    """A named place of the map.
+    """A named place of the map; one that is called like a job of the mission is where that job is done.
 
     Args:
         name: written beside it.
         kind: word for the legend, the same for all places of a kind: ``rally point``.
         outline_m: one point, drawn as a mark, or the corners of a polygon; metres.
+        tiles: what its work consists of; None where it is done as a whole, or where there is none.
 
     >>> Place("dock", "docking station", ())
     Traceback (most recent call last):
@@ -165,6 +190,7 @@ class Place:
     name: str
     kind: str
     outline_m: tuple[PointM, ...]
+    tiles: Tiles | None = None
 
     def __post_init__(self) -> None:
         if not self.outline_m:

@@ -48,6 +48,7 @@ ROOMS: dict[str, set[str]] = {
     "visualisation": {"visualisation", "missions", "exchange.study", "exchange", "worldmodel"},
     "visualisation.runs": {"visualisation.runs", "visualisation", "missions", "worldmodel"},
     "visualisation.sweeps": {"visualisation.sweeps", "visualisation", "missions", "missions.comparison", "worldmodel"},
+    "visualisation.replay": {"visualisation.replay", "visualisation", "missions", "worldmodel"},
 }  # fmt: skip
 """Rooms that the modules of a room may import."""
 DOORS: dict[str, set[str]] = {

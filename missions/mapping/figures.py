@@ -5,7 +5,9 @@ from __future__ import annotations
 import tomllib
 from typing import TYPE_CHECKING
 
-from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, Style
+from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, Style, Tiles
+from missions.mapping.ground import Ground, grounds_of
+from missions.mapping.sensors import COVERAGE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -74,10 +76,16 @@ FIGURES: tuple[Declared, ...] = (
 
 
 def places(scenario: MappingScenario) -> tuple[Place, ...]:
-    """Areas to be mapped and points to meet at."""
+    """Areas to be mapped, with their cells, and points to meet at."""
+    corners_m = tuple((area.name, area.corners_m) for area in scenario.area)
+    size_m = scenario.world.cell_m
     areas = [
-        Place(area.name, "area to map", tuple((float(x), float(y)) for x, y in area.corners_m))
-        for area in scenario.area
+        Place(name, "area to map", tuple((float(x), float(y)) for x, y in ground.corners_m), _tiles(ground, size_m))
+        for name, ground in grounds_of(size_m, corners_m).items()
     ]
     points = [Place(point.name, "rally point", (point.position_m,)) for point in scenario.rally_point]
     return (*points, *areas)
+
+
+def _tiles(ground: Ground, size_m: float) -> Tiles:
+    return Tiles(size_m, ground.cells, "mappedCell", COVERAGE.name, ("cell_x", "cell_y"))

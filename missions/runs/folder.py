@@ -21,7 +21,7 @@ from missions.errors import OutputError
 if sys.platform != "win32":
     import fcntl
 
-SUMMARY, MANIFEST = "summary.json", "manifest.json"
+SUMMARY, MANIFEST, REPLAY = "summary.json", "manifest.json", "replay.html"
 FIGURES = (".png", ".svg", ".pdf", ".gif", ".csv")
 """Endings of figures and their numbers; one with a caption, a text file of its name, is of the run beside it."""
 AT_WORKING_FOLDER, EXCHANGE = -100, 2
@@ -174,7 +174,7 @@ def _of_older_run(place: Path) -> set[str]:
     captions = {Path(name).stem for name in names if name.endswith(".txt")}
     figures = {Path(name).stem for name in names if name.endswith(FIGURES)} & captions
     drawn = {name for name in names if Path(name).stem in figures and name.endswith((*FIGURES, ".txt"))}
-    return drawn | {name for name in names if name in {SUMMARY, MANIFEST} or name.endswith(".parquet")}
+    return drawn | {name for name in names if name in {SUMMARY, MANIFEST, REPLAY} or name.endswith(".parquet")}
 
 
 def _linked(source: str, target: str) -> None:

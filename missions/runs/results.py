@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -26,9 +26,6 @@ import tomli_w
 from missions.document import Document
 from missions.errors import OutputError
 from missions.runs.folder import MANIFEST, SUMMARY, check_output, new_content
-from missions.runs.known import Known, Memory
-from missions.runs.run import Run
-from missions.runs.setup import resolved as resolved_setup
 from missions.runs.summary import summary
 from missions.runs.tables import arrow_table, write_table
 from missions.scenarios.loading import resolved
@@ -36,6 +33,10 @@ from missions.scenarios.scenario import Scenario
 from remoras.recorder import ADDED, TABLES
 from remoras.version import __version__
 from worldmodel import suggestion
+
+if TYPE_CHECKING:
+    from missions.runs.known import Known, Memory
+    from missions.runs.run import Run
 
 LIBRARIES = ("mesa", "rdflib", "networkx", "numpy", "matplotlib", "pyarrow", "pydantic")
 NEEDED_KEY = {SUMMARY: "milestones", MANIFEST: "scenario"}
@@ -144,6 +145,8 @@ class MemoryResults:
 
     @cached_property
     def _memory(self) -> Memory:
+        from missions.runs.known import Memory  # who only reads tables need not load what runs
+
         return Memory(self, self.run.setup)
 
     def known(self, vehicle: str, at_s: float) -> Known:
@@ -252,7 +255,8 @@ class Results:
             known = ", ".join(self.tables)
             raise OutputError(f"{self.folder}: no table {name!r}; there are {known}{suggestion(name, self.tables)}")
         try:
-            found = pq.read_table(path)
+            with pq.ParquetFile(path) as file:  # pq.read_table loads pandas
+                found = file.read()
         except (OSError, pa.ArrowException) as error:
             raise OutputError(f"{path}: damaged: {error}") from None
         written_by = _run_id_of(found)
@@ -274,6 +278,9 @@ class Results:
 
     @cached_property
     def _memory(self) -> Memory:
+        from missions.runs.known import Memory
+        from missions.runs.setup import resolved as resolved_setup
+
         return Memory(self, resolved_setup(self.scenario))
 
     def known(self, vehicle: str, at_s: float) -> Known:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from missions.metric import NOT_APPLICABLE, Absent, Metric
-from missions.runs.run import Run
 from missions.scenarios.scenario import Scenario
 from remoras.errors import PluginError
+
+if TYPE_CHECKING:
+    from missions.runs.run import Run
 
 
 def identity(scenario: Scenario, seed: int) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from remoras.cli import app, main
 from remoras.face import load as face_load
 
 SHORT = ["--set", "scenario.duration_s=30"]
-NOT_BUILT = ["replay", "live", "export"]
+NOT_BUILT = ["live", "export"]
 HEAVY = ["numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "pydantic", "networkx"]
 
 

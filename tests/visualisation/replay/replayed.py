@@ -1,0 +1,59 @@
+"""The model of the replay page (its scripts that know no document), asked from Python."""
+
+import base64
+import html
+import json
+import shutil
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from missions.runs.results import Results
+from missions.scenarios.parts import mission_of, strategy_of
+from visualisation.replay import run_data
+from visualisation.replay.page import MODEL, asset
+
+NODE = shutil.which("node") or shutil.which("nodejs")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+QUIET = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--virtual-time-budget=60000",
+    "--dump-dom",
+)  # fmt: skip
+
+
+def data_of(results: Results) -> bytes:
+    """What a page holds of a run, with all that its mission declares."""
+    mission, strategy = mission_of(results.scenario), strategy_of(results.scenario)
+    return run_data(results, mission.places, mission.jobs.values(), strategy.declaration.is_bound)
+
+
+def asked(payloads: Sequence[bytes], function: str, folder: Path, given: object = None) -> Any:
+    """What a JavaScript function of (runs, given) returns, by node or else by Chromium.
+
+    Args:
+        payloads: data of the runs.
+        function: text of an arrow function; what it returns has to be JSON, where Infinity is null.
+        folder: for the files of this.
+        given: JSON for the function.
+    """
+    scripts = [asset(name) for name in MODEL]
+    texts = json.dumps([base64.b64encode(one).decode() for one in payloads])
+    call = f"Promise.all({texts}.map(R.decode)).then((runs) => JSON.stringify(({function})(runs, {json.dumps(given)})))"
+    if NODE is not None:
+        program = folder / "ask.js"
+        program.write_text("\n".join([*scripts, f"{call}.then((text) => console.log(text));"]), encoding="utf-8")
+        said = subprocess.run([NODE, str(program)], capture_output=True, text=True, timeout=120, check=False)
+        assert said.returncode == 0, said.stderr[-2000:]
+        return json.loads(said.stdout)
+    if CHROMIUM is None:
+        pytest.skip("neither node nor chromium is installed to run the scripts of the page")
+    page = folder / "ask.html"
+    body = "".join(f"<script>{script}</script>" for script in scripts)
+    show = "(text) => { document.body.innerHTML = '<pre id=out></pre>'; document.body.firstChild.textContent = text; }"
+    page.write_text(f"<meta charset=utf-8><body>{body}<script>{call}.then({show}, {show});</script>", encoding="utf-8")
+    said = subprocess.run([CHROMIUM, *QUIET, page.as_uri()], capture_output=True, text=True, timeout=120, check=False)
+    return json.loads(html.unescape(said.stdout.partition('<pre id="out">')[2].partition("</pre>")[0]))

@@ -1,0 +1,199 @@
+"""The scripts of the page answer what the tables of a run say: where, who, what was heard, what was known, why."""
+
+import math
+import random
+from pathlib import Path
+from typing import Any
+
+import pytest
+from replayed import asked, data_of
+
+from missions.runs.results import Results, write
+from missions.runs.run import run
+from missions.scenarios import load
+from missions.scenarios.parts import mission_of
+
+FAULTS = (
+    "fault=[{kind='deaf',vehicle='AUV01',at_s=150,until_s=900},{kind='lost',vehicle='AUV02',at_s=500,until_s=1100},"
+    "{kind='mute',vehicle='ASV00',at_s=300,until_s=700},{kind='joins',vehicle='AUV00',at_s=60}]",
+    "communication.lease_frames=30",
+    "scenario.duration_s=1200",
+)
+EMPTY = ("vehicle.AUV01.energy_j=60000", "vehicle.ASV00.energy_j=20000", "scenario.duration_s=600")
+MANY = ("fleet.size=8", "scenario.duration_s=300")
+"""Eight vehicles divide so many jobs that what their head says does not fit one packet."""
+CASES = {
+    "lossy": ("mapping-rendezvous", ()),
+    "faults": ("mapping-rendezvous", FAULTS),
+    "empty batteries": ("mapping-rendezvous", EMPTY),
+    "bound": ("mapping-rendezvous", (*EMPTY, "strategy.name='oracle'")),
+    "many": ("mapping-patches", MANY),
+}
+MOMENTS = 20
+
+
+@pytest.fixture(scope="module", params=CASES)
+def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Results, bytes, Path]:
+    """A run at PER 0.6, what a page holds of it, and a folder."""
+    name, settings = CASES[request.param]
+    folder = tmp_path_factory.mktemp("model")
+    write(run(load(name, [("--set", one) for one in ("channel.per=0.6", *settings)]), 3), folder / "run")
+    results = Results.read(folder / "run")
+    return results, data_of(results), folder
+
+
+def moments_s(results: Results) -> list[float]:
+    end_s = float(results.summary["mission_time_s"])
+    return sorted(random.Random(7).uniform(0.0, end_s) for _ in range(MOMENTS))
+
+
+KNOWN = """([run], times) => times.map((t) => run.vehicles.map((_, v) => {
+  const mind = run.mind(v, t);
+  return {
+    blocks: [...new Set(run.items.filter((_, n) => run.heard_s(v, n) <= t).map((item) => item.uid.split(".")[0]))],
+    peers: mind.peers.map((one) => [run.vehicles[one.v].name, one.x, one.y]),
+    roles: mind.roles.map((one) => [one.group, one.role, run.vehicles[one.v].name]),
+    absent: mind.absent.map((p) => run.vehicles[p].name),
+    places: mind.places.map((p) => run.world.places[p].name),
+    tiles: Array.from(mind.tilesKnown_s).flatMap((since_s, tile) => (since_s <= t ? [tile] : [])),
+  };
+}))"""
+
+
+def known_by(results: Results, vehicle: str, at_s: float, names: list[str]) -> dict[str, Any]:
+    """The same from the vehicle's world model, rebuilt."""
+    known, mission = results.known(vehicle, at_s), mission_of(results.scenario)
+    positions = {name: known.value(name, "position") for name in names if name != vehicle}
+    tiles: set[int] = set()
+    first = 0
+    for place in mission.places:
+        if place.tiles is None:
+            continue
+        model = known.model
+        subject, attribute = model.instance_named(place.name).uid, model.tbox.attribute_named(place.tiles.attribute).uid
+        values = {int(entry.fact.value) for entry in model.history(subject, attribute)}
+        tiles |= {first + value for value in values}
+        first += len(place.tiles.squares)
+    done = {job.name: job.done for job in mission.jobs.values()}
+    return {
+        "blocks": {f"{block.origin}-{block.sequence}" for block in known.model.blocks()},
+        "peers": {(name, *at_m) for name, at_m in positions.items() if at_m is not None},
+        "roles": {(one.group, one.role, one.vehicle) for one in known.organisation.assignments},
+        "absent": set(known.absent),
+        "places": {
+            place.name
+            for place in mission.places
+            if place.name in done and known.value(done[place.name][1], done[place.name][0]) is not None
+        },
+        "tiles": tiles,
+    }
+
+
+def test_what_each_vehicle_knew_is_what_is_rebuilt_of_its_world_model(case: tuple[Results, bytes, Path]) -> None:
+    results, data, folder = case
+    names = [vehicle.name for vehicle in results.scenario.vehicle]
+    times_s = moments_s(results)
+    told = asked([data], KNOWN, folder, times_s)
+    n_known = 0
+    for at_s, minds in zip(times_s, told, strict=True):
+        for name, mind in zip(names, minds, strict=True):
+            said = {key: {tuple(one) if isinstance(one, list) else one for one in of} for key, of in mind.items()}
+            assert said == known_by(results, name, at_s, names), (name, at_s)
+            n_known += len(said["blocks"])
+    assert n_known > 100 * len(names)
+
+
+WHERE = """([run], times) => times.map((t) => run.vehicles.map((_, v) => {
+  const at = run.at(v, t), bars = run.bars(v).filter((bar) => bar.from_s <= t && t < bar.to_s);
+  return {
+    at: [at.x, at.y, at.heading, at.speed],
+    held: bars.filter((bar) => !bar.driving).map((bar) => [bar.group, bar.role]),
+    driving: bars.filter((bar) => bar.driving).map((bar) => [bar.group, bar.role]),
+  };
+}))"""
+
+
+def roles_at(rows: list[dict[str, Any]], vehicle: str, at_s: float) -> tuple[set[Any], set[Any]]:
+    held: set[Any] = set()
+    driving: set[Any] = set()
+    for row in rows:
+        if row["vehicle"] == vehicle and row["time_s"] <= at_s:
+            key = row["group"], row["role"]
+            if row["event"] in ("assigned", "left"):
+                (held.add if row["event"] == "assigned" else held.discard)(key)
+            if row["event"] != "assigned":
+                (driving.add if row["event"] == "active" else driving.discard)(key)
+    return held, driving
+
+
+def test_places_and_roles_are_those_of_the_tables(case: tuple[Results, bytes, Path]) -> None:
+    """Positions within half a step of 1/32 m, headings within one of 1.4 degrees, at ticks of the motion."""
+    results, data, folder = case
+    tracks = {(row["vehicle"], row["time_s"]): row for row in results.table("trajectories").to_pylist()}
+    last_s = max(at_s for _, at_s in tracks)
+    times_s = [min(float(round(at_s)), last_s) for at_s in moments_s(results)]
+    roles = results.table("roles").to_pylist()
+    for at_s, vehicles in zip(times_s, asked([data], WHERE, folder, times_s), strict=True):
+        for vehicle, told in zip(results.scenario.vehicle, vehicles, strict=True):
+            row = tracks[vehicle.name, at_s]
+            x_m, y_m, heading_rad, speed_mps = told["at"]
+            assert math.hypot(x_m - row["x_m"], y_m - row["y_m"]) < 0.023
+            turn_rad = math.remainder(heading_rad - row["heading_rad"], 2 * math.pi)
+            assert abs(turn_rad) < 0.013
+            assert speed_mps == pytest.approx(row["speed_mps"], abs=0.011)
+            held, driving = roles_at(roles, vehicle.name, at_s)
+            if at_s < float(results.summary["mission_time_s"]):
+                assert {tuple(one) for one in told["held"]} == held
+                assert {tuple(one) for one in told["driving"]} == driving
+
+
+PACKETS = """([run]) => run.packets.map((p) => ({
+  slot: p.slot, time_s: p.start_s, end_s: p.end_s, sender: run.vehicles[p.sender].name, size_bits: p.size_bits,
+  heard: p.to.filter((to) => to.arrival_s !== null).map((to) => [run.vehicles[to.v].name, to.arrival_s]),
+  lost: p.to.filter((to) => to.arrival_s === null).map((to) => run.vehicles[to.v].name),
+  items: p.items.map((n) => run.items[n].uid), status: p.status.map((n) => run.items[n].uid),
+  signals: p.signals.map((s) => [s.group + "." + s.role, s.value]),
+}))"""
+
+
+def test_packets_are_those_of_the_table(case: tuple[Results, bytes, Path]) -> None:
+    results, data, folder = case
+    rows, faults = results.table("packets").to_pylist(), results.table("faults").to_pylist()
+    empty_s = {row["vehicle"]: row["time_s"] for row in faults if row["kind"] == "energy"}
+    told = asked([data], PACKETS, folder)
+    assert len(told) == len(rows)
+    for packet, row in zip(told, rows, strict=True):
+        assert [packet[key] for key in ("slot", "time_s", "end_s", "sender", "size_bits")] == [
+            row[key] for key in ("slot", "time_s", "end_s", "sender", "size_bits")
+        ]
+        arrivals = zip(row["receivers"], row["arrivals_s"], strict=True)
+        heard = {(name, at_s) for name, at_s in arrivals if at_s <= empty_s.get(name, math.inf)}
+        assert {tuple(one) for one in packet["heard"]} == heard
+        assert sorted(packet["lost"]) == sorted(row["lost_by"])
+        assert packet["items"] == row["item_uids"]
+        assert packet["status"] == row["status_uids"]
+        pairs = zip(row["signal_roles"], row["signal_values"], strict=True)
+        assert [tuple(one) for one in packet["signals"]] == list(dict.fromkeys(pairs))
+
+
+COST = """([run], times) => times.map((t) => {
+  const n = R.lastAt(run.cost.t, t);
+  return { t: run.cost.t[n], truth: run.cost.truth[n], known: run.cost.known_mean[n], agree: run.cost.agree[n] };
+})"""
+
+
+def test_what_losses_cost_is_counted_from_the_tables(case: tuple[Results, bytes, Path]) -> None:
+    """Cells really covered, cells that vehicles knew of, and vehicles whose view is that of all holders of roles."""
+    results, data, folder = case
+    names = [vehicle.name for vehicle in results.scenario.vehicle]
+    n_tiles = sum(len(place.tiles.squares) for place in mission_of(results.scenario).places if place.tiles is not None)
+    covered, roles = results.table("coverage").to_pylist(), results.table("roles").to_pylist()
+    for told in asked([data], COST, folder, moments_s(results)[::4]):
+        at_s = told["t"]
+        cells = {(row["cell_x"], row["cell_y"]) for row in covered if row["time_s"] <= at_s}
+        assert told["truth"] == pytest.approx(len(cells) / n_tiles)
+        known = {name: known_by(results, name, at_s, names) for name in names}
+        n_known = sum(len(one["tiles"]) for one in known.values())
+        assert told["known"] == pytest.approx(n_known / n_tiles / len(names))
+        so = {(*key, name) for name in names for key in roles_at(roles, name, at_s)[0]}
+        assert told["agree"] == pytest.approx(sum(one["roles"] == so for one in known.values()) / len(names))

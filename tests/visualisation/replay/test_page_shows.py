@@ -1,0 +1,171 @@
+"""What the page draws and says at any time is what the tables of the run say."""
+
+import math
+import random
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from chromium import Window, browser, opened, seek, written
+
+from missions.runs.results import Results, write
+from missions.runs.run import run
+from missions.scenarios import load
+
+pytestmark = pytest.mark.slow
+MOMENTS = 20
+
+
+def recorded(folder: Path, *settings: str, scenario: str = "mapping-rendezvous", seed: int = 1) -> Results:
+    settings = ("channel.per=0.6", *settings)
+    write(run(load(scenario, [("--set", one) for one in settings]), seed), folder)
+    return Results.read(folder)
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    return recorded(tmp_path_factory.mktemp("shows") / "run")
+
+
+@pytest.fixture(scope="module")
+def chrome() -> Iterator[Any]:
+    with browser() as found:
+        yield found
+
+
+@pytest.fixture
+def window(chrome: Any, results: Results, tmp_path: Path) -> Iterator[Window]:
+    with opened(chrome, written(tmp_path, results)) as found:
+        yield found
+
+
+def moments_s(results: Results) -> list[float]:
+    """Random ticks of the motion, where tracks have a row."""
+    return [
+        float(round(random.Random(n).uniform(1.0, results.summary["mission_time_s"] - 1.0))) for n in range(MOMENTS)
+    ]
+
+
+GLYPHS = """(view) => {
+  const drawn = [], draw = R.drawGlyph;
+  R.drawGlyph = (pen, x, y, ...rest) => { drawn.push([x, y]); draw(pen, x, y, ...rest); };
+  view.map.paint();
+  R.drawGlyph = draw;
+  const { scale, centre, w, h } = view.frame;
+  return { drawn, scale, centre, w, h };
+}"""
+
+
+def test_vehicles_are_drawn_where_the_tables_have_them(window: Window, results: Results) -> None:
+    """Within 0.05 m, a bit more than the step of 1/32 m to which the page keeps places."""
+    tracks = {(row["time_s"], row["vehicle"]): row for row in results.table("trajectories").to_pylist()}
+    times_s = moments_s(results)
+    for at_s, told in zip(times_s, seek(window, times_s, GLYPHS), strict=True):
+        for vehicle, (x, y) in zip(results.scenario.vehicle, told["drawn"], strict=True):
+            x_m = told["centre"][0] + (x - told["w"] / 2) / told["scale"]
+            y_m = told["centre"][1] - (y - told["h"] / 2) / told["scale"]
+            row = tracks[at_s, vehicle.name]
+            assert math.hypot(x_m - row["x_m"], y_m - row["y_m"]) < 0.05, (at_s, vehicle.name)
+
+
+ROWS = (
+    "() => [...document.querySelectorAll('.body table tr')].slice(1).map((tr) => [...tr.cells].map((c) => c.innerText))"
+)
+
+
+def test_what_drives_each_vehicle_is_said_as_the_tables_have_it(window: Window, results: Results) -> None:
+    rows = results.table("roles").to_pylist()
+    times_s = moments_s(results)
+    for at_s, told in zip(times_s, seek(window, times_s, ROWS), strict=True):
+        for name, driving, *_ in told:
+            so: dict[str, bool] = {}
+            for row in rows:
+                if row["vehicle"] == name and row["time_s"] <= at_s and row["event"] in ("active", "inactive"):
+                    so[row["role"]] = row["event"] == "active"
+            assert set(driving.split(" + ")) == ({role for role, on in so.items() if on} or {"waits"}), (at_s, name)
+
+
+def test_what_a_vehicle_knows_is_said_as_its_rebuilt_world_model_has_it(window: Window, results: Results) -> None:
+    tracks = {(row["time_s"], row["vehicle"]): row for row in results.table("trajectories").to_pylist()}
+    names = [vehicle.name for vehicle in results.scenario.vehicle]
+    times_s = moments_s(results)
+    for number, at_s in enumerate(times_s):
+        name = names[number % len(names)]
+        window.ask("(name) => R.app.select(name)", name)
+        known = results.known(name, at_s)
+        [told] = seek(window, [at_s], ROWS)
+        assert [row[0] for row in told] == [peer for peer in names if peer != name]
+        for peer, _, place, _, roles, _ in told:
+            position = known.value(peer, "position")
+            if position is None:
+                assert place == "unknown"
+            else:
+                row = tracks[at_s, peer]
+                off_m = math.hypot(position[0] - row["x_m"], position[1] - row["y_m"])
+                assert float(re.match(r"(\d+) m", place)[1]) == pytest.approx(off_m, abs=0.6)  # type: ignore[index]
+            believed = {one.role for one in known.organisation.assignments if one.vehicle == peer}
+            assert set(roles.split(", ")) == (believed or {"none"}), (at_s, name, peer)
+
+
+def test_silences_are_the_gaps_between_packets_heard(window: Window, results: Results) -> None:
+    """The longest of each vehicle: nothing heard from its first to its last second, though packets were sent."""
+    packets = results.table("packets").to_pylist()
+    told = window.ask("() => R.app.views[0].facts.silences")
+    for vehicle, spells in zip(results.scenario.vehicle, told, strict=True):
+        heard_s = [row["time_s"] for row in packets if vehicle.name in row["receivers"]]
+        bounds_s = [0.0, *heard_s, results.summary["mission_time_s"]]
+        longest_s = max(b - a for a, b in zip(bounds_s, bounds_s[1:], strict=False))
+        assert max(spell["to_s"] - spell["from_s"] for spell in spells) == pytest.approx(longest_s, abs=0.01)
+        for spell in spells:
+            lost = [row for row in packets if spell["from_s"] < row["time_s"] < spell["to_s"]]
+            assert spell["lost"] >= len([row for row in lost if vehicle.name in row["lost_by"]]) > 0
+
+
+CHAINS = """() => R.app.views[0].facts.decisions[1].filter((one) => one.changed).map((one) => {
+  R.app.views[0].showTab("why");
+  R.app.go(one.time_s, "AUV00");
+  return document.querySelector(".chain").innerText;
+})"""
+
+
+def test_a_chain_leads_to_the_signal_of_a_peer_only_while_signals_count(
+    chrome: Any, results: Results, tmp_path: Path
+) -> None:
+    """AUV00 gives up its mapping as AUV01 stands still in the rendezvous; without weight no signal moves it."""
+    deaf = recorded(tmp_path / "without", "decision.weight_external=0")
+    for runs, is_moved in ((results, True), (deaf, False)):
+        folder = tmp_path / str(is_moved)
+        folder.mkdir()
+        with opened(chrome, written(folder, runs)) as window:
+            chains = window.ask(CHAINS)
+            assert len(chains) > 3
+            assert any("heard a signal of AUV0" in chain for chain in chains) == is_moved
+            assert any("Homing stood still" in chain for chain in chains) == is_moved
+
+
+@pytest.mark.parametrize("without", [("items",), ("decisions",), ("packets", "items"), ("organisation", "decisions")])
+def test_a_run_that_recorded_less_is_shown_and_says_so(
+    chrome: Any, results: Results, tmp_path: Path, without: tuple[str, ...]
+) -> None:
+    shutil.copytree(results.folder, tmp_path / "run")
+    for name in without:
+        (tmp_path / "run" / f"{name}.parquet").unlink()
+    with opened(chrome, written(tmp_path, Results.read(tmp_path / "run")), "#t=900&v=AUV02") as window:
+        for tab in ("news", "minds", "matrix", "cost", "why", "events"):
+            window.ask("(tab) => R.app.views[0].showTab(tab)", tab)
+        window.ask("() => R.app.setPace('slot')")
+        assert len(window.texts(".missing")) >= 1
+
+
+def test_a_run_without_packets_or_work_and_with_odd_names_is_shown(chrome: Any, tmp_path: Path) -> None:
+    short = recorded(tmp_path / "run", "scenario.duration_s=1", "vehicle.AUV01.name='</script><b>\"🐟'")
+    with opened(chrome, written(tmp_path, short), "#t=1") as window:
+        for tab in ("news", "minds", "matrix", "cost", "why", "events"):
+            window.ask("(tab) => R.app.views[0].showTab(tab)", tab)
+        window.ask("() => R.app.views[0].showTab('news')")
+        assert '</script><b>"🐟' in window.texts(".body td:first-child")
+        assert window.ask("() => document.querySelectorAll('b b, main > b').length") == 0
+        window.ask("() => new DOMParser().parseFromString(R.app.svg(), 'image/svg+xml').documentElement.tagName")

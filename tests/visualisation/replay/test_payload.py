@@ -1,0 +1,313 @@
+"""What a page holds of runs of all kinds: old and new, empty and large, with any names."""
+
+import html
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pyarrow.parquet as pq
+import pytest
+import tomli_w
+from replayed import asked, data_of
+from synthetic_runs import FICTIONS, Fiction
+from test_columns import opened
+
+from missions.errors import OutputError
+from missions.runs.results import Results, write
+from missions.runs.run import run
+from missions.scenarios import load
+from visualisation.errors import DrawingError
+from visualisation.replay import missing, page_text, run_data
+
+NEWER = ("items", "decisions", "organisation", "objectives")
+OLD_COLUMNS = {"packets": 8, "trajectories": 7}
+"""An older version wrote so many columns of these tables, and none of the newer tables."""
+WICKED = ['AUV "one"', "</script><b>'x'", "船 \U0001f6a2 ü", "<!-- & -->"]
+MOST_OF_FOUR, MOST_OF_PAGE, MOST_OF_FIFTY = 100_000, 300_000, 1_000_000
+"""Bytes in the page: of the data of 4 vehicles, of the whole page of it, of the data of 50 vehicles over an hour."""
+
+LOOK = """([run]) => {
+  const end_s = run.header.end_s, all = run.vehicles.map((_, v) => v);
+  const seen = [0, end_s / 3, end_s].map((t) => all.map((v) => [
+    run.at(v, t), run.mind(v, t), run.why(v, t), run.disagreements(v, t), run.bars(v).length, run.decisions(v).length,
+  ]).concat([run.truth(t), run.matrix(t)]));
+  return {
+    n: all.length, packets: run.packets.length, items: run.items.length, events: run.events.length,
+    names: run.vehicles.map((one) => one.name), places: run.world.places.map((one) => one.name),
+    missing: run.missing,
+    seen: seen.length, verdict: run.header.verdict,
+    heard: run.packets.flatMap((packet) => packet.to).filter((to) => to.arrival_s !== null).length,
+    matrix: run.matrix(end_s), groups: [...new Set(all.flatMap((v) => run.bars(v).map((bar) => bar.group)))],
+  };
+}"""
+"""Asks for everything that a page asks for, at the beginning, in the middle and at the end."""
+
+
+def recorded(folder: Path, *settings: str, scenario: str = "mapping-rendezvous", seed: int = 1) -> Results:
+    """A run of a scenario with settings of its own, written and read back."""
+    write(run(load(scenario, [("--set", one) for one in settings]), seed), folder)
+    return Results.read(folder)
+
+
+@pytest.fixture(scope="module")
+def lossy(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    return recorded(tmp_path_factory.mktemp("lossy") / "run", "channel.per=0.6", seed=3)
+
+
+@pytest.fixture
+def older(lossy: Results, tmp_path: Path) -> Results:
+    """The same run as an older version would have written it."""
+    folder = tmp_path / "older"
+    shutil.copytree(lossy.folder, folder)
+    for name in NEWER:
+        (folder / f"{name}.parquet").unlink()
+    for name, n in OLD_COLUMNS.items():
+        pq.write_table(pq.read_table(folder / f"{name}.parquet").select(range(n)), folder / f"{name}.parquet")
+    return Results.read(folder)
+
+
+# Size, sameness -----------------------------------------------------------------------------------
+
+
+def test_a_run_of_four_vehicles_is_small_and_always_the_same(lossy: Results) -> None:
+    data = data_of(lossy)
+    text = page_text("a run", [data])
+    assert len(data) * 4 / 3 < MOST_OF_FOUR
+    assert len(text.encode()) < MOST_OF_PAGE
+    assert data_of(Results.read(lossy.folder)) == data
+    assert page_text("a run", [data]) == text
+
+
+@pytest.mark.slow
+def test_fifty_vehicles_over_an_hour_fit_a_megabyte(tmp_path: Path) -> None:
+    settings = "fleet.size=50", "scenario.duration_s=3600", "channel.per=0.5"
+    data = data_of(recorded(tmp_path / "run", *settings, scenario="mapping-patches"))
+    assert len(data) * 4 / 3 < MOST_OF_FIFTY
+    assert asked([data], LOOK, tmp_path)["n"] == 50
+
+
+def test_the_page_asks_for_nothing(lossy: Results) -> None:
+    text = html.unescape(page_text("a run", [data_of(lossy)]))
+    assert "default-src 'none'" in text
+    for way in ("http://", "https://", "fetch(", "XMLHttpRequest", "import(", "innerHTML", "@import", "eval("):
+        assert way not in text.replace("http://www.w3.org/", ""), way  # names of vocabularies are no addresses
+    assert text.count("url(") == text.count("url(#")  # a part of the page itself
+
+
+# Older, damaged -----------------------------------------------------------------------------------
+
+
+def test_an_older_folder_is_shown_as_far_as_it_goes(lossy: Results, older: Results, tmp_path: Path) -> None:
+    """Who had what of whom is known; what it was is not."""
+    lacking = missing(older)
+    assert [text.partition(",")[0] for text in lacking] == [
+        "what was said", "who played what in the eyes of the others", "why a vehicle chose what it did",
+    ]  # fmt: skip
+    assert missing(lossy) == []
+    now, then = (asked([data_of(one)], LOOK, tmp_path) for one in (lossy, older))
+    assert then["missing"] == lacking
+    assert (then["packets"], then["heard"], then["groups"]) == (now["packets"], now["heard"], now["groups"])
+    assert then["matrix"]["lacking"] == now["matrix"]["lacking"]
+
+
+@pytest.mark.parametrize("table", ["trajectories", "packets", "roles", "knowledge", "faults"])
+def test_a_table_may_be_missing(older: Results, tmp_path: Path, table: str) -> None:
+    (older.folder / f"{table}.parquet").unlink()
+    told = asked([data_of(Results.read(older.folder))], LOOK, tmp_path)
+    assert told["n"] == 4
+    assert (table in ("knowledge", "faults")) == (len(told["missing"]) == 3)
+
+
+def test_a_cut_table_is_named(lossy: Results, tmp_path: Path) -> None:
+    shutil.copytree(lossy.folder, tmp_path / "cut")
+    path = tmp_path / "cut" / "packets.parquet"
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    with pytest.raises(OutputError, match=r"packets\.parquet: damaged"):
+        data_of(Results.read(tmp_path / "cut"))
+
+
+def test_a_damaged_scenario_is_named(tmp_path: Path) -> None:
+    results = Fiction().write(tmp_path / "run")
+    (tmp_path / "run" / "manifest.json").write_text(json.dumps({"scenario": "[scenario\nname="}))
+    with pytest.raises(DrawingError, match="the scenario in its manifest is damaged"):
+        run_data(results)
+
+
+# Runs of all kinds --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", FICTIONS)
+def test_a_run_of_any_kind_is_shown(name: str, tmp_path: Path) -> None:
+    """Without packets all of them; one lasts 0 s, one has empty tables, in one nobody moves."""
+    fiction = FICTIONS[name]
+    told = asked([run_data(fiction.write(tmp_path / "run"), fiction.places)], LOOK, tmp_path)
+    assert told["names"] == list(fiction.vehicles)
+    assert told["places"] == [place.name for place in fiction.places]
+    assert (told["packets"], told["items"]) == (0, 0)
+    assert ("not completed" in told["verdict"]) != fiction.completed
+
+
+def test_the_verdict_says_how_much_and_why(tmp_path: Path) -> None:
+    told = asked([data_of(recorded(tmp_path / "run", "scenario.duration_s=40"))], LOOK, tmp_path)
+    assert told["verdict"].startswith("not completed, 0 % of the goal: ")
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        ("scenario.duration_s=1",),
+        ("scenario.duration_s=3",),
+        ("scenario.duration_s=60", "channel.per=0"),
+        ("scenario.duration_s=60", "strategy.name='oracle'"),
+        ("scenario.duration_s=60", "strategy.name='plan-and-dispatch'"),
+    ],
+)
+def test_short_runs_and_quiet_ones_are_shown(settings: tuple[str, ...], tmp_path: Path) -> None:
+    results = recorded(tmp_path / "run", *settings)
+    told = asked([data_of(results)], LOOK, tmp_path)
+    assert told["packets"] == results.table("packets").num_rows
+    assert told["seen"] == 3
+
+
+def test_sixty_four_vehicles_are_shown(tmp_path: Path) -> None:
+    settings = "fleet.size=64", "scenario.duration_s=130", "channel.per=0.3"
+    results = recorded(tmp_path / "run", *settings, scenario="mapping-patches")
+    told = asked([data_of(results)], LOOK, tmp_path)
+    assert told["n"] == 64
+    assert told["heard"] == sum(map(len, results.table("packets")["receivers"].to_pylist())) > 1000
+
+
+def test_names_of_any_letters_come_through_and_harm_nothing(tmp_path: Path) -> None:
+    fiction = Fiction(
+        vehicles=WICKED,
+        roles=[(WICKED[1], WICKED[2])],
+        outlines=WICKED[:2],
+        points=WICKED[2:],
+        milestones=[(WICKED[1], WICKED[0], WICKED[3], 5.0)],
+    )
+    data = run_data(fiction.write(tmp_path / "run"), fiction.places)
+    told = asked([data], LOOK, tmp_path)
+    assert told["names"] == WICKED
+    assert told["places"] == WICKED
+    assert told["groups"] == [WICKED[1]]
+    text = page_text(WICKED[1], [data])
+    assert "</script><b>" not in text
+    assert "&lt;/script&gt;&lt;b&gt;" in text
+
+
+def test_real_vehicles_may_be_called_so_too(tmp_path: Path) -> None:
+    """Facts about them are recognised by their names."""
+    raw = json.loads(json.dumps(load("mapping-rendezvous").model_dump(mode="json", exclude_none=True)))
+    for vehicle, name in zip(raw["vehicle"], WICKED, strict=True):
+        vehicle["name"] = name
+    raw["scenario"]["duration_s"] = 60.0
+    (tmp_path / "wicked.toml").write_text(tomli_w.dumps(raw), encoding="utf-8")
+    results = recorded(tmp_path / "run", scenario=str(tmp_path / "wicked.toml"))
+    told = asked([data_of(results)], LOOK, tmp_path)
+    assert told["names"] == WICKED
+    assert told["items"] == len(set(results.table("items")["uid"].to_pylist())) > 20
+
+
+# A mission of one's own ---------------------------------------------------------------------------
+
+
+@pytest.fixture
+def buoys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Results:
+    """The mission that the how-to writes; nothing of ours knows its words."""
+    text = (Path(__file__).parents[3] / "docs" / "howto" / "mission.md").read_text(encoding="utf-8")
+    for block in text.split("```")[1::2]:
+        name = block.partition("# ")[2].partition("\n")[0].strip()
+        if name in ("buoys.py", "buoys.ttl", "buoys.toml"):
+            (tmp_path / name).write_text(block.partition("\n")[2], encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    return recorded(tmp_path / "run", scenario=str(tmp_path / "buoys.toml"), seed=3)
+
+
+WORK = """([run]) => ({
+  jobs: run.world.places.filter((place) => place.isJob).map((place) => [place.name, place.done_s]),
+  others: run.world.places.filter((place) => !place.isJob).map((place) => place.what),
+  layers: run.layers.map((layer) => [layer.name, layer.rows.map((row) => [row.time_s, row.x, row.y, row.text])]),
+  finds: run.finds.map((find) => [find.attribute, find.x, find.y]), n: run.cost.n_work, last: run.cost.truth.at(-1),
+})"""
+
+
+def test_a_mission_of_ones_own_is_drawn_from_what_it_declares(buoys: Results, tmp_path: Path) -> None:
+    """Jobs with the times of the table that the mission writes, its sightings, and what vehicles said of them."""
+    told = asked([data_of(buoys)], WORK, tmp_path)
+    done = {row["job"]: row["time_s"] for row in reversed(buoys.table("jobs").to_pylist())}
+    assert dict(told["jobs"]) == done
+    assert len(done) == told["n"] == 5
+    assert told["last"] == 1.0
+    assert told["others"] == ["rally point"]
+    layers = dict(told["layers"])
+    assert sorted(row[3] for row in layers["jobs"]) == sorted(done)
+    sightings = [(row["time_s"], row["x_m"], row["y_m"]) for row in buoys.table("sightings").to_pylist()]
+    assert [tuple(row[:3]) for row in layers["sightings"]] == sightings
+    assert ["location", 150.0, 20.0] in told["finds"]
+
+
+# Why ----------------------------------------------------------------------------------------------
+
+WHY = """([run]) => run.events
+  .filter((event) => event.kind === "role").map((event) => run.why(event.vehicle, event.time_s))"""
+
+
+def chains(settings: tuple[str, ...], folder: Path) -> list[list[dict[str, Any]]]:
+    write(
+        run(load("mapping-rendezvous", [("--set", one) for one in ("channel.per=0.6", *settings)]), 1), folder / "run"
+    )
+    results = Results.read(folder / "run")
+    found: list[list[dict[str, Any]]] = asked([data_of(results)], WHY, folder)
+    given_up = [one for one in results.summary["milestones"] if one["name"] == "mapping_stopped"]
+    assert bool(given_up) == (not settings)
+    return found
+
+
+def moved_by_signals(chain: list[dict[str, Any]]) -> bool:
+    return "of it by a signal" in chain[0]["text"]
+
+
+def test_giving_up_is_traced_to_the_signal_that_caused_it(tmp_path: Path) -> None:
+    """Every link is a row of the tables: the decision, the packet as it arrived, the packet as it was sent."""
+    found = chains((), tmp_path)
+    results = Results.read(tmp_path / "run")
+    (stopped,) = [one for one in results.summary["milestones"] if one["name"] == "mapping_stopped"]
+    names = [vehicle.name for vehicle in results.scenario.vehicle]
+    (chain,) = [one for one in found if one[0]["time_s"] == stopped["time_s"] and moved_by_signals(one)]
+    choice, heard, sent = chain[:3]
+    assert names[choice["vehicle"]] == stopped["vehicle"]
+    rows = [row for row in results.table("decisions").to_pylist() if row["chosen"] and row["source"]]
+    (row,) = [row for row in rows if (row["time_s"], row["vehicle"]) == (stopped["time_s"], stopped["vehicle"])]
+    assert (heard["slot"], names[sent["vehicle"]]) == (row["slot"], row["source"])
+    packet = next(one for one in results.table("packets").to_pylist() if one["slot"] == row["slot"])
+    assert heard["time_s"] == dict(zip(packet["receivers"], packet["arrivals_s"], strict=True))[stopped["vehicle"]]
+    assert sent["time_s"] == packet["time_s"]
+    assert sent["text"].endswith("as its Homing stood still")
+
+
+def test_without_its_cause_the_chain_is_gone(tmp_path: Path) -> None:
+    """Nobody heeds signals, so nobody gives up, and no choice is owed to one."""
+    assert not any(moved_by_signals(chain) for chain in chains(("decision.weight_external=0",), tmp_path))
+
+
+# Two runs -----------------------------------------------------------------------------------------
+
+APART = "([one, two]) => R.divergence(one, two)"
+
+
+def test_two_runs_part_at_the_first_packet_that_another_heard(tmp_path: Path) -> None:
+    """The same seed at two loss rates: the first slot with other receivers is where they part."""
+    runs = [recorded(tmp_path / str(per), f"channel.per={per}", "scenario.duration_s=200") for per in (0.3, 0.6)]
+    pairs = zip(*(one.table("packets").to_pylist() for one in runs), strict=False)
+    first = next(a for a, b in pairs if a["receivers"] != b["receivers"])
+    told = asked([data_of(one) for one in runs], APART, tmp_path)
+    assert told == {"time_s": first["time_s"], "text": f"slot {first['slot']} is heard by others"}
+    assert asked([data_of(runs[0])] * 2, APART, tmp_path) is None
+
+
+def test_the_data_say_what_they_are(lossy: Results) -> None:
+    about, columns = opened(data_of(lossy))
+    assert about["form"] == 1
+    assert about["track_rows"] == [len(columns["track.x"]) // 4] * 4
+    assert about["header"]["slot_s"] == pytest.approx(1.7725, abs=1e-3)  # the nanomodem over 1000 m

@@ -1,0 +1,91 @@
+"use strict";
+/* One vehicle's world beside the truth: where it last heard its peers, where they may be by now, work that is done but
+   that it has not heard of, and roles that it has wrong. */
+(function () {
+  const GHOST_PX = 6;
+
+  /** Roles of every vehicle as sets of "group role", by vehicle. */
+  R.roleSets = function (facts, roles) {
+    const sets = facts.run.vehicles.map(() => new Map());
+    for (const { v, group, role } of roles) sets[v].set(group + "|" + role, role);
+    return sets;
+  };
+
+  /** Where `v` is wrong about its peers' roles: {peer, extra: it believes, missing: it has not heard of}. */
+  R.disagreements = function (facts, v, time_s) {
+    const { extra, lacking } = facts.run.disagreements(v, time_s);
+    const rolesOf = (entries, peer) => entries.filter((entry) => entry.v === peer).map((entry) => entry.role);
+    return facts.run.vehicles.map((_, peer) => ({ peer, extra: rolesOf(extra, peer), missing: rolesOf(lacking, peer) }))
+      .filter((entry) => entry.peer !== v && entry.extra.length + entry.missing.length);
+  };
+
+  /** Tiles done in truth that a vehicle has not heard of. */
+  R.unheardTiles = function (facts, mind, time_s) {
+    const { tiles } = facts.run, unheard = [];
+    for (let n = 0; n < tiles.n; n += 1) if (tiles.done_s[n] <= time_s && !(mind.tilesKnown_s[n] <= time_s)) unheard.push(n);
+    return unheard;
+  };
+
+  R.drawUnheard = function (pen, frame, facts, mind, time_s, step = 6) {
+    pen.strokeStyle = R.theme.belief;
+    pen.lineWidth = 1.2;
+    pen.beginPath();
+    for (const n of R.unheardTiles(facts, mind, time_s)) R.addHatch(pen, ...R.tileBox(frame, facts.run.tiles, n), step);
+    pen.stroke();
+  };
+
+  /** Ghosts of the peers, discs of where they may be, and lines to where they are. */
+  R.drawGhosts = function (pen, frame, facts, v, mind, time_s, { names = true, wrong = [], taken = [], size = GHOST_PX } = {}) {
+    const { run } = facts;
+    const labels = [];
+    pen.save();
+    pen.beginPath();
+    pen.rect(0, 0, frame.w, frame.h);
+    pen.clip();
+    for (const peer of mind.peers) {
+      if (peer.v === v) continue;
+      const x = frame.x(peer.x), y = frame.y(peer.y);
+      const age_s = Math.max(0, time_s - peer.since_s);
+      const radius = Math.min(age_s * facts.top_mps[peer.v], 1e5) * frame.scale;
+      drawDisc(pen, x, y, radius, facts.n > 12);
+      const so = run.at(peer.v, time_s);
+      pen.strokeStyle = R.theme.belief;
+      pen.lineWidth = 1.2;
+      pen.setLineDash([2, 3]);
+      pen.beginPath();
+      pen.moveTo(x, y);
+      pen.lineTo(frame.x(so.x), frame.y(so.y));
+      pen.stroke();
+      pen.setLineDash([]);
+      pen.lineWidth = 1.6;
+      const heading = Math.atan2(so.y - peer.y, so.x - peer.x);
+      R.drawGlyph(pen, x, y, heading, R.shapeOf(facts, peer.v), size, null, R.theme.belief);
+      labels.push({ peer: peer.v, x, y, age_s, far: Math.hypot(so.x - peer.x, so.y - peer.y) * frame.scale });
+    }
+    pen.restore();
+    if (names) nameGhosts(pen, frame, facts, labels, wrong, taken);
+  };
+
+  function drawDisc(pen, x, y, radius, many) {
+    pen.beginPath();
+    pen.arc(x, y, Math.max(radius, 1), 0, 2 * Math.PI);
+    pen.globalAlpha = many ? 0.015 : 0.1;
+    pen.fillStyle = R.PURPLE;
+    pen.fill();
+    pen.globalAlpha = many ? 0.25 : 0.8;
+    pen.strokeStyle = R.PURPLE;
+    pen.lineWidth = 1;
+    pen.stroke();
+    pen.globalAlpha = 1;
+  }
+
+  function nameGhosts(pen, frame, facts, labels, wrong, taken) {
+    const mistaken = new Map(wrong.map((entry) => [entry.peer, entry]));
+    for (const { peer, x, y, age_s, far } of labels) {
+      const entry = mistaken.get(peer);
+      if (far < 10 && !entry) continue;
+      const text = `${facts.run.vehicles[peer].name} ${R.seconds(age_s)} ago` + (entry ? " ≠" : "");
+      R.placeText(pen, frame, text, x, y, taken, { colour: R.theme.belief });
+    }
+  }
+})();

@@ -1,0 +1,240 @@
+"use strict";
+// Why a vehicle did what it did: its decisions, the chain of causes behind one, and what happened in order.
+globalThis.R = globalThis.R || {};
+
+(function () {
+  const LONGEST = 12; // links of a chain
+  const EPSILON_S = 1e-6;
+  const PLAYS_ROLE = "playsRole"; // attribute of the core vocabulary; those of objectives begin with "objective"
+
+  R.explain = function (run) {
+    run._decisions = decisionsOf(run);
+    run._decided_s = run._decisions.map((list) => list.map((one) => one.time_s));
+    run.events = eventsOf(run);
+  };
+
+  Object.assign(R.Run.prototype, {
+    // [{time_s, candidates: [{label, group, role, objective, activities, stimulus, own, external, motivation, source,
+    // slot, chosen}]}]: written when what stands to choice, or the choice, changed.
+    decisions(v) {
+      return this._decisions[v];
+    },
+
+    // The last decision of v by t; null if there is none.
+    decisionAt(v, t) {
+      const at = R.lastAt(this._decided_s[v], t + EPSILON_S);
+      return at < 0 ? null : this._decisions[v][at];
+    },
+
+    // [{text, time_s, vehicle, slot}]: the choice of v at t, and backwards what it is owed to; slot -1 without one. Of
+    // several things that v does at t, what it does in `role` is meant, else what it has begun last.
+    why(v, t, role = null) {
+      const links = [];
+      const seen = new Set();
+      let next = { v, t, role };
+      while (next && links.length < LONGEST && !seen.has(next.v + "@" + next.t)) {
+        seen.add(next.v + "@" + next.t);
+        next = explainOne(this, next, links);
+      }
+      return links;
+    },
+  });
+
+  function decisionsOf(run) {
+    const found = run.vehicles.map(() => []);
+    for (const row of run._rows("decisions")) {
+      const own = found[row.vehicle];
+      if (!own) continue;
+      if (!own.length || own[own.length - 1].time_s !== row.time_s) own.push({ time_s: row.time_s, candidates: [] });
+      own[own.length - 1].candidates.push({
+        label: row.activities + (row.role ? " (" + row.role + ")" : ""),
+        group: row.group, role: row.role, objective: row.objective, argument: row.argument, activities: row.activities,
+        stimulus: row.stimulus, own: row.own, external: row.external, motivation: row.own + row.external,
+        source: row.source, slot: row.slot, chosen: row.chosen === 1,
+      });
+    }
+    return found;
+  }
+
+  function isPursued(candidate) {
+    return candidate.chosen && candidate.role !== "";
+  }
+
+  // The decision at which v began, without a break, to do what it did at decision `at`.
+  function beginning(decisions, at, candidate) {
+    const does = (decision) => decision.candidates.some((one) => isPursued(one) && one.label === candidate.label);
+    let first = at;
+    while (first > 0 && does(decisions[first - 1])) first--;
+    return first;
+  }
+
+  // One choice, and the signal behind it. Adds its links; returns the choice of the sender, which explains the signal.
+  function explainOne(run, { v, t, role }, links) {
+    const decisions = run._decisions[v];
+    const at = R.lastAt(run._decided_s[v], t + EPSILON_S);
+    if (at < 0) return null;
+    const begun = decisions[at].candidates
+      .filter((one) => isPursued(one) && (!role || one.role === role))
+      .map((one) => ({ one, first: beginning(decisions, at, one) }));
+    if (!begun.length) {
+      explainVital(run, v, decisions[at], links);
+      return null;
+    }
+    const external = ({ one, first }) => decisions[first].candidates.find((of) => of.label === one.label).external;
+    const isLater = (b, a) => b.first > a.first || (b.first === a.first && external(b) > external(a));
+    const last = begun.reduce((a, b) => (isLater(b, a) ? b : a));
+    const decision = decisions[last.first];
+    const chosen = decision.candidates.find((one) => isPursued(one) && one.label === last.one.label);
+    links.push(link(choiceText(run.vehicles[v].name, chosen, decision, decisions[last.first - 1]), decision.time_s, v));
+    if (chosen.external > 0 && chosen.source >= 0) return explainSignal(run, v, chosen, links);
+    explainTask(run, v, chosen, decision.time_s, links);
+    return null;
+  }
+
+  function explainVital(run, v, decision, links) {
+    const vital = decision.candidates.filter(isVital);
+    if (!vital.length) return;
+    const what = vital.map((one) => `${one.activities}, motivation ${one.own.toFixed(2)}`).join("; ");
+    links.push(link(`${run.vehicles[v].name} cared for itself: ${what}`, decision.time_s, v));
+  }
+
+  // Care for itself comes before all objectives: its motivation is above any that they may have.
+  function isVital(candidate) {
+    return candidate.chosen && candidate.role === "" && candidate.own > 1;
+  }
+
+  function choiceText(name, chosen, decision, before) {
+    const own = `${chosen.own.toFixed(2)} of its own`;
+    const motivation = chosen.external > 0
+      ? `motivation ${chosen.motivation.toFixed(2)}, ${chosen.external.toFixed(2)} of it by a signal, ${own}`
+      : `motivation ${own}`;
+    return `${name} ${leavingText(decision, before)} ${chosen.label}: ${motivation}`;
+  }
+
+  // What was given up for a choice, and what would have moved the vehicle to go on with it.
+  function leavingText(decision, before) {
+    if (!before) return "chose";
+    const goesOn = (one) => decision.candidates.some((now) => now.chosen && now.label === one.label);
+    const given = before.candidates.filter((one) => !goesOn(one) && (isPursued(one) || isVital(one)));
+    const work = given.find(isPursued);
+    if (!work) return given.length ? `after ${given[0].activities} turned to` : "chose";
+    const now = decision.candidates.find((one) => one.label === work.label);
+    let how = "which was over";
+    if (now) how = now.stimulus > 0 ? `motivation ${now.motivation.toFixed(2)}` : "which had no stimulus any more";
+    return `left ${work.label}, ${how}, for`;
+  }
+
+  // The signal that moved v: when it was heard, and what its sender did in that role as it sent it.
+  function explainSignal(run, v, chosen, links) {
+    const source = run.vehicles[chosen.source].name, name = run.vehicles[v].name;
+    const packet = chosen.slot < 0 ? null : run.packetOf(chosen.slot);
+    if (!packet) {
+      links.push(link(`${name} had heard a signal of ${source}`, links[links.length - 1].time_s, v));
+      return null;
+    }
+    const heard = packet.to.find((one) => one.v === v);
+    const arrival_s = heard && heard.arrival_s !== null ? heard.arrival_s : packet.end_s;
+    const meant = packet.signals.filter((one) => one.group === chosen.group && one.addressed.includes(chosen.role));
+    const signal = meant.length ? meant.reduce((low, one) => (one.value < low.value ? one : low)) : null;
+    const value = signal ? `, satisfaction ${signal.value} as ${signal.role}` : "";
+    links.push(link(`${name} heard a signal of ${source} in slot ${packet.slot}${value}`, arrival_s, v, packet.slot));
+    if (!signal) return null;
+    const doing = run.decisionAt(chosen.source, packet.start_s);
+    const aims = doing ? doing.candidates.filter((one) => one.role === signal.role && one.group === signal.group) : [];
+    const still = aims.filter((one) => one.chosen).concat(aims.filter((one) => !one.chosen && one.stimulus > 0))[0];
+    const advance = signal.value < 0 ? "stood still" : "got on";
+    const as = still ? `as its ${still.activities} ${advance}` : `as ${signal.role}`;
+    links.push(link(`${source} sent it in slot ${packet.slot} ${as}`, packet.start_s, chosen.source, packet.slot));
+    return still && still.chosen ? { v: chosen.source, t: packet.start_s, role: signal.role } : null;
+  }
+
+  // How v came by what it does: by the facts that gave it the role, and the role its objective; the later one first.
+  function explainTask(run, v, chosen, before_s, links) {
+    const name = run.vehicles[v].name, path = chosen.group + "." + chosen.role;
+    const task = `${chosen.role} is for ${chosen.objective}(${chosen.argument})`;
+    const found = [
+      heardFact(run, v, "objective" + chosen.objective, path, chosen.argument, before_s, task),
+      heardFact(run, v, PLAYS_ROLE, name, path, before_s, `${name} plays ${chosen.role}`),
+    ];
+    links.push(...found.filter(Boolean).sort((a, b) => b.time_s - a.time_s));
+  }
+
+  // The last time by `before_s` that v heard or said a fact, as a link; null if it never did.
+  function heardFact(run, v, attribute, subject, value, before_s, words) {
+    const isMeant = (fact) => fact.attribute === attribute && fact.subject === subject && fact.value === value;
+    let found = -1;
+    for (const n of run.itemsAbout(attribute, subject)) {
+      const heard_s = run.heard_s(v, n);
+      if (heard_s > before_s + EPSILON_S || !run.items[n].facts.some(isMeant)) continue;
+      if (found < 0 || heard_s >= run.heard_s(v, found)) found = n;
+    }
+    if (found < 0) return null;
+    const item = run.items[found], heard_s = run.heard_s(v, found), name = run.vehicles[v].name;
+    if (item.origin === v) return link(`${name} decided that ${words}`, item.recorded_s, v);
+    const brought = (one) => one.items.includes(found) && one.to.some((to) => to.v === v && to.arrival_s === heard_s);
+    const packet = run.packets.find(brought), origin = run.vehicles[item.origin].name;
+    const by = packet ? ` in slot ${packet.slot}` : "";
+    return link(`${name} heard${by} that ${words}, as ${origin} decided`, heard_s, v, packet ? packet.slot : -1);
+  }
+
+  function link(text, time_s, vehicle, slot = -1) {
+    return { text, time_s, vehicle, slot };
+  }
+
+  // Milestones, roles that began to drive a vehicle, faults, and rows of the mission's own tables, in order of time.
+  function eventsOf(run) {
+    const found = [];
+    const add = (time_s, kind, vehicle, text) => found.push({ time_s, kind, vehicle, text });
+    const nameOf = (v) => (run.vehicles[v] ? run.vehicles[v].name : "");
+    for (const { time_s, name, vehicle, group } of run.milestones) {
+      const whose = nameOf(vehicle) || group;
+      add(time_s, "milestone", vehicle, name.replaceAll("_", " ") + (whose ? ": " + whose : ""));
+    }
+    run.vehicles.forEach((vehicle, v) => {
+      for (const bar of run.bars(v)) {
+        if (bar.driving) add(bar.from_s, "role", v, `${vehicle.name} is driven by ${bar.role}`);
+      }
+    });
+    for (const { time_s, vehicle, kind, detail } of run.faults) {
+      add(time_s, "fault", vehicle, `${nameOf(vehicle)}: ${kind}${detail ? ", " + detail : ""}`);
+    }
+    for (const layer of run.layers) {
+      for (const row of layer.rows) {
+        const who = row.vehicle >= 0 ? nameOf(row.vehicle) + ": " : "";
+        add(row.time_s, layer.name, row.vehicle, who + (row.text || layer.name));
+      }
+    }
+    return found.sort((a, b) => a.time_s - b.time_s);
+  }
+
+  // The first moment at which two runs differ: {time_s, text}; null if they never do.
+  R.divergence = function (one, two) {
+    const found = [];
+    const n = Math.min(one.packets.length, two.packets.length);
+    for (let p = 0; p < n; p++) {
+      const said = difference(one, one.packets[p], two.packets[p]);
+      if (!said) continue;
+      found.push({ time_s: Math.min(one.packets[p].start_s, two.packets[p].start_s), text: said });
+      break;
+    }
+    const acts = (run) => run.events.filter((event) => event.kind !== "fault");
+    const mine = acts(one), other = acts(two);
+    for (let e = 0; e < Math.max(mine.length, other.length); e++) {
+      const a = mine[e], b = other[e];
+      if (a && b && a.time_s === b.time_s && a.text === b.text) continue;
+      const first = !b || (a && a.time_s <= b.time_s) ? a : b;
+      found.push({ time_s: first.time_s, text: first.text + " in one of them" });
+      break;
+    }
+    return found.length ? found.reduce((first, next) => (next.time_s < first.time_s ? next : first)) : null;
+  };
+
+  function difference(run, a, b) {
+    if (a.slot !== b.slot || a.sender !== b.sender) return "another packet is sent";
+    if (a.size_bits !== b.size_bits || a.items.length !== b.items.length) {
+      return `${run.vehicles[a.sender].name} says something else in slot ${a.slot}`;
+    }
+    const heard = ({ to }) => to.filter((one) => one.arrival_s !== null).map((one) => one.v).sort((x, y) => x - y);
+    return heard(a).join() === heard(b).join() ? "" : `slot ${a.slot} is heard by others`;
+  }
+})();

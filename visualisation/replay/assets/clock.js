@@ -1,0 +1,82 @@
+"use strict";
+/* The clock of the page. Time in the mission goes on by a rate (seconds of mission per second of the reader), which the
+   chosen pace gives: slot by slot, frame by frame, or a multiple of real time. */
+(function () {
+  /* A slot lasts about 4 s for the reader, so that the eye can follow a wave front, which crosses the area in 0.7 s. */
+  const SLOT_LASTS_S = 4, FRAME_LASTS_S = 2, LONGEST_TICK_S = 0.1;
+
+  R.PACES = [["slot", "by slot"], ["frame", "by frame"],
+             ...[10, 30, 60, 120, 300, 600].map((rate) => [String(rate), rate + "× real time"])];
+
+  R.Clock = class {
+    constructor({ end_s, slot_s, frame_s }) {
+      Object.assign(this, { end_s, slot_s: slot_s || 1, frame_s: frame_s || 10 });
+      this.t = 0;
+      this.playing = false;
+      this.pace = "60";
+      this.stop_s = null;
+      this.listeners = [];
+      this.last_ms = null;
+      this.tick = this.tick.bind(this);
+    }
+
+    /** Mission seconds per second of the reader. */
+    get rate() {
+      if (this.pace === "slot") return this.slot_s / SLOT_LASTS_S;
+      if (this.pace === "frame") return this.frame_s / FRAME_LASTS_S;
+      return Number(this.pace);
+    }
+
+    onChange(listener) { this.listeners.push(listener); }
+    tell() { for (const listener of this.listeners) listener(this.t); }
+
+    seek(time_s) {
+      this.stop_s = null;
+      this.t = Math.min(Math.max(time_s, 0), this.end_s);
+      this.tell();
+    }
+
+    setPace(pace) { this.pace = pace; this.tell(); }
+
+    toggle() { if (this.playing) this.pause(); else this.play(); }
+
+    play() {
+      if (this.t >= this.end_s) this.t = 0;
+      this.stop_s = null;
+      this.start();
+    }
+
+    start() {
+      if (!this.playing) { this.playing = true; this.last_ms = null; requestAnimationFrame(this.tick); }
+      this.tell();
+    }
+
+    pause() { this.playing = false; this.stop_s = null; this.tell(); }
+
+    /** Length of a step: a slot by slot, else a frame (s). */
+    get step_s() { return this.pace === "slot" ? this.slot_s : this.frame_s; }
+
+    /** One step; a step ahead by slot is shown in slow motion, unless another follows at once. */
+    step(direction, length_s = this.step_s) {
+      const from_s = this.stop_s === null ? this.t : this.stop_s;
+      const number = direction > 0 ? Math.floor(from_s / length_s + 1e-6) + 1 : Math.ceil(from_s / length_s - 1e-6) - 1;
+      const to_s = Math.min(Math.max(number * length_s, 0), this.end_s);
+      const slow = direction > 0 && this.pace === "slot" && length_s === this.slot_s;
+      this.playing = this.playing && slow;
+      this.seek(slow ? from_s : to_s);
+      if (slow && to_s > this.t) { this.stop_s = to_s; this.start(); }
+    }
+
+    tick(now_ms) {
+      if (!this.playing) return;
+      /* A page that was hidden for a minute must not leap by an hour of the mission. */
+      const passed_s = this.last_ms === null ? 0 : Math.min((now_ms - this.last_ms) / 1000, LONGEST_TICK_S);
+      this.last_ms = now_ms;
+      const until_s = this.stop_s === null ? this.end_s : this.stop_s;
+      this.t = Math.min(this.t + passed_s * this.rate, until_s);
+      if (this.t >= until_s) { this.playing = false; this.stop_s = null; }
+      this.tell();
+      if (this.playing) requestAnimationFrame(this.tick);
+    }
+  };
+})();

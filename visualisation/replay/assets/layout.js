@@ -1,0 +1,138 @@
+"use strict";
+/* The parts of the page around the views: facts of the run, controls, legend, help. */
+(function () {
+  /** Scenario, strategy, policy, loss, seed, version and verdict in one line. */
+  R.factsLine = function (run) {
+    const { header } = run;
+    const line = R.make("header", "facts");
+    line.append(R.make("h1", "", header.scenario));
+    const loss = header.per === null || header.per === undefined ? header.channel : `${header.channel}, loss ${header.per}`;
+    for (const [name, value] of [["strategy", header.strategy], ["policy", header.policy], ["channel", loss], ["seed", header.seed],
+                                 ["version", header.version]]) {
+      const fact = R.make("span", "fact");
+      fact.append(R.make("b", "", name), " " + value);
+      line.append(fact);
+    }
+    line.append(R.make("span", "verdict " + (header.completed ? "good" : "bad"), (header.completed ? "✓ " : "✕ ") + header.verdict));
+    return line;
+  };
+
+  R.factsText = function ({ header }) {
+    return [`scenario ${header.scenario}`, `strategy ${header.strategy}`, `policy ${header.policy}`, `channel ${header.channel}`,
+            `loss ${header.per}`, `seed ${header.seed}`, `version ${header.version}`, `run ${header.run_id}`, header.verdict].join(", ");
+  };
+
+  /** The line of controls; `app` acts. */
+  R.Controls = class {
+    constructor(app, parent) {
+      this.app = app;
+      this.root = R.make("div", "controls");
+      const add = (text, title, action, name = "") => {
+        const button = R.button(text, action, name);
+        button.title = title;
+        button.setAttribute("aria-label", title);
+        this.root.append(button);
+        return button;
+      };
+      add("|◂", "To the start (Home)", () => app.clock.seek(0));
+      add("◂", "Step back (←)", () => app.clock.step(-1));
+      this.play = add("▶ Play", "Play or pause (Space)", () => app.clock.toggle(), "play");
+      add("▸", "Step ahead (→)", () => app.clock.step(1));
+      this.pace = R.make("select");
+      this.pace.setAttribute("aria-label", "Pace");
+      for (const [value, name] of R.PACES) this.pace.append(new Option(name, value));
+      this.pace.addEventListener("change", () => app.setPace(this.pace.value));
+      this.scrub = R.make("input", "scrub");
+      Object.assign(this.scrub, { type: "range", min: 0, max: app.clock.end_s, step: "any" });
+      this.scrub.setAttribute("aria-label", "Time of the mission in seconds");
+      this.scrub.addEventListener("input", () => app.clock.seek(Number(this.scrub.value)));
+      this.now = R.make("output", "now");
+      this.root.append(this.pace, this.scrub, this.now);
+      add("−", "Show more time in the lanes (−)", () => app.zoomLanes(2));
+      add("+", "Show less time in the lanes (+)", () => app.zoomLanes(0.5));
+      add("whole run", "Show the whole run in the lanes (F)", () => app.zoomLanes(Infinity));
+      if (app.views.length > 1) add("first divergence", "Jump to the first divergence of the runs (J)", () => app.toDivergence(), "jump");
+      add("link", "Copy a link to this moment (L)", () => app.copyLink());
+      add("SVG", "Save this view as SVG (S)", () => app.saveSvg());
+      this.clip = add("● clip", "Record a clip as video (V)", () => app.toggleClip());
+      add("◐", "Light or dark (D)", () => app.toggleTheme());
+      add("?", "Help (?)", () => app.toggleHelp());
+      parent.append(this.root);
+    }
+
+    update() {
+      const { clock } = this.app;
+      this.play.textContent = clock.playing ? "❚❚ Pause" : "▶ Play";
+      if (this.pace.value !== clock.pace) this.pace.value = clock.pace;
+      this.scrub.value = clock.t;
+      const slot = Math.floor(clock.t / clock.slot_s + 1e-6);
+      this.now.textContent = `${R.seconds(clock.t, 1)} · slot ${slot}`;
+    }
+  };
+
+  /** Symbols of the map in one line below it. */
+  R.drawLegend = function (pen, w, h, height, mind) {
+    const y = h - height / 2;
+    pen.fillStyle = R.theme.panel;
+    pen.fillRect(0, h - height, w, height);
+    pen.font = R.FONT;
+    pen.textAlign = "left";
+    pen.textBaseline = "middle";
+    let x = 8;
+    const entry = (text, width, draw) => {
+      const all = width + 6 + pen.measureText(text).width;
+      if (x + all > w - 4) return;
+      draw(x);
+      pen.fillStyle = R.theme.ink;
+      pen.fillText(text, x + width + 6, y);
+      x += all + 12;
+    };
+    if (mind) {
+      entry("last heard", 12, (left) => { pen.lineWidth = 1.6; R.drawGlyph(pen, left + 6, y, 0, 0, 5, null, R.theme.belief); });
+      entry("may be", 14, (left) => {
+        pen.beginPath();
+        pen.arc(left + 7, y, 6, 0, 2 * Math.PI);
+        pen.globalAlpha = 0.15; pen.fillStyle = R.PURPLE; pen.fill();
+        pen.globalAlpha = 1; pen.strokeStyle = R.PURPLE; pen.lineWidth = 1; pen.stroke();
+      });
+      entry("unheard", 14, (left) => {
+        pen.fillStyle = R.theme.done;
+        pen.fillRect(left, y - 6, 14, 12);
+        pen.strokeStyle = R.theme.belief;
+        pen.lineWidth = 1.2;
+        R.hatch(pen, left, y - 6, 14, 12, 5);
+      });
+    }
+    entry("done", 14, (left) => { pen.fillStyle = R.theme.done; pen.fillRect(left, y - 6, 14, 12); });
+    entry("heard", 20, (left) => R.drawLink(pen, [left, y], [left + 20, y], true));
+    entry("lost", 28, (left) => R.drawLink(pen, [left, y], [left + 34, y], false));
+  };
+
+  R.KEYS = [
+    ["Space", "play or pause"], ["← →", "one step: a slot, or a frame, as the pace says"], [", .", "one slot back or ahead"],
+    ["Shift ← →", "60 s back or ahead"], ["Home End", "start, end"], ["[ ]", "event before or after (of the selected vehicle)"],
+    ["1 … 9, 0", "select a vehicle; none"], ["↑ ↓", "vehicle above or below"], ["+ − F", "lanes: less time, more time, whole run"],
+    ["K M X C W E", "Knowledge, Minds, Matrix, Cost, Why, Events"], ["J", "first divergence of two runs"], ["D", "light or dark"],
+    ["S", "save the view as SVG"], ["V", "start or end a clip as video"], ["L", "copy a link to this moment"], ["? Esc", "this help; close it"],
+  ];
+  const MEANINGS = [
+    "Lanes: the labelled bar is the role that drives the vehicle; thin rows below are roles it holds; a small triangle marks a change of choice: click it for the reasons.",
+    "Strip below: a full tick upwards is a packet heard, a hollow tick downwards one lost, a dot one sent. Zoomed out: shares. Hatched: deaf, every packet lost for three frames or more.",
+    "Orange arrows: influence signals, from the sender's slot to the choice they moved; zoomed in, every signal that was heard.",
+    "Map: a full line is a packet heard, a broken line with a cross one lost. By slot, rings are the sound in the water.",
+    "With a vehicle selected, purple is what it believes: hollow symbols where it last heard its peers, discs where they may be, dotted lines to where they are, hatching for work it has not heard of, ≠ for roles it has wrong.",
+    "Wheel: zoom. Drag: move. Double click: whole map, whole run. Lanes of alike vehicles fold; click one to open it.",
+  ];
+
+  R.makeHelp = function (parent, close) {
+    const help = R.make("dialog", "help");
+    help.append(R.make("h2", "", "How to read this page"));
+    for (const text of MEANINGS) help.append(R.make("p", "", text));
+    help.append(R.make("h2", "", "Keys"));
+    const list = R.make("dl");
+    for (const [key, text] of R.KEYS) list.append(R.make("dt", "", key), R.make("dd", "", text));
+    help.append(list, R.button("Close", close));
+    parent.append(help);
+    return help;
+  };
+})();

@@ -1,0 +1,294 @@
+"use strict";
+// One run: vehicles, where they were, what they played, what was sent. Times in s, positions in m, vehicles by index.
+// knowledge.js adds what was known, work.js what there was to do, chain.js why they did what they did. Nothing here
+// knows the document.
+globalThis.R = globalThis.R || {};
+
+(function () {
+  const LOST = 1, HEARD = 2; // what became of a packet at a vehicle; 0: it is the sender, or was out of reach
+  const TEXT = 0, WHOLE = 1, POINT = 2, DECIMAL = 3; // forms of the values of facts
+  const POINT_STEP_M = 1 / 64;
+  const MILLION = 1e6;
+  const OUT = new Set(["lost", "joins", "energy"]), OVER = "over"; // faults by which a vehicle is out of the mission
+
+  // Index of the last entry of a sorted array that is at most `value`; -1 if there is none.
+  R.lastAt = function (sorted, value, start = 0, end = sorted.length) {
+    let low = start, high = end;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (sorted[middle] <= value) low = middle + 1;
+      else high = middle;
+    }
+    return low - 1;
+  };
+
+  R.Run = class {
+    constructor({ about, columns }) {
+      this.about = about;
+      this.columns = columns;
+      this.header = about.header;
+      this.missing = about.missing;
+      this.vehicles = about.vehicles.map((one) => ({ depth_m: 0, ...one, lost_s: null, out: [] }));
+      this._tracks = tracksOf(this);
+      this.faults = this._rows("faults");
+      markLost(this);
+      this.milestones = about.milestones.map(([name, vehicle, group, time_s]) => ({ time_s, name, vehicle, group }));
+      this._bars = barsOf(this);
+      this.items = itemsOf(this);
+      this.packets = packetsOf(this);
+      this._starts_s = Float64Array.from(this.packets, (packet) => packet.start_s);
+      this._packetOfSlot = new Map(this.packets.map((packet, index) => [packet.slot, index]));
+      this.layers = layersOf(this);
+      R.learn(this);
+      R.survey(this);
+      R.explain(this);
+    }
+
+    text(number) {
+      return number < 0 ? "" : this.about.texts[number];
+    }
+
+    has(table) {
+      return this.about.events.includes(table);
+    }
+
+    // Rows of a table of events as objects; empty if the run has none.
+    _rows(table) {
+      if (!this.has(table)) return [];
+      const names = this.about.columns.map(([name]) => name).filter((name) => name.startsWith(table + "."));
+      const kinds = names.map((name) => name.slice(table.length + 1));
+      const time_s = this.columns[names[0]];
+      return Array.from(time_s, (_, row) => {
+        const found = {};
+        kinds.forEach((kind, at) => {
+          const value = this.columns[names[at]][row];
+          found[kind] = NUMBERS.has(kind) ? value : this.text(value);
+        });
+        return found;
+      });
+    }
+
+    // Where a vehicle was, how it headed (rad), how fast it was (m/s), what energy it had used (J).
+    at(v, t) {
+      const track = this._tracks[v];
+      if (!track.t.length) return { x: NaN, y: NaN, heading: 0, speed: 0, energy: 0 };
+      const low = Math.max(0, R.lastAt(track.t, t)), high = Math.min(low + 1, track.t.length - 1);
+      const length_s = track.t[high] - track.t[low];
+      const share = length_s > 0 ? Math.min(1, Math.max(0, (t - track.t[low]) / length_s)) : 0;
+      const between = (values) => values[low] + share * (values[high] - values[low]);
+      const turn = track.heading[high] - track.heading[low];
+      return {
+        x: between(track.x),
+        y: between(track.y),
+        heading: track.heading[low] + share * Math.atan2(Math.sin(turn), Math.cos(turn)),
+        speed: between(track.speed),
+        energy: between(track.energy),
+      };
+    }
+
+    // {t, x, y, heading, speed, energy}: arrays of one length.
+    track(v) {
+      return this._tracks[v];
+    }
+
+    // [{from_s, to_s, group, role, driving}]: a bar while a role is held, another one while it drives the vehicle.
+    bars(v) {
+      return this._bars[v];
+    }
+
+    // [from, to): the packets whose sending begins from t0 to before t1.
+    packetsIn(t0, t1) {
+      const before = (t) => R.lastAt(this._starts_s, t) + 1;
+      let low = before(t0), high = before(t1);
+      while (low > 0 && this._starts_s[low - 1] >= t0) low--;
+      while (high > 0 && this._starts_s[high - 1] >= t1) high--;
+      return [low, high];
+    }
+
+    // The packet that was sent in a slot; null if none was.
+    packetOf(slot) {
+      const index = this._packetOfSlot.get(slot);
+      return index === undefined ? null : this.packets[index];
+    }
+  };
+
+  const NUMBERS = new Set([
+    "time_s", "vehicle", "peer", "stimulus", "own", "external", "source", "slot", "chosen",
+  ]);
+
+  function tracksOf(run) {
+    const rows = run.about.track_rows || run.vehicles.map(() => 0);
+    const column = (name) => run.columns["track." + name] || new Float64Array(0);
+    let start = 0;
+    return rows.map((count) => {
+      const part = (name) => column(name).subarray(start, start + count);
+      const track = {
+        t: part("time"), x: part("x"), y: part("y"),
+        heading: part("heading"), speed: part("speed"), energy: part("energy"),
+      };
+      start += count;
+      return track;
+    });
+  }
+
+  // out: [{from_s, to_s}] while a vehicle is lost, has not joined yet or has no energy; lost_s: since when for good.
+  function markLost(run) {
+    const since = new Map();
+    for (const { kind, vehicle, detail, time_s } of run.faults) {
+      const of = run.vehicles[vehicle], key = vehicle + kind;
+      if (!of || !OUT.has(kind)) continue;
+      if (detail !== OVER) {
+        since.set(key, { from_s: time_s, to_s: Infinity });
+        of.out.push(since.get(key));
+      } else if (since.has(key)) since.get(key).to_s = time_s;
+    }
+    for (const of of run.vehicles) {
+      const last = of.out.filter((spell) => spell.to_s === Infinity);
+      if (last.length) of.lost_s = Math.min(...last.map((spell) => spell.from_s));
+    }
+  }
+
+  function barsOf(run) {
+    const bars = run.vehicles.map(() => []);
+    const open = new Map();
+    const close = (row, driving, key) => {
+      const bar = open.get(key + driving);
+      if (!bar) return;
+      bar.to_s = row.time_s;
+      open.delete(key + driving);
+    };
+    for (const row of run._rows("roles")) {
+      if (!bars[row.vehicle]) continue;
+      const key = row.vehicle + "\n" + row.group + "\n" + row.role + "\n";
+      if (row.event === "assigned" || row.event === "active") {
+        const driving = row.event === "active";
+        if (open.has(key + driving)) continue;
+        const bar = { from_s: row.time_s, to_s: run.header.end_s, group: row.group, role: row.role, driving };
+        bars[row.vehicle].push(bar);
+        open.set(key + driving, bar);
+      } else {
+        close(row, true, key);
+        if (row.event === "left") close(row, false, key);
+      }
+    }
+    return bars;
+  }
+
+  function factsOf(run) {
+    const { "facts.subject": subject, "facts.attribute": attribute } = run.columns;
+    const { "facts.form": form, "facts.a": a, "facts.b": b } = run.columns;
+    const value = (n) => {
+      if (form[n] === POINT) return [a[n] * POINT_STEP_M, b[n] * POINT_STEP_M];
+      if (form[n] === TEXT) return run.text(a[n]);
+      return form[n] === WHOLE ? a[n] : a[n] / MILLION;
+    };
+    return Array.from(subject, (_, n) => ({
+      subject: run.text(subject[n]), attribute: run.text(attribute[n]), value: value(n),
+    }));
+  }
+
+  function itemsOf(run) {
+    const column = (name) => run.columns["items." + name];
+    if (!column("origin")) return [];
+    const facts = factsOf(run);
+    const last = new Map();
+    let start = 0;
+    return Array.from(column("origin"), (origin, n) => {
+      const sequence = (last.get(origin) || 0) + column("sequence")[n];
+      last.set(origin, sequence);
+      const part = column("part")[n];
+      const end = start + column("facts")[n];
+      const item = {
+        uid: run.vehicles[origin].node + "-" + sequence + (part ? "." + part : ""),
+        origin,
+        time_s: column("time")[n],
+        recorded_s: column("time")[n] + column("late")[n],
+        kind: run.text(column("kind")[n]),
+        facts: facts.slice(start, end),
+      };
+      start = end;
+      return item;
+    });
+  }
+
+  // The next elements of flat columns, list by list.
+  function lists(counts, flat) {
+    let start = 0;
+    return Array.from(counts, (count) => Array.from(flat.subarray(start, (start += count))));
+  }
+
+  function packetsOf(run) {
+    const column = (name) => run.columns["packets." + name];
+    if (!column("start")) return [];
+    const n = column("start").length, width = run.vehicles.length;
+    const none = new Float64Array(n), nothing = new Float64Array(0);
+    const said = (name) => lists(column(name + ".n") || none, column(name) || nothing);
+    const items = said("items"), status = said("status"), signals = signalsOf(run, n);
+    const packets = Array.from(column("start"), (start_s, p) => ({
+      slot: column("slot")[p],
+      start_s,
+      end_s: start_s + column("length")[p],
+      sender: column("sender")[p],
+      size_bits: column("size")[p],
+      acks: column("acks")[p],
+      items: items[p].filter((item) => item >= 0),
+      status: status[p].filter((item) => item >= 0),
+      to: [],
+      signals: signals[p],
+    }));
+    const ofSender = run.vehicles.map(() => []);
+    packets.forEach((packet, p) => ofSender[packet.sender] && ofSender[packet.sender].push(p));
+    const delay_s = column("delay"), outcome = column("outcome");
+    let next = 0;
+    for (const sent of ofSender) {
+      for (let v = 0; v < width; v++) {
+        for (const p of sent) {
+          const became = outcome[p * width + v];
+          if (became === HEARD) packets[p].to.push({ v, arrival_s: packets[p].end_s + delay_s[next++] });
+          else if (became === LOST) packets[p].to.push({ v, arrival_s: null });
+        }
+      }
+    }
+    return packets;
+  }
+
+  // One signal of a role has an entry for every role that it addresses: they become one.
+  function signalsOf(run, n) {
+    const counts = run.columns["packets.signals.n"];
+    if (!counts) return Array.from({ length: n }, () => []);
+    const { "signals.role": role, "signals.to": to, "signals.value": value } = run.columns;
+    let row = 0;
+    return Array.from(counts, (count) => {
+      const found = new Map();
+      for (const end = row + count; row < end; row++) {
+        const [group, name] = split(run.text(role[row]));
+        const key = role[row];
+        if (!found.has(key)) found.set(key, { group, role: name, addressed: [], value: value[row] });
+        const addressed = run.text(to[row]);
+        if (addressed) found.get(key).addressed.push(split(addressed)[1]);
+      }
+      return [...found.values()];
+    });
+  }
+
+  // "Group.Role" as [group, role]; names have no point.
+  function split(path) {
+    const at = path.indexOf(".");
+    return [path.slice(0, at), path.slice(at + 1)];
+  }
+
+  // Tables of the mission's own: [{name, rows: [{time_s, vehicle, x, y, text}]}]; x and y are null without a place.
+  function layersOf(run) {
+    return run.about.world.layers.map(({ name, n, has_places }) => {
+      const column = (of) => run.columns["layer." + name + "." + of];
+      const rows = Array.from({ length: n }, (_, row) => ({
+        time_s: column("time")[row],
+        vehicle: column("vehicle")[row],
+        x: has_places ? column("x_m")[row] : null,
+        y: has_places ? column("y_m")[row] : null,
+        text: column("text") ? run.text(column("text")[row]) : "",
+      }));
+      return { name, rows };
+    });
+  }
+})();

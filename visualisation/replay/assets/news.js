@@ -1,0 +1,118 @@
+"use strict";
+/* What one vehicle knows, in words and numbers: of every peer how old its news is, how far off the place, which roles it
+   has wrong, what it lacks; and its spells of silence. */
+(function () {
+  const MOST_SPELLS = 6;
+
+  R.showNews = function (body, facts, v, time_s, go) {
+    if (v < 0) { body.replaceChildren(...overview(facts, time_s, go)); return; }
+    const { run } = facts;
+    const mind = run.mind(v, time_s);
+    const wrong = new Map(R.disagreements(facts, v, time_s).map((entry) => [entry.peer, entry]));
+    const head = R.make("div", "row");
+    head.append(R.make("h2", "", `What ${run.vehicles[v].name} knows at ${R.seconds(time_s)}`));
+    body.replaceChildren(head, R.make("p", "", summary(facts, v, mind, wrong, time_s)), silenceLine(facts, v, go),
+                         table(facts, v, mind, wrong, time_s));
+  };
+
+  function summary(facts, v, mind, wrong, time_s) {
+    const done = doneCells(facts, time_s), unheard = R.unheardTiles(facts, mind, time_s).length;
+    const parts = [];
+    if (done) parts.push(unheard ? `Of ${done} squares done it has not heard of ${unheard} (hatched on the map).` : `It knows of all ${done} squares done.`);
+    parts.push(wrong.size ? `It has the roles of ${wrong.size} of ${facts.n - 1} peers wrong.` : "It has the roles of all peers right.");
+    const age_s = facts.run.matrix(time_s).age_s[v];
+    const oldest = age_s.reduce((worst, age, peer) => (peer !== v && (worst < 0 || age > age_s[worst]) ? peer : worst), -1);
+    if (oldest >= 0) {
+      const name = facts.run.vehicles[oldest].name;
+      parts.push(Number.isFinite(age_s[oldest]) ? `Its oldest news is of ${name}: ${R.seconds(age_s[oldest])}.` : `It has never heard of ${name}.`);
+    }
+    return parts.join(" ");
+  }
+
+  function doneCells(facts, time_s) {
+    return facts.run.tiles.done_s.reduce((count, done_s) => count + (done_s <= time_s ? 1 : 0), 0);
+  }
+
+  function silenceLine(facts, v, go) {
+    const line = R.make("p", "spells");
+    const spells = [...facts.silences[v]].sort((a, b) => (b.to_s - b.from_s) - (a.to_s - a.from_s));
+    line.append(R.make("span", "", spells.length ? `Deaf ${spells.length} times, longest first: ` : "It was never deaf for three frames or more."));
+    for (const spell of spells.slice(0, MOST_SPELLS)) {
+      line.append(R.button(`${R.seconds(spell.to_s - spell.from_s)} from ${R.seconds(spell.from_s)}`, () => go(spell.from_s, v), "link"));
+    }
+    return line;
+  }
+
+  function table(facts, v, mind, wrong, time_s) {
+    const { run } = facts;
+    const { age_s, lacking } = run.matrix(time_s);
+    const ghosts = new Map(mind.peers.map((peer) => [peer.v, peer]));
+    const believed = R.roleSets(facts, mind.roles);
+    const rows = run.vehicles.map((_, peer) => peer).filter((peer) => peer !== v).map((peer) => {
+      const so = run.at(peer, time_s), ghost = ghosts.get(peer);
+      const off_m = ghost ? Math.hypot(so.x - ghost.x, so.y - ghost.y) : null;
+      return [[run.vehicles[peer].name], [Number.isFinite(age_s[v][peer]) ? R.seconds(age_s[v][peer]) : "never heard"],
+              [ghost ? `${Math.round(off_m)} m (heard ${R.seconds(time_s - ghost.since_s)} ago)` : "unknown"],
+              [String(lacking[v][peer])], [mind.absent.includes(peer) ? "taken for absent" : [...believed[peer].values()].join(", ") || "none"], mistake(wrong.get(peer))];
+    });
+    return R.table(["peer", "age of news", "place is off by", "items lacking", "roles as it believes", "truth"], rows);
+  }
+
+  function mistake(entry) {
+    if (!entry) return ["✓ agrees"];
+    const parts = [];
+    if (entry.extra.length) parts.push("no longer " + entry.extra.join(", "));
+    if (entry.missing.length) parts.push("also " + entry.missing.join(", "));
+    return ["≠ " + parts.join("; "), "wrong"];
+  }
+
+  /* Without a selected vehicle: how well each one is informed. */
+  function overview(facts, time_s, go) {
+    const { run } = facts;
+    const rows = run.vehicles.map((vehicle, v) => {
+      const mind = run.mind(v, time_s), spell = facts.longestSilence(v), share = facts.heardShare(v);
+      const wrong = R.disagreements(facts, v, time_s).length;
+      const bar = facts.drivingAt(v, time_s);
+      return [[vehicle.name, "", () => go(time_s, v)], [bar ? bar.text : "waits"], [share === null ? "nothing sent" : `${Math.round(100 * share)} %`],
+              [spell ? `${R.seconds(spell.to_s - spell.from_s)} from ${R.seconds(spell.from_s)}` : "none", "", spell ? () => go(spell.from_s, v) : null],
+              [wrong ? `≠ ${wrong}` : "✓ none", wrong ? "wrong" : ""], [String(R.unheardTiles(facts, mind, time_s).length)]];
+    });
+    return [R.make("h2", "", `The fleet at ${R.seconds(time_s)}`), R.make("p", "", "Select a vehicle to see its world beside the truth."),
+            R.table(["vehicle", "is driven by", "heard", "longest deaf", "peers' roles wrong", "squares unheard"], rows)];
+  }
+
+  /** A table of [text, class, action] cells. */
+  R.table = function (heads, rows) {
+    const table = R.make("table"), head = R.make("tr");
+    for (const text of heads) head.append(R.make("th", "", text));
+    table.append(head);
+    for (const row of rows) {
+      const line = R.make("tr");
+      for (const [text, name, action] of row) {
+        const cell = R.make("td", name, action ? "" : text);
+        if (action) cell.append(R.button(text, action, "link"));
+        line.append(cell);
+      }
+      table.append(line);
+    }
+    return table;
+  };
+
+  /** The list of what happened, of one vehicle and of groups, or of all. */
+  R.showEvents = function (body, facts, v, time_s, go) {
+    const { run } = facts;
+    const shown = run.events.filter((event) => v < 0 || event.vehicle === v || event.vehicle < 0);
+    const rows = shown.map((event) => [
+      [R.seconds(event.time_s, 1), "", () => go(event.time_s, event.vehicle < 0 ? v : event.vehicle)],
+      [event.vehicle < 0 ? "" : run.vehicles[event.vehicle].name], [event.kind], [event.text]]);
+    const name = v < 0 ? "What happened" : `What happened to ${run.vehicles[v].name}, and to groups`;
+    const table = R.table(["time", "vehicle", "kind", "what"], rows);
+    const at = shown.findIndex((event) => event.time_s > time_s + 1e-6);
+    const now = table.rows[at < 0 ? shown.length : at];
+    if (now) now.classList.add("now");
+    const keep = body.dataset.shows === "events" + v ? body.scrollTop : null;
+    body.replaceChildren(R.make("h2", "", name), table);
+    body.dataset.shows = "events" + v;
+    if (keep !== null) body.scrollTop = keep; else if (now) now.scrollIntoView({ block: "center" });
+  };
+})();

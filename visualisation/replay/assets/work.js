@@ -1,0 +1,166 @@
+"use strict";
+// What there is to do, when it was done, when each vehicle knew of it, and what the losses cost.
+globalThis.R = globalThis.R || {};
+
+(function () {
+  const STATUS = "status"; // kind of items of which the newest value counts
+  const SAMPLES = 600;
+
+  R.survey = function (run) {
+    run.tiles = tilesOf(run);
+    run.world = worldOf(run);
+    run.finds = findsOf(run);
+    run.cost = costOf(run);
+  };
+
+  // Squares of the places: {x, y, size, place: west, south, side, index of the place; done_s, doneBy; known_s[v]}.
+  function tilesOf(run) {
+    const { "tiles.column": column, "tiles.row": row } = run.columns;
+    const n = column.length;
+    const tiles = {
+      n, x: new Float64Array(n), y: new Float64Array(n), size: new Float64Array(n), place: new Int32Array(n),
+      done_s: new Float64Array(n).fill(Infinity), doneBy: new Int32Array(n).fill(-1),
+      known_s: run.vehicles.map(() => new Float64Array(n).fill(Infinity)),
+    };
+    let first = 0;
+    run.about.world.places.forEach((place, p) => {
+      if (!place.tiles) return;
+      for (let tile = first; tile < first + place.tiles.n; tile++) {
+        tiles.place[tile] = p;
+        tiles.size[tile] = place.tiles.size_m;
+        tiles.x[tile] = column[tile] * place.tiles.size_m;
+        tiles.y[tile] = row[tile] * place.tiles.size_m;
+      }
+      knowTiles(run, tiles, place, first);
+      first += place.tiles.n;
+    });
+    const { "done.tile": done, "done.time": done_s, "done.vehicle": doneBy } = run.columns;
+    done.forEach((tile, at) => {
+      if (done_s[at] >= tiles.done_s[tile]) return;
+      tiles.done_s[tile] = done_s[at];
+      tiles.doneBy[tile] = doneBy[at];
+    });
+    return tiles;
+  }
+
+  // When each vehicle knew of the tiles of a place, of which the first is tile `first`.
+  function knowTiles(run, tiles, place, first) {
+    const { attribute, n } = place.tiles;
+    for (const item of run.itemsAbout(attribute, place.name)) {
+      for (const fact of run.items[item].facts) {
+        if (fact.attribute !== attribute || fact.subject !== place.name || !(fact.value < n)) continue;
+        tiles.known_s.forEach((known_s, v) => {
+          known_s[first + fact.value] = Math.min(known_s[first + fact.value], run.heard_s(v, item));
+        });
+      }
+    }
+  }
+
+  // When the facts that say that a job is done were first recorded, and when each vehicle knew.
+  function doneOf(run, key) {
+    const done = { done_s: null, known_s: new Float64Array(run.vehicles.length).fill(Infinity) };
+    for (const n of key ? run.itemsAbout(...key) : []) {
+      const { recorded_s } = run.items[n];
+      if (done.done_s === null || recorded_s < done.done_s) done.done_s = recorded_s;
+      run._heard.forEach((heard_s, v) => {
+        done.known_s[v] = Math.min(done.known_s[v], heard_s[n]);
+      });
+    }
+    return done;
+  }
+
+  function worldOf(run) {
+    const { x_m, y_m, places, jobs } = run.about.world;
+    return {
+      x_m, y_m, layers: run.layers,
+      places: places.map((place) => ({
+        name: place.name,
+        kind: place.outline_m.length > 1 ? "outline" : "point",
+        what: place.kind,
+        points_m: place.outline_m,
+        hasTiles: Boolean(place.tiles),
+        isJob: Boolean(place.done),
+        ...doneOf(run, place.done),
+      })),
+      jobs: jobs.map((job) => ({ name: job.name, ...doneOf(run, job.done) })),
+    };
+  }
+
+  // What somebody found somewhere and said so: [{item, subject, attribute, x, y}], each as it was said first.
+  function findsOf(run) {
+    const found = new Map();
+    run.items.forEach((item, n) => {
+      if (item.kind === STATUS) return;
+      for (const { subject, attribute, value } of item.facts) {
+        const key = item.origin + "\n" + subject + "\n" + attribute;
+        if (!Array.isArray(value) || found.has(key)) continue;
+        found.set(key, { item: n, subject, attribute, x: value[0], y: value[1] });
+      }
+    });
+    return [...found.values()];
+  }
+
+  // When each piece of work was done, and when each vehicle knew: tiles, jobs done as a whole, jobs that came up.
+  function workOf(run) {
+    const { tiles, vehicles } = run;
+    const work = [];
+    for (let tile = 0; tile < tiles.n; tile++) {
+      work.push({ done_s: tiles.done_s[tile], known_s: vehicles.map((_, v) => tiles.known_s[v][tile]) });
+    }
+    for (const place of run.world.places) {
+      if (place.isJob && !place.hasTiles) work.push(asWork(place));
+    }
+    const cameUp = new Set(run.finds.map((find) => find.subject));
+    for (const job of run.world.jobs) {
+      if (job.done_s !== null || cameUp.has(job.name)) work.push(asWork(job));
+    }
+    return work;
+  }
+
+  function asWork({ done_s, known_s }) {
+    return { done_s: done_s === null ? Infinity : done_s, known_s };
+  }
+
+  // {t, truth, known_mean, agree}: shares 0..1 over time; truth and known_mean are empty where no work is declared.
+  function costOf(run) {
+    const end_s = Math.max(run.header.end_s, 1);
+    const t = Array.from({ length: SAMPLES + 1 }, (_, n) => (n * end_s) / SAMPLES);
+    const work = workOf(run), width = Math.max(1, run.vehicles.length);
+    const done_s = work.map((one) => one.done_s).sort((a, b) => a - b);
+    const known_s = work.flatMap((one) => Array.from(one.known_s)).sort((a, b) => a - b);
+    const share = (sorted, total) => (total ? t.map((at) => (R.lastAt(sorted, at) + 1) / total) : []);
+    return {
+      t,
+      n_work: work.length,
+      truth: share(done_s, work.length),
+      known_mean: run.items.length ? share(known_s, work.length * width) : [],
+      agree: agreementOf(run, t),
+    };
+  }
+
+  // Share of the vehicles that see all roles as their holders do, at each of the times; a view is wrong by the number
+  // of assignments in which it differs, which changes by one with each event of either.
+  function agreementOf(run, t) {
+    if (!run.has("organisation")) return [];
+    const truth = new Set(), views = run.vehicles.map(() => new Set()), wrong = run.vehicles.map(() => 0);
+    const key = (row) => row.v + "\n" + row.group + "\n" + row.role;
+    const set = (of, one, isHeld) => (isHeld ? of.add(one) : of.delete(one));
+    const events = run._truth.rows.map((row) => ({ row, view: -1 }));
+    run._views.forEach((view, v) => view.rows.forEach((row) => events.push({ row, view: v })));
+    events.sort((a, b) => a.row.time_s - b.row.time_s);
+    const apply = ({ row, view }) => {
+      const one = key(row);
+      const of = view < 0 ? truth : views[view];
+      if (of.has(one) === row.isHeld) return;
+      set(of, one, row.isHeld);
+      run.vehicles.forEach((_, v) => {
+        if (view < 0 || view === v) wrong[v] += truth.has(one) === views[v].has(one) ? -1 : 1;
+      });
+    };
+    let next = 0;
+    return t.map((at) => {
+      while (next < events.length && events[next].row.time_s <= at) apply(events[next++]);
+      return wrong.filter((n) => n === 0).length / Math.max(1, wrong.length);
+    });
+  }
+})();

@@ -1,0 +1,102 @@
+"""The page of a replay: assets and data as one HTML file that asks for nothing."""
+
+from __future__ import annotations
+
+import base64
+import html
+import os
+import tempfile
+from collections.abc import Sequence
+from functools import cache
+from importlib import resources
+from pathlib import Path
+
+from visualisation.errors import DrawingError
+
+MODEL = ("data.js", "model.js", "knowledge.js", "work.js", "chain.js")
+VIEW = (
+    "palette.js", "pen.js", "clock.js", "facts.js", "map.js", "packets.js", "belief.js", "strips.js", "signals.js",
+    "lanes.js", "minds.js", "matrix.js", "cost.js", "why.js", "news.js", "layout.js", "hands.js", "view.js", "save.js",
+    "app.js",
+)  # fmt: skip
+SCRIPTS = MODEL + VIEW
+"""Scripts in the order in which the page has them."""
+STYLES = ("page.css",)
+POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src blob:; "
+    "base-uri 'none'; form-action 'none'"
+)
+"""What the page allows itself: what it holds, and nothing from anywhere."""
+
+
+@cache
+def asset(name: str) -> str:
+    """Text of a file of the page."""
+    return (resources.files("visualisation.replay") / "assets" / name).read_text(encoding="utf-8")
+
+
+def page_text(title: str, payloads: Sequence[bytes]) -> str:
+    """The page as text.
+
+    Args:
+        title: of the window.
+        payloads: of one run, or of two side by side.
+    """
+    data = "\n".join(
+        f'<script type="application/octet-stream;base64" class="run">{base64.b64encode(one).decode()}</script>'
+        for one in payloads
+    )
+    styles = "\n".join(f"<style>\n{asset(name)}</style>" for name in STYLES)
+    scripts = "\n".join(f"<script>\n{asset(name)}</script>" for name in SCRIPTS)
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{html.escape(POLICY)}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{html.escape(title)}</title>
+<link rel="icon" href="data:,">
+{styles}
+</head>
+<body>
+<noscript>This page needs JavaScript.</noscript>
+<main id="app"></main>
+{data}
+{scripts}
+</body>
+</html>
+"""
+
+
+def check_output(out: Path, force: bool) -> None:
+    """Raise DrawingError if a page cannot be written there, or would replace a file without ``force``."""
+    if out.is_dir():
+        raise DrawingError(f"--out {out}: is a folder; name a file, such as {out / 'replay.html'}")
+    if out.exists() and not force:
+        raise DrawingError(f"--out {out}: exists; name another file or add --force")
+    if not out.parent.is_dir():
+        raise DrawingError(f"--out {out}: there is no folder {out.parent}; make it, or name another file")
+
+
+def write(out: Path, text: str, force: bool = False) -> None:
+    """Write a page; it appears whole or not at all.
+
+    Raises:
+        DrawingError: there is a file already, or it cannot be written.
+    """
+    check_output(out, force)
+    draft: Path | None = None
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", encoding="utf-8", dir=out.parent, prefix=f".{out.name}-", delete=False
+        ) as file:
+            draft = Path(file.name)
+            file.write(text)
+        mask = os.umask(0)
+        os.umask(mask)
+        draft.chmod(0o666 & ~mask)
+        draft.replace(out)
+    except OSError as error:
+        if draft is not None:
+            draft.unlink(missing_ok=True)
+        raise DrawingError(f"--out {out}: cannot be written: {error.strerror}") from None

@@ -1,0 +1,279 @@
+"""Tables of a run as columns of whole numbers: names become numbers, times and lengths steps."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from missions.figure import RunResults
+from visualisation.replay.columns import Columns, Floats, Ints
+
+TIME_STEP_S = 2.0**-12
+"""Times are recorded to this step, so none is changed here: before and after stay what they were."""
+PLACE_STEP_M = 2.0**-5
+TURN_STEP_RAD = 2.0 * np.pi / 256.0
+SPEED_STEP_MPS = 0.02
+SHARE_STEP = 0.001
+"""Steps of what is drawn: finer than a screen shows."""
+ENERGY_STEPS = 4096
+"""In so many steps the energy is kept that the neediest vehicle used."""
+POINT_STEP_M = 2.0**-6
+"""Points in facts that are no multiple of this are kept as text."""
+NOBODY = -1
+"""Number of what is no vehicle."""
+POINT = re.compile(r"POINT \((\S+) (\S+)\)")
+TEXT_FORM, WHOLE_FORM, POINT_FORM, DECIMAL_FORM = range(4)
+"""How the value of a fact is kept: number of a text; whole number; two coordinates; millionths."""
+MILLION = 1_000_000
+
+Kinds = Mapping[str, str]
+EVENTS: Mapping[str, Kinds] = {
+    "roles": {"time_s": "time", "vehicle": "vehicle", "group": "text", "role": "text", "event": "text"},
+    "organisation": {
+        "time_s": "time", "vehicle": "vehicle", "peer": "vehicle", "group": "text", "role": "text", "event": "text",
+    },
+    "objectives": {
+        "time_s": "time", "vehicle": "vehicle", "group": "text", "role": "text", "objective": "text",
+        "argument": "text",
+    },
+    "membership": {"time_s": "time", "vehicle": "vehicle", "peer": "vehicle", "event": "text"},
+    "activities": {"time_s": "time", "vehicle": "vehicle", "type": "text", "name": "text", "role": "text"},
+    "decisions": {
+        "time_s": "time", "vehicle": "vehicle", "group": "text", "role": "text", "objective": "text",
+        "argument": "text", "activities": "texts", "stimulus": "share", "own": "share", "external": "share",
+        "source": "vehicle", "slot": "whole", "chosen": "whole",
+    },
+    "faults": {"time_s": "time", "vehicle": "vehicle", "kind": "text", "detail": "text"},
+}  # fmt: skip
+"""Tables of which every row is something that happened, with the kinds of their columns."""
+ORDER = {"time": 1}
+"""Order of the differences that are kept, by kind of column; 0 of others."""
+STEP = {"time": TIME_STEP_S, "share": SHARE_STEP}
+"""Step to which columns are kept, by kind; whole numbers else."""
+
+
+class Tables:
+    """Tables of a run, each read once."""
+
+    def __init__(self, results: RunResults) -> None:
+        self._results = results
+        self._read: dict[str, Any] = {}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the tables that are there."""
+        return self._results.tables
+
+    def find(self, name: str, columns: Iterable[str] = ()) -> Any:
+        """An Arrow table; None if there is none of that name, or if it lacks one of these columns."""
+        if not self._results.has(name):
+            return None
+        if name not in self._read:
+            self._read[name] = self._results.table(name)
+        return self._read[name] if set(columns) <= set(self._read[name].column_names) else None
+
+
+class Names(NamedTuple):
+    """Vehicles by name, and all other texts by the numbers that they get when they are met."""
+
+    vehicles: Mapping[str, int]
+    texts: dict[str, int]
+
+    def vehicle(self, name: str | None) -> int:
+        """Index of a vehicle; ``NOBODY`` where there is none of that name."""
+        return self.vehicles.get(name or "", NOBODY)
+
+    def text(self, text: str) -> int:
+        """Number of a text."""
+        return self.texts.setdefault(text, len(self.texts))
+
+
+def numbered(column: Any, number_of: Callable[[str], int]) -> Ints:
+    """A column of texts (Arrow) as numbers; each different text is asked for once, what is missing is ``NOBODY``."""
+    coded = (column.combine_chunks() if hasattr(column, "combine_chunks") else column).dictionary_encode()
+    numbers = np.array([number_of(text) for text in coded.dictionary.to_pylist()] or [0], dtype=np.int64)
+    places = coded.indices.fill_null(0).to_numpy(zero_copy_only=False)
+    return np.where(np.asarray(coded.is_null(), dtype=bool), NOBODY, numbers[places])
+
+
+def add_events(columns: Columns, names: Names, table: Any, called: str, kinds: Kinds) -> None:
+    """Columns of a table of events, one for each of ``kinds``: ``called.column``."""
+    for column, kind in kinds.items():
+        values = table[column]
+        if kind == "vehicle":
+            numbers: Any = numbered(values, names.vehicle)
+        elif kind == "text":
+            numbers = numbered(values, names.text)
+        elif kind == "texts":
+            numbers = [names.text(" + ".join(several)) for several in values.to_pylist()]
+        elif kind == "whole":
+            numbers = [NOBODY if value is None else int(value) for value in values.to_pylist()]
+        else:
+            numbers = values.to_numpy(zero_copy_only=False)
+        columns.add(f"{called}.{column}", numbers, ORDER.get(kind, 0), STEP.get(kind, 1.0))
+
+
+def add_tracks(columns: Columns, names: Names, table: Any) -> list[int]:
+    """Columns of the trajectories, vehicle after vehicle; returns the number of rows of each."""
+    vehicle = numbered(table["vehicle"], names.vehicle)
+    order = np.argsort(vehicle, kind="stable")
+    order = order[vehicle[order] >= 0]
+    counts = np.bincount(vehicle[order], minlength=len(names.vehicles))
+
+    def values(name: str) -> Any:
+        return table[name].to_numpy(zero_copy_only=False)[order]
+
+    columns.add("track.time", values("time_s"), 2, TIME_STEP_S)
+    columns.add("track.x", values("x_m"), 2, PLACE_STEP_M)
+    columns.add("track.y", values("y_m"), 2, PLACE_STEP_M)
+    columns.add("track.heading", values("heading_rad"), 1, TURN_STEP_RAD)
+    columns.add("track.speed", values("speed_mps"), 1, SPEED_STEP_MPS)
+    energy_j = values("energy_j")
+    columns.add("track.energy", energy_j, 1, max(1.0, float(np.max(energy_j, initial=0.0)) / ENERGY_STEPS))
+    return [int(count) for count in counts]
+
+
+def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]]) -> dict[str, int]:
+    """Columns of the items and their facts; returns the number of each item by its uid."""
+    found: dict[str, int] = {}
+    facts: list[list[Mapping[str, Any]]] = []
+    for row in rows:
+        number = found.setdefault(row["uid"], len(found))
+        if number == len(facts):
+            facts.append([])
+        facts[number].append(row)
+    last: dict[str, int] = {}
+    steps: list[int] = []
+    parts: list[int] = []
+    for uid, (first, *_) in zip(found, facts, strict=True):
+        whole, _, part = uid.partition(".")
+        sequence = int(whole.rpartition("-")[2])
+        steps.append(sequence - last.get(first["origin"], 0))
+        last[first["origin"]] = sequence
+        parts.append(int(part or 0))
+    heads = [of[0] for of in facts]
+    columns.add("items.origin", [names.vehicle(row["origin"]) for row in heads])
+    columns.add("items.sequence", steps)
+    columns.add("items.part", parts)
+    times_s = np.array([row["time_s"] for row in heads], dtype=float)
+    columns.add("items.time", times_s, 1, TIME_STEP_S)
+    recorded_s = np.array([row["recorded_s"] for row in heads], dtype=float)
+    columns.add("items.late", recorded_s - times_s, 0, TIME_STEP_S)
+    columns.add("items.kind", [names.text(row["kind"]) for row in heads])
+    columns.add("items.facts", [len(of) for of in facts])
+    _add_facts(columns, names, [fact for of in facts for fact in of])
+    return found
+
+
+def _add_facts(columns: Columns, names: Names, facts: Sequence[Mapping[str, Any]]) -> None:
+    columns.add("facts.subject", [names.text(fact["subject"]) for fact in facts])
+    columns.add("facts.attribute", [names.text(fact["attribute"]) for fact in facts])
+    values = [_value(fact["value"], names) for fact in facts]
+    for place, name in enumerate(("form", "a", "b")):
+        columns.add(f"facts.{name}", [value[place] for value in values])
+
+
+def _value(text: str, names: Names) -> tuple[int, int, int]:
+    """The value of a fact: its form, and two numbers."""
+    if point := POINT.fullmatch(text):
+        try:
+            steps = [float(along) / POINT_STEP_M for along in point.groups()]
+        except ValueError:
+            steps = [0.5]
+        if all(step.is_integer() for step in steps):
+            return POINT_FORM, int(steps[0]), int(steps[1])
+    try:
+        number = float(text)
+    except ValueError:
+        return TEXT_FORM, names.text(text), 0
+    if number.is_integer() and abs(number) < MILLION * MILLION:
+        return WHOLE_FORM, int(number), 0
+    if abs(number) < MILLION and abs(number * MILLION - round(number * MILLION)) < 1e-3:
+        return DECIMAL_FORM, round(number * MILLION), 0
+    return TEXT_FORM, names.text(text), 0
+
+
+UNREACHED, LOST, HEARD = range(3)
+"""What became of a packet at a vehicle: out of reach, sent by itself or without energy; lost on the way; heard."""
+
+
+def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, items: Mapping[str, int]) -> None:
+    """Columns of the packets. Delays are ordered by sender, receiver and time: so neighbours are alike.
+
+    Args:
+        columns: take them.
+        names: of the vehicles.
+        packets: their table (Arrow); an older one has no ends, no contents and no times of arrival.
+        faults: table of what befell the vehicles, or None.
+        items: numbers of items by uid.
+    """
+    has_times = "arrivals_s" in packets.column_names
+    start_s = packets["time_s"].to_numpy()
+    end_s = packets["end_s"].to_numpy() if has_times else start_s
+    sender = numbered(packets["sender"], names.vehicle)
+    columns.add("packets.slot", packets["slot"].to_numpy(), 1)
+    columns.add("packets.start", start_s, 1, TIME_STEP_S)
+    columns.add("packets.length", end_s - start_s, 0, TIME_STEP_S)
+    columns.add("packets.sender", sender)
+    columns.add("packets.size", packets["size_bits"].to_numpy())
+    columns.add("packets.acks", packets["acks"].to_numpy())
+    outcome = np.full((len(start_s), len(names.vehicles)), UNREACHED)
+    arrival_s = np.repeat(end_s, len(names.vehicles)).reshape(outcome.shape)
+    lost, by = _flat(packets["lost_by"])
+    outcome[lost, numbered(by, names.vehicle)] = LOST
+    heard, by = _flat(packets["receivers"])
+    outcome[heard, numbered(by, names.vehicle)] = HEARD
+    if has_times:
+        arrival_s[heard, numbered(by, names.vehicle)] = _flat(packets["arrivals_s"])[1].to_numpy()
+        _leave_out(outcome, arrival_s, names, [] if faults is None else faults.to_pylist())
+    columns.add("packets.outcome", outcome.ravel())
+    packet, receiver = np.nonzero(outcome == HEARD)
+    order = np.lexsort((packet, receiver, sender[packet]))
+    packet, receiver = packet[order], receiver[order]
+    columns.add("packets.delay", arrival_s[packet, receiver] - end_s[packet], 1, TIME_STEP_S)
+    if has_times:
+        _add_contents(columns, names, packets, items)
+
+
+def _leave_out(outcome: Ints, arrival_s: Floats, names: Names, faults: Iterable[Mapping[str, Any]]) -> None:
+    """What reached a vehicle without energy was not heard, nor was what it could not read."""
+    for fault in faults:
+        v = names.vehicle(fault["vehicle"])
+        if fault["kind"] == "energy":
+            outcome[arrival_s[:, v] > fault["time_s"], v] = UNREACHED
+        elif fault["kind"] == "bad packet":
+            outcome[(outcome[:, v] == HEARD) & (arrival_s[:, v] == fault["time_s"]), v] = LOST
+
+
+def _add_contents(columns: Columns, names: Names, table: Any, items: Mapping[str, int]) -> None:
+    for name, column in (("items", "item_uids"), ("status", "status_uids")):
+        said = table[column].to_pylist()
+        columns.add(f"packets.{name}.n", [len(uids) for uids in said])
+        columns.add(f"packets.{name}", [items.get(uid, NOBODY) for uids in said for uid in uids], 1)
+    roles = table["signal_roles"].to_pylist()
+    columns.add("packets.signals.n", [len(of) for of in roles])
+    columns.add("signals.role", [names.text(role) for of in roles for role in of])
+    columns.add("signals.to", [names.text(role) for of in table["signal_addressed"].to_pylist() for role in of])
+    columns.add("signals.value", [value for of in table["signal_values"].to_pylist() for value in of])
+
+
+def _flat(column: Any) -> tuple[Ints, Any]:
+    """Lists of a column one after the other: the row of each element, and the elements."""
+    lists = column.combine_chunks()
+    lengths = np.diff(lists.offsets.to_numpy())
+    return np.repeat(np.arange(len(lengths)), lengths), lists.flatten()
+
+
+def add_heard(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Items without content, and when who heard them: what an older run has recorded of its knowledge."""
+    nothing = {"subject": "", "attribute": "", "value": "", "kind": "told"}
+    born = [row for row in rows if row["event"] == "observed"]
+    facts = [{"uid": row["item"], "recorded_s": row["time_s"], **row, **nothing} for row in born]
+    found = add_items(columns, names, facts)
+    heard = [row for row in rows if row["event"] == "received" and row["item"] in found]
+    columns.add("heard.vehicle", [names.vehicle(row["vehicle"]) for row in heard])
+    columns.add("heard.item", [found[row["item"]] for row in heard], 1)
+    columns.add("heard.time", [row["time_s"] for row in heard], 1, TIME_STEP_S)
