@@ -106,8 +106,8 @@ class MeetingTruth:
                 else group.name
                 for group in self._apart
             )
-            exhausted = [v.name for v in fleet.vehicles if not v.is_alive]
-            why = f"; battery exhausted: {', '.join(exhausted)}" if exhausted else ""
+            gone = [v.name for v in fleet.vehicles if not v.is_alive]
+            why = f"; out of action: {', '.join(gone)}" if gone else ""
             return f"not together after {now_s:.0f} s: {names}{why}"
         return ""
 

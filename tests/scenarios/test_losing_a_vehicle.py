@@ -38,6 +38,6 @@ def test_a_fleet_without_energy_does_not_count_as_fast() -> None:
     weak = [("--set", f"vehicle.{name}.energy_j=5000") for name in ("ASV00", "AUV00", "AUV01", "AUV02")]
     finished = run(load("mapping-rendezvous", weak))
     assert not finished.completed
-    assert "battery exhausted" in finished.reason
+    assert "out of action" in finished.reason
     assert finished.recorder.trajectories[-1][0] < 1000.0
     assert summary(finished)["mission_time_s"] == finished.scenario.scenario.duration_s

@@ -154,7 +154,7 @@ def test_at_the_end_it_is_said_who_is_missing_and_who_has_no_energy() -> None:
     watching.observe(fleet, 1.0)
     assert watching.close(fleet, 60.0) == "not together after 60 s: Team"
     fleet.b.is_alive = False
-    assert watching.close(fleet, 60.0) == "not together after 60 s: Team; battery exhausted: B"
+    assert watching.close(fleet, 60.0) == "not together after 60 s: Team; out of action: B"
 
 
 def test_nobody_waits_for_the_dead_unless_somebody_is_free_to_take_the_place() -> None:
