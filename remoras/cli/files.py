@@ -212,5 +212,5 @@ def _not_available(name: str) -> None:
         raise typer.Exit(USAGE)
 
 
-for _name in ("replay", "live", "export", "stress", "node", "swarm"):
+for _name in ("replay", "live", "stress", "node", "swarm"):
     _not_available(_name)
