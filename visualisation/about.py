@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from missions.figure import RunResults
+
+if TYPE_CHECKING:
+    from missions.sweeps.folder import SweepResults
 
 NAME = "remoras"
 
@@ -23,6 +26,14 @@ def of_run(results: RunResults) -> dict[str, str]:
         **{name: summary.get(name) for name in ("seed", "scenario", "strategy", "policy", "channel", "per")},
     }
     return {name: str(value) for name, value in found.items() if value is not None}
+
+
+def of_sweep(results: SweepResults) -> dict[str, str]:
+    """What files about a sweep carry: program and version, key of the study, its master seed and its name."""
+    schedule = results.schedule
+    digest = hashlib.sha256(" ".join([schedule.version, *schedule.digests]).encode()).hexdigest()[:20]
+    study = schedule.file.study
+    return {"version": f"{NAME} {schedule.version}", "study": digest, "seed": str(study.seed), "name": study.name}
 
 
 def run_key(results: RunResults) -> str:

@@ -37,7 +37,7 @@ def write(voyage: Voyage, target: Path) -> Counts:
 
 def _colour(number: int) -> str:
     """The colour of a vehicle as KML has it: opacity, blue, green, red."""
-    rgb = style.look(number).colour.lstrip("#").lower()
+    rgb = style.vehicle_look(number).colour.lstrip("#").lower()
     return f"ff{rgb[4:6]}{rgb[2:4]}{rgb[0:2]}"
 
 

@@ -212,7 +212,7 @@ def _places(voyage: Voyage) -> Iterator[Shape]:
 def _vehicles(voyage: Voyage, names: dict[str, str]) -> Iterator[Shape]:
     for number, vehicle in enumerate(voyage.vehicles):
         if vehicle in voyage.tracks:
-            colour = style.look(number).colour
+            colour = style.vehicle_look(number).colour
             yield Shape(f"{names[vehicle]} hull", names[vehicle], "box", [(0.0, 0.0, 0.0)], colour)
             yield Shape(names[vehicle], names[vehicle], "text", [(0.0, 0.0, LABEL_UP_M)], colour, vehicle)
 

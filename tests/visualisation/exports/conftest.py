@@ -32,7 +32,10 @@ def places(run: Results) -> tuple[Place, ...]:
 @pytest.fixture
 def older(tmp_path: Path) -> Results:
     """As an older version wrote it: without packets, depths, an id or a datum; names that no topic may have."""
-    return Fiction(vehicles=('A "quoted" name', "</script>", "\U0001f420", "a b")).write(tmp_path / "older")
+    found = Fiction(vehicles=('A "quoted" name', "</script>", "\U0001f420", "a b")).write(tmp_path / "older")
+    for name in ("packets", "knowledge"):
+        (found.folder / f"{name}.parquet").unlink()
+    return found
 
 
 @pytest.fixture
