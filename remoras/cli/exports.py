@@ -10,7 +10,6 @@ from typing import Annotated
 import typer
 
 from remoras.cli.app import Json, command, fail, show_json
-from visualisation.exports.formats import FORMATS
 
 
 class ExportFormat(StrEnum):
@@ -25,13 +24,16 @@ class ExportFormat(StrEnum):
     ALOG = "alog"
 
 
-MEANINGS = "; ".join(f"{name}: {format.meaning}" for name, format in FORMATS.items())
+FORMAT_HELP = (
+    "mcap for Foxglove, rosbag2 for ROS 2, geojson for QGIS and Neptus, kml for Google Earth, netcdf with CF conventions, "
+    "csv for anything, alog for alogview of MOOS-IvP."
+)
 
 
 @command("export")
 def export(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run.")],
-    file_format: Annotated[ExportFormat, typer.Option("--format", help=f"{MEANINGS}.")],
+    file_format: Annotated[ExportFormat, typer.Option("--format", help=FORMAT_HELP)],
     out: Annotated[Path | None, typer.Option(help="File or folder to write; in DIR if left out.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier export.")] = False,
     as_json: Json = False,

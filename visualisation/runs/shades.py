@@ -81,7 +81,7 @@ def key(page: Page, box: Box, top: float, label: str, percent: bool = False) -> 
     axes.tick_params(axis="x", length=1.5, labelsize=style.TINY_PT, pad=1)
     axes.get_xticklabels()[0].set_horizontalalignment("left")
     axes.get_xticklabels()[-1].set_horizontalalignment("right")
-    axes.set_xlabel(label, fontsize=style.TINY_PT, labelpad=1)
+    axes.set_xlabel(style.fitted(label, box.width_in, style.TINY_PT), fontsize=style.TINY_PT, labelpad=1)
 
 
 def round_top(values: Floats) -> float:

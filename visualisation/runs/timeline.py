@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import product
 from typing import Any
 
 from matplotlib.artist import Artist
@@ -20,7 +21,8 @@ from visualisation.runs.lanes import FOLDS, Lane, Row, shares
 from visualisation.runs.reading import VehicleFault
 from visualisation.runs.sheet import Sheet, sheet
 
-ROOMY_ROWS = 45
+ROWS = ((0.15, style.SMALL_PT), (0.12, style.TINY_PT))
+"""Heights of rows (in) with the size of their letters: the roomy one, and the one for many."""
 BAND_GAP_IN = 0.06
 FOLDED_ROW_IN = 0.2
 VEHICLE_ROOM_IN = 1.0
@@ -51,18 +53,13 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
     faults = reading.vehicle_faults(results)
     groups = Counter(tenure.group for own in tenures.values() for tenure in own)
     hatches = {group: HATCHES[at % len(HATCHES)] for at, (group, _) in enumerate(groups.most_common())}
-    found: list[Lane] = []
     with style.paper():
-        for fold in FOLDS:
-            lanes = fold(tenures)
-            if len(lanes) == len(found):
-                continue
-            found = lanes
-            timeline = _Timeline(results, found, hatches, bool(faults), width_in)
+        for fold, row in product(FOLDS, ROWS):
+            timeline = _Timeline(results, fold(tenures), hatches, bool(faults), width_in, row)
             if timeline.page.page.height_in <= TALLEST_IN:
                 break
         timeline.draw(faults)
-    folded = [lane.vehicles for lane in found if lane.is_folded]
+    folded = [lane.vehicles for lane in timeline.lanes if lane.is_folded]
     return Picture(timeline.page.figure, captions.roles(results, folded, width_in))
 
 
@@ -70,13 +67,18 @@ class _Timeline:
     """A page with the names of its lanes, and what is drawn into it."""
 
     def __init__(
-        self, results: RunResults, lanes: Sequence[Lane], hatches: Mapping[str, str], faulty: bool, width_in: float
+        self,
+        results: RunResults,
+        lanes: Sequence[Lane],
+        hatches: Mapping[str, str],
+        faulty: bool,
+        width_in: float,
+        row: tuple[float, float],
     ) -> None:
         self.lanes = lanes
         self.hatches = hatches
         self.looks = Kit(results).looks
-        n_rows = sum(max(1, len(lane.rows)) for lane in lanes)
-        self.row_in, self.size_pt = (0.15, style.SMALL_PT) if n_rows <= ROOMY_ROWS else (0.12, style.TINY_PT)
+        self.row_in, self.size_pt = row
         room_in = ROLE_ROOM_IN if width_in >= 5.0 else NARROW_ROLE_ROOM_IN
         size_pt = self.size_pt
         self.names = [style.fitted(_name(lane), VEHICLE_ROOM_IN, size_pt, "bold") for lane in lanes]

@@ -282,7 +282,7 @@ def _stack(panels: Sequence[Panel], width_in: float, left_in: float, right_in: f
     each_in = width_in - left_in - right_in
     boxes, down_in = [], 0.0
     for panel in panels:
-        body_in = each_in * min(TALLEST, max(LOWEST, panel.frame.shape))
+        body_in = each_in * (LOWEST if boxes else min(TALLEST, max(LOWEST, panel.frame.shape)))
         boxes.append(Box(left_in, down_in + TOP_IN, each_in, body_in))
         down_in += TOP_IN + body_in + BOTTOM_IN
     return Layout(width_in, down_in, boxes, stacked=True)
