@@ -25,8 +25,8 @@ class ExportFormat(StrEnum):
 
 
 FORMAT_HELP = (
-    "mcap for Foxglove, rosbag2 for ROS 2, geojson for QGIS and Neptus, kml for Google Earth, netcdf with CF conventions, "
-    "csv for anything, alog for alogview of MOOS-IvP."
+    "mcap for Foxglove, rosbag2 for ROS 2, geojson for QGIS and Neptus, kml for Google Earth, "
+    "netcdf with CF conventions, csv for anything, alog for alogview of MOOS-IvP."
 )
 
 

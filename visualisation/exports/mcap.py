@@ -59,6 +59,7 @@ class Foxglove:
         self._time, self._duration = types["builtin_interfaces/msg/Time"], types["builtin_interfaces/msg/Duration"]
         self._point, self._vector = types["geometry_msgs/msg/Point"], types["geometry_msgs/msg/Vector3"]
         self._turn, self._pose = types["geometry_msgs/msg/Quaternion"], types["geometry_msgs/msg/Pose"]
+        self._last: tuple[int, Any] = (-1, None)
         self._unknown = np.zeros(9)
         self._none = np.empty(0, dtype=np.uint32)
 
@@ -119,4 +120,6 @@ class Foxglove:
         return self._pose(self._point(x_m, y_m, z_m), self._turn(0.0, 0.0, turn_z, turn_w))
 
     def _stamp(self, time_ns: int) -> Any:
-        return self._time(*divmod(time_ns, 10**9))
+        if self._last[0] != time_ns:  # all messages of a tick have the same
+            self._last = time_ns, self._time(*divmod(time_ns, 10**9))
+        return self._last[1]

@@ -19,7 +19,7 @@ topic              what                                          when
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from heapq import merge
 from typing import Any, NamedTuple, Protocol
 
@@ -55,6 +55,10 @@ VEHICLE_M = (6.0, 2.0, 2.0)
 LABEL_PX, LABEL_UP_M = 14.0, 6.0
 
 
+PointM = tuple[float, float, float]
+"""x east, y north, z up."""
+
+
 class Pose(NamedTuple):
     """Where a vehicle is, z up, and the quaternion of its heading about z."""
 
@@ -81,7 +85,7 @@ class Shape(NamedTuple):
     name: str
     frame: str
     kind: str
-    points_m: Sequence[tuple[float, float, float]]
+    points_m: Sequence[PointM]
     colour: str
     text: str = ""
     lifetime_s: float = 0.0
@@ -193,10 +197,16 @@ def _events(voyage: Voyage, dialect: Dialect, names: dict[str, str]) -> Iterator
 def _scenes(voyage: Voyage, dialect: Dialect, names: dict[str, str]) -> Iterator[Sent]:
     """What the map shows from the start, then the links of every packet."""
     yield Sent(0, "/scene", *dialect.scene(0, [*_places(voyage), *_vehicles(voyage, names)]))
-    for packet in voyage.packets:
-        if packet.sender in voyage.tracks:
-            time_ns = nanoseconds(packet.time_s)
-            yield Sent(time_ns, "/scene", *dialect.scene(time_ns, _links(voyage, packet, names[packet.sender])))
+    packets = [packet for packet in voyage.packets if packet.sender in voyage.tracks]
+    times_s = [packet.time_s for packet in packets]
+    points = {
+        vehicle: [(x_m, y_m, 0.0 - depth_m) for x_m, y_m, depth_m in track.at(times_s)]
+        for vehicle, track in voyage.tracks.items()
+    }
+    for number, packet in enumerate(packets):
+        time_ns = nanoseconds(packet.time_s)
+        where = {vehicle: along[number] for vehicle, along in points.items()}
+        yield Sent(time_ns, "/scene", *dialect.scene(time_ns, _links(where, packet, names[packet.sender])))
 
 
 def _places(voyage: Voyage) -> Iterator[Shape]:
@@ -217,16 +227,11 @@ def _vehicles(voyage: Voyage, names: dict[str, str]) -> Iterator[Shape]:
             yield Shape(names[vehicle], names[vehicle], "text", [(0.0, 0.0, LABEL_UP_M)], colour, vehicle)
 
 
-def _links(voyage: Voyage, packet: Packet, name: str) -> list[Shape]:
+def _links(where: Mapping[str, PointM], packet: Packet, name: str) -> list[Shape]:
     """Lines from the sender to all who heard the packet, and half-way to those who lost it."""
-
-    def point(vehicle: str) -> tuple[float, float, float]:
-        x_m, y_m, depth_m = voyage.tracks[vehicle].at(packet.time_s)
-        return x_m, y_m, 0.0 - depth_m
-
-    start = point(packet.sender)
-    ends = [point(one) for one in packet.receivers if one in voyage.tracks]
-    broken = [point(one) for one in packet.lost_by if one in voyage.tracks]
+    start = where[packet.sender]
+    ends = [where[one] for one in packet.receivers if one in where]
+    broken = [where[one] for one in packet.lost_by if one in where]
     halves = [((start[0] + x) / 2.0, (start[1] + y) / 2.0, (start[2] + z) / 2.0) for x, y, z in broken]
     return [
         Shape(f"{name} {what}", MAP, "pairs", [one for end in ends for one in (start, end)], colour, "", LINK_S)

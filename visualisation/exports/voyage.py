@@ -37,12 +37,10 @@ class Track(NamedTuple):
     speed_mps: Floats
     energy_j: Floats
 
-    def at(self, time_s: float) -> tuple[float, float, float]:
-        """x, y and depth at a time."""
-        x_m, y_m, depth_m = (
-            float(np.interp(time_s, self.time_s, along)) for along in (self.x_m, self.y_m, self.depth_m)
-        )
-        return x_m, y_m, depth_m
+    def at(self, times_s: Sequence[float]) -> list[tuple[float, float, float]]:
+        """x, y and depth at each of these times."""
+        columns = (np.interp(times_s, self.time_s, along).tolist() for along in (self.x_m, self.y_m, self.depth_m))
+        return list(zip(*columns, strict=True))
 
 
 class State(NamedTuple):

@@ -280,7 +280,8 @@ def _layout(panels: Sequence[Panel], wanted_in: float | None) -> Layout:
 def _stack(panels: Sequence[Panel], width_in: float, left_in: float, right_in: float) -> Layout:
     """All panels one above the other."""
     each_in = width_in - left_in - right_in
-    boxes, down_in = [], 0.0
+    boxes: list[Box] = []
+    down_in = 0.0
     for panel in panels:
         body_in = each_in * (LOWEST if boxes else min(TALLEST, max(LOWEST, panel.frame.shape)))
         boxes.append(Box(left_in, down_in + TOP_IN, each_in, body_in))
