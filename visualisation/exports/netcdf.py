@@ -1,8 +1,8 @@
 """netCDF: trajectories by the CF conventions 1.8, a contiguous ragged array with one trajectory for each vehicle.
 
 Along the dimension ``obs`` the points of the first vehicle stand first, then those of the second; ``row_size`` says how
-many each has. What drives a vehicle is a flag whose meanings are the states that occur in the run. The same run gives the
-same values, but not the same bytes: HDF5 writes the time of writing into the file.
+many each has. What drives a vehicle is a flag whose meanings are the states that occur in the run. The same run gives
+the same values, but not the same bytes: HDF5 writes the time of writing into the file.
 """
 
 from __future__ import annotations
