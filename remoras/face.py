@@ -243,8 +243,12 @@ class Run:
 
         return mission_of(self.scenario)
 
-    def plot(self, kind: str = "trajectories") -> Figure:
-        """A figure of the run: trajectories, roles, satisfaction, or one that its mission declares.
+    def plot(self, kind: str = "trajectories", width_in: float | None = None) -> Figure:
+        """A figure of the run.
+
+        Args:
+            kind: trajectories, roles, satisfaction, knowledge, delivery, tdma, or one that its mission declares.
+            width_in: of the figure; what suits its kind if left out.
 
         Returns:
             A Matplotlib figure; ``.savefig(path)`` writes it, a notebook shows it by itself.
@@ -255,7 +259,7 @@ class Run:
         from visualisation.runs import picture
 
         mission = self._mission
-        figure = picture(self._results, kind, mission.figures, mission.places).figure
+        figure = picture(self._results, kind, mission.figures, mission.places, width_in).figure
         figure._repr_png_ = lambda: _png(figure)  # type: ignore[attr-defined]  # IPython asks for it by this name
         return figure
 
@@ -270,6 +274,22 @@ class Run:
             OutputError: no such vehicle or time, or an older version recorded the run.
         """
         return self._results.known(vehicle, at_s)
+
+    def export(self, format: str, out: str | Path, force: bool = False) -> Path:
+        """Write the run for another tool.
+
+        Args:
+            format: mcap, rosbag2, geojson, kml, netcdf, csv or alog.
+            out: file to write, or folder for rosbag2, csv and alog.
+            force: replace an earlier export.
+
+        Raises:
+            ExportError: the format is not known, lacks its libraries or a datum, or ``out`` exists or cannot be
+                written.
+        """
+        from visualisation.exports import export
+
+        return export(self._results, format, Path(out), force, self._mission.places).path
 
     def query(self, sparql: str) -> DataFrame:
         """Ask what the vehicles knew at the end of the run, each in turn; it needs ``keep_models``.

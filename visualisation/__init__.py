@@ -1,11 +1,11 @@
-"""Figures of runs and studies, ready for a paper; importing this does not load matplotlib.
+"""Figures of runs and studies, and runs in the formats of other tools; importing this does not load matplotlib.
 
 ``visualisation.runs.draw`` draws a run, ``visualisation.sweeps.draw`` a sweep, ``visualisation.policies.write`` the
-policy study.
+policy study; ``visualisation.exports.export`` writes a run for another tool.
 """
 
-from visualisation.errors import DrawingError, VisualisationError
+from visualisation.errors import DrawingError, ExportError, VisualisationError
 from visualisation.files import FORMATS, Drawn
 from visualisation.kinds import KINDS, SWEEP_KINDS
 
-__all__ = ["FORMATS", "KINDS", "SWEEP_KINDS", "DrawingError", "Drawn", "VisualisationError"]
+__all__ = ["FORMATS", "KINDS", "SWEEP_KINDS", "DrawingError", "Drawn", "ExportError", "VisualisationError"]

@@ -1,4 +1,4 @@
-"""What goes wrong when somebody asks for a figure."""
+"""What goes wrong when somebody asks for a figure or a file."""
 
 from __future__ import annotations
 
@@ -12,6 +12,10 @@ class VisualisationError(Exception):
 
 class DrawingError(VisualisationError, ValueError):
     """A figure was asked for that cannot be drawn."""
+
+
+class ExportError(VisualisationError, ValueError):
+    """A file was asked for that cannot be made of these results, or cannot be written."""
 
 
 def unknown(what: str, given: str, known: Iterable[str]) -> DrawingError:

@@ -11,6 +11,10 @@ from visualisation.errors import DrawingError, unknown
 
 FORMATS = ("png", "svg", "pdf")
 """Formats of figures."""
+MOVING = "gif"
+"""Format of a figure that moves."""
+LEAST_WIDTH_IN, MOST_WIDTH_IN = 3.0, 20.0
+"""Widths of figures."""
 
 
 class Drawn(NamedTuple):
@@ -24,6 +28,15 @@ def check_format(format: str) -> None:
     """Raise DrawingError unless the format is one of ``FORMATS``."""
     if format not in FORMATS:
         raise unknown("format", format, FORMATS)
+
+
+def check_width(width_in: float | None) -> None:
+    """Raise DrawingError unless the width is None (the figure's own) or one that a figure may have."""
+    if width_in is not None and not LEAST_WIDTH_IN <= width_in <= MOST_WIDTH_IN:
+        raise DrawingError(
+            f"width {width_in:g} in: allowed are {LEAST_WIDTH_IN:g} to {MOST_WIDTH_IN:g} inches; a column of a "
+            "paper has 3.5, a page 7.2"
+        )
 
 
 def write(folder: Path, contents: Iterable[tuple[str, bytes]]) -> list[Path]:

@@ -8,6 +8,9 @@ KINDS: Mapping[str, tuple[str, ...]] = {
     "trajectories": ("trajectories",),
     "roles": ("roles",),
     "satisfaction": ("satisfaction", "roles"),
+    "knowledge": ("packets", "knowledge"),
+    "delivery": ("packets",),
+    "tdma": ("packets",),
 }
 """Kinds of figures that every run has, with the tables that each needs; its mission may declare more."""
 SWEEP_KINDS = ("differences", "trade-off", "ranking", "overview")

@@ -1,6 +1,7 @@
 """The look that all figures share: widths, type sizes, colours, and how a figure becomes a file.
 
-Colours are those of Okabe and Ito (Color Universal Design, 2008), which stay apart for colour-blind readers.
+Colours are those of Okabe and Ito (Color Universal Design, 2008), which stay apart for colour-blind readers; wine is
+from Tol's "muted" scheme (2021).
 A series also has a line style and a marker of its own, so that a grey print can be read.
 """
 
@@ -8,7 +9,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import Any, NamedTuple
 
@@ -38,11 +39,15 @@ YELLOW = "#F0E442"
 BLUE = "#0072B2"
 VERMILLION = "#D55E00"
 PURPLE = "#CC79A7"
+WINE = "#882255"
 GREY = "#666666"
 PALE = "#EEEEEE"
 
 COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK)
 """Colours of series, in order; yellow is left out because a yellow line vanishes on white paper."""
+VEHICLES = (*COLOURS[:-1], WINE)
+"""Colours of vehicles in all figures of a run. There black is the fleet, yellow a place or a milestone, and a shade of
+grey (darker is worse) a share or an age."""
 LINES: tuple[Any, ...] = ("-", (0, (4, 1.2)), (0, (1.2, 1)), (0, (5, 1.2, 1.2, 1.2)))
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">")
 
@@ -78,11 +83,12 @@ _SETTINGS: dict[str, Any] = {
     "svg.hashsalt": "remoras",
 }
 
-_METADATA: dict[str, dict[str, None]] = {
+UNSAID: dict[str, dict[str, Any]] = {
     "png": {"Software": None},
     "svg": {"Date": None},
     "pdf": {"CreationDate": None},
 }
+"""What Matplotlib says of a file by itself and what would differ from day to day."""
 
 
 class Look(NamedTuple):
@@ -100,6 +106,15 @@ def look(number: int) -> Look:
     28
     """
     return Look(COLOURS[number % len(COLOURS)], LINES[number % len(LINES)], MARKERS[number % len(MARKERS)])
+
+
+def vehicle_look(number: int) -> Look:
+    """The look of vehicle ``number`` of a fleet, counted from 0, in all figures of a run.
+
+    >>> vehicle_look(0) == look(0), vehicle_look(6).colour == BLACK
+    (True, False)
+    """
+    return look(number)._replace(colour=VEHICLES[number % len(VEHICLES)])
 
 
 def tint(colour: str, strength: float) -> tuple[float, float, float]:
@@ -158,14 +173,29 @@ def logarithmic(axes: Axes, along: str = "y", subs: Sequence[float] = (1.0, 2.0,
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
-def rendered(figure: Figure, format: str) -> bytes:
+def rendered(figure: Figure, format: str, about: Mapping[str, str] | None = None) -> bytes:
     """A figure in its true size as a file has it; the same figure gives the same bytes whenever it is rendered.
 
     Args:
         figure: what to render.
-        format: one of ``visualisation.files.FORMATS``.
+        format: png, svg or pdf.
+        about: what the file says of its data, such as version, seed and key of the run.
     """
     file = io.BytesIO()
     with paper():
-        figure.savefig(file, format=format, dpi=DPI, metadata=_METADATA[format])
+        figure.savefig(file, format=format, dpi=DPI, metadata={**UNSAID[format], **said(format, about or {})})
     return file.getvalue()
+
+
+def said(format: str, about: Mapping[str, str]) -> dict[str, str]:
+    """What a file says of its data, in the fields that its format has: chunks of text, Dublin Core, or the PDF info.
+
+    >>> said("svg", {"seed": "3", "run": "a1"})
+    {'Description': 'seed 3; run a1'}
+    """
+    line = "; ".join(f"{name} {text}" for name, text in about.items())
+    if not about:
+        return {}
+    if format == "png":
+        return {**about, "Description": line}
+    return {"Description": line} if format == "svg" else {"Subject": line}

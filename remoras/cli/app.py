@@ -147,6 +147,7 @@ class Format(StrEnum):
     PNG = "png"
     SVG = "svg"
     PDF = "pdf"
+    GIF = "gif"
 
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON value and nothing else.")]

@@ -135,9 +135,20 @@ def plot(
         list[str] | None,
         typer.Argument(metavar="KIND", help="Figures to draw; all if left out.", autocompletion=completion.kind),
     ] = None,
-    file_format: Annotated[Format, typer.Option("--format", metavar="png|svg|pdf", help="File format.")] = Format.PNG,
+    file_format: Annotated[
+        Format,
+        typer.Option(
+            "--format",
+            metavar="png|svg|pdf|gif",
+            help="File format; gif has the trajectories of a run as an animation.",
+        ),
+    ] = Format.PNG,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for the figures; that of the results if left out.")
+    ] = None,
+    width: Annotated[
+        float | None,
+        typer.Option(metavar="INCHES", help="Width of the figures: 3.5 a column, 7.2 a page of a paper."),
     ] = None,
     metric: Annotated[
         str | None,
@@ -150,7 +161,7 @@ def plot(
 ) -> None:
     """Draw the figures of a run (trajectories, roles and more) or of a sweep (metrics over loss, ranking and more)."""
     with _glyphs_noted():
-        _plot(folder, kinds or (), out or folder, file_format, metric)
+        _plot(folder, kinds or (), out or folder, file_format, metric, width)
 
 
 @contextmanager
@@ -166,10 +177,12 @@ def _glyphs_noted() -> Iterator[None]:
         warnings.showwarning(one.message, one.category, one.filename, one.lineno)
 
 
-def _plot(folder: Path, kinds: Sequence[str], out: Path, file_format: Format, metric: str | None) -> None:
+def _plot(
+    folder: Path, kinds: Sequence[str], out: Path, file_format: Format, metric: str | None, width: float | None
+) -> None:
     """Draw what a folder holds, a run or a sweep."""
     if (folder / "study.json").is_file():
-        _plot_sweep(folder, kinds, out, file_format, metric)
+        _plot_sweep(folder, kinds, out, file_format, metric, width)
         return
     if not (folder / "summary.json").is_file():
         fail(f"{folder}: no results of a run (summary.json is missing), nor of a sweep (study.json is missing)")
@@ -177,16 +190,18 @@ def _plot(folder: Path, kinds: Sequence[str], out: Path, file_format: Format, me
         fail(f"--metric {metric}: is about the ranking of a sweep, and {folder} holds a single run")
     from missions.runs.results import Results
 
-    _show_drawn(draw_run(Results.read(folder), kinds, out, file_format))
+    _show_drawn(draw_run(Results.read(folder), kinds, out, file_format, width))
 
 
-def draw_run(results: Results, kinds: Sequence[str], out: Path, file_format: Format) -> Drawn:
+def draw_run(
+    results: Results, kinds: Sequence[str], out: Path, file_format: Format, width_in: float | None = None
+) -> Drawn:
     """Draw a run with what its mission declares."""
     from missions.scenarios.parts import mission_of
     from visualisation.runs import draw
 
     mission = mission_of(results.scenario)
-    return draw(results, kinds, out, file_format.value, mission.figures, mission.places)
+    return draw(results, kinds, out, file_format.value, mission.figures, mission.places, width_in)
 
 
 def _show_drawn(drawn: Drawn) -> None:
@@ -196,7 +211,9 @@ def _show_drawn(drawn: Drawn) -> None:
         print(path)
 
 
-def _plot_sweep(folder: Path, kinds: Sequence[str], out: Path, file_format: Format, metric: str | None) -> None:
+def _plot_sweep(
+    folder: Path, kinds: Sequence[str], out: Path, file_format: Format, metric: str | None, width_in: float | None
+) -> None:
     from missions.sweeps.folder import SweepResults
     from visualisation.sweeps import draw
     from visualisation.sweeps.measures import RANKED
@@ -204,7 +221,7 @@ def _plot_sweep(folder: Path, kinds: Sequence[str], out: Path, file_format: Form
     if metric is not None and kinds and not {"ranking", "differences"} & {*kinds}:
         fail(f"--metric {metric}: is about a ranking and differences; name the figure ranking or differences too")
     with Progress(f"plot {folder}", 1, "steps") as progress:
-        drawn = draw(SweepResults.read(folder), kinds, out, file_format.value, metric or RANKED, progress.of)
+        drawn = draw(SweepResults.read(folder), kinds, out, file_format.value, metric or RANKED, progress.of, width_in)
     _show_drawn(drawn)
 
 

@@ -22,7 +22,7 @@ from remoras.cli import app, main
 from remoras.face import load as face_load
 
 SHORT = ["--set", "scenario.duration_s=30"]
-NOT_BUILT = ["live", "export"]
+NOT_BUILT = ["live"]
 HEAVY = ["numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "pydantic", "networkx"]
 
 
@@ -83,7 +83,7 @@ def test_what_is_answered_at_once_loads_nothing_heavy(arguments: list[str], code
 
 
 @pytest.mark.parametrize(
-    "command", [[], ["list"], ["run"], ["plot"], ["validate"], ["example"], ["explain"], ["doctor"]]
+    "command", [[], ["list"], ["run"], ["plot"], ["export"], ["validate"], ["example"], ["explain"], ["doctor"]]
 )
 def test_every_command_has_help(command: list[str]):
     result = remoras(*command, "--help")
@@ -605,6 +605,40 @@ def test_results_that_were_damaged_cannot_be_drawn(results: Path, tmp_path: Path
         if path.is_file():
             (tmp_path / path.name).write_bytes(path.read_bytes() if path.name != broken else b"{")
     refused("plot", tmp_path, "--out", tmp_path / "figures")
+
+
+def test_an_export_is_written_into_the_folder_and_counted(results: Path, tmp_path: Path) -> None:
+    made = remoras("export", results, "--format", "csv", "--out", tmp_path / "tables", "--json")
+    assert made.exit_code == 0, made.output
+    said = json.loads(made.stdout)
+    assert said["path"] == str(tmp_path / "tables")
+    assert (tmp_path / "tables" / "trajectories.csv").read_text().count("\n") == said["counts"]["trajectories"] + 1
+    assert "exists; name another with --out or add --force" in refused(
+        "export", results, "--format", "csv", "--out", tmp_path / "tables"
+    )
+    again = remoras("export", results, "--format", "csv", "--out", tmp_path / "tables", "--force")
+    assert again.stdout.startswith(f"{tmp_path / 'tables'}\n")
+
+
+def test_the_formats_are_those_of_the_package() -> None:
+    from remoras.cli.exports import ExportFormat
+    from visualisation.exports import FORMATS
+
+    assert [format.value for format in ExportFormat] == list(FORMATS)
+
+
+def test_an_export_is_of_one_run(results: Path, swept: Path, tmp_path: Path) -> None:
+    assert "holds a sweep, and export takes the results of one run" in refused("export", swept, "--format", "csv")
+    assert "no results of a run" in refused("export", tmp_path, "--format", "csv")
+    assert "world.origin_deg" in refused("export", results, "--format", "kml", "--out", tmp_path / "run.kml")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_figures_have_the_width_that_is_asked_for(results: Path, tmp_path: Path) -> None:
+    made = remoras("plot", results, "roles", "--width", "3.5", "--format", "svg", "--out", tmp_path)
+    assert made.exit_code == 0, made.output
+    assert 'width="252pt"' in (tmp_path / "roles.svg").read_text()  # 3.5 in of 72 pt
+    assert "width 1 in: allowed are 3 to 20 inches" in refused("plot", results, "roles", "--width", "1")
 
 
 def test_the_doctor_finds_this_installation_well():

@@ -26,8 +26,12 @@ COLUMNS = {
     "satisfaction": ("time_s", "vehicle", "group", "role", "value"),
     "finds": ("time_s", "vehicle", "x_m", "y_m"),
     "faults": ("time_s", "vehicle", "kind", "detail"),
+    "packets": ("slot", "time_s", "sender", "size_bits", "items", "acks", "receivers", "lost_by"),
+    "knowledge": ("time_s", "vehicle", "item", "origin", "event"),
 }
-TEXTS = {"vehicle", "group", "role", "event", "kind", "detail"}
+TEXTS = {"vehicle", "group", "role", "event", "kind", "detail", "sender", "item", "origin"}
+LISTS = {"receivers", "lost_by"}
+SLOT_S = 10.0
 
 
 def draw_finds(axes: Any, results: RunResults, style: Style) -> str:
@@ -79,7 +83,10 @@ class Fiction:
         rows = self._rows() if self.recorded else {}
         for name, columns in COLUMNS.items():
             values = list(zip(*rows.get(name, []), strict=True)) or [()] * len(columns)
-            kinds = [pa.string() if column in TEXTS else pa.float64() for column in columns]
+            kinds = [
+                pa.string() if column in TEXTS else pa.list_(pa.string()) if column in LISTS else pa.float64()
+                for column in columns
+            ]
             arrays = [pa.array(value, kind) for value, kind in zip(values, kinds, strict=True)]
             pq.write_table(pa.table(arrays, names=list(columns)), folder / f"{name}.parquet")
         faults = [{"kind": kind} for _, _, kind, _ in self.faults if kind != "energy"]
@@ -135,10 +142,25 @@ class Fiction:
             for at, role in enumerate(self.roles)
         ]
         finds = [(times_s[at], name, 10.0 * at, 0.0) for at, name in enumerate(self.vehicles) if self.outlines]
+        packets = [self._packet(slot) for slot in range(int(self.end_s / SLOT_S))]
+        told = [(packet[1], packet[2], f"{packet[2]}-{packet[0]}", packet[2], "observed") for packet in packets]
+        heard = [
+            (packet[1] + 1.0, receiver, f"{packet[2]}-{packet[0]}", packet[2], "received")
+            for packet in packets
+            for receiver in packet[6]
+        ]
         return {
             "trajectories": tracks, "roles": sorted([*roles, *self.extra_roles]), "satisfaction": values,
-            "finds": finds, "faults": list(self.faults),
+            "finds": finds, "faults": list(self.faults), "packets": packets, "knowledge": sorted([*told, *heard]),
         }  # fmt: skip
+
+    def _packet(self, slot: int) -> tuple[Any, ...]:
+        """One packet in each slot, of each vehicle in turn; every third listener loses it, another one each time."""
+        sender = self.vehicles[slot % len(self.vehicles)]
+        others = [name for name in self.vehicles if name != sender]
+        lost = [name for at, name in enumerate(others) if (at + slot // len(self.vehicles)) % 3 == 0]
+        heard = [name for name in others if name not in lost]
+        return (slot, slot * SLOT_S, sender, 100, 1, 0, heard, lost)
 
 
 ROLES = [

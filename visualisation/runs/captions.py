@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from missions.figure import RunResults
-from visualisation import words
-from visualisation.runs import reading, windows
+from visualisation import style, words
+from visualisation.runs import reading, sheet, windows
 
 
-def roles(results: RunResults) -> str:
-    """Caption of the roles over time."""
+def roles(results: RunResults, folded: Sequence[Sequence[str]] = (), width_in: float = style.PAGE_IN) -> str:
+    """Caption of the roles over time.
+
+    Args:
+        results: of the run.
+        folded: vehicles of each lane that stands for several.
+        width_in: of the page.
+    """
+    lanes = "; ".join(f"{len(vehicles)} vehicles: {', '.join(vehicles)}" for vehicles in folded)
     return words.joined(
         "Roles of the vehicles over mission time.",
         "A thin bar: the vehicle holds the role; a solid bar: the role drives the vehicle.",
-        *_time_notes(results),
+        f"Vehicles with the same roles share a lane, where the height is the share of them ({lanes})." if lanes else "",
+        *_time_notes(results, width_in),
         faults(results),
         conditions(results),
     )
@@ -27,13 +37,14 @@ def faults(results: RunResults) -> str:
     return f"Faults: {'; '.join(listed)}." if listed else ""
 
 
-def satisfaction(results: RunResults) -> str:
+def satisfaction(results: RunResults, width_in: float = style.PAGE_IN) -> str:
     """Caption of the personal satisfaction."""
     return " ".join(
         [
             "Personal satisfaction of the roles of every vehicle (\u2212128 to 127).",
             "A line is thick while the role drives the vehicle; below zero (shaded) it calls on others.",
-            *_time_notes(results),
+            "Colours are those of the vehicles, lines and markers tell their roles.",
+            *_time_notes(results, width_in),
             conditions(results),
         ]
     )
@@ -53,7 +64,7 @@ def conditions(results: RunResults) -> str:
     )
 
 
-def _time_notes(results: RunResults) -> list[str]:
+def _time_notes(results: RunResults, width_in: float) -> list[str]:
     notes = []
     milestones = reading.milestones(results)
     if milestones:
@@ -61,7 +72,7 @@ def _time_notes(results: RunResults) -> list[str]:
         notes.append(f"Numbered flags: milestones ({listed}).")
     times_s = reading.eventful_times_s(results)
     middle = windows.eventful(times_s, reading.end_s(results))
-    if middle is not None:
+    if middle is not None and width_in >= sheet.LEAST_FOR_WINDOWS_IN:
         span = f"{words.time(middle.start_s)} to {words.time(middle.end_s)}"
         notes.append(f"The time axis is broken: {span} has a scale of its own.")
     return notes

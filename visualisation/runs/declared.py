@@ -27,7 +27,7 @@ class Kit:
 
     def __init__(self, results: RunResults) -> None:
         self.looks: Mapping[str, style.Look] = {
-            name: style.look(number) for number, name in enumerate(reading.vehicles(results))
+            name: style.vehicle_look(number) for number, name in enumerate(reading.vehicles(results))
         }
 
     def tint(self, colour: str, strength: float) -> tuple[float, float, float]:
@@ -61,11 +61,11 @@ def drawn(what: Figure | Layer, axes: Axes, results: RunResults) -> str:
     return text
 
 
-def picture(figure: Figure, results: RunResults) -> Picture:
-    """A mission's figure on a page in the width of a column, with the legend of all labelled artists below."""
+def picture(figure: Figure, results: RunResults, width_in: float = style.COLUMN_IN) -> Picture:
+    """A mission's figure on a page of that width, with the legend of all labelled artists below."""
     with style.paper():
-        page = Page(style.COLUMN_IN, TOP_IN + BODY_IN + BOTTOM_IN)
-        axes = page.panel(Box(LEFT_IN, TOP_IN, style.COLUMN_IN - LEFT_IN - RIGHT_IN, BODY_IN))
+        page = Page(width_in, TOP_IN + BODY_IN + BOTTOM_IN)
+        axes = page.panel(Box(LEFT_IN, TOP_IN, width_in - LEFT_IN - RIGHT_IN, BODY_IN))
         axes.spines[["top", "right"]].set_visible(False)
         text = drawn(figure, axes, results)
         try:

@@ -7,19 +7,29 @@ written, so an error leaves nothing half written.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults
 from visualisation.errors import DrawingError, unknown
-from visualisation.files import Drawn, check_format, write
+from visualisation.files import MOVING, Drawn, check_format, check_width, write
 from visualisation.kinds import KINDS, SWEEP_KINDS
 
 if TYPE_CHECKING:
     from visualisation.page import Picture
 
+MODULES = {"roles": "timeline"}
+"""Modules that draw a kind, where it has another name."""
 
-def picture(results: RunResults, kind: str, figures: Sequence[Declared] = (), places: Sequence[Place] = ()) -> Picture:
+
+def picture(
+    results: RunResults,
+    kind: str,
+    figures: Sequence[Declared] = (),
+    places: Sequence[Place] = (),
+    width_in: float | None = None,
+) -> Picture:
     """One figure of a run with its caption, in memory.
 
     Args:
@@ -27,34 +37,33 @@ def picture(results: RunResults, kind: str, figures: Sequence[Declared] = (), pl
         kind: a name in ``KINDS``, or the name of a figure among ``figures``.
         figures: what the mission of the run declares.
         places: what the map of the tracks shows.
+        width_in: of the figure; what suits its kind if left out.
 
     Returns:
         The Matplotlib figure, the caption, and notes on what was left out.
 
     Raises:
-        DrawingError: the kind is not known, its tables are missing, or the mission's function failed.
+        DrawingError: the kind is not known, its tables are missing, the width is out of range, or the mission's
+            function failed.
     """
+    check_width(width_in)
     own = _own(figures)
     _check_kinds([kind], own)
     if reason := _lacking(results, kind, own):
         raise DrawingError(f"{kind}: {reason}")
+    widths = () if width_in is None else (width_in,)
     if kind in own:
         from visualisation.runs import declared
 
-        return declared.picture(own[kind], results)
+        return declared.picture(own[kind], results, *widths)
     if kind == "trajectories":
         from visualisation.runs import trajectories
 
         layers = [one for one in figures if isinstance(one, Layer)]
         marks = [one for one in figures if isinstance(one, Mark)]
-        return trajectories.picture(results, places, layers, marks)
-    if kind == "roles":
-        from visualisation.runs import timeline
-
-        return timeline.picture(results)
-    from visualisation.runs import satisfaction
-
-    return satisfaction.picture(results)
+        return trajectories.picture(results, places, layers, marks, width_in)
+    drawn: Picture = import_module(f"visualisation.runs.{MODULES.get(kind, kind)}").picture(results, *widths)
+    return drawn
 
 
 def draw(
@@ -64,6 +73,7 @@ def draw(
     format: str = "png",
     figures: Sequence[Declared] = (),
     places: Sequence[Place] = (),
+    width_in: float | None = None,
 ) -> Drawn:
     """Write ``<kind>.<format>`` and its caption ``<kind>.txt`` for each kind; no kinds means all that have tables.
 
@@ -71,9 +81,10 @@ def draw(
         results: of one run.
         kinds: names in ``KINDS``, or of figures among ``figures``.
         folder: made if it is not there.
-        format: png, svg or pdf.
+        format: png, svg, pdf; or gif for the trajectories, which move then.
         figures: what the mission of the run declares.
         places: what the map of the tracks shows.
+        width_in: of all figures; what suits each if left out.
 
     Returns:
         The files written (a figure, its caption, the next figure, ...), and what was left out and why.
@@ -84,22 +95,41 @@ def draw(
     """
     own = _own(figures)
     _check_kinds(kinds, own)
+    check_width(width_in)
+    if format == MOVING:
+        return _moving(results, kinds, folder, places, width_in)
     check_format(format)
     asked = list(dict.fromkeys(kinds)) or [*KINDS, *own]
     missing = {kind: reason for kind in asked if (reason := _lacking(results, kind, own))}
     if kinds and missing:
         raise DrawingError("; ".join(f"{kind}: {reason}" for kind, reason in missing.items()))
-    from visualisation import style
+    from visualisation import about, style
 
+    said = about.of_run(results)
     notes = [f"{kind} is left out: {reason}" for kind, reason in missing.items()]
     contents: list[tuple[str, bytes]] = []
     for kind in asked:
         if kind not in missing:
-            drawn = picture(results, kind, figures, places)
-            contents.append((f"{kind}.{format}", style.rendered(drawn.figure, format)))
+            drawn = picture(results, kind, figures, places, width_in)
+            contents.append((f"{kind}.{format}", style.rendered(drawn.figure, format, said)))
             contents.append((f"{kind}.txt", f"{drawn.caption}\n".encode()))
             notes += drawn.notes
     return Drawn(write(folder, contents), notes)
+
+
+def _moving(
+    results: RunResults, kinds: Sequence[str], folder: Path, places: Sequence[Place], width_in: float | None
+) -> Drawn:
+    """Write the tracks as an animation for slides, with the caption that its conditions are in."""
+    others = [kind for kind in kinds if kind != "trajectories"]
+    if others:
+        raise DrawingError(f"{others[0]}: a gif is for what moves, which are the trajectories; take png, svg or pdf")
+    if reason := _lacking(results, "trajectories", {}):
+        raise DrawingError(f"trajectories: {reason}")
+    from visualisation.runs import moving
+
+    film, caption = moving.film(results, places, width_in)
+    return Drawn(write(folder, [(f"trajectories.{MOVING}", film), (f"trajectories.{MOVING}.txt", caption)]), [])
 
 
 def _own(figures: Sequence[Declared]) -> dict[str, Figure]:

@@ -10,6 +10,7 @@ from missions.figure import RunResults
 from visualisation import style
 from visualisation.page import Picture
 from visualisation.runs import captions, reading
+from visualisation.runs.declared import Kit
 from visualisation.runs.reading import Floats, RoleKey, Tenure
 from visualisation.runs.sheet import sheet
 
@@ -17,12 +18,24 @@ LOWEST, HIGHEST = -128, 127
 VEHICLE_ROOM_IN = 1.0
 ROLE_ROOM_IN = 2.5
 TICK_ROOM_IN = 0.32
-PAD_IN = 0.07
+PAD_IN, LEAST_PAD_IN = 0.07, 0.02
+BANDS_IN = ((4, 0.95), (8, 0.7), (14, 0.45), (24, 0.27))
+"""Heights of bands, by the most vehicles that they are for: with the legend all fit a page of 9 inches."""
+LEAST_BAND_IN = 0.2
+CRAMPED_IN = 0.4
+"""Bands that are lower have a number at zero alone."""
+MARKED_IN = 0.9
+"""Distance of markers on a line."""
 THIN, THICK = 0.7, 1.9
 
 
-def picture(results: RunResults) -> Picture:
-    """A band per vehicle, a line per role, thick while the role drives the vehicle."""
+def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
+    """A band per vehicle, a line per role, thick while the role drives the vehicle.
+
+    Args:
+        results: of the run.
+        width_in: of the page.
+    """
     series = reading.satisfaction(results)
     tenures = {
         (vehicle, tenure.group, tenure.role): tenure
@@ -30,36 +43,39 @@ def picture(results: RunResults) -> Picture:
         for tenure in own
     }
     keys = list(dict.fromkeys(key for of_role in series.values() for key in of_role))
+    colours = {vehicle: look.colour for vehicle, look in Kit(results).looks.items()}
     looks = {key: style.look(number) for number, key in enumerate(keys)}
-    legend = [
-        Line2D([], [], color=looks[key].colour, linestyle=looks[key].line, linewidth=1.2, label=label)
-        for key, label in zip(keys, _labels(keys), strict=True)
-    ]
-    if keys:
-        legend.append(Line2D([], [], color=style.GREY, linewidth=THICK, label="thick: drives the vehicle"))
-    band_in = 0.95 if len(series) <= 4 else 0.7 if len(series) <= 8 else 0.5
+    band_in = next((high for n, high in BANDS_IN if len(series) <= n), LEAST_BAND_IN)
     names = {vehicle: style.fitted(vehicle, VEHICLE_ROOM_IN, style.SMALL_PT, "bold") for vehicle in series}
     names_in = max((style.width_in(name, style.SMALL_PT, "bold") for name in names.values()), default=0.0)
     left_in = 0.25 + names_in + TICK_ROOM_IN
     with style.paper():
-        page = sheet(results, left_in, band_in * len(series), legend)
+        legend = [
+            Line2D([], [], color=style.GREY, linestyle=looks[key].line, marker=looks[key].marker, label=label)
+            for key, label in zip(keys, _labels(keys), strict=True)
+        ]
+        if keys:
+            legend.append(Line2D([], [], color=style.GREY, linewidth=THICK, label="thick: drives the vehicle"))
+        page = sheet(results, left_in, band_in * len(series), legend, width_in)
         page.note(0.1, band_in * len(series) / 2, "personal satisfaction", style.TEXT_PT, rotation="vertical",
                   horizontalalignment="center", verticalalignment="center")  # fmt: skip
         for number, (vehicle, of_role) in enumerate(series.items()):
             top_in = number * band_in
             page.note(0.25, top_in + band_in / 2, names[vehicle], style.SMALL_PT, weight="bold")
-            for value in (LOWEST, 0, HIGHEST):
+            for value in (LOWEST, 0, HIGHEST) if band_in > CRAMPED_IN else (0,):
                 label = f"{value}".replace("-", "\u2212")
                 down_in = _down_in(value, top_in, band_in)
                 page.note(left_in - 0.05, down_in, label, style.TINY_PT, horizontalalignment="right")
             for axes in page.panels:
                 _ground(axes, top_in, band_in)
-                for key, (times_s, values) in of_role.items():
-                    look = looks[key]
+                marked_s = MARKED_IN * float(np.ptp(axes.get_xlim())) / (axes.get_window_extent().width / style.DPI)
+                for at, (key, (times_s, values)) in enumerate(of_role.items()):
+                    look = looks[key]._replace(colour=colours[vehicle])
                     downs_in = np.array([_down_in(value, top_in, band_in) for value in values])
                     axes.plot(times_s, downs_in, color=look.colour, linestyle=look.line, linewidth=THIN)
                     _emphasis(axes, times_s, downs_in, look, tenures.get((vehicle, *key)))
-    return Picture(page.figure, captions.satisfaction(results))
+                    _markers(axes, times_s, downs_in, look, marked_s, (at + 0.5) / len(of_role))
+    return Picture(page.figure, captions.satisfaction(results, width_in))
 
 
 def _labels(keys: list[RoleKey]) -> list[str]:
@@ -72,14 +88,29 @@ def _labels(keys: list[RoleKey]) -> list[str]:
 
 
 def _down_in(value: float, top_in: float, band_in: float) -> float:
-    return top_in + PAD_IN + (HIGHEST - value) / (HIGHEST - LOWEST) * (band_in - 2 * PAD_IN)
+    pad_in = _pad_in(band_in)
+    return top_in + pad_in + (HIGHEST - value) / (HIGHEST - LOWEST) * (band_in - 2 * pad_in)
+
+
+def _pad_in(band_in: float) -> float:
+    return PAD_IN if band_in > CRAMPED_IN else LEAST_PAD_IN
 
 
 def _ground(axes: Axes, top_in: float, band_in: float) -> None:
     zero_in = _down_in(0.0, top_in, band_in)
-    axes.axhspan(zero_in, top_in + band_in - PAD_IN, color=style.PALE, linewidth=0, zorder=0)
+    axes.axhspan(zero_in, top_in + band_in - _pad_in(band_in), color=style.PALE, linewidth=0, zorder=0)
     axes.axhline(zero_in, color=style.GREY, linewidth=0.4, zorder=1)
     axes.axhline(top_in, color=style.BLACK, linewidth=0.4, zorder=1)
+
+
+def _markers(axes: Axes, times_s: Floats, downs_in: Floats, look: style.Look, step_s: float, offset: float) -> None:
+    """Markers that tell the roles of a vehicle apart, set off against those of its other roles."""
+    if times_s.size:
+        at_s = np.arange(times_s[0] + offset * step_s, times_s[-1], step_s)
+        axes.plot(
+            at_s, np.interp(at_s, times_s, downs_in), color=look.colour, linestyle="none", marker=look.marker,
+            markersize=3.0, markeredgecolor="white", markeredgewidth=0.3, zorder=3,
+        )  # fmt: skip
 
 
 def _emphasis(axes: Axes, times_s: Floats, downs_in: Floats, look: style.Look, tenure: Tenure | None) -> None:

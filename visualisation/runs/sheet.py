@@ -22,6 +22,8 @@ from visualisation.page import Box, Legend, Page
 from visualisation.runs import reading, windows
 from visualisation.runs.reading import Milestone, Span
 
+LEAST_FOR_WINDOWS_IN = 5.0
+"""Narrower pages have one window: several would leave none of them enough room."""
 RIGHT_IN = 0.12
 GAP_IN = 0.1
 AXIS_IN = 0.4
@@ -57,36 +59,47 @@ class Sheet:
         self.page.text(x_in, self.top_in + y_in, text, fontsize=size_pt, **look)
 
 
-def sheet(results: RunResults, left_in: float, body_in: float, legend: Sequence[Artist]) -> Sheet:
-    """A page with empty windows of height ``body_in``, flags above, time axis, legend and key below."""
+def sheet(
+    results: RunResults, left_in: float, body_in: float, legend: Sequence[Artist], width_in: float = style.PAGE_IN
+) -> Sheet:
+    """A page with empty windows, flags above, time axis, legend and key below.
+
+    Args:
+        results: of the run.
+        left_in: room for names left of the windows.
+        body_in: height of the windows.
+        legend: its entries.
+        width_in: of the page.
+    """
     end_s = reading.end_s(results)
     times_s = reading.eventful_times_s(results)
-    parts = windows.windows(times_s, end_s)
-    shares = windows.shares(parts, windows.eventful(times_s, end_s))
-    room_in = style.PAGE_IN - left_in - RIGHT_IN - GAP_IN * (len(parts) - 1)
+    parts = windows.windows(times_s, end_s) if width_in >= LEAST_FOR_WINDOWS_IN else [Span(0.0, end_s)]
+    middle = windows.eventful(times_s, end_s)
+    shares = windows.shares(parts, middle if middle in parts else None)
+    room_in = width_in - left_in - RIGHT_IN - GAP_IN * (len(parts) - 1)
     widths_in = [share * room_in for share in shares]
     marks = grouped(reading.milestones(results))
     marks_of = _by_window(marks, parts)
-    n_rows = max(_n_rows(len(marks_of[at]), width_in) for at, width_in in enumerate(widths_in))
+    n_rows = max(_n_rows(len(marks_of[at]), panel_in) for at, panel_in in enumerate(widths_in))
 
-    key = [style.fitted(f"{m.number}  {m.label}", style.PAGE_IN - 0.3, style.SMALL_PT) for m in marks]
-    n_key = key_columns(key)
-    entries = Legend(tuple(legend), style.PAGE_IN - 0.2)
+    key = [style.fitted(f"{m.number}  {m.label}", width_in - 0.3, style.SMALL_PT) for m in marks]
+    n_key = key_columns(key, width_in)
+    entries = Legend(tuple(legend), width_in - 0.2)
     key_in = LINE_IN * -(-len(key) // n_key) + 0.05
     legend_in = entries.height_in + 0.08 if legend else 0.0
     top_in = 0.08 + (FLAG_IN * n_rows + 0.06 if marks else 0.0)
 
-    page = Page(style.PAGE_IN, top_in + body_in + AXIS_IN + legend_in + key_in)
+    page = Page(width_in, top_in + body_in + AXIS_IN + legend_in + key_in)
     panels = []
     at_in = left_in
-    for number, (part, width_in) in enumerate(zip(parts, widths_in, strict=True)):
-        axes = page.panel(Box(at_in, top_in, width_in, body_in))
-        _time_axis(axes, part, width_in, body_in)
-        _flags(axes, marks_of[number], width_in, n_rows)
-        _break_marks(axes, width_in, body_in, number > 0, number < len(parts) - 1)
+    for number, (part, panel_in) in enumerate(zip(parts, widths_in, strict=True)):
+        axes = page.panel(Box(at_in, top_in, panel_in, body_in))
+        _time_axis(axes, part, panel_in, body_in)
+        _flags(axes, marks_of[number], panel_in, n_rows)
+        _break_marks(axes, panel_in, body_in, number > 0, number < len(parts) - 1)
         panels.append(axes)
-        at_in += width_in + GAP_IN
-    middle_in = left_in + (style.PAGE_IN - RIGHT_IN - left_in) / 2
+        at_in += panel_in + GAP_IN
+    middle_in = left_in + (width_in - RIGHT_IN - left_in) / 2
     page.text(middle_in, top_in + body_in + AXIS_IN - 0.03, words.axis("time", "s"), ha="center", va="bottom")
     page.legend(entries, key_in + 0.12)
     _key(page, key, n_key, key_in)
@@ -104,10 +117,10 @@ def grouped(milestones: Sequence[Milestone]) -> list[Mark]:
     ]
 
 
-def key_columns(entries: Sequence[str]) -> int:
-    """How many columns of such entries fit a page."""
+def key_columns(entries: Sequence[str], width_in: float = style.PAGE_IN) -> int:
+    """How many columns of such entries fit a page of that width."""
     widest_in = max((style.width_in(entry, style.SMALL_PT) for entry in entries), default=1.0)
-    return max(1, min(len(entries), int((style.PAGE_IN - 0.2) / (widest_in + 0.2))))
+    return max(1, min(len(entries), int((width_in - 0.2) / (widest_in + 0.2))))
 
 
 def spread(wanted_in: Sequence[float], gap_in: float, low_in: float, high_in: float) -> list[float]:
@@ -192,7 +205,7 @@ def _flags(axes: Axes, marks: Sequence[Mark], width_in: float, n_rows: int) -> N
 def _key(page: Page, entries: Sequence[str], n_columns: int, key_in: float) -> None:
     per_column = -(-len(entries) // n_columns)
     widest_in = max((style.width_in(entry, style.SMALL_PT) for entry in entries), default=0.0)
-    left_in = (style.PAGE_IN - n_columns * widest_in - (n_columns - 1) * 0.2) / 2
+    left_in = (page.width_in - n_columns * widest_in - (n_columns - 1) * 0.2) / 2
     for number, entry in enumerate(entries):
         column, row = divmod(number, per_column)
         x_in = left_in + column * (widest_in + 0.2)

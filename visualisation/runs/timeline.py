@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any, NamedTuple
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import product
+from typing import Any
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -14,71 +16,152 @@ from missions.figure import RunResults
 from visualisation import style
 from visualisation.page import Picture
 from visualisation.runs import captions, reading
-from visualisation.runs.reading import Tenure, VehicleFault
-from visualisation.runs.sheet import sheet
+from visualisation.runs.declared import Kit
+from visualisation.runs.lanes import FOLDS, Lane, Row, shares
+from visualisation.runs.reading import VehicleFault
+from visualisation.runs.sheet import Sheet, sheet
 
-ROOMY_ROWS = 45
+ROWS = ((0.15, style.SMALL_PT), (0.12, style.TINY_PT))
+"""Heights of rows (in) with the size of their letters: the roomy one, and the one for many."""
 BAND_GAP_IN = 0.06
+FOLDED_ROW_IN = 0.2
 VEHICLE_ROOM_IN = 1.0
-ROLE_ROOM_IN = 1.5
+ROLE_ROOM_IN, NARROW_ROLE_ROOM_IN = 1.5, 0.8
 GROUP_ROOM_IN = 2.5
+TALLEST_IN = 9.0
+"""Height of a page of a paper; vehicles that are alike share a lane where the figure would be taller."""
 HELD, DRIVING = 0.3, 0.68
 """Share of a row that a bar fills."""
-HATCHES = ("", "", "", "/////", ".....", "xxxxx")
-PALETTE = (style.BLUE, style.ORANGE, style.BLACK, style.GREEN, style.VERMILLION, style.SKY_BLUE)
-
-
+HATCHES = ("", "/////", ".....", "xxxxx", "-----", "|||||")
+"""Of groups, the largest first."""
+FOLDED = style.GREY
+"""Colour of lanes of several vehicles."""
 FAULT: dict[str, Any] = {
-    "facecolor": "none", "edgecolor": style.tint(style.VERMILLION, 0.6), "hatch": "////", "linewidth": 0, "zorder": 1,
+    "facecolor": "none", "edgecolor": style.tint(style.BLACK, 0.35), "hatch": "\\\\\\\\", "linewidth": 0, "zorder": 1,
 }  # fmt: skip
 """Look of a band while a fault holds."""
 
 
-class GroupLook(NamedTuple):
-    """How bars of one group are filled."""
+def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
+    """A band of rows per vehicle, a row per role; a thin bar while held, a solid one while it drives.
 
-    colour: str
-    hatch: str
-
-
-def picture(results: RunResults) -> Picture:
-    """A band of rows per vehicle, a row per role; a thin bar while held, a solid one while it drives."""
+    Args:
+        results: of the run.
+        width_in: of the page.
+    """
     tenures = reading.tenures(results)
-    n_rows = sum(max(1, len(own)) for own in tenures.values())
-    row_in, size_pt = (0.15, style.SMALL_PT) if n_rows <= ROOMY_ROWS else (0.12, style.TINY_PT)
-    names = {vehicle: style.fitted(vehicle, VEHICLE_ROOM_IN, size_pt, "bold") for vehicle in tenures}
-    known = {tenure.role for own in tenures.values() for tenure in own}
-    roles = {role: style.fitted(role, ROLE_ROOM_IN, size_pt) for role in known}
-    names_in = max((style.width_in(name, size_pt, "bold") for name in names.values()), default=0.0)
-    roles_in = max((style.width_in(role, size_pt) for role in roles.values()), default=0.3)
-    left_in = 0.08 + names_in + 0.12 + roles_in + 0.06
-    looks = _looks(tenures.values())
     faults = reading.vehicle_faults(results)
+    groups = Counter(tenure.group for own in tenures.values() for tenure in own)
+    hatches = {group: HATCHES[at % len(HATCHES)] for at, (group, _) in enumerate(groups.most_common())}
     with style.paper():
-        body_in = n_rows * row_in + len(tenures) * BAND_GAP_IN
-        page = sheet(results, left_in, body_in, _legend(looks, bool(faults)))
+        for fold, row in product(FOLDS, ROWS):
+            timeline = _Timeline(results, fold(tenures), hatches, bool(faults), width_in, row)
+            if timeline.page.page.height_in <= TALLEST_IN:
+                break
+        timeline.draw(faults)
+    folded = [lane.vehicles for lane in timeline.lanes if lane.is_folded]
+    return Picture(timeline.page.figure, captions.roles(results, folded, width_in))
+
+
+class _Timeline:
+    """A page with the names of its lanes, and what is drawn into it."""
+
+    def __init__(
+        self,
+        results: RunResults,
+        lanes: Sequence[Lane],
+        hatches: Mapping[str, str],
+        faulty: bool,
+        width_in: float,
+        row: tuple[float, float],
+    ) -> None:
+        self.lanes = lanes
+        self.hatches = hatches
+        self.looks = Kit(results).looks
+        self.row_in, self.size_pt = row
+        room_in = ROLE_ROOM_IN if width_in >= 5.0 else NARROW_ROLE_ROOM_IN
+        size_pt = self.size_pt
+        self.names = [style.fitted(_name(lane), VEHICLE_ROOM_IN, size_pt, "bold") for lane in lanes]
+        self.roles = {row.role: style.fitted(row.role, room_in, size_pt) for lane in lanes for row in lane.rows}
+        names_in = max((style.width_in(name, size_pt, "bold") for name in self.names), default=0.0)
+        roles_in = max((style.width_in(role, size_pt) for role in self.roles.values()), default=0.3)
+        self.names_in = names_in
+        self.left_in = 0.08 + names_in + 0.12 + roles_in + 0.06
+        body_in = sum(map(self.band_in, lanes))
+        folded = any(lane.is_folded for lane in lanes)
+        legend = _legend(hatches, faulty, folded)
+        self.page: Sheet = sheet(results, self.left_in, body_in, legend, width_in)
+
+    def height_in(self, lane: Lane) -> float:
+        """Height of a row of that lane."""
+        return FOLDED_ROW_IN if lane.is_folded else self.row_in
+
+    def band_in(self, lane: Lane) -> float:
+        """Height of the band of that lane."""
+        return max(1, len(lane.rows)) * self.height_in(lane) + BAND_GAP_IN
+
+    def draw(self, faults: Sequence[VehicleFault]) -> None:
+        """Draw all lanes."""
         top_in = 0.0
-        for number, (vehicle, own) in enumerate(tenures.items()):
-            band_in = max(1, len(own)) * row_in + BAND_GAP_IN
-            for axes in page.panels if number % 2 == 0 else ():
+        for number, (lane, name) in enumerate(zip(self.lanes, self.names, strict=True)):
+            band_in, row_in = self.band_in(lane), self.height_in(lane)
+            for axes in self.page.panels if number % 2 == 0 else ():
                 axes.axhspan(top_in, top_in + band_in, color=style.PALE, linewidth=0, zorder=0)
-            _faults(page.panels, [one for one in faults if one.vehicle == vehicle], top_in, band_in)
-            page.note(0.08, top_in + band_in / 2, names[vehicle], size_pt, weight="bold")
-            for row, tenure in enumerate(own):
-                middle_in = top_in + BAND_GAP_IN / 2 + (row + 0.5) * row_in
-                page.note(left_in - 0.06, middle_in, roles[tenure.role], size_pt, horizontalalignment="right")
-                for axes in page.panels:
-                    _bars(axes, tenure, middle_in, row_in, looks[tenure.group])
+            own = [one for one in faults if lane.vehicles == (one.vehicle,)]
+            _faults(self.page.panels, own, top_in, band_in)
+            self._name(lane, name, top_in, band_in)
+            for at, row in enumerate(lane.rows):
+                middle_in = top_in + BAND_GAP_IN / 2 + (at + 0.5) * row_in
+                role = self.roles[row.role]
+                self.page.note(self.left_in - 0.06, middle_in, role, self.size_pt, horizontalalignment="right")
+                for axes in self.page.panels:
+                    self._row(axes, lane, row, middle_in)
             top_in += band_in
-    return Picture(page.figure, captions.roles(results))
+
+    def _name(self, lane: Lane, name: str, top_in: float, band_in: float) -> None:
+        members = style.fitted(_members(lane), self.names_in + 0.1, style.TINY_PT) if len(lane.rows) > 1 else ""
+        if not lane.is_folded or not members:
+            self.page.note(0.08, top_in + band_in / 2, name, self.size_pt, weight="bold")
+            return
+        self.page.note(0.08, top_in + band_in / 2 - 0.06, name, self.size_pt, weight="bold")
+        self.page.note(0.08, top_in + band_in / 2 + 0.06, members, style.TINY_PT)
+
+    def _row(self, axes: Axes, lane: Lane, row: Row, middle_in: float) -> None:
+        """Bars of one role: of one vehicle in its colour, of several as high as the share of them."""
+        hatch = self.hatches[row.group]
+        if lane.is_folded:
+            _area(axes, lane, row, middle_in)
+            return
+        colour = self.looks[lane.vehicles[0]].colour
+        for spans, fill, shade, pattern in (
+            (row.held[0], HELD, style.tint(colour, 0.4), ""),
+            (row.active[0], DRIVING, colour, hatch),
+        ):
+            boxes = [(span.start_s, span.end_s - span.start_s) for span in spans]
+            where_in = middle_in - fill * self.row_in / 2, fill * self.row_in
+            axes.broken_barh(boxes, where_in, facecolor=shade, edgecolor=shade, linewidth=0.4, zorder=2)
+            if pattern:
+                axes.broken_barh(
+                    boxes, where_in, facecolor="none", edgecolor="white", hatch=pattern, linewidth=0, zorder=3
+                )
 
 
-def _looks(bands: Iterable[list[Tenure]]) -> dict[str, GroupLook]:
-    groups = dict.fromkeys(tenure.group for own in bands for tenure in own)
-    return {
-        group: GroupLook(PALETTE[number % len(PALETTE)], HATCHES[number % len(HATCHES)])
-        for number, group in enumerate(groups)
-    }
+def _area(axes: Axes, lane: Lane, row: Row, middle_in: float) -> None:
+    """Shares of the vehicles of a folded lane: pale those that held a role, dark those that it drove."""
+    high_in = DRIVING * FOLDED_ROW_IN
+    for of_vehicles, strength in ((row.held, 0.4), (row.active, 1.0)):
+        for span, share in shares(of_vehicles, len(lane.vehicles)):
+            where_in = middle_in + high_in / 2 - share * high_in, share * high_in
+            box = [(span.start_s, span.end_s - span.start_s)]
+            axes.broken_barh(box, where_in, facecolor=style.tint(FOLDED, strength), linewidth=0, zorder=2)
+
+
+def _name(lane: Lane) -> str:
+    return f"{len(lane.vehicles)} vehicles" if lane.is_folded else lane.vehicles[0]
+
+
+def _members(lane: Lane) -> str:
+    return ", ".join(lane.vehicles)
 
 
 def _faults(panels: Iterable[Axes], faults: Iterable[VehicleFault], top_in: float, band_in: float) -> None:
@@ -89,26 +172,17 @@ def _faults(panels: Iterable[Axes], faults: Iterable[VehicleFault], top_in: floa
             axes.broken_barh([(fault.span.start_s, length_s)], (top_in, band_in), **FAULT)
 
 
-def _legend(looks: dict[str, GroupLook], with_faults: bool) -> list[Artist]:
+def _legend(hatches: Mapping[str, str], with_faults: bool, with_folds: bool) -> list[Artist]:
     meanings: list[Artist] = [
         Line2D([], [], color=style.tint(style.BLACK, 0.35), linewidth=2.0, label="role held"),
         Line2D([], [], color=style.GREY, linewidth=6.0, label="role drives the vehicle"),
     ]
+    meanings += [Patch(facecolor=FOLDED, linewidth=0, label="height: share of the vehicles")] if with_folds else []
     meanings += [Patch(label="fault", **FAULT)] if with_faults else []
+    if len(hatches) < 2:
+        return meanings
     return meanings + [
-        Patch(facecolor=look.colour, edgecolor="white", hatch=look.hatch, linewidth=0,
+        Patch(facecolor=style.GREY, edgecolor="white", hatch=hatch, linewidth=0,
               label=style.fitted(f"group {group}", GROUP_ROOM_IN, style.SMALL_PT))
-        for group, look in looks.items()
+        for group, hatch in hatches.items()
     ]  # fmt: skip
-
-
-def _bars(axes: Axes, tenure: Tenure, middle_in: float, row_in: float, look: GroupLook) -> None:
-    for spans, share, colour, hatch in (
-        (tenure.held, HELD, style.tint(look.colour, 0.4), ""),
-        (tenure.active, DRIVING, look.colour, look.hatch),
-    ):
-        boxes = [(span.start_s, span.end_s - span.start_s) for span in spans]
-        where_in = middle_in - share * row_in / 2, share * row_in
-        axes.broken_barh(boxes, where_in, facecolor=colour, edgecolor=colour, linewidth=0.4, zorder=2)
-        if hatch:
-            axes.broken_barh(boxes, where_in, facecolor="none", edgecolor="white", hatch=hatch, linewidth=0)

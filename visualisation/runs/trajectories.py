@@ -25,6 +25,8 @@ BESIDE_IN = 0.26
 """Room for a y label; the room for tick labels comes on top."""
 LARGE_IN = 3.55
 """Width of the panel of the whole mission where others stand beside it."""
+LEAST_FOR_TWO_IN = 5.5
+"""Width of a page on which panels stand side by side."""
 TALLEST, LOWEST = 1.25, 0.6
 NAME_ROOM_IN = 1.4
 LEAST_EXTENT_M = 20.0
@@ -142,9 +144,16 @@ class Layout(NamedTuple):
     width_in: float
     bottom_in: float
     boxes: list[Box]
+    stacked: bool = False
 
 
-def picture(results: RunResults, places: Sequence[Place], layers: Sequence[Layer], marks: Sequence[Mark]) -> Picture:
+def picture(
+    results: RunResults,
+    places: Sequence[Place],
+    layers: Sequence[Layer],
+    marks: Sequence[Mark],
+    width_in: float | None = None,
+) -> Picture:
     """The whole mission; beside it its eventful stretch, and where the vehicles end, if these say more.
 
     Args:
@@ -152,6 +161,7 @@ def picture(results: RunResults, places: Sequence[Place], layers: Sequence[Layer
         places: what the map shows beside the vehicles.
         layers: what the mission draws below the tracks; those whose tables are missing are left out, with a note.
         marks: milestones that are marked on the tracks.
+        width_in: of the page; as wide as a column or a page of a paper if left out.
     """
     shown = [layer for layer in layers if all(map(results.has, layer.needs))]
     notes = [
@@ -161,7 +171,7 @@ def picture(results: RunResults, places: Sequence[Place], layers: Sequence[Layer
     ]
     scene = _scene(results, places, shown, marks)
     panels = _panels(scene, windows.eventful(reading.eventful_times_s(results), scene.end_s))
-    layout = _layout(panels)
+    layout = _layout(panels, width_in)
     with style.paper():
         page = Page(layout.width_in, layout.bottom_in)
         said, entries = "", []
@@ -170,7 +180,7 @@ def picture(results: RunResults, places: Sequence[Place], layers: Sequence[Layer
             texts = _layers(axes, results, scene.layers)
             if number == 0:
                 said, entries = texts, axes.get_legend_handles_labels()[0]
-            _draw(axes, scene, panel, box, lowest=number in (0, len(panels) - 1))
+            _draw(axes, scene, panel, box, lowest=number in (0, len(panels) - 1) or layout.stacked)
         legend = Legend((*_legend(scene), *entries), layout.width_in - 0.1)
         page.extend(legend.height_in + 0.05)
         page.legend(legend, 0.02)
@@ -209,7 +219,7 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
 def _panels(scene: Scene, eventful: Span | None) -> list[Panel]:
     points = [place.outline_m[0] for of_kind in scene.points.values() for place in of_kind]
     corners = [corner for of_kind in scene.outlines.values() for place in of_kind for corner in place.outline_m]
-    everything = _frame([*_points(scene.tracks.values()), *points, *corners])
+    everything = frame_of([*points_of(scene.tracks.values()), *points, *corners])
     mission = Span(0.0, scene.end_s)
     panels = [Panel(f"whole mission, 0 to {scene.end_s:.0f} s", everything, mission)]
     if not scene.tracks or everything.size_m < LEAST_EXTENT_M:
@@ -217,18 +227,19 @@ def _panels(scene: Scene, eventful: Span | None) -> list[Panel]:
     if eventful is not None:
         moves = [track.between(*eventful) for track in scene.tracks.values()]
         title = f"{eventful.start_s:.0f} to {eventful.end_s:.0f} s"
-        panels.append(Panel(title, _frame(_points(moves)), eventful))
+        panels.append(Panel(title, frame_of(points_of(moves)), eventful))
     at_end = [track.at(scene.end_s) for track in scene.tracks.values()]
-    ends = _frame([*at_end, *points])
+    ends = frame_of([*at_end, *points])
     if ends.size_m >= CLOSE * panels[-1].frame.size_m:
-        ends = _frame(at_end)
+        ends = frame_of(at_end)
     if ends.size_m < CLOSE * panels[-1].frame.size_m and len(at_end) > 1:
         ending = eventful if eventful is not None and eventful.end_s == scene.end_s else mission
         panels.append(Panel("where the vehicles end", ends, ending))
     return panels
 
 
-def _points(tracks: Iterable[Track]) -> list[PointM]:
+def points_of(tracks: Iterable[Track]) -> list[PointM]:
+    """Corners of the rectangles that hold the tracks."""
     return [
         (float(x_m), float(y_m))
         for track in tracks
@@ -238,19 +249,25 @@ def _points(tracks: Iterable[Track]) -> list[PointM]:
     ]
 
 
-def _frame(points: Sequence[PointM]) -> Frame:
+def frame_of(points: Sequence[PointM]) -> Frame:
+    """The rectangle that holds all points."""
     xs, ys = [x for x, _ in points] or [0.0], [y for _, y in points] or [0.0]
     return Frame(min(xs), min(ys), max(xs), max(ys))
 
 
-def _layout(panels: Sequence[Panel]) -> Layout:
-    """One panel in a column of text; or a large one, and on its right the others one above the other."""
+def _layout(panels: Sequence[Panel], wanted_in: float | None) -> Layout:
+    """One panel in a column of text; or a large one, and on its right the others one above the other.
+
+    On a narrow page all stand one above the other.
+    """
     whole = panels[0].frame
     digits_in = max(style.width_in(f"{bound:.0f}", style.SMALL_PT) for bound in (*whole, 1000.0))
     left_in, right_in = BESIDE_IN + digits_in, digits_in / 2 + 0.02
     n_small = len(panels) - 1
-    width_in = style.PAGE_IN if n_small else style.COLUMN_IN
-    large_in = LARGE_IN if n_small else width_in - left_in - right_in
+    width_in = wanted_in or (style.PAGE_IN if n_small else style.COLUMN_IN)
+    if n_small and width_in < LEAST_FOR_TWO_IN:
+        return _stack(panels, width_in, left_in, right_in)
+    large_in = LARGE_IN * width_in / style.PAGE_IN if n_small else width_in - left_in - right_in
     body_in = large_in * min(TALLEST, max(LOWEST, whole.shape))
     boxes = [Box(left_in, TOP_IN, large_in, body_in)]
     small_in = width_in - 2 * left_in - large_in - right_in
@@ -258,6 +275,18 @@ def _layout(panels: Sequence[Panel]) -> Layout:
     for number in range(n_small):
         boxes.append(Box(2 * left_in + large_in, TOP_IN + number * (each_in + BOTTOM_IN), small_in, each_in))
     return Layout(width_in, TOP_IN + body_in + BOTTOM_IN, boxes)
+
+
+def _stack(panels: Sequence[Panel], width_in: float, left_in: float, right_in: float) -> Layout:
+    """All panels one above the other."""
+    each_in = width_in - left_in - right_in
+    boxes: list[Box] = []
+    down_in = 0.0
+    for panel in panels:
+        body_in = each_in * (LOWEST if boxes else min(TALLEST, max(LOWEST, panel.frame.shape)))
+        boxes.append(Box(left_in, down_in + TOP_IN, each_in, body_in))
+        down_in += TOP_IN + body_in + BOTTOM_IN
+    return Layout(width_in, down_in, boxes, stacked=True)
 
 
 def _layers(axes: Axes, results: RunResults, layers: Sequence[Layer]) -> str:
@@ -325,7 +354,7 @@ def _name_places(axes: Axes, scene: Scene, panel: Panel) -> None:
     """Names of the places, points first, where they cover no symbol."""
     names = [Label(place.name, *place.outline_m[0]) for of_kind in scene.points.values() for place in of_kind]
     for place in (place for of_kind in scene.outlines.values() for place in of_kind):
-        frame = _frame(place.outline_m)
+        frame = frame_of(place.outline_m)
         x_m, y_m = (frame.west_m + frame.east_m) / 2, (frame.south_m + frame.north_m) / 2
         names.append(Label(place.name, x_m, y_m, frame.east_m - frame.west_m))
     (west_m, east_m), (south_m, north_m) = axes.get_xlim(), axes.get_ylim()

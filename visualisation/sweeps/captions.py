@@ -14,6 +14,7 @@ from visualisation import words
 from visualisation.sweeps.arrangement import Arrangement, Combination
 from visualisation.sweeps.measures import Measure
 
+GOAL = "mission.goal"
 CUT = "Intervals are cut at the frame."
 OF_RATES = "Wilson's 95 % intervals of the rate"
 CENSORED = "A run that did not get there, or failed, counts with the mission's whole duration (restricted mean)."
@@ -112,12 +113,20 @@ def ranking(arrangement: Arrangement, by: MetricRecord, rows: Sequence[Rank]) ->
         f"(sign-flip test of the paired differences, Holm-corrected in each column, p >= {SIGNIFICANT:g}). "
         "Last column: mean rank. Those whose success rate is below the highest by more than their intervals stand "
         "behind the others and are marked: theirs are means of unequal work.",
+        _goal(rows),
         _unequal(arrangement, rows),
         _cases(arrangement),
         "There are too few runs for any difference to be significant." if are_too_few(rows) else "",
         by.note,
         CENSORED if by.censored else "",
     )
+
+
+def _goal(rows: Sequence[Rank]) -> str:
+    """What the work is that ranks are by, with the setting of the study where it has one."""
+    set_to = sorted({row.settings[GOAL] for row in rows if GOAL in row.settings})
+    of = f", {GOAL} = {' or '.join(set_to)}" if set_to else ""
+    return f"Success is the mission's whole goal (goal_fraction = 1{of}), reached before its end."
 
 
 def _unequal(arrangement: Arrangement, rows: Sequence[Rank]) -> str:

@@ -35,6 +35,8 @@ from visualisation.sweeps.measures import Measure
 LEFT_IN, RIGHT_IN, TOP_IN, TITLE_IN, AXIS_IN, GAP_IN, ROW_GAP_IN = 0.58, 0.1, 0.08, 0.18, 0.38, 0.66, 0.26
 BODY_IN, TRADE_OFF_BODY_IN, OVERVIEW_BODY_IN = 2.1, 2.5, 1.45
 SIZE_KEY_IN = 0.17
+LEAST_PANEL_IN = 2.3
+"""Width of a panel with its label: so many stand in a row of a page of another width."""
 SPREAD = 10.0
 """Ratio of the largest mean to the smallest above which an axis is logarithmic."""
 BAND, MOST_INK = 0.2, 0.55
@@ -81,16 +83,20 @@ def _numbers(names: Sequence[str], known: Sequence[str]) -> dict[str, int]:
 
 
 def metric(
-    arrangement: Arrangement, combinations: Sequence[Combination], rows: Sequence[Comparison], measure: Measure
+    arrangement: Arrangement,
+    combinations: Sequence[Combination],
+    rows: Sequence[Comparison],
+    measure: Measure,
+    width_in: float | None = None,
 ) -> Figure:
     """One metric along the axis, a panel for each combination."""
     with style.paper():
-        page, panels = _page(arrangement, [arrangement.titles[one] for one in combinations], BODY_IN)
+        page, panels = _page(arrangement, [arrangement.titles[one] for one in combinations], BODY_IN, width_in)
         shown = [arrangement.of(one, rows) for one in combinations]
         for axes, own in zip(panels, shown, strict=True):
             _curves(axes, arrangement, own, measure)
         _scale(panels, [row for own in shown for row in own], measure, "y")
-        for axes in panels[:: _columns(panels)]:
+        for axes in _first_of_rows(panels):
             axes.set_ylabel(_label(measure, BODY_IN), labelpad=3)
     return page.figure
 
@@ -100,6 +106,7 @@ def overview(
     combination: Combination,
     measures: Sequence[Measure],
     rows: Mapping[str, Sequence[Comparison]],
+    width_in: float | None = None,
 ) -> Figure:
     """Metrics of one combination under one legend; a panel whose metric has no values says so.
 
@@ -108,10 +115,11 @@ def overview(
         combination: the one that is shown.
         measures: one for each panel.
         rows: of all combinations, by the names of the metrics.
+        width_in: of the page; its own if left out, here as everywhere.
     """
     with style.paper():
         titles = [measure.name for measure in measures]
-        page, panels = _page(arrangement, titles, OVERVIEW_BODY_IN, columns=3)
+        page, panels = _page(arrangement, titles, OVERVIEW_BODY_IN, width_in, columns=3)
         for axes, measure in zip(panels, measures, strict=True):
             own = arrangement.of(combination, rows[measure.metric.name])
             _curves(axes, arrangement, own, measure, 0.75)
@@ -130,6 +138,7 @@ def trade_off(
     across: Measure,
     up: Measure,
     rows: Mapping[str, Sequence[Comparison]],
+    width_in: float | None = None,
 ) -> Figure:
     """One metric over another: the points of a series joined along the axis, whose value is the size of the marker.
 
@@ -139,17 +148,18 @@ def trade_off(
         across: the metric of the horizontal axis.
         up: the metric of the vertical one.
         rows: of all combinations, by the names of the metrics.
+        width_in: of the page.
     """
     shown = [[arrangement.of(one, rows[measure.metric.name]) for measure in (across, up)] for one in combinations]
     places = sorted({arrangement.x(row) for pair in shown for own in pair for row in own})
     sizes = dict(zip(places, _sizes(len(places)), strict=True))
     with style.paper():
         titles = [arrangement.titles[one] for one in combinations]
-        page, panels = _page(arrangement, titles, TRADE_OFF_BODY_IN, across.label, SIZE_KEY_IN)
+        page, panels = _page(arrangement, titles, TRADE_OFF_BODY_IN, width_in, across.label, SIZE_KEY_IN)
         ends = [_crosses(axes, arrangement, own, (across, up), sizes) for axes, own in zip(panels, shown, strict=True)]
         for number, (measure, along) in enumerate(((across, "x"), (up, "y"))):
             _scale(panels, [row for pair in shown for row in pair[number]], measure, along)
-        for axes in panels[:: _columns(panels)]:
+        for axes in _first_of_rows(panels):
             axes.set_ylabel(_label(up, TRADE_OFF_BODY_IN), labelpad=3)
         for axes, (named, points) in zip(panels, ends, strict=True):
             if len({label.text for label in named}) > 1:  # else the largest markers say it
@@ -332,14 +342,16 @@ def _label(measure: Measure, room_in: float) -> str:
     return style.fitted(measure.metric.label, room_in - style.width_in(unit, style.TEXT_PT), style.TEXT_PT) + unit
 
 
-def _columns(panels: Sequence[Axes]) -> int:
-    return 1 if len(panels) == 1 else 2
+def _first_of_rows(panels: Sequence[Axes]) -> list[Axes]:
+    left = min(axes.get_position().x0 for axes in panels)
+    return [axes for axes in panels if axes.get_position().x0 < left + 1e-6]
 
 
 def _page(
     arrangement: Arrangement,
     titles: Sequence[str],
     body_in: float,
+    wanted_in: float | None,
     x_label: str | None = None,
     key_in: float = 0.0,
     columns: int = 2,
@@ -350,12 +362,13 @@ def _page(
         arrangement: of the sweep.
         titles: of the panels; a single one is not shown.
         body_in: height of a panel.
+        wanted_in: width of the page, with fewer panels in a row where it is narrow; None for its own.
         x_label: text of the horizontal axes; the axis of the arrangement if left out.
         key_in: height to leave below the legend.
         columns: most panels in a row.
     """
-    columns = min(columns, len(titles))
-    width_in = style.COLUMN_IN if columns == 1 else style.PAGE_IN
+    columns = min(columns, len(titles), *([] if wanted_in is None else [max(1, int(wanted_in / LEAST_PANEL_IN))]))
+    width_in = wanted_in or (style.COLUMN_IN if columns == 1 else style.PAGE_IN)
     drawn_as = looks(arrangement.series)
     handles = [
         Line2D([], [], label=style.fitted(series.label, width_in - 0.7, style.SMALL_PT), **drawn_as[series])

@@ -19,7 +19,7 @@ from missions.comparison.rows import Comparison, Rank, write_csv
 from missions.metric import Better, MetricRecord
 from missions.sweeps.folder import SweepResults
 from visualisation.errors import DrawingError, unknown
-from visualisation.files import Drawn, check_format, write
+from visualisation.files import Drawn, check_format, check_width, write
 from visualisation.kinds import KINDS, SWEEP_KINDS
 from visualisation.sweeps import captions
 from visualisation.sweeps.arrangement import Arrangement, Combination, arranged
@@ -79,12 +79,12 @@ class Numbers:
 
 @dataclass(frozen=True)
 class Chart:
-    """One figure to write: the end of its file's name, its numbers, its caption, and how it is drawn."""
+    """One figure to write: the end of its file's name, its numbers, its caption, and how it is drawn in a width."""
 
     title: str
     rows: Sequence[Comparison] | Sequence[Rank]
     caption: str
-    figure: Callable[[], Figure]
+    figure: Callable[[float | None], Figure]
 
 
 def draw(
@@ -94,6 +94,7 @@ def draw(
     format: str = "png",
     ranked: str = RANKED,
     progress: Callable[[float, float], None] = lambda done, total: None,
+    width_in: float | None = None,
 ) -> Drawn:
     """Write figures of a sweep, finished or not; no kinds means all that there are numbers for.
 
@@ -104,6 +105,7 @@ def draw(
         format: png, svg or pdf.
         ranked: name of the metric that the ranking is by, and whose differences are drawn.
         progress: told what is done of how much.
+        width_in: of all figures; a column or a page of a paper if left out.
 
     Returns:
         The files written (a figure, its numbers, its caption, the next figure, ...), and notes for the user.
@@ -115,6 +117,7 @@ def draw(
     charts = by_kind(list(results.metrics.values()))
     asked = _asked(kinds, charts)
     check_format(format)
+    check_width(width_in)
     if len(results.file.sampled_keys) > 1:
         raise DrawingError(
             "a Latin hypercube of several keys has no axis along which the rest is the same; see runs.parquet"
@@ -128,7 +131,7 @@ def draw(
         notes.append(f"the sweep is not finished, {remaining} runs are missing in the figures")
     files: list[Path] = []
     for number, kind in enumerate(kind for kind in asked if kind not in missing):
-        files += _written(results, kind, numbers, folder, format)
+        files += _written(results, kind, numbers, folder, format, width_in)
         progress(len(numbers.rows) + number + 1, len(numbers.rows) + len(asked))
     return Drawn(files, notes)
 
@@ -185,15 +188,18 @@ def _numbers(
     )
 
 
-def _written(results: SweepResults, kind: str, numbers: Numbers, folder: Path, format: str) -> list[Path]:
+def _written(
+    results: SweepResults, kind: str, numbers: Numbers, folder: Path, format: str, width_in: float | None
+) -> list[Path]:
     """Draw a kind, then write its files."""
-    from visualisation import style
+    from visualisation import about, style
 
+    said = about.of_sweep(results)
     ranked = numbers.ranked_by.name
     stem = f"{kind}-{ranked}" if kind in ("ranking", "differences") and ranked != RANKED else kind
     taken: set[str] = set()
     charts = {_file_name(stem, chart.title, taken): chart for chart in _charts(kind, numbers)}
-    pictures = {name: style.rendered(chart.figure(), format) for name, chart in charts.items()}
+    pictures = {name: style.rendered(chart.figure(width_in), format, said) for name, chart in charts.items()}
     files: list[Path] = []
     for name, chart in charts.items():
         conditions = captions.conditions(results, numbers.arrangement, chart.rows)

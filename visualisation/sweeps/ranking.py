@@ -13,6 +13,7 @@ from matplotlib.patches import Rectangle
 from missions.comparison.ranking import are_too_few, mean_ranks
 from missions.comparison.rows import Rank
 from visualisation import style
+from visualisation.errors import DrawingError
 from visualisation.page import Box, Page
 from visualisation.sweeps.arrangement import Arrangement, Series
 
@@ -65,18 +66,19 @@ class RankTable:
         return (self.end_in + self.right_in) / 2
 
 
-def figure(arrangement: Arrangement, shown: Sequence[Rank], measured: str) -> Figure:
+def figure(arrangement: Arrangement, shown: Sequence[Rank], measured: str, width_in: float | None = None) -> Figure:
     """The table of one combination.
 
     Args:
         arrangement: of the sweep.
         shown: ranks of the combination.
         measured: what the ranks are by, for the heading.
+        width_in: of the page; a column of text if left out, or a page where the table needs it.
     """
     rows = ordered(arrangement, shown)
     places = sorted({arrangement.x(rank) for rank in shown})
     with style.paper():
-        page, table = _table([series.label for series, _ in rows], [f"{place:g}" for place in places])
+        page, table = _table([series.label for series, _ in rows], [f"{place:g}" for place in places], width_in)
         _head(table, arrangement.axis_label, places, measured)
         top_in = TITLE_IN + HEAD_IN - 0.02
         of = {(rank.strategy, rank.policy, arrangement.x(rank)): rank for rank in shown}
@@ -95,13 +97,22 @@ def figure(arrangement: Arrangement, shown: Sequence[Rank], measured: str) -> Fi
     return page.figure
 
 
-def _table(names: Sequence[str], heads: Sequence[str]) -> tuple[Page, RankTable]:
-    """A page for that many rows and columns, as wide as a column of text if they have room there."""
+def _table(names: Sequence[str], heads: Sequence[str], wanted_in: float | None) -> tuple[Page, RankTable]:
+    """A page for that many rows and columns, as wide as a column of text if they have room there.
+
+    Raises:
+        DrawingError: it is wanted narrower than the table can be.
+    """
     names_in = min(1.9, max(style.width_in(name, style.SMALL_PT) for name in names))
     least_in = max(LEAST_IN, *(style.width_in(head, style.TINY_PT) + 0.06 for head in heads))
     mean_in = style.width_in(MEAN, style.SMALL_PT) + 0.06
     fixed_in = 2 * EDGE_IN + names_in + GAP_IN + mean_in
-    width_in = style.COLUMN_IN if fixed_in + least_in * len(heads) <= style.COLUMN_IN else style.PAGE_IN
+    needed_in = fixed_in + least_in * len(heads)
+    width_in = wanted_in or (style.COLUMN_IN if needed_in <= style.COLUMN_IN else style.PAGE_IN)
+    if wanted_in is not None and needed_in > wanted_in:
+        raise DrawingError(
+            f"ranking: needs a width of {needed_in:.1f} in for {len(heads)} columns; {wanted_in:g} given"
+        )
     column_in = (width_in - fixed_in) / len(heads)
     page = Page(width_in, TITLE_IN + HEAD_IN + len(names) * ROW_IN + NOTE_IN)
     axes = page.panel(Box(0.0, 0.0, page.width_in, page.height_in))

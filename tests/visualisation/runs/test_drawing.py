@@ -116,7 +116,7 @@ def test_a_figure_without_its_table_is_left_out_with_a_note_or_refused(tmp_path:
     (run.folder / "satisfaction.parquet").unlink()
     (run.folder / "finds.parquet").unlink()
     written = draw(run, [], tmp_path / "all", "svg", DECLARED, fiction.places)
-    assert [path.stem for path in written.files[::2]] == ["trajectories", "roles"]
+    assert [path.stem for path in written.files[::2]] == ["trajectories", "roles", "knowledge", "delivery", "tdma"]
     assert written.notes == [
         "satisfaction is left out: these results have no table satisfaction",
         "finds is left out: these results have no table finds",

@@ -248,6 +248,33 @@ def test_a_bound_makes_nobodys_work_unequal(tmp_path: Path) -> None:
     assert "Unequal work" not in (tmp_path / "out" / "bytes.txt").read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("name", ["seven strategies", "three channels", "strategies and policies"])
+def test_figures_are_as_wide_as_they_are_wanted(
+    sweeps: dict[str, SweepResults], name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a column of a paper panels stand one above the other; a table that has no room is refused."""
+    numbers = _numbers(sweeps[name], ("bytes", *SWEEP_KINDS), CHARTS, RANKED, lambda done, total: None)
+    for kind in ("bytes", "differences", "trade-off", "overview"):
+        for chart in _charts(kind, numbers):
+            figure = chart.figure(style.COLUMN_IN)
+            assert figure.get_figwidth() == style.COLUMN_IN
+            check_texts(figure, monkeypatch)
+    (first, *_) = _charts("ranking", numbers)
+    assert first.figure(12.0).get_figwidth() == 12.0
+    with pytest.raises(DrawingError, match=r"ranking: needs a width of \d\.\d in for \d+ columns; 1 given"):
+        first.figure(1.0)
+
+
+def test_files_of_a_sweep_say_what_study_they_show(tmp_path: Path, sweeps: dict[str, SweepResults]) -> None:
+    from PIL import Image
+
+    draw(sweeps["one point"], ["bytes"], tmp_path)
+    said = Image.open(tmp_path / "bytes.png").text  # type: ignore[attr-defined]
+    assert said["seed"] == str(sweeps["one point"].schedule.file.study.seed)
+    assert len(said["study"]) == 20
+    assert said["version"].startswith("remoras ")
+
+
 def test_unequal_work_is_ranked_behind_and_marked(tmp_path: Path) -> None:
     """By time alone central would be the first."""
     results = Sweep(SEVEN[:3], channels=[("bernoulli", FEW, {})], summary=half).write(tmp_path / "sweep")
@@ -256,6 +283,7 @@ def test_unequal_work_is_ranked_behind_and_marked(tmp_path: Path) -> None:
     assert any(text.endswith("; *: unequal work") for text in texts)
     draw(results, ["ranking", "bytes"], tmp_path / "out", "svg")
     caption = (tmp_path / "out" / "ranking.txt").read_text(encoding="utf-8")
+    assert "Success is the mission's whole goal (goal_fraction = 1), reached before its end." in caption
     assert "Here: central at 0.1,0.5,0.8." in caption
     caption = (tmp_path / "out" / "bytes.txt").read_text(encoding="utf-8")
     assert "Unequal work: success rates of central are below the highest by more than their intervals." in caption

@@ -1,0 +1,44 @@
+"""Runs that are exported: a real one of two minutes at a place on the globe, and one that is older than exports."""
+
+from pathlib import Path
+
+import pytest
+from synthetic_runs import Fiction
+
+import remoras
+from missions.figure import Place
+from missions.runs.results import Results
+from missions.scenarios.parts import mission_of
+
+pytest.importorskip("mcap")
+
+ORIGIN_DEG = [43.35, 3.75]
+
+
+@pytest.fixture(scope="session")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    """Two minutes of the shipped mission with its datum, at a loss that leaves packets heard and lost."""
+    folder = tmp_path_factory.mktemp("exported") / "run"
+    settings = {"scenario.duration_s": 120.0, "world.origin_deg": ORIGIN_DEG}
+    remoras.run("mapping-rendezvous", per=0.6, seed=3, set=settings).save(folder)
+    return Results.read(folder)
+
+
+@pytest.fixture(scope="session")
+def places(run: Results) -> tuple[Place, ...]:
+    return mission_of(run.scenario).places
+
+
+@pytest.fixture
+def older(tmp_path: Path) -> Results:
+    """As an older version wrote it: without packets, depths, an id or a datum; names that no topic may have."""
+    found = Fiction(vehicles=('A "quoted" name', "</script>", "\U0001f420", "a b")).write(tmp_path / "older")
+    for name in ("packets", "knowledge"):
+        (found.folder / f"{name}.parquet").unlink()
+    return found
+
+
+@pytest.fixture
+def at_once(tmp_path: Path) -> Results:
+    """A run of 0 s, of which nothing was recorded."""
+    return Fiction(end_s=0.0, recorded=False, completed=False).write(tmp_path / "at-once")

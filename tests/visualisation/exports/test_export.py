@@ -1,0 +1,135 @@
+"""What all formats have in common: places that are taken, disks that are full, libraries and data that are missing."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from synthetic_runs import Fiction
+
+import visualisation.exports
+from missions.figure import Place
+from missions.runs.results import Results
+from visualisation import ExportError
+from visualisation.exports import FORMATS, default_path, export
+
+WITH_DATUM = [name for name, format in FORMATS.items() if format.needs_datum]
+WITHOUT = [name for name in FORMATS if name not in WITH_DATUM]
+
+
+def files_of(path: Path) -> dict[str, bytes]:
+    """Contents of a file, or of the files of a folder, by their names."""
+    return {one.name: one.read_bytes() for one in (path.iterdir() if path.is_dir() else [path])}
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_the_same_run_gives_the_same_bytes(
+    run: Results, places: tuple[Place, ...], format: str, tmp_path: Path
+) -> None:
+    """In one process, and so with counters of the libraries that have moved on."""
+    first = export(run, format, default_path(tmp_path / "first", format), places=places)
+    again = export(run, format, default_path(tmp_path / "again", format), places=places)
+    assert first.counts == again.counts
+    if format != "netcdf":  # HDF5 writes the time of writing into the file
+        assert files_of(first.path) == files_of(again.path)
+    assert not [path for path in first.path.parent.iterdir() if path != first.path]
+
+
+@pytest.mark.parametrize("format", WITH_DATUM)
+def test_without_a_datum_it_is_refused_by_the_name_of_the_key(older: Results, format: str, tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match=r"world\.origin_deg.*or take mcap, rosbag2, csv or alog"):
+        export(older, format, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("format", WITHOUT)
+def test_an_older_run_with_strange_names_is_written(older: Results, format: str, tmp_path: Path) -> None:
+    """Its folder has no packets, no depths, no id: 61 points of each of 4 vehicles (see ``Fiction``)."""
+    made = export(older, format, tmp_path / "out")
+    of_motion = {
+        "mcap": made.counts.get("/tf"), "rosbag2": made.counts.get("/tf"),
+        "csv": made.counts.get("trajectories", 0) / 4, "alog": made.counts.get("NODE_REPORT_LOCAL", 0) / 4,
+    }  # fmt: skip
+    assert of_motion[format] == 61
+
+
+@pytest.mark.parametrize("format", WITHOUT)
+def test_a_run_of_nothing_is_written(at_once: Results, format: str, tmp_path: Path) -> None:
+    made = export(at_once, format, tmp_path / "out")
+    assert made.path.exists()
+    assert made.counts.get("/tf", 0) == made.counts.get("trajectories", 0) == 0
+
+
+@pytest.mark.parametrize("format", WITH_DATUM)
+def test_a_run_of_nothing_at_a_place_is_written(tmp_path: Path, format: str) -> None:
+    results = Fiction(end_s=0.0, recorded=False, completed=False).write(tmp_path / "run")
+    results.manifest["scenario"] += "\n[world]\norigin_deg = [43.35, 3.75]\n"
+    made = export(results, format, tmp_path / "out")
+    assert made.path.stat().st_size > 0
+    assert set(made.counts.values()) == {0}
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_what_is_there_stays_without_force(run: Results, format: str, tmp_path: Path) -> None:
+    out = default_path(tmp_path, format)
+    export(run, format, out)
+    before = files_of(out)
+    with pytest.raises(ExportError, match="exists; name another with --out or add --force"):
+        export(run, format, out)
+    assert files_of(out) == before
+    (next(out.iterdir()) if out.is_dir() else out).write_bytes(b"")
+    export(run, format, out, force=True)
+    assert {name: len(content) for name, content in files_of(out).items()} == {
+        name: len(content) for name, content in before.items()
+    }
+
+
+def test_a_folder_with_other_files_is_never_replaced(run: Results, tmp_path: Path) -> None:
+    (tmp_path / "thesis.tex").write_text("words")
+    with pytest.raises(ExportError, match=r"holds other files, such as thesis\.tex"):
+        export(run, "csv", tmp_path, force=True)
+    with pytest.raises(ExportError, match=r"is a folder; name a file, such as .*run\.kml"):
+        export(run, "kml", tmp_path, force=True)
+    with pytest.raises(ExportError, match="is a file; name a folder"):
+        export(run, "csv", tmp_path / "thesis.tex", force=True)
+    assert (tmp_path / "thesis.tex").read_text() == "words"
+
+
+def test_an_unknown_format_is_told_the_nearest(run: Results, tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match=r"'cdf'; known: mcap, .*; nearest: 'netcdf'"):
+        export(run, "cdf", tmp_path / "out")
+
+
+def test_a_library_that_is_missing_is_named(run: Results, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("visualisation.exports.writing.find_spec", lambda name: None)
+    with pytest.raises(ExportError, match=r"needs mcap and rosbags, which .* install mcap rosbags"):
+        export(run, "mcap", tmp_path / "out")
+    assert export(run, "csv", tmp_path / "csv").counts["trajectories"] > 0
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_a_full_disk_leaves_nothing(run: Results, format: str, tmp_path: Path) -> None:
+    """A file may have 2000 bytes at most, which is less than any export has; the system says so as a full disk does."""
+    out = default_path(tmp_path, format)
+    code = (
+        "import resource, sys; from pathlib import Path; from missions.runs.results import Results\n"
+        "from visualisation.exports import export\n"
+        "from importlib import import_module; import_module(f'visualisation.exports.{sys.argv[2]}')\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))\n"
+        "export(Results.read(Path(sys.argv[1])), sys.argv[2], Path(sys.argv[3]))"
+    )
+    command = [sys.executable, "-B", "-c", code, str(run.folder), format, str(out)]
+    root = Path(visualisation.exports.__file__).parents[2]
+    done = subprocess.run(command, cwd=root, capture_output=True, text=True, check=False)
+    assert "ExportError" in done.stderr
+    assert "cannot be written: File too large" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_importing_the_package_loads_no_library() -> None:
+    code = (
+        "import visualisation.exports, sys\n"
+        "sys.exit(bool({'mcap', 'rosbags', 'simplekml', 'netCDF4', 'matplotlib', 'pyarrow'} & {*sys.modules}))"
+    )
+    root = Path(visualisation.exports.__file__).parents[2]
+    assert subprocess.run([sys.executable, "-c", code], check=False, cwd=root).returncode == 0

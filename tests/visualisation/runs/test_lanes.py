@@ -1,0 +1,63 @@
+"""Lanes that stand for several vehicles, and the pages that they save."""
+
+import pytest
+from legibility import check_texts
+from synthetic_runs import Fiction
+
+from missions.runs.results import Results
+from visualisation.runs import lanes, picture
+from visualisation.runs.reading import Span, Tenure
+
+FLEET = [f"AUV{number:02}" for number in range(32)]
+
+
+def held(role: str, start_s: float = 0.0) -> Tenure:
+    return Tenure("Team", role, (Span(start_s, 100.0),), (Span(start_s + 10.0, 100.0),))
+
+
+TENURES = {
+    "A": [held("Leader")],
+    "B": [held("Diver"), held("Left", 20.0)],
+    "C": [held("Diver")],
+    "D": [held("Diver", 5.0)],
+}
+
+
+def test_vehicles_with_the_same_roles_share_a_lane_whenever_they_took_them() -> None:
+    assert [lane.vehicles for lane in lanes.same_roles(TENURES)] == [("A",), ("B",), ("C", "D")]
+
+
+def test_vehicles_that_began_with_the_same_roles_share_a_lane() -> None:
+    found = lanes.same_beginning(TENURES)
+    assert [lane.vehicles for lane in found] == [("A",), ("B", "C", "D")]
+    assert [row.role for row in found[1].rows] == ["Diver", "Left"]
+
+
+def test_shares_are_of_all_vehicles_of_the_lane() -> None:
+    """Three divers, driven from 10 s on, one of them from 15 s on."""
+    (row, _) = lanes.same_beginning(TENURES)[1].rows
+    assert lanes.shares(row.active, 3) == [(Span(10.0, 15.0), 2 / 3), (Span(15.0, 100.0), 1.0)]
+
+
+@pytest.fixture(scope="module")
+def fleet(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    """32 vehicles with two roles each; every fourth has a role of its own besides."""
+    own = [(100.0, name, "Team", f"Left{at}", "assigned") for at, name in enumerate(FLEET) if at % 4 == 0]
+    fiction = Fiction(vehicles=FLEET, extra_roles=own)  # type: ignore[arg-type]
+    return fiction.write(tmp_path_factory.mktemp("fleet") / "run")
+
+
+@pytest.mark.parametrize("kind", ["roles", "satisfaction", "knowledge", "delivery", "tdma"])
+def test_32_vehicles_fit_a_page_of_a_paper(fleet: Results, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = picture(fleet, kind)
+    assert drawn.figure.get_figwidth() == 7.2
+    assert drawn.figure.get_figheight() <= 9.0
+    check_texts(drawn.figure, monkeypatch)
+
+
+def test_the_caption_names_who_shares_a_lane(fleet: Results) -> None:
+    assert "24 vehicles: AUV01, AUV02, AUV03, AUV05, " in picture(fleet, "roles").caption
+
+
+def test_a_small_fleet_has_a_lane_for_each(runs: dict[str, Results]) -> None:
+    assert "share a lane" not in picture(runs["two vehicles"], "roles").caption

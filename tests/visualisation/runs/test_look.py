@@ -1,0 +1,100 @@
+"""What figures of a run have in common: width, colours, what their files say of the run, and the one that moves."""
+
+import re
+from pathlib import Path
+
+import pytest
+from legibility import check_texts
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from PIL import Image
+from synthetic_runs import DECLARED, FICTIONS, FINDS
+
+from missions.runs.results import Results
+from visualisation import KINDS, DrawingError, style
+from visualisation.runs import draw, picture
+
+ALL_KINDS = [*KINDS, FINDS.name]
+
+
+@pytest.mark.parametrize("kind", ALL_KINDS)
+@pytest.mark.parametrize("name", ["two vehicles", "sixteen vehicles", "long names", "everything at the end", "at once"])
+@pytest.mark.parametrize("width_in", [3.5, 5.0])
+def test_a_figure_is_as_wide_as_it_is_wanted(
+    runs: dict[str, Results], name: str, kind: str, width_in: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    figure = picture(runs[name], kind, DECLARED, FICTIONS[name].places, width_in).figure
+    assert figure.get_figwidth() == width_in
+    check_texts(figure, monkeypatch)
+
+
+def test_a_width_out_of_range_is_refused(tmp_path: Path, runs: dict[str, Results]) -> None:
+    with pytest.raises(DrawingError, match="width 90 in: allowed are 3 to 20 inches"):
+        draw(runs["two vehicles"], ["roles"], tmp_path / "out", width_in=90.0)
+    assert not (tmp_path / "out").exists()
+
+
+def colours(figure: Figure) -> set[str]:
+    """Full colours of the lines and bars of a figure, without shades of grey."""
+    found = set()
+    for axes in figure.axes:
+        for line in axes.lines:
+            found |= {to_hex(line.get_color())} if line.get_linestyle() != "None" else set()
+        for collection in axes.collections:
+            found |= {to_hex(one) for one in collection.get_facecolor()}
+    return {one for one in found if len({one[1:3], one[3:5], one[5:]}) > 1}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_colour_is_a_vehicle_in_all_figures(runs: dict[str, Results], kind: str) -> None:
+    """Every colour of a figure of two vehicles is that of one of them, or a tint of it."""
+    figure = picture(runs["two vehicles"], kind, (), ()).figure
+    own = [style.vehicle_look(number).colour for number in range(2)]
+    allowed = {to_hex(style.tint(one, strength)) for one in own for strength in (1.0, 0.4, 0.25)}
+    assert colours(figure) <= allowed
+    assert bool(colours(figure)) == (kind in ("trajectories", "roles", "satisfaction"))
+
+
+def test_files_say_what_run_they_show(tmp_path: Path, runs: dict[str, Results]) -> None:
+    """Version, seed and key: as chunks of text, as Dublin Core, in the info of the document, as a comment."""
+    run = runs["two vehicles"]
+    for format in ("png", "svg", "pdf", "gif"):
+        draw(run, ["trajectories"], tmp_path, format)
+    png = Image.open(tmp_path / "trajectories.png")
+    assert (png.text["seed"], png.text["scenario"]) == ("77", "fiction")  # type: ignore[attr-defined]
+    key = png.text["run"]  # type: ignore[attr-defined]
+    assert re.fullmatch("[0-9a-f]{20}", key)
+    assert png.text["version"].startswith("remoras ")  # type: ignore[attr-defined]
+    svg = (tmp_path / "trajectories.svg").read_text(encoding="utf-8")
+    assert f"run {key}; seed 77" in svg
+    assert f"run {key}; seed 77".encode() in (tmp_path / "trajectories.pdf").read_bytes()
+    film = Image.open(tmp_path / "trajectories.gif")
+    assert f"run {key}; seed 77".encode() in film.info["comment"]
+
+
+def test_a_gif_shows_the_run_from_start_to_end(tmp_path: Path, runs: dict[str, Results]) -> None:
+    """A slide of 640 by 360 pixels, of 12 s or so, small enough to send, in the colours of the vehicles."""
+    draw(runs["two vehicles"], [], tmp_path, "gif", places=FICTIONS["two vehicles"].places)
+    path = tmp_path / "trajectories.gif"
+    film = Image.open(path)
+    assert film.size == (640, 360)
+    assert film.n_frames > 100  # type: ignore[attr-defined]
+    assert path.stat().st_size < 1_000_000
+    first = film.convert("RGB").tobytes()
+    film.seek(film.n_frames - 1)  # type: ignore[attr-defined]
+    last = film.convert("RGB")
+    assert last.tobytes() != first
+    shown = {f"#{r:02X}{g:02X}{b:02X}" for _, (r, g, b) in last.getcolors(1 << 20) or ()}  # type: ignore[misc]
+    assert {style.vehicle_look(0).colour, style.vehicle_look(1).colour} <= shown
+
+
+@pytest.mark.parametrize("name", ["at once", "sixteen vehicles"])
+def test_a_gif_is_made_of_any_run(tmp_path: Path, runs: dict[str, Results], name: str) -> None:
+    draw(runs[name], ["trajectories"], tmp_path, "gif", places=FICTIONS[name].places)
+    assert Image.open(tmp_path / "trajectories.gif").size == (640, 360)
+
+
+def test_only_tracks_move(tmp_path: Path, runs: dict[str, Results]) -> None:
+    with pytest.raises(DrawingError, match="roles: a gif is for what moves, which are the trajectories"):
+        draw(runs["two vehicles"], ["roles"], tmp_path / "out", "gif")
+    assert not (tmp_path / "out").exists()

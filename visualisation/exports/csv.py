@@ -1,0 +1,34 @@
+"""CSV: every table of a run as one file, with the units in the names of its columns.
+
+Lists stand in one field with ``;`` between their entries. Numbers are written in the fewest digits that give them back.
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+from visualisation.exports.formats import Counts
+from visualisation.exports.voyage import Voyage
+
+BETWEEN = ";"
+
+
+def write(voyage: Voyage, target: Path) -> Counts:
+    """Make a folder with ``<table>.csv`` for every table; see ``formats.Writer``."""
+    target.mkdir()
+    counts = {}
+    for name in voyage.results.tables:
+        table = voyage.results.table(name)
+        with (target / f"{name}.csv").open("w", encoding="utf-8", newline="") as file:
+            lines = csv.writer(file)
+            lines.writerow(table.column_names)
+            columns = [list(map(_field, column.to_pylist())) for column in table.columns]
+            lines.writerows(zip(*columns, strict=True))
+        counts[name] = table.num_rows
+    return counts
+
+
+def _field(value: Any) -> Any:
+    return BETWEEN.join(map(str, value)) if isinstance(value, list) else value

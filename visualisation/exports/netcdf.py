@@ -1,0 +1,129 @@
+"""netCDF: trajectories by the CF conventions 1.8, a contiguous ragged array with one trajectory for each vehicle.
+
+Along the dimension ``obs`` the points of the first vehicle stand first, then those of the second; ``row_size`` says how
+many each has. What drives a vehicle is a flag whose meanings are the states that occur in the run. The same run gives
+the same values, but not the same bytes: HDF5 writes the time of writing into the file.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+
+from visualisation.exports.formats import Counts
+from visualisation.exports.geodesy import Datum, Floats
+from visualisation.exports.voyage import WAITING, Voyage
+
+UNITS_OF_TIME = "seconds since 1970-01-01 00:00:00 UTC"
+COMPRESSED: dict[str, Any] = {"compression": "zlib", "complevel": 4, "shuffle": True}
+COORDINATES = "time latitude longitude depth"
+
+
+def write(voyage: Voyage, target: Path) -> Counts:
+    """Write one file; see ``formats.Writer``."""
+    assert voyage.datum is not None  # the caller has seen to it
+    names = list(voyage.tracks)
+    sizes = [voyage.tracks[name].time_s.size for name in names]
+    # Made in memory: on a full disk the library would leave half a file and say nothing that helps.
+    file = netCDF4.Dataset("run.nc", "w", format="NETCDF4", memory=1024)
+    try:
+        file.setncatts(_about(voyage))
+        file.createDimension("trajectory", len(names) or None)
+        file.createDimension("obs", sum(sizes) or None)
+        text = max((len(name.encode()) for name in names), default=1)
+        file.createDimension("name_length", text)
+        _variable(
+            file, "trajectory", "S1", ("trajectory", "name_length"), _letters(names, text),
+            cf_role="trajectory_id", long_name="name of the vehicle",
+        )  # fmt: skip
+        _variable(
+            file, "row_size", "i4", ("trajectory",), np.array(sizes, dtype="i4"),
+            long_name="number of points of the vehicle", sample_dimension="obs",
+        )  # fmt: skip
+        _points(file, voyage, voyage.datum)
+    except BaseException:
+        file.close()
+        raise
+    target.write_bytes(file.close())
+    return {"trajectories": len(names), "points": sum(sizes)}
+
+
+def _about(voyage: Voyage) -> dict[str, Any]:
+    about = voyage.about
+    return {
+        "Conventions": "CF-1.8",
+        "featureType": "trajectory",
+        "title": voyage.title,
+        "institution": "simulated",
+        "source": f"simulation by {about['version']}",
+        "history": f"written by {about['version']}; a run has no date: mission time 0 is the beginning of 1970",
+        "references": "Carlesi et al. 2011, REMORAS",
+        "comment": "positions are true ones, not those that a vehicle estimates",
+        **{f"remoras_{name}": text for name, text in about.items() if name != "version"},
+    }
+
+
+def _letters(names: list[str], length: int) -> Any:
+    made = np.zeros((len(names), length), dtype="S1")
+    for row, name in enumerate(names):
+        encoded = name.encode()
+        made[row, : len(encoded)] = np.frombuffer(encoded, dtype="S1")
+    return made
+
+
+def _variable(file: Any, name: str, kind: str, dimensions: tuple[str, ...], values: Any, **attributes: Any) -> None:
+    made = file.createVariable(name, kind, dimensions, **COMPRESSED)
+    made.setncatts(attributes)
+    if len(values):
+        made[:] = values
+
+
+def _joined(voyage: Voyage, name: str) -> Floats:
+    return np.concatenate([np.empty(0), *(getattr(track, name) for track in voyage.tracks.values())])
+
+
+def _points(file: Any, voyage: Voyage, datum: Datum) -> None:
+    """The variables along the tracks."""
+    latitudes, longitudes = datum.degrees(_joined(voyage, "x_m"), _joined(voyage, "y_m"))
+    headings_deg = (90.0 - np.degrees(_joined(voyage, "heading_rad"))) % 360.0
+    on = ("obs",)
+    _variable(file, "time", "f8", on, _joined(voyage, "time_s"), standard_name="time", units=UNITS_OF_TIME,
+              calendar="standard", axis="T", long_name="mission time")  # fmt: skip
+    _variable(file, "latitude", "f8", on, latitudes, standard_name="latitude", units="degrees_north", axis="Y",
+              long_name="latitude (WGS 84)")  # fmt: skip
+    _variable(file, "longitude", "f8", on, longitudes, standard_name="longitude", units="degrees_east", axis="X",
+              long_name="longitude (WGS 84)")  # fmt: skip
+    _variable(file, "depth", "f8", on, _joined(voyage, "depth_m"), standard_name="depth", units="m", axis="Z",
+              positive="down", long_name="depth below the surface")  # fmt: skip
+    _variable(file, "x", "f8", on, _joined(voyage, "x_m"), units="m", coordinates=COORDINATES,
+              long_name="distance east of the datum")  # fmt: skip
+    _variable(file, "y", "f8", on, _joined(voyage, "y_m"), units="m", coordinates=COORDINATES,
+              long_name="distance north of the datum")  # fmt: skip
+    _variable(file, "heading", "f8", on, headings_deg, standard_name="platform_orientation", units="degree",
+              coordinates=COORDINATES, long_name="heading, clockwise from north")  # fmt: skip
+    _variable(file, "speed", "f8", on, _joined(voyage, "speed_mps"),
+              standard_name="platform_speed_wrt_sea_water", units="m s-1", coordinates=COORDINATES,
+              long_name="speed through the water")  # fmt: skip
+    _variable(file, "energy", "f8", on, _joined(voyage, "energy_j"), units="J", coordinates=COORDINATES,
+              long_name="energy left on board")  # fmt: skip
+    _states(file, voyage)
+
+
+def _states(file: Any, voyage: Voyage) -> None:
+    """What drives each vehicle at each point, as a flag."""
+    meanings = list(dict.fromkeys([WAITING, *(state.text for state in voyage.states)]))
+    words = [meaning.replace(", ", "+").replace(" ", "_") for meaning in meanings]
+    values = []
+    for name, track in voyage.tracks.items():
+        own = [state for state in voyage.states if state.vehicle == name]
+        at = np.searchsorted([state.time_s for state in own], track.time_s, side="right") - 1
+        flags = np.array([meanings.index(state.text) for state in own] or [0], dtype="i2")
+        values.append(flags[np.maximum(at, 0)])
+    _variable(
+        file, "state", "i2", ("obs",), np.concatenate([np.empty(0, "i2"), *values]), coordinates=COORDINATES,
+        long_name="roles that drive the vehicle", flag_values=np.arange(len(meanings), dtype="i2"),
+        flag_meanings=" ".join(words),
+    )  # fmt: skip

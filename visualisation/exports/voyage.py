@@ -1,0 +1,211 @@
+"""A voyage: what exports read of a run, with nothing of how the run keeps it.
+
+Older results lack tables and columns. What they lack is empty here, except the depth of a vehicle, which its scenario
+says.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from missions.errors import OutputError
+from missions.figure import Place
+from visualisation import about
+from visualisation.exports.geodesy import Datum, Floats
+
+if TYPE_CHECKING:
+    from missions.runs.results import MemoryResults, Results
+
+WAITING = "waiting"
+"""State of a vehicle that no role drives."""
+
+
+class Track(NamedTuple):
+    """Where a vehicle was, in time order; arrays of one length."""
+
+    time_s: Floats
+    x_m: Floats
+    y_m: Floats
+    depth_m: Floats
+    heading_rad: Floats
+    speed_mps: Floats
+    energy_j: Floats
+
+    def at(self, times_s: Sequence[float]) -> list[tuple[float, float, float]]:
+        """x, y and depth at each of these times."""
+        columns = (np.interp(times_s, self.time_s, along).tolist() for along in (self.x_m, self.y_m, self.depth_m))
+        return list(zip(*columns, strict=True))
+
+
+class State(NamedTuple):
+    """From then on, these roles drive a vehicle."""
+
+    time_s: float
+    vehicle: str
+    roles: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        """The roles, or ``waiting``.
+
+        >>> State(0.0, "AUV00", ("Cartographer", "Midfield")).text
+        'Cartographer, Midfield'
+        """
+        return ", ".join(self.roles) or WAITING
+
+
+class Packet(NamedTuple):
+    """One packet and what became of it."""
+
+    slot: int
+    time_s: float
+    end_s: float
+    sender: str
+    size_bits: int
+    items: int
+    acks: int
+    receivers: tuple[str, ...]
+    lost_by: tuple[str, ...]
+
+
+class Entry(NamedTuple):
+    """An entry of the log."""
+
+    time_s: float
+    is_warning: bool
+    about: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Voyage:
+    """One run.
+
+    Args:
+        results: of the run.
+        places: what its mission declares.
+    """
+
+    results: Results | MemoryResults
+    places: Sequence[Place] = ()
+
+    @cached_property
+    def scenario(self) -> dict[str, Any]:
+        """The resolved scenario.
+
+        Raises:
+            OutputError: it cannot be read.
+        """
+        try:
+            return tomllib.loads(self.results.manifest["scenario"])
+        except (TypeError, ValueError) as error:
+            raise OutputError(f"manifest.json: damaged: its scenario is no TOML: {error}") from None
+
+    @cached_property
+    def about(self) -> dict[str, str]:
+        """What files say of the run: version, key, seed, how it ended, and the scenario to repeat it."""
+        summary = self.results.summary
+        ended = "completed" if summary["completed"] else f"not completed: {summary['reason']}"
+        return {
+            **about.of_run(self.results),
+            "ended": f"{ended}, {summary['mission_time_s']:g} s",
+            "scenario_toml": self.results.manifest["scenario"],
+        }
+
+    @property
+    def title(self) -> str:
+        """Scenario, strategy and seed, in a line."""
+        return f"{self.about['scenario']}, strategy {self.about['strategy']}, seed {self.about['seed']}"
+
+    @cached_property
+    def vehicles(self) -> dict[str, str]:
+        """Type of every vehicle by its name, in the order of the scenario."""
+        return {one["name"]: one.get("vehicle_type", "AUV") for one in self.scenario.get("vehicle", ())}
+
+    @cached_property
+    def datum(self) -> Datum | None:
+        """Where x = 0, y = 0 is; None where the scenario does not say."""
+        found = self.scenario.get("world", {}).get("origin_deg")
+        return None if found is None else Datum(*map(float, found))
+
+    @property
+    def end_s(self) -> float:
+        """When the run ended."""
+        return float(self.results.summary["mission_time_s"])
+
+    @cached_property
+    def tracks(self) -> dict[str, Track]:
+        """Tracks of the vehicles that were recorded, in the order of the scenario."""
+        if not self.results.has("trajectories"):
+            return {}
+        table = self.results.table("trajectories")
+        names = np.asarray(table["vehicle"].to_pylist(), dtype=str)
+        depths_m = {one["name"]: float(one.get("depth_m", 0.0)) for one in self.scenario.get("vehicle", ())}
+        found = {}
+        for vehicle in self.vehicles:
+            rows = np.flatnonzero(names == vehicle)
+            if rows.size:
+                columns = {name: table[name].to_numpy()[rows] for name in Track._fields if name in table.column_names}
+                columns.setdefault("depth_m", np.full(rows.size, depths_m[vehicle]))
+                found[vehicle] = Track(**columns)
+        return found
+
+    @cached_property
+    def states(self) -> list[State]:
+        """What drives the vehicles, from 0 s on and at every change, in time order."""
+        rows: list[dict[str, Any]] = self._rows("roles")
+        driving: dict[str, list[str]] = {name: [] for name in self.vehicles}
+        found = {(0.0, name): State(0.0, name, ()) for name in self.vehicles} if rows else {}
+        for row in rows:
+            time_s, vehicle, role = float(row["time_s"]), row["vehicle"], row["role"]
+            own = driving.setdefault(vehicle, [])
+            if row["event"] == "active" and role not in own:
+                own.append(role)
+            elif row["event"] in ("inactive", "left") and role in own:
+                own.remove(role)
+            else:
+                continue
+            found[time_s, vehicle] = State(time_s, vehicle, tuple(sorted(own)))
+        return sorted(found.values(), key=lambda state: state.time_s)
+
+    @cached_property
+    def packets(self) -> list[Packet]:
+        """All packets in the order of their slots; older results do not say when one ended."""
+        return [
+            Packet(
+                int(row["slot"]), row["time_s"], row.get("end_s", row["time_s"]), row["sender"],
+                int(row["size_bits"]), int(row["items"]), int(row["acks"]),
+                tuple(row["receivers"]), tuple(row["lost_by"]),
+            )
+            for row in self._rows("packets")
+        ]  # fmt: skip
+
+    @cached_property
+    def log(self) -> list[Entry]:
+        """Milestones, roles that are taken and left, faults, peers that are missed; in time order."""
+        return sorted([*self._milestones(), *self._events()], key=lambda entry: entry.time_s)
+
+    def _milestones(self) -> Iterator[Entry]:
+        for one in self.results.summary["milestones"]:
+            yield Entry(float(one["time_s"]), False, one["vehicle"] or one["group"], one["name"].replace("_", " "))
+
+    def _events(self) -> Iterator[Entry]:
+        for row in self._rows("roles"):
+            if row["event"] in ("assigned", "left"):
+                verb = "takes" if row["event"] == "assigned" else "leaves"
+                yield Entry(row["time_s"], False, row["vehicle"], f"{verb} {row['role']} of {row['group']}")
+        for row in self._rows("faults"):
+            yield Entry(row["time_s"], True, row["vehicle"], f"{row['kind']}: {row['detail']}")
+        for row in self._rows("membership"):
+            yield Entry(row["time_s"], True, row["vehicle"], f"takes {row['peer']} for {row['event']}")
+
+    def _rows(self, table: str) -> list[dict[str, Any]]:
+        """Rows of a table; none where these results lack it."""
+        found: list[dict[str, Any]] = self.results.table(table).to_pylist() if self.results.has(table) else []
+        return found

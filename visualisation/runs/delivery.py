@@ -1,0 +1,82 @@
+"""Who heard whom: shares of packets that were lost, and mean ages of news, as matrices."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from missions.figure import RunResults
+from visualisation import style, words
+from visualisation.page import Box, Page, Picture
+from visualisation.runs import captions, news, shades
+from visualisation.runs.reading import Floats
+
+TITLE_IN, LABEL_IN, RIGHT_IN, GAP_IN = 0.24, 0.2, 0.1, 0.3
+MOST_NUMBERS = 8
+"""Fleets up to this size have numbers in the matrices."""
+LARGEST_IN, LEAST_FOR_TWO_IN = 3.0, 5.0
+
+
+def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
+    """Two matrices, receivers down and senders across.
+
+    Args:
+        results: of the run.
+        width_in: of the page; on a narrow one the matrices stand one above the other.
+    """
+    traffic = news.traffic(results)
+    names = traffic.vehicles
+    beside_in = LABEL_IN + shades.names_in(names) + 0.06
+    columns = 2 if width_in >= LEAST_FOR_TWO_IN else 1
+    side_in = min(LARGEST_IN, (width_in - columns * beside_in - RIGHT_IN - (columns - 1) * GAP_IN) / columns)
+    each_in = TITLE_IN + side_in + shades.names_in(names) + 0.06 + LABEL_IN + shades.KEY_IN + 0.1
+    ages_s = traffic.mean_ages_s
+    panels: list[tuple[str, Floats, float, str, bool]] = [
+        ("(a) packets lost", traffic.lost_shares, 1.0, "share of the sender's packets that were lost", True),
+        ("(b) age of news", ages_s, shades.round_top(ages_s), "mean age of the news of the sender (s)", False),
+    ]
+    with style.paper():
+        page = Page(width_in, each_in * (2 // columns) + 0.05)
+        for number, (title, values, top, label, percent) in enumerate(panels):
+            row, column = divmod(number, columns)
+            left_in = beside_in + column * (beside_in + side_in + GAP_IN)
+            down_in = row * each_in + TITLE_IN
+            axes = page.panel(Box(left_in, down_in, side_in, side_in), style.fitted(title, side_in, style.TEXT_PT))
+            _matrix(axes, names, values, top, side_in, percent)
+            page.text(left_in - beside_in + 0.1, down_in + side_in / 2, "receiver", rotation="vertical", ha="center",
+                      va="center", fontsize=style.SMALL_PT)  # fmt: skip
+            below_in = down_in + side_in + shades.names_in(names) + 0.06
+            page.text(left_in + side_in / 2, below_in + 0.1, "sender", ha="center", fontsize=style.SMALL_PT)
+            shades.key(page, Box(left_in, below_in + LABEL_IN + 0.03, side_in, 0.0), top, label, percent)
+    heard, lost = traffic.outcome.heard.sum(), traffic.outcome.lost.sum()
+    text = words.joined(
+        "Who heard whom: rows are receivers, columns senders, darker is worse.",
+        f"(a) Share of the sender's packets that the receiver lost: {lost} of {heard + lost} in all.",
+        "(b) Time since the sender sent what the receiver heard last, as a mean over the mission.",
+        "Crossed: nothing was sent that could be heard.",
+        captions.faults(results),
+        captions.conditions(results),
+    )
+    return Picture(page.figure, text)
+
+
+def _matrix(axes: Axes, names: tuple[str, ...], values: Floats, top: float, side_in: float, percent: bool) -> None:
+    n = max(1, len(names))
+    if names:
+        shades.shown(axes, values, top)
+    shades.name_rows(axes, names, side_in / n)
+    shades.name_columns(axes, names, side_in / n)
+    for at in range(len(names)):
+        axes.plot([at - 0.5, at + 0.5], [at + 0.5, at - 0.5], color=style.GREY, linewidth=0.4)
+    for receiver in range(len(names)):
+        for sender in range(len(names)):
+            value = values[receiver, sender]
+            if np.isnan(value):
+                if receiver != sender:
+                    axes.plot([sender], [receiver], marker="x", color=style.GREY, markersize=2.5)
+            elif n <= MOST_NUMBERS:
+                text = f"{100 * value:.0f}" if percent else f"{value:.0f}"
+                colour = "white" if value > 0.5 * top else style.BLACK
+                axes.text(sender, receiver, text, ha="center", va="center", fontsize=style.SMALL_PT, color=colour)
+    axes.set_xlim(-0.5, n - 0.5)
+    axes.set_ylim(n - 0.5, -0.5)

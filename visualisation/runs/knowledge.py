@@ -1,0 +1,65 @@
+"""How old and how incomplete the knowledge of every vehicle was over mission time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from missions.figure import RunResults
+from visualisation import style, words
+from visualisation.page import Box, Page, Picture
+from visualisation.runs import captions, news, shades
+
+TOP_IN, AXIS_IN, GAP_IN, RIGHT_IN = 0.24, 0.36, 0.12, 0.14
+LOWEST_IN, HIGHEST_IN, STRIPS_IN = 0.065, 0.3, 2.9
+"""A row at least and at most, and what all rows of a panel should take."""
+POINTS = 400
+"""Times at which the shades are computed."""
+
+
+def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
+    """A strip for each vehicle: the mean age of its news of the others, and below the items of others that it lacks.
+
+    Args:
+        results: of the run.
+        width_in: of the page.
+    """
+    traffic = news.traffic(results)
+    names = traffic.vehicles
+    row_in = min(HIGHEST_IN, max(LOWEST_IN, STRIPS_IN / max(1, len(names))))
+    body_in = row_in * max(1, len(names))
+    at_s = (np.arange(POINTS) + 0.5) * traffic.end_s / POINTS
+    ages_s = traffic.ages_s(at_s)
+    others = max(1, len(names) - 1)
+    ages_s = np.nansum(ages_s, axis=1) / others
+    lacking = news.lacking(results, at_s)
+    left_in = 0.08 + shades.names_in(names) + 0.06
+    panel_in = width_in - left_in - RIGHT_IN
+    each_in = TOP_IN + body_in + AXIS_IN + shades.KEY_IN + GAP_IN
+    panels = (
+        ("(a) mean age of the news of the others", ages_s, words.axis("age", "s")),
+        ("(b) items of the others that the vehicle lacks", lacking, "items"),
+    )
+    with style.paper():
+        page = Page(width_in, 2 * each_in)
+        for number, (title, values, label) in enumerate(panels):
+            down_in = number * each_in + TOP_IN
+            box = Box(left_in, down_in, panel_in, body_in)
+            axes = page.panel(box, style.fitted(title, panel_in, style.TEXT_PT))
+            top = shades.round_top(values)
+            if names:
+                shades.shown(axes, values, top, (0.0, traffic.end_s, len(names) - 0.5, -0.5))
+            axes.set_xlim(0.0, traffic.end_s)
+            shades.name_rows(axes, names, row_in)
+            shades.part_rows(axes, len(names), row_in)
+            axes.set_xlabel(words.axis("time", "s"), labelpad=1)
+            key_in = min(1.6, panel_in)
+            key_left_in = left_in + (panel_in - key_in) / 2
+            shades.key(page, Box(key_left_in, down_in + body_in + AXIS_IN, key_in, 0.0), top, label)
+    text = words.joined(
+        "Knowledge of the vehicles over mission time, darker is worse.",
+        "(a) Time since a peer sent what the vehicle heard of it last, as a mean over its peers.",
+        "(b) Items that others have told and the vehicle has not received.",
+        captions.faults(results),
+        captions.conditions(results),
+    )
+    return Picture(page.figure, text)

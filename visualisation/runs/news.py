@@ -1,0 +1,139 @@
+"""What the vehicles heard of each other, read out of the tables of packets and of knowledge.
+
+The news that a vehicle has of a peer are as old as the last packet that it heard from it, counted from when that packet
+was sent; before the first, as old as the mission, for until then it knows what was agreed before.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from missions.figure import RunResults
+from visualisation.runs import reading
+from visualisation.runs.reading import Floats
+
+Flags = NDArray[np.bool_]
+
+
+class Outcome(NamedTuple):
+    """What became of the packets: a row for each, a column for each vehicle."""
+
+    heard: Flags
+    lost: Flags
+
+
+@dataclass(frozen=True)
+class Traffic:
+    """All packets of a run.
+
+    Args:
+        vehicles: in the order of the scenario.
+        time_s: when each packet was sent.
+        slot: number of its slot, from 0.
+        sender: number of its sender among the vehicles.
+        outcome: who heard it, and who lost it.
+        end_s: when the run ended.
+    """
+
+    vehicles: tuple[str, ...]
+    time_s: Floats
+    slot: NDArray[np.int64]
+    sender: NDArray[np.int64]
+    outcome: Outcome
+    end_s: float
+
+    @cached_property
+    def lost_shares(self) -> Floats:
+        """Share of a sender's packets that a receiver lost: a row for each receiver, a column for each sender.
+
+        It is not a number where nothing was sent, or could be heard.
+        """
+        n = len(self.vehicles)
+        heard, lost = np.zeros((n, n)), np.zeros((n, n))
+        for found, flags in ((heard, self.outcome.heard), (lost, self.outcome.lost)):
+            for sender in range(n):
+                found[:, sender] = flags[self.sender == sender].sum(axis=0)
+        return share(lost, heard)
+
+    def ages_s(self, at_s: Floats) -> Floats:
+        """Ages of the news that receivers (rows) have of senders (columns), at each time (third axis)."""
+        n = len(self.vehicles)
+        found = np.full((n, n, at_s.size), np.nan)
+        for receiver in range(n):
+            for sender in range(n):
+                if receiver != sender:
+                    found[receiver, sender] = at_s - self._newest_s(receiver, sender, at_s)
+        return found
+
+    def _newest_s(self, receiver: int, sender: int, at_s: Floats) -> Floats:
+        """When the newest of what one has heard from the other was sent, at each time."""
+        sent_s = np.concatenate([[0.0], self.time_s[(self.sender == sender) & self.outcome.heard[:, receiver]]])
+        newest: Floats = sent_s[np.searchsorted(sent_s, at_s, side="right") - 1]
+        return newest
+
+    @cached_property
+    def mean_ages_s(self) -> Floats:
+        """Ages of news, receivers (rows) of senders (columns), as means over the mission."""
+        n = len(self.vehicles)
+        found = np.full((n, n), np.nan)
+        for receiver in range(n):
+            for sender in range(n):
+                if receiver != sender:
+                    heard_s = self.time_s[(self.sender == sender) & self.outcome.heard[:, receiver]]
+                    gaps_s = np.diff(np.concatenate([[0.0], heard_s, [self.end_s]]))
+                    found[receiver, sender] = float((gaps_s**2).sum() / 2.0 / self.end_s)
+        return found
+
+    @cached_property
+    def frames(self) -> NDArray[np.int64]:
+        """Number of the frame of each packet; every vehicle has one slot in a frame."""
+        return self.slot // max(1, len(self.vehicles))
+
+
+def share(part: Floats, rest: Floats) -> Floats:
+    """``part / (part + rest)``; not a number where both are zero."""
+    whole = part + rest
+    found: Floats = np.divide(part, whole, out=np.full(part.shape, np.nan), where=whole > 0)
+    return found
+
+
+def traffic(results: RunResults) -> Traffic:
+    """All packets of a run, those of vehicles that its scenario does not have left out."""
+    vehicles = tuple(reading.vehicles(results))
+    number = {name: at for at, name in enumerate(vehicles)}
+    rows = [row for row in results.table("packets").to_pylist() if row["sender"] in number]
+    heard, lost = (np.zeros((len(rows), len(vehicles)), dtype=bool) for _ in range(2))
+    for at, row in enumerate(rows):
+        for flags, names in ((heard, row["receivers"]), (lost, row["lost_by"])):
+            flags[at, [number[name] for name in names if name in number]] = True
+    return Traffic(
+        vehicles,
+        np.array([row["time_s"] for row in rows], dtype=float),
+        np.array([row["slot"] for row in rows], dtype=np.int64),
+        np.array([number[row["sender"]] for row in rows], dtype=np.int64),
+        Outcome(heard, lost),
+        reading.end_s(results),
+    )
+
+
+def lacking(results: RunResults, at_s: Floats) -> Floats:
+    """How many items of others each vehicle (row) lacks at each time (column)."""
+    vehicles = reading.vehicles(results)
+    observed: dict[str, tuple[float, str]] = {}
+    received: dict[str, dict[str, float]] = {name: {} for name in vehicles}
+    for row in results.table("knowledge").to_pylist():
+        if row["event"] == "observed":
+            observed.setdefault(row["item"], (row["time_s"], row["vehicle"]))
+        elif row["event"] == "received" and row["vehicle"] in received:
+            received[row["vehicle"]].setdefault(row["item"], row["time_s"])
+    found = np.zeros((len(vehicles), at_s.size))
+    for at, name in enumerate(vehicles):
+        told_s = np.sort([time_s for time_s, origin in observed.values() if origin != name])
+        held_s = np.sort([time_s for item, time_s in received[name].items() if item in observed])
+        found[at] = np.searchsorted(told_s, at_s, side="right") - np.searchsorted(held_s, at_s, side="right")
+    return np.maximum(found, 0.0)

@@ -1,0 +1,97 @@
+"""Shades of grey for shares and ages, darker is worse, with names beside the rows and a key below.
+
+Colours stand for vehicles in the figures of a run, so what is a number has none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
+
+from visualisation import style
+from visualisation.page import Box, Page
+from visualisation.runs.reading import Floats
+
+SHADES = LinearSegmentedColormap.from_list("shades", ["#FFFFFF", "#000000"])
+NAME_ROOM_IN = 0.9
+LEAST_NAME_IN = 0.095
+"""Height of a row below which not each has its name."""
+KEY_IN, KEY_BAR_IN = 0.36, 0.07
+
+
+STEPS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+"""Round numbers for the end of a scale."""
+
+
+def names_in(names: Sequence[str]) -> float:
+    """Width of the longest name, cut where it has no room."""
+    cut = (style.fitted(one, NAME_ROOM_IN, style.TINY_PT) for one in names)
+    return max((style.width_in(one, style.TINY_PT) for one in cut), default=0.0)
+
+
+def shown(axes: Axes, values: Floats, top: float, extent: tuple[float, float, float, float] | None = None) -> None:
+    """Rows of values from 0 (white) to ``top`` (black); what is not a number stays white.
+
+    Args:
+        axes: where.
+        values: a row for each lane.
+        top: value of black.
+        extent: left, right, bottom and top in data; numbers of columns and rows if left out.
+    """
+    axes.imshow(
+        np.ma.masked_invalid(values), cmap=SHADES, vmin=0.0, vmax=top, aspect="auto", interpolation="nearest",
+        extent=extent,
+    )  # fmt: skip
+
+
+def name_rows(axes: Axes, names: Sequence[str], row_in: float) -> None:
+    """Names beside the rows, as many as have room."""
+    axes.set_yticks(*_ticks(names, row_in))
+    axes.tick_params(axis="y", length=0, labelsize=style.TINY_PT, pad=2)
+
+
+def part_rows(axes: Axes, n: int, row_in: float) -> None:
+    """White lines between the rows."""
+    for at in range(1, n):
+        axes.axhline(at - 0.5, color="white", linewidth=min(1.0, 6.0 * row_in))
+
+
+def name_columns(axes: Axes, names: Sequence[str], column_in: float) -> None:
+    """Names below the columns, upright, as many as have room."""
+    axes.set_xticks(*_ticks(names, column_in), rotation=90)
+    axes.tick_params(axis="x", length=0, labelsize=style.TINY_PT, pad=2)
+
+
+def _ticks(names: Sequence[str], room_in: float) -> tuple[list[int], list[str]]:
+    step = max(1, int(np.ceil(LEAST_NAME_IN / room_in)))
+    numbers = list(range(0, len(names), step))
+    return numbers, [style.fitted(names[number], NAME_ROOM_IN, style.TINY_PT) for number in numbers]
+
+
+def key(page: Page, box: Box, top: float, label: str, percent: bool = False) -> None:
+    """What the shades mean: a bar from 0 to ``top`` with its label below."""
+    axes = page.panel(Box(box.left_in, box.top_in, box.width_in, KEY_BAR_IN))
+    axes.imshow(np.linspace(0.0, 1.0, 64)[None, :], cmap=SHADES, aspect="auto", extent=(0.0, top, 0.0, 1.0))
+    axes.set_yticks([])
+    ends = [0.0, top / 2, top]
+    axes.set_xticks(ends, [f"{100 * end:.0f} %" if percent else f"{end:.0f}" for end in ends])
+    axes.tick_params(axis="x", length=1.5, labelsize=style.TINY_PT, pad=1)
+    axes.get_xticklabels()[0].set_horizontalalignment("left")
+    axes.get_xticklabels()[-1].set_horizontalalignment("right")
+    axes.set_xlabel(style.fitted(label, box.width_in, style.TINY_PT), fontsize=style.TINY_PT, labelpad=1)
+
+
+def round_top(values: Floats) -> float:
+    """A round number that is not below any of the values; 1 where there is none.
+
+    >>> round_top(np.array([130.0, np.nan]))
+    150.0
+    """
+    largest = float(np.nanmax(values)) if np.isfinite(values).any() else 0.0
+    if largest <= 0.0:
+        return 1.0
+    size = 10.0 ** np.floor(np.log10(largest))
+    return float(next(step * size for step in STEPS if largest <= step * size))

@@ -1,0 +1,148 @@
+"""The TDMA chart: for every slot who heard its packet and who lost it, whole and slot by slot."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from missions.figure import RunResults
+from visualisation import style, words
+from visualisation.page import Box, Legend, Page, Picture
+from visualisation.runs import captions, news, shades
+from visualisation.runs.news import Traffic
+from visualisation.runs.reading import Floats, Span
+
+TOP_IN, AXIS_IN, RIGHT_IN = 0.24, 0.36, 0.14
+LOWEST_IN, HIGHEST_IN, STRIPS_IN = 0.055, 0.18, 1.8
+LANES_IN, LEAST_LANE_IN, LARGEST_LANE_IN = 2.4, 0.075, 0.24
+"""Panels in which slots are single: all lanes together, and one lane."""
+SLOTS = 36
+"""Slots that are shown one by one, in whole frames."""
+UNHEARD = style.tint(style.BLACK, 0.08)
+
+
+def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
+    """Shares of losses by slot and by receiver over all frames; then a stretch slot by slot.
+
+    Args:
+        results: of the run.
+        width_in: of the page.
+    """
+    traffic = news.traffic(results)
+    names, n = traffic.vehicles, max(1, len(traffic.vehicles))
+    row_in = min(HIGHEST_IN, max(LOWEST_IN, STRIPS_IN / n))
+    lane_in = min(LARGEST_LANE_IN, max(LEAST_LANE_IN, LANES_IN / n))
+    left_in = 0.08 + shades.names_in(names) + 0.06
+    panel_in = width_in - left_in - RIGHT_IN
+    stretch = worst_stretch(traffic)
+    by_sender, by_receiver = _by_frame(traffic)
+    titles = (
+        "(a) slots: share of the listeners that lost the packet",
+        "(b) receivers: share of the frame's packets that were lost",
+        f"(c) slot by slot, {words.time(stretch.start_s)} to {words.time(stretch.end_s)}",
+    )
+    titles = tuple(style.fitted(title, panel_in, style.TEXT_PT) for title in titles)  # type: ignore[assignment]
+    legend = Legend(_legend(), width_in - 0.1)
+    with style.paper():
+        bodies_in = (row_in * n, row_in * n, lane_in * n)
+        height_in = sum(bodies_in) + 3 * (TOP_IN + AXIS_IN) + shades.KEY_IN + legend.height_in + 0.15
+        page = Page(width_in, height_in)
+        down_in = 0.0
+        for number, values in enumerate((by_sender, by_receiver)):
+            body_in = bodies_in[number]
+            axes = page.panel(Box(left_in, down_in + TOP_IN, panel_in, body_in), titles[number])
+            if values.size:
+                axes.set_facecolor(UNHEARD)
+                shades.shown(axes, values, 1.0, (0.0, traffic.end_s, n - 0.5, -0.5))
+            axes.set_xlim(0.0, traffic.end_s)
+            shades.name_rows(axes, names, row_in)
+            shades.part_rows(axes, n, row_in)
+            axes.set_xlabel(words.axis("time", "s"), labelpad=1)
+            down_in += TOP_IN + body_in + AXIS_IN
+            if number == 1:
+                key_in = min(1.6, panel_in)
+                box = Box(left_in + (panel_in - key_in) / 2, down_in, key_in, 0.0)
+                shades.key(page, box, 1.0, "share lost", percent=True)
+                down_in += shades.KEY_IN
+        axes = page.panel(Box(left_in, down_in + TOP_IN, panel_in, bodies_in[2]), titles[2])
+        _slots(axes, traffic, stretch, lane_in, panel_in)
+        page.legend(legend)
+    return Picture(page.figure, _caption(results, traffic))
+
+
+def _by_frame(traffic: Traffic) -> tuple[Floats, Floats]:
+    """Share lost by sender and by receiver (rows) in every frame (columns)."""
+    n = len(traffic.vehicles)
+    n_frames = int(traffic.frames.max()) + 1 if traffic.frames.size else 0
+    heard, lost = np.zeros((2, n, n_frames)), np.zeros((2, n, n_frames))
+    for found, flags in ((heard, traffic.outcome.heard), (lost, traffic.outcome.lost)):
+        np.add.at(found[0], (traffic.sender, traffic.frames), flags.sum(axis=1))
+        for receiver in range(n):
+            np.add.at(found[1][receiver], traffic.frames, flags[:, receiver])
+    return news.share(lost[0], heard[0]), news.share(lost[1], heard[1])
+
+
+def worst_stretch(traffic: Traffic) -> Span:
+    """The frames of about ``SLOTS`` slots in which most of what was sent was lost; the earliest of equals."""
+    if not traffic.time_s.size:
+        return Span(0.0, traffic.end_s)
+    n = max(1, len(traffic.vehicles))
+    n_frames = max(1, round(SLOTS / n))
+    last = int(traffic.frames.max())
+    lost = np.bincount(traffic.frames, traffic.outcome.lost.sum(axis=1), last + 1)
+    heard = np.bincount(traffic.frames, traffic.outcome.heard.sum(axis=1), last + 1)
+    shares = np.nan_to_num(news.share(lost.astype(float), heard.astype(float)))
+    sums = np.convolve(shares, np.ones(min(n_frames, last + 1)), mode="valid")
+    first = int(np.argmax(np.round(sums, 9)))
+    inside = (traffic.frames >= first) & (traffic.frames < first + n_frames)
+    times_s = traffic.time_s[inside]
+    slot_s = float(np.median(np.diff(traffic.time_s))) if traffic.time_s.size > 1 else traffic.end_s
+    return Span(float(times_s.min()), float(times_s.max()) + slot_s)
+
+
+def _slots(axes: Axes, traffic: Traffic, stretch: Span, lane_in: float, panel_in: float) -> None:
+    """In each lane a tick up for a packet that was heard, a hollow one down for one that was lost, a dot if sent."""
+    n = max(1, len(traffic.vehicles))
+    inside = np.flatnonzero((traffic.time_s >= stretch.start_s) & (traffic.time_s < stretch.end_s))
+    slot_s = (stretch.end_s - stretch.start_s) / max(1, inside.size)
+    wide_s = 0.4 * slot_s
+    axes.set_xlim(stretch.start_s, stretch.end_s)
+    axes.set_ylim(n - 0.5, -0.5)
+    for line in range(n):
+        axes.axhline(line, color=style.tint(style.BLACK, 0.3), linewidth=0.3, zorder=1)
+    for packet in inside:
+        at_s = float(traffic.time_s[packet]) + 0.3 * slot_s
+        for lane in np.flatnonzero(traffic.outcome.heard[packet]):
+            axes.broken_barh([(at_s, wide_s)], (lane - 0.42, 0.42), facecolor=style.BLACK, linewidth=0, zorder=2)
+        for lane in np.flatnonzero(traffic.outcome.lost[packet]):
+            axes.broken_barh(
+                [(at_s, wide_s)], (lane + 0.04, 0.36), facecolor="white", edgecolor=style.BLACK, linewidth=0.4, zorder=2
+            )
+    size_pt = min(4.0, 0.5 * 72 * lane_in, 0.5 * 72 * panel_in / max(1, inside.size))
+    axes.plot(
+        traffic.time_s[inside] + 0.5 * slot_s, traffic.sender[inside], marker="D", linestyle="none", color=style.GREY,
+        markersize=size_pt, zorder=3,
+    )  # fmt: skip
+    shades.name_rows(axes, traffic.vehicles, lane_in)
+    axes.set_xlabel(words.axis("time", "s"), labelpad=1)
+
+
+def _legend() -> tuple[Line2D | Patch, ...]:
+    return (
+        Line2D([], [], marker="D", linestyle="none", color=style.GREY, markersize=3.5, label="sent"),
+        Patch(facecolor=style.BLACK, linewidth=0, label="heard (up)"),
+        Patch(facecolor="white", edgecolor=style.BLACK, linewidth=0.5, label="lost (down)"),
+    )
+
+
+def _caption(results: RunResults, traffic: Traffic) -> str:
+    return words.joined(
+        "The slots of the acoustic channel, darker is worse, pale where nothing could be heard.",
+        "(a) A row for each sender, a column for each TDMA frame. (b) A row for each receiver.",
+        "(c) The frames in which the largest share was lost, slot by slot: a lane for each vehicle.",
+        f"{traffic.time_s.size} packets.",
+        captions.faults(results),
+        captions.conditions(results),
+    )
