@@ -83,4 +83,6 @@ def is_own(url: str) -> bool:
 
 def seek(window: Window, times_s: Sequence[float], function: str) -> list[Any]:
     """What a function of the page returns with the clock at each of some times."""
-    return [window.ask(f"(t) => {{ R.app.clock.seek(t); return ({function})(R.app.views[0], t); }}", t) for t in times_s]
+    return [
+        window.ask(f"(t) => {{ R.app.clock.seek(t); return ({function})(R.app.views[0], t); }}", t) for t in times_s
+    ]

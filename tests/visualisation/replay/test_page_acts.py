@@ -82,11 +82,15 @@ def test_a_click_selects_and_a_click_on_a_change_explains(window: Window) -> Non
     assert window.ask("() => R.app.selected") == "AUV02"
     assert "What AUV02 knows" in window.texts(".body h2")[0]
     window.ask("() => R.app.clock.seek(1000)")
-    x, y = window.ask("() => { const v = R.app.views[0], at = v.run.at(1, 1000); return [v.frame.x(at.x), v.frame.y(at.y)]; }")
+    x, y = window.ask(
+        "() => { const v = R.app.views[0], at = v.run.at(1, 1000); return [v.frame.x(at.x), v.frame.y(at.y)]; }"
+    )
     chart = window.page.locator(".map canvas").bounding_box()
     window.page.mouse.click(chart["x"] + x, chart["y"] + y)
     assert window.ask("() => R.app.selected") == "AUV00"
-    change_s = window.ask("() => R.app.views[0].facts.decisions[1].find((one) => one.changed && one.time_s > 1900).time_s")
+    change_s = window.ask(
+        "() => R.app.views[0].facts.decisions[1].find((one) => one.changed && one.time_s > 1900).time_s"
+    )
     place = "(t) => { const v = R.app.views[0]; return v.scale(v.laneNow.w).x(t); }"
     row = window.ask("() => R.app.views[0].layout.lanes.find((one) => one.v === 1)")
     window.page.mouse.click(box["x"] + window.ask(place, change_s), box["y"] + row["y"] + 20)
@@ -97,7 +101,9 @@ def test_a_click_selects_and_a_click_on_a_change_explains(window: Window) -> Non
     assert window.time_s < change_s
 
 
-@pytest.mark.parametrize(("key", "tab"), [("k", "Knowledge"), ("m", "Minds"), ("x", "Matrix"), ("c", "Cost"), ("w", "Why"), ("e", "Events")])
+@pytest.mark.parametrize(
+    ("key", "tab"), [("k", "Knowledge"), ("m", "Minds"), ("x", "Matrix"), ("c", "Cost"), ("w", "Why"), ("e", "Events")]
+)
 def test_keys_open_panels(window: Window, key: str, tab: str) -> None:
     window.page.keyboard.press("3")
     window.page.keyboard.press(key)
@@ -131,8 +137,14 @@ def test_the_theme_follows_the_reader_and_the_button(chrome: Any, results: Resul
 def test_no_text_is_smaller_than_12_px_and_nothing_needs_scrolling(window: Window) -> None:
     sizes = "() => [...document.querySelectorAll('#app *')].map((one) => parseFloat(getComputedStyle(one).fontSize))"
     assert min(window.ask(sizes)) >= 12.0
-    assert window.ask("() => [document.documentElement.scrollHeight, document.documentElement.scrollWidth]") == [720, 1280]
-    assert window.ask("() => [...R.FONT.matchAll(/(\\d+)px/g), ...R.BOLD.matchAll(/(\\d+)px/g)].map((m) => +m[1])") == [12, 12]
+    assert window.ask("() => [document.documentElement.scrollHeight, document.documentElement.scrollWidth]") == [
+        720,
+        1280,
+    ]
+    assert window.ask("() => [...R.FONT.matchAll(/(\\d+)px/g), ...R.BOLD.matchAll(/(\\d+)px/g)].map((m) => +m[1])") == [
+        12,
+        12,
+    ]
 
 
 def test_the_view_is_saved_as_drawing(window: Window, tmp_path: Path) -> None:

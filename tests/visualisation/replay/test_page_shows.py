@@ -71,7 +71,9 @@ def test_vehicles_are_drawn_where_the_tables_have_them(window: Window, results: 
             assert math.hypot(x_m - row["x_m"], y_m - row["y_m"]) < 0.05, (at_s, vehicle.name)
 
 
-ROWS = "() => [...document.querySelectorAll('.body table tr')].slice(1).map((tr) => [...tr.cells].map((c) => c.innerText))"
+ROWS = (
+    "() => [...document.querySelectorAll('.body table tr')].slice(1).map((tr) => [...tr.cells].map((c) => c.innerText))"
+)
 
 
 def test_what_drives_each_vehicle_is_said_as_the_tables_have_it(window: Window, results: Results) -> None:
@@ -164,6 +166,6 @@ def test_a_run_without_packets_or_work_and_with_odd_names_is_shown(chrome: Any, 
         for tab in ("news", "minds", "matrix", "cost", "why", "events"):
             window.ask("(tab) => R.app.views[0].showTab(tab)", tab)
         window.ask("() => R.app.views[0].showTab('news')")
-        assert "</script><b>\"🐟" in window.texts(".body td:first-child")
+        assert '</script><b>"🐟' in window.texts(".body td:first-child")
         assert window.ask("() => document.querySelectorAll('b b, main > b').length") == 0
         window.ask("() => new DOMParser().parseFromString(R.app.svg(), 'image/svg+xml').documentElement.tagName")
