@@ -5,6 +5,7 @@ import random
 import re
 import shutil
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -117,7 +118,7 @@ def test_silences_are_the_gaps_between_packets_heard(window: Window, results: Re
     for vehicle, spells in zip(results.scenario.vehicle, told, strict=True):
         heard_s = [row["time_s"] for row in packets if vehicle.name in row["receivers"]]
         bounds_s = [0.0, *heard_s, results.summary["mission_time_s"]]
-        longest_s = max(b - a for a, b in zip(bounds_s, bounds_s[1:], strict=False))
+        longest_s = max(b - a for a, b in pairwise(bounds_s))
         assert max(spell["to_s"] - spell["from_s"] for spell in spells) == pytest.approx(longest_s, abs=0.01)
         for spell in spells:
             lost = [row for row in packets if spell["from_s"] < row["time_s"] < spell["to_s"]]
