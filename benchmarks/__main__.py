@@ -1,4 +1,7 @@
-"""``python -m benchmarks [NAME...] [--json]``: every module here with a function ``rows`` is a benchmark."""
+"""``python -m benchmarks [NAME...] [--json]``: every module here with a function ``rows`` is a benchmark.
+
+``tuning`` is none: it is a command of its own, ``python -m benchmarks.tuning``.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +14,13 @@ from typing import Any
 
 import benchmarks
 
+NO_BENCHMARKS = {"__main__", "tuning"}
+
 
 def main() -> int:
     """Run the named benchmarks, all of them without a name, and print their rows."""
-    names = [info.name for info in pkgutil.iter_modules(benchmarks.__path__) if info.name != "__main__"]
+    modules = {info.name for info in pkgutil.iter_modules(benchmarks.__path__)}
+    names = sorted(modules - NO_BENCHMARKS)
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("name", nargs="*", help=f"of {', '.join(names)}")
     parser.add_argument("--json", action="store_true", help="print one JSON value and nothing else")

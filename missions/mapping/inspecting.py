@@ -1,13 +1,6 @@
-"""How a find is inspected: the behaviour that takes a vehicle there, slows it down, and keeps it on site.
-
-A group does not count as gathered while a known find waits to be inspected. So to come to the meeting settles no call
-for help meanwhile: ``AfterFinds`` says so for the behaviours of the meeting. Otherwise vehicles that wait for an
-inspection would call the inspector off, and all would wait for ever.
-"""
+"""How a find is inspected: the behaviour that takes a vehicle there, slows it down, and keeps it on site."""
 
 from __future__ import annotations
-
-from collections.abc import Collection
 
 from missions.mapping.scenario import FindsTable
 from remoras.behaviours import (
@@ -25,7 +18,6 @@ from remoras.behaviours import (
     distance_m,
 )
 from remoras.database import VehicleData
-from remoras.htn import FactsLike
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.work import Point
@@ -34,35 +26,6 @@ BRAKING_S = 2.0
 """A vehicle begins to slow down so much earlier than it must."""
 PATIENCE_S = 60.0
 """A vehicle that has been on site so much longer than any find takes has a sensor that shows nothing."""
-
-
-def is_to_be_inspected(facts: FactsLike, find: str) -> bool:
-    """True while a find is known and not known to be inspected."""
-    return facts.get(("foundAt", find)) is not None and facts.get(("inspectedBy", find)) is None
-
-
-class AfterFinds(Behaviour):
-    """A behaviour of the meeting, which answers no call while a known find waits to be inspected.
-
-    Args:
-        meeting: the behaviour itself.
-        finds: names of what may be found.
-    """
-
-    def __init__(self, meeting: Behaviour, finds: Collection[str]) -> None:
-        self._meeting = meeting
-        self._finds = finds
-
-    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """As the behaviour itself, but for the calls that it answers."""
-        found = self._meeting.perceive(motion, picture, performed)
-        if any(is_to_be_inspected(picture.facts, find) for find in self._finds):
-            return found._replace(answers=0.0)
-        return found
-
-    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """As the behaviour itself."""
-        return self._meeting.reference(motion, picture)
 
 
 class Inspecting(Behaviour):

@@ -41,7 +41,7 @@ from missions.mapping.finds import (
     with_inspectors,
 )
 from missions.mapping.ground import grounds_of
-from missions.mapping.inspecting import AfterFinds, Inspecting, is_to_be_inspected
+from missions.mapping.inspecting import Inspecting
 from missions.mapping.jobs import SurveyJob
 from missions.mapping.metrics import METRICS
 from missions.mapping.scenario import NEEDED_OBJECTIVES, FindsTable, MappingScenario, MappingSettings
@@ -49,6 +49,7 @@ from missions.mapping.sensors import COVERAGE, Seabed, SwathSettings, seabed_of,
 from missions.mapping.survey import contains
 from missions.mapping.tasks import Context, activity_domain, mapping_methods, supervision_methods
 from missions.mapping.truth import GOAL, MappingTruth
+from missions.mapping.unfinished import AfterWork, Unfinished, is_to_be_inspected
 from missions.meeting.meeting import OBJECTIVES, Meeting, importance_of
 from missions.metric import Metric
 from missions.scenarios.parts import database_of, groups_of
@@ -302,7 +303,7 @@ class MappingMission(Mission):
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """The behaviour that carries out the set which ``activity`` leads."""
         if (found := self.meeting.behaviour(activity, data)) is not None:
-            return AfterFinds(found, self._inspections) if self._inspections else found
+            return AfterWork(found, Unfinished(self._surveys.values(), self.settings.goal, self._inspections))
         settings, parameters = self.settings, activity.parameters
         match activity.name:
             case "Mapping":

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 
-from missions.mapping.inspecting import is_to_be_inspected
 from missions.mapping.sensors import swath_m
+from missions.mapping.unfinished import is_to_be_inspected
 from missions.meeting.meeting import Meeting
 from remoras.activities import Objective
 from remoras.database import VehicleData

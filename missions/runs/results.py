@@ -22,9 +22,6 @@ import tomli_w
 
 from missions.document import Document
 from missions.errors import OutputError
-from missions.runs.known import Known, Memory
-from missions.runs.run import Run
-from missions.runs.setup import resolved as resolved_setup
 from missions.runs.summary import summary
 from missions.runs.tables import arrow_table, write_table
 from missions.scenarios.loading import resolved
@@ -143,6 +140,8 @@ class MemoryResults:
 
     @cached_property
     def _memory(self) -> Memory:
+        from missions.runs.known import Memory  # who only reads tables need not load what runs
+
         return Memory(self, self.run.setup)
 
     def known(self, vehicle: str, at_s: float) -> Known:
@@ -246,6 +245,9 @@ class Results:
 
     @cached_property
     def _memory(self) -> Memory:
+        from missions.runs.known import Memory
+        from missions.runs.setup import resolved as resolved_setup
+
         return Memory(self, resolved_setup(self.scenario))
 
     def known(self, vehicle: str, at_s: float) -> Known:

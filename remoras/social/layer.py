@@ -78,8 +78,7 @@ class Review:
 class SocialLayer:
     """Organisation, missions and objectives as one vehicle sees them.
 
-    ``organisation`` is what was agreed, ``objectives`` what its roles are for; ``present`` is the organisation without
-    the absent, by which the vehicle acts. While it is cut off it leads itself, and its orders are for itself alone.
+    ``organisation`` is what was agreed, ``present``, by which the vehicle acts, the same without the absent.
 
     Args:
         me: own name.
@@ -115,6 +114,7 @@ class SocialLayer:
         self._picture = picture
         picture.facts = beliefs
         self.objectives = {(one.group, one.role, one.name): one for one in agreement.objectives}
+        self._founding = frozenset(agreement.objectives)
         self._jobs = mission.jobs
         self._pursuit = Pursuit(database[me], mission, self._mission_name)
         self._conclusions = Conclusions(me, mission, self._mission_name, beliefs)
@@ -265,7 +265,7 @@ class SocialLayer:
         for said in self._negotiation.negotiate(now_s, work, peers.heard_s, unheard, calls, self.missions):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in said.facts)
             facts = self.standing.in_place_of_the_absent(self._beliefs.fact(*fact) for fact in said.facts)
-            facts += aims(said.facts, self.objectives.values(), self._beliefs, self._mission.is_individual)
+            facts += aims(said.facts, self.objectives.values(), self._founding, self._beliefs, self._mission)
             stated.append((facts, said.told and not (is_order and self.standing.is_cut_off)))
         return stated
 

@@ -8,10 +8,11 @@ new roles pursue together.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact
+from remoras.mission import SocialPart
 from remoras.social.consultation import OBJECTIVE_PREFIX
 from worldmodel import PropertyValue
 
@@ -64,21 +65,22 @@ def _objective(path: str, attribute: str, argument: str) -> Objective:
 def aims(
     facts: Iterable[tuple[str, str, object]],
     objectives: Iterable[Objective],
+    founding: Collection[Objective],
     beliefs: Beliefs,
-    is_individual: Callable[[Objective], bool],
+    mission: SocialPart,
 ) -> list[Fact]:
-    """Individual objectives, told at sea, of the roles given in ``facts``: whoever gets one may not have heard.
+    """Individual objectives of the roles given in ``facts``: whoever gets such a role may not have heard of them.
 
     Args:
         facts: stated of vehicles, by names.
         objectives: that count.
-        beliefs: of the vehicle, for names.
-        is_individual: True for objectives that a vehicle pursues without others.
+        founding: those agreed before the dive, of which everybody knows.
+        beliefs: of the vehicle.
+        mission: says which objectives a vehicle pursues without others.
     """
     roles = [value for _, attribute, value in facts if attribute == PLAYS]
-    found = []
-    for one in objectives:
-        role, attribute = f"{one.group}.{one.role}", OBJECTIVE_PREFIX + one.name
-        if role in roles and is_individual(one) and beliefs.get((attribute, role)) is not None:
-            found.append(beliefs.fact(role, attribute, one.argument))
-    return found
+    return [
+        beliefs.fact(f"{one.group}.{one.role}", OBJECTIVE_PREFIX + one.name, one.argument)
+        for one in objectives
+        if one not in founding and f"{one.group}.{one.role}" in roles and mission.is_individual(one)
+    ]

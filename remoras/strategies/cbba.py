@@ -284,19 +284,19 @@ def _strength(gain: float) -> int:
 class Cbba:
     """Bids and bundles; see the module's text."""
 
-    bundle: Annotated[int, Field(ge=1, le=12, description="most jobs that a vehicle plans ahead")] = 3
+    bundle: Annotated[int, Field(ge=1, le=12, description="most jobs that a vehicle plans ahead")] = 6
     settle_rounds: Annotated[
         int, Field(ge=0, le=1000, description="TDMA frames that a claim must have stood before its job is begun")
-    ] = 2
+    ] = 1
     repeat_rounds: Annotated[
         int, Field(ge=1, le=1000, description="TDMA frames after which all claims are said again")
-    ] = 5
+    ] = 4
     discount_s: Annotated[
         float, Field(gt=0.0, le=1e6, description="a job finished this much later is worth 1/e of the other")
-    ] = 3600.0
+    ] = 2500.0
     plans_for_all: Annotated[
         bool, Field(description="bid for the own part of a plan for all members, not for the own gain")
-    ] = False
+    ] = True
 
     name: ClassVar[str] = "cbba"
     declaration: ClassVar[Declaration] = Declaration(

@@ -128,10 +128,10 @@ class Convener:
 class RendezvousSync:
     """Meetings; see the module's text."""
 
-    jobs_per_leg: Annotated[int, Field(ge=1, le=64, description="most jobs for a vehicle between two meetings")] = 2
+    jobs_per_leg: Annotated[int, Field(ge=1, le=64, description="most jobs for a vehicle between two meetings")] = 5
     meeting_radius_m: Annotated[
         float, Field(gt=0.0, le=10_000.0, description="a vehicle this near to the rally point has come")
-    ] = 30.0
+    ] = 40.0
 
     name: ClassVar[str] = "rendezvous-sync"
     declaration: ClassVar[Declaration] = Declaration(

@@ -96,8 +96,13 @@ def test_whatever_was_lost_all_is_done_in_the_end_and_in_order(
 
 
 def test_in_silence_cbba_does_everything_twice() -> None:
-    """The script can break what the test of conflicts proves: two who never hear each other do all the work each."""
-    team = Team(Cbba(), [(0.0, 0.0), (10.0, 0.0)], surveys([(0.0, 0.0), (0.0, 200.0)]), lambda *_: True)
+    """The script can break what the test of conflicts proves: two who never hear each other do all the work each.
+
+    They bid for their own gain: with a plan for all each would leave a part to the other, until its lease has run out.
+    """
+    team = Team(
+        Cbba(plans_for_all=False), [(0.0, 0.0), (10.0, 0.0)], surveys([(0.0, 0.0), (0.0, 200.0)]), lambda *_: True
+    )
     team.run(600)
     assert team.finished == {"job 0": 2, "job 1": 2}
 

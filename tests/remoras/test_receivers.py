@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import pytest
 from samples import auv, database
 
 from missions.runs.run import run
 from missions.scenarios import load
 from remoras.activities import Objective
-from remoras.beliefs import Beliefs
+from remoras.beliefs import Beliefs, Fact
+from remoras.mission import SocialPart
 from remoras.social.consultation import Consultation
 from remoras.social.receivers import aims, by_receiver
 from worldmodel import Instance, WorldModel, core_ontology_paths, read_tbox
@@ -55,18 +59,20 @@ def test_each_vehicle_has_its_roles_and_what_their_holders_pursue_then_come_all_
     assert parts == [[known.fact(*stated[index]) for index in part] for part in ((0, 3, 6), (1, 2, 5, 6), (7,), (4,))]
 
 
-def test_aims_are_said_with_a_role_where_they_were_told_at_sea() -> None:
-    """What was agreed before the dive is no fact that was told, and what is pursued together can wait."""
-    known = beliefs()
-    known.model.record([known.fact(LEFT, HOMING, "buoy"), known.fact(LEFT, FOLLOWING, "Operational")], 0.0)
+def test_aims_are_said_with_their_role_and_what_is_pursued_together_can_wait() -> None:
+    """What was agreed before the dive is known to everybody."""
+    known, mission = beliefs(), SimpleNamespace(is_individual=is_individual)
     objectives = [
         Objective("Operational", "LeftWinger", "RendezVous", "buoy"),
         Objective("Operational", "LeftWinger", "MissionGathering", "Operational"),
         Objective("Operational", "RightWinger", "RendezVous", "buoy"),
     ]
-    for role, expected in ((LEFT, [known.fact(LEFT, HOMING, "buoy")]), (RIGHT, [])):
-        assert aims([("AUV01", "playsRole", role)], objectives, known, is_individual) == expected
-    assert aims([("AUV01", "leftRole", LEFT)], objectives, known, is_individual) == []
+
+    def said(attribute: str, role: str) -> list[Fact]:
+        return aims([("AUV01", attribute, role)], objectives, objectives[2:], known, cast(SocialPart, mission))
+
+    assert said("playsRole", LEFT) == [known.fact(LEFT, HOMING, "buoy")]
+    assert said("playsRole", RIGHT) == said("leftRole", LEFT) == []
 
 
 FRAME_S = 16 * 1.7725

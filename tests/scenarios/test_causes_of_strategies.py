@@ -74,10 +74,10 @@ def test_fixed_partition_sends_nothing_and_no_channel_changes_it(channel: str) -
 
 @pytest.mark.slow
 def test_without_loss_central_is_faster_than_meetings() -> None:
-    times_s = {
-        name: [report(name, seed)["mission_time_s"] for seed in SEEDS] for name in ("central", "rendezvous-sync")
-    }
-    assert all(one < other for one, other in zip(times_s["central"], times_s["rendezvous-sync"], strict=True))
+    """With two jobs for each between meetings there are three meetings; five take nearly all of the thirteen."""
+    for seed in SEEDS:
+        meeting = report("rendezvous-sync", seed, "strategy.parameters.jobs_per_leg=2")
+        assert report("central", seed)["mission_time_s"] < meeting["mission_time_s"]
 
 
 def test_the_way_to_the_meetings_is_what_they_cost() -> None:
@@ -229,8 +229,9 @@ def test_claims_of_a_lost_vehicle_do_not_stand_for_ever() -> None:
 
 
 def test_areas_of_the_far_future_are_bid_for() -> None:
-    """With a discount this steep their bids round to nothing."""
-    assert report("cbba", 1, "strategy.parameters.discount_s=50")["coverage_fraction"] > 0.99
+    """With a discount this steep their bids round to nothing; a plan for all would hide it."""
+    settings = "strategy.parameters.discount_s=50", "strategy.parameters.plans_for_all=false"
+    assert report("cbba", 1, *settings)["coverage_fraction"] > 0.99
 
 
 LONG_SPELLS = {"p_good_to_bad": 0.005, "p_bad_to_good": 0.005, "per_good": 0.0, "per_bad": 1.0}

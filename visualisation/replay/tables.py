@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,9 +17,13 @@ PLACE_STEP_M = 2.0**-5
 TURN_STEP_RAD = 2.0 * np.pi / 256.0
 SPEED_STEP_MPS = 0.02
 SHARE_STEP = 0.001
-POINT_STEP_M = 2.0**-6
+"""Steps of what is drawn: finer than a screen shows."""
 ENERGY_STEPS = 4096
+"""In so many steps the energy is kept that the neediest vehicle used."""
+POINT_STEP_M = 2.0**-6
+"""Points in facts that are no multiple of this are kept as text."""
 NOBODY = -1
+"""Number of what is no vehicle."""
 POINT = re.compile(r"POINT \((\S+) (\S+)\)")
 TEXT_FORM, WHOLE_FORM, POINT_FORM, DECIMAL_FORM = range(4)
 """How the value of a fact is kept: number of a text; whole number; two coordinates; millionths."""
@@ -46,7 +50,9 @@ EVENTS: Mapping[str, Kinds] = {
 }  # fmt: skip
 """Tables of which every row is something that happened, with the kinds of their columns."""
 ORDER = {"time": 1}
-STEP = {"time": TIME_STEP_S, "share": SHARE_STEP, "place": PLACE_STEP_M}
+"""Order of the differences that are kept, by kind of column; 0 of others."""
+STEP = {"time": TIME_STEP_S, "share": SHARE_STEP}
+"""Step to which columns are kept, by kind; whole numbers else."""
 
 
 class Tables:
@@ -85,16 +91,12 @@ class Names(NamedTuple):
         return self.texts.setdefault(text, len(self.texts))
 
 
-def numbered(column: Any, number_of: Any) -> Ints:
-    """A column of texts (Arrow) as numbers; each different text is asked for once."""
-    coded = column.combine_chunks() if hasattr(column, "combine_chunks") else column
-    coded = coded.dictionary_encode()
+def numbered(column: Any, number_of: Callable[[str], int]) -> Ints:
+    """A column of texts (Arrow) as numbers; each different text is asked for once, what is missing is ``NOBODY``."""
+    coded = (column.combine_chunks() if hasattr(column, "combine_chunks") else column).dictionary_encode()
     numbers = np.array([number_of(text) for text in coded.dictionary.to_pylist()] or [0], dtype=np.int64)
     places = coded.indices.fill_null(0).to_numpy(zero_copy_only=False)
-    found = numbers[places] if len(numbers) else np.zeros(0, dtype=np.int64)
-    if coded.null_count:
-        found = np.where(np.asarray(coded.is_null()), NOBODY, found)
-    return np.asarray(found, dtype=np.int64)
+    return np.where(np.asarray(coded.is_null(), dtype=bool), NOBODY, numbers[places])
 
 
 def add_events(columns: Columns, names: Names, table: Any, called: str, kinds: Kinds) -> None:
@@ -265,18 +267,13 @@ def _flat(column: Any) -> tuple[Ints, Any]:
     return np.repeat(np.arange(len(lengths)), lengths), lists.flatten()
 
 
-def add_heard(columns: Columns, names: Names, rows: Iterable[Mapping[str, Any]]) -> None:
+def add_heard(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]]) -> None:
     """Items without content, and when who heard them: what an older run has recorded of its knowledge."""
-    events = list(rows)
-    found: dict[str, int] = {}
-    born = [row for row in events if row["event"] == "observed"]
-    for row in born:
-        found.setdefault(row["item"], len(found))
-    heads = [{**row, "uid": row["item"], "recorded_s": row["time_s"], "kind": "told"} for row in born]
-    add_items(columns, names, [
-        {**row, "subject": "", "attribute": "", "value": ""} for row in heads
-    ])  # fmt: skip
-    heard = [row for row in events if row["event"] == "received" and row["item"] in found]
+    nothing = {"subject": "", "attribute": "", "value": "", "kind": "told"}
+    born = [row for row in rows if row["event"] == "observed"]
+    facts = [{"uid": row["item"], "recorded_s": row["time_s"], **row, **nothing} for row in born]
+    found = add_items(columns, names, facts)
+    heard = [row for row in rows if row["event"] == "received" and row["item"] in found]
     columns.add("heard.vehicle", [names.vehicle(row["vehicle"]) for row in heard])
     columns.add("heard.item", [found[row["item"]] for row in heard], 1)
     columns.add("heard.time", [row["time_s"] for row in heard], 1, TIME_STEP_S)

@@ -13,7 +13,7 @@ from missions.document import Document
 from missions.errors import ConfigurationError
 from missions.mapping import MappingMission
 from missions.mapping.finds import InspectionJob, drawn, find_names, weight_in_cells
-from missions.mapping.inspecting import PATIENCE_S, AfterFinds, Inspecting
+from missions.mapping.inspecting import PATIENCE_S, Inspecting
 from missions.mapping.scenario import FindsTable
 from missions.mapping.sensors import Feature, Seabed, Stays, SwathSensor
 from missions.runs.results import manifest
@@ -22,7 +22,6 @@ from missions.runs.summary import summary
 from missions.scenarios import load
 from missions.scenarios.loading import resolved
 from missions.scenarios.scenario import Scenario
-from remoras.behaviours import Standing
 from remoras.motion import Motion, advance
 from remoras.picture import Picture
 from remoras.sensor import Pose
@@ -173,16 +172,6 @@ def test_a_sensor_that_shows_nothing_is_given_up_after_the_longest_stay() -> Non
     assert perception.failed
     on_site_s = sum(way_m <= FINDS.close_radius_m for way_m, _ in track)
     assert on_site_s == pytest.approx(FINDS.longest_stay_s + PATIENCE_S, abs=3.0)
-
-
-def test_to_come_to_the_meeting_answers_no_call_while_a_find_waits() -> None:
-    facts = Facts()
-    meeting, motion, picture = AfterFinds(Standing(), ("find 1",)), Motion(0.0, 0.0), Picture(facts=facts)
-    assert meeting.perceive(motion, picture, True).answers == 1.0
-    facts.known["foundAt", "find 1"] = (0.0, 0.0)
-    assert meeting.perceive(motion, picture, True).answers == 0.0
-    facts.known["inspectedBy", "find 1"] = "AUV01"
-    assert meeting.perceive(motion, picture, True).answers == 1.0
 
 
 # The mission -------------------------------------------------------------------------------------

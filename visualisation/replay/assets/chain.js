@@ -81,7 +81,8 @@ globalThis.R = globalThis.R || {};
       return null;
     }
     const external = ({ one, first }) => decisions[first].candidates.find((of) => of.label === one.label).external;
-    const last = begun.reduce((a, b) => (b.first > a.first || (b.first === a.first && external(b) > external(a)) ? b : a));
+    const isLater = (b, a) => b.first > a.first || (b.first === a.first && external(b) > external(a));
+    const last = begun.reduce((a, b) => (isLater(b, a) ? b : a));
     const decision = decisions[last.first];
     const chosen = decision.candidates.find((one) => isPursued(one) && one.label === last.one.label);
     links.push(link(choiceText(run.vehicles[v].name, chosen, decision, decisions[last.first - 1]), decision.time_s, v));
@@ -118,8 +119,9 @@ globalThis.R = globalThis.R || {};
     const work = given.find(isPursued);
     if (!work) return given.length ? `after ${given[0].activities} turned to` : "chose";
     const now = decision.candidates.find((one) => one.label === work.label);
-    const left = !now ? "which was over," : now.stimulus > 0 ? `motivation ${now.motivation.toFixed(2)},` : "which had no stimulus any more,";
-    return `left ${work.label}, ${left} for`;
+    let how = "which was over";
+    if (now) how = now.stimulus > 0 ? `motivation ${now.motivation.toFixed(2)}` : "which had no stimulus any more";
+    return `left ${work.label}, ${how}, for`;
   }
 
   // The signal that moved v: when it was heard, and what its sender did in that role as it sent it.
@@ -140,7 +142,8 @@ globalThis.R = globalThis.R || {};
     const doing = run.decisionAt(chosen.source, packet.start_s);
     const aims = doing ? doing.candidates.filter((one) => one.role === signal.role && one.group === signal.group) : [];
     const still = aims.filter((one) => one.chosen).concat(aims.filter((one) => !one.chosen && one.stimulus > 0))[0];
-    const as = still ? `as its ${still.activities} ${signal.value < 0 ? "stood still" : "got on"}` : `as ${signal.role}`;
+    const advance = signal.value < 0 ? "stood still" : "got on";
+    const as = still ? `as its ${still.activities} ${advance}` : `as ${signal.role}`;
     links.push(link(`${source} sent it in slot ${packet.slot} ${as}`, packet.start_s, chosen.source, packet.slot));
     return still && still.chosen ? { v: chosen.source, t: packet.start_s, role: signal.role } : null;
   }
@@ -148,9 +151,9 @@ globalThis.R = globalThis.R || {};
   // How v came by what it does: by the facts that gave it the role, and the role its objective; the later one first.
   function explainTask(run, v, chosen, before_s, links) {
     const name = run.vehicles[v].name, path = chosen.group + "." + chosen.role;
-    const task = `${chosen.objective}(${chosen.argument})`;
+    const task = `${chosen.role} is for ${chosen.objective}(${chosen.argument})`;
     const found = [
-      heardFact(run, v, "objective" + chosen.objective, path, chosen.argument, before_s, `${chosen.role} is for ${task}`),
+      heardFact(run, v, "objective" + chosen.objective, path, chosen.argument, before_s, task),
       heardFact(run, v, PLAYS_ROLE, name, path, before_s, `${name} plays ${chosen.role}`),
     ];
     links.push(...found.filter(Boolean).sort((a, b) => b.time_s - a.time_s));
@@ -180,24 +183,25 @@ globalThis.R = globalThis.R || {};
 
   // Milestones, roles that began to drive a vehicle, faults, and rows of the mission's own tables, in order of time.
   function eventsOf(run) {
-    const words = (name) => name.replaceAll("_", " ");
-    const found = run.milestones.map((one) => ({
-      time_s: one.time_s, kind: "milestone", vehicle: one.vehicle,
-      text: words(one.name) + (one.vehicle >= 0 ? ": " + run.vehicles[one.vehicle].name : one.group ? ": " + one.group : ""),
-    }));
+    const found = [];
+    const add = (time_s, kind, vehicle, text) => found.push({ time_s, kind, vehicle, text });
+    const nameOf = (v) => (run.vehicles[v] ? run.vehicles[v].name : "");
+    for (const { time_s, name, vehicle, group } of run.milestones) {
+      const whose = nameOf(vehicle) || group;
+      add(time_s, "milestone", vehicle, name.replaceAll("_", " ") + (whose ? ": " + whose : ""));
+    }
     run.vehicles.forEach((vehicle, v) => {
       for (const bar of run.bars(v)) {
-        if (bar.driving) found.push({ time_s: bar.from_s, kind: "role", vehicle: v, text: `${vehicle.name} is driven by ${bar.role}` });
+        if (bar.driving) add(bar.from_s, "role", v, `${vehicle.name} is driven by ${bar.role}`);
       }
     });
-    for (const fault of run.faults) {
-      const who = run.vehicles[fault.vehicle] ? run.vehicles[fault.vehicle].name + ": " : "";
-      found.push({ time_s: fault.time_s, kind: "fault", vehicle: fault.vehicle, text: who + fault.kind + (fault.detail ? ", " + fault.detail : "") });
+    for (const { time_s, vehicle, kind, detail } of run.faults) {
+      add(time_s, "fault", vehicle, `${nameOf(vehicle)}: ${kind}${detail ? ", " + detail : ""}`);
     }
     for (const layer of run.layers) {
       for (const row of layer.rows) {
-        const who = row.vehicle >= 0 ? run.vehicles[row.vehicle].name + ": " : "";
-        found.push({ time_s: row.time_s, kind: layer.name, vehicle: row.vehicle, text: who + (row.text || layer.name) });
+        const who = row.vehicle >= 0 ? nameOf(row.vehicle) + ": " : "";
+        add(row.time_s, layer.name, row.vehicle, who + (row.text || layer.name));
       }
     }
     return found.sort((a, b) => a.time_s - b.time_s);
@@ -213,13 +217,13 @@ globalThis.R = globalThis.R || {};
       found.push({ time_s: Math.min(one.packets[p].start_s, two.packets[p].start_s), text: said });
       break;
     }
-    const acts = (run) => run.events.filter((event) => event.kind !== "fault").map((event) => [event.time_s, event.text]);
+    const acts = (run) => run.events.filter((event) => event.kind !== "fault");
     const mine = acts(one), other = acts(two);
     for (let e = 0; e < Math.max(mine.length, other.length); e++) {
       const a = mine[e], b = other[e];
-      if (a && b && a[0] === b[0] && a[1] === b[1]) continue;
-      const first = !b || (a && a[0] <= b[0]) ? a : b;
-      found.push({ time_s: first[0], text: first[1] + " in one of them" });
+      if (a && b && a.time_s === b.time_s && a.text === b.text) continue;
+      const first = !b || (a && a.time_s <= b.time_s) ? a : b;
+      found.push({ time_s: first.time_s, text: first.text + " in one of them" });
       break;
     }
     return found.length ? found.reduce((first, next) => (next.time_s < first.time_s ? next : first)) : null;
@@ -227,8 +231,10 @@ globalThis.R = globalThis.R || {};
 
   function difference(run, a, b) {
     if (a.slot !== b.slot || a.sender !== b.sender) return "another packet is sent";
-    if (a.size_bits !== b.size_bits || a.items.length !== b.items.length) return `${run.vehicles[a.sender].name} says something else in slot ${a.slot}`;
-    const heard = (packet) => packet.to.filter((to) => to.arrival_s !== null).map((to) => to.v).sort((x, y) => x - y).join();
-    return heard(a) === heard(b) ? "" : `slot ${a.slot} is heard by others`;
+    if (a.size_bits !== b.size_bits || a.items.length !== b.items.length) {
+      return `${run.vehicles[a.sender].name} says something else in slot ${a.slot}`;
+    }
+    const heard = ({ to }) => to.filter((one) => one.arrival_s !== null).map((one) => one.v).sort((x, y) => x - y);
+    return heard(a).join() === heard(b).join() ? "" : `slot ${a.slot} is heard by others`;
   }
 })();

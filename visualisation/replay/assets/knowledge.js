@@ -115,7 +115,7 @@ globalThis.R = globalThis.R || {};
     return heard;
   }
 
-  // Under a bound every vehicle knows at once what any has told, until it is without energy; vehicles act by their nodes.
+  // Under a bound every vehicle knows at once what any has told, until it is without energy; they act by their nodes.
   function knowAtOnce(run, hear) {
     const ended_s = run.vehicles.map(() => Infinity);
     for (const fault of run.faults) if (fault.kind === "energy") ended_s[fault.vehicle] = fault.time_s;

@@ -1,7 +1,7 @@
 "use strict";
 // One run: vehicles, where they were, what they played, what was sent. Times in s, positions in m, vehicles by index.
-// knowledge.js adds what was known, work.js what there was to do, chain.js why they did what they did. Nothing here knows
-// the document.
+// knowledge.js adds what was known, work.js what there was to do, chain.js why they did what they did. Nothing here
+// knows the document.
 globalThis.R = globalThis.R || {};
 
 (function () {
@@ -30,7 +30,7 @@ globalThis.R = globalThis.R || {};
       this.missing = about.missing;
       this.vehicles = about.vehicles.map((one) => ({ depth_m: 0, ...one, lost_s: null, out: [] }));
       this._tracks = tracksOf(this);
-      this.faults = this._rows("faults").map(({ time_s, vehicle, kind, detail }) => ({ time_s, vehicle, kind, detail }));
+      this.faults = this._rows("faults");
       markLost(this);
       this.milestones = about.milestones.map(([name, vehicle, group, time_s]) => ({ time_s, name, vehicle, group }));
       this._bars = barsOf(this);
@@ -123,14 +123,15 @@ globalThis.R = globalThis.R || {};
     return rows.map((count) => {
       const part = (name) => column(name).subarray(start, start + count);
       const track = {
-        t: part("time"), x: part("x"), y: part("y"), heading: part("heading"), speed: part("speed"), energy: part("energy"),
+        t: part("time"), x: part("x"), y: part("y"),
+        heading: part("heading"), speed: part("speed"), energy: part("energy"),
       };
       start += count;
       return track;
     });
   }
 
-  // out: [{from_s, to_s}] while a vehicle is lost, has not joined yet or has no energy; lost_s: since when it is for good.
+  // out: [{from_s, to_s}] while a vehicle is lost, has not joined yet or has no energy; lost_s: since when for good.
   function markLost(run) {
     const since = new Map();
     for (const { kind, vehicle, detail, time_s } of run.faults) {

@@ -86,14 +86,15 @@ globalThis.R = globalThis.R || {};
     };
   }
 
-  // What somebody found somewhere and said so: [{item, subject, attribute, x, y}], each the first time that it was said.
+  // What somebody found somewhere and said so: [{item, subject, attribute, x, y}], each as it was said first.
   function findsOf(run) {
     const found = new Map();
     run.items.forEach((item, n) => {
       if (item.kind === STATUS) return;
       for (const { subject, attribute, value } of item.facts) {
         const key = item.origin + "\n" + subject + "\n" + attribute;
-        if (Array.isArray(value) && !found.has(key)) found.set(key, { item: n, subject, attribute, x: value[0], y: value[1] });
+        if (!Array.isArray(value) || found.has(key)) continue;
+        found.set(key, { item: n, subject, attribute, x: value[0], y: value[1] });
       }
     });
     return [...found.values()];
@@ -107,15 +108,17 @@ globalThis.R = globalThis.R || {};
       work.push({ done_s: tiles.done_s[tile], known_s: vehicles.map((_, v) => tiles.known_s[v][tile]) });
     }
     for (const place of run.world.places) {
-      if (place.isJob && !place.hasTiles) work.push({ done_s: place.done_s === null ? Infinity : place.done_s, known_s: place.known_s });
+      if (place.isJob && !place.hasTiles) work.push(asWork(place));
     }
     const cameUp = new Set(run.finds.map((find) => find.subject));
     for (const job of run.world.jobs) {
-      if (job.done_s !== null || cameUp.has(job.name)) {
-        work.push({ done_s: job.done_s === null ? Infinity : job.done_s, known_s: job.known_s });
-      }
+      if (job.done_s !== null || cameUp.has(job.name)) work.push(asWork(job));
     }
     return work;
+  }
+
+  function asWork({ done_s, known_s }) {
+    return { done_s: done_s === null ? Infinity : done_s, known_s };
   }
 
   // {t, truth, known_mean, agree}: shares 0..1 over time; truth and known_mean are empty where no work is declared.
@@ -135,8 +138,8 @@ globalThis.R = globalThis.R || {};
     };
   }
 
-  // Share of the vehicles that see all roles as their holders do, at each of the times; a view is wrong by the number of
-  // assignments in which it differs, which changes by one with each event of either.
+  // Share of the vehicles that see all roles as their holders do, at each of the times; a view is wrong by the number
+  // of assignments in which it differs, which changes by one with each event of either.
   function agreementOf(run, t) {
     if (!run.has("organisation")) return [];
     const truth = new Set(), views = run.vehicles.map(() => new Set()), wrong = run.vehicles.map(() => 0);

@@ -1,0 +1,65 @@
+"""Every parameter of every strategy bears on the mission: another value moves vehicles otherwise, in the case named."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+
+from benchmarks.tuning import range_of, tunable
+from missions.runs.run import run
+from missions.scenarios import load
+from remoras.strategies import parameters
+
+LOSSES = ("mapping-patches", "channel.per=0.8")
+ROOM = ("mapping-corridor", "channel.per=0.4")
+"""A ground in which two vehicles may share a job."""
+WORST = ("mapping-patches", "channel.per=0.9")
+"""Members take up to 300 TDMA frames to acknowledge a job and 20 to accept one, and are not heard for 40."""
+SLOW = ("mapping-patches", 'fault=[{kind="slow", vehicle="AUV02", at_s=300.0, factor=0.6}]')
+"""The plan stops being a good one."""
+MUTE = ("mapping-patches", 'fault=[{kind="mute", vehicle="AUV00", at_s=60.0}]')
+"""The head announces nothing that others hear."""
+OWN_GAIN = (*LOSSES, "strategy.parameters.plans_for_all=false")
+"""A discount weighs paths; in bids for a part of a plan it only settles conflicts."""
+CASE_OF = {
+    "discount_s": OWN_GAIN,
+    "help_s": ROOM,
+    "margin": SLOW,
+    "contract-net.margin": LOSSES,
+    "doubt_rounds": WORST,
+    "acknowledge_rounds": WORST,
+    "accept_rounds": WORST,
+    "initiative_rounds": MUTE,
+}
+BEYOND = {"margin": 1.0}
+"""A value beyond what is searched: who calls for work has none, so that giving it some gains more than 0.3."""
+SEED = 1
+
+
+@cache
+def tracks(strategy: str, case: tuple[str, ...], *settings: str) -> object:
+    """Where every vehicle was at every step."""
+    scenario, *of_case = case
+    given = [f"strategy.name={strategy}", *of_case, *settings]
+    return run(load(scenario, [("--set", one) for one in given]), SEED).recorder.trajectories
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("strategy", "parameter"),
+    [
+        (name, one.name)
+        for name, strategy in tunable().items()
+        if name != "remoras-planned"  # it has those of remoras, in the same code
+        for one in parameters(strategy)
+    ],
+)
+def test_a_parameter_moves_vehicles(strategy: str, parameter: str) -> None:
+    """One of these values, at least, gives other tracks than the default: the ends of its range, and one beyond."""
+    default = next(one.default for one in parameters(tunable()[strategy]) if one.name == parameter)
+    ends = [*(type(default)(end) for end in range_of(strategy, parameter)), BEYOND.get(parameter, default)]
+    case = CASE_OF.get(f"{strategy}.{parameter}") or CASE_OF.get(parameter, LOSSES)
+    usual = tracks(strategy, case)
+    settings = [f"strategy.parameters.{parameter}={str(end).lower()}" for end in ends if end != default]
+    assert any(tracks(strategy, case, one) != usual for one in settings)
