@@ -10,12 +10,13 @@ import time
 from pathlib import Path
 from typing import Any
 
+from missions.files import shipped_studies
 from missions.runs.run import run
 from missions.runs.tables import arrow_table, writer
 from missions.sweeps.driver import sweep
 from missions.sweeps.execution import run_task
 from missions.sweeps.plan import SweepPlan
-from missions.sweeps.study import Study, load_study, shipped_studies
+from missions.sweeps.study import Study, load_study
 from remoras.recorder import TRAJECTORIES
 
 REPEATS = 12

@@ -22,7 +22,7 @@ from typing import Any
 
 from missions.comparison.pairs import paired_with
 from missions.comparison.treatments import MISSION_TIME, treatments_of, values_of
-from missions.document import toml_value
+from missions.files import toml_value
 from missions.sweeps.design import points
 from missions.sweeps.driver import sweep
 from missions.sweeps.folder import SweepResults

@@ -9,8 +9,6 @@ Keys of messages are dotted. Entries of lists go by their ``name`` or by their n
 
 from __future__ import annotations
 
-import json
-import math
 import re
 import tomllib
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -22,6 +20,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from missions.errors import ConfigurationError, ConfigurationFault
+from missions.files import SCENARIO, STUDY, file_of, of_other_kind, shown, text_of
 from worldmodel import suggestion
 
 Location = tuple[str | int, ...]
@@ -31,10 +30,8 @@ HEADER = re.compile(r"^\s*(\[\[?)\s*([^\]]+?)\s*\]\]?\s*(#.*)?$")
 PART = r"""(?:"[^"]*"|'[^']*'|[A-Za-z0-9_-]+)"""
 KEY = re.compile(rf"^\s*({PART}(?:\s*\.\s*{PART})*)\s*=")
 LINE_OF_SYNTAX = re.compile(r"at line (\d+)")
-OTHER_ENCODINGS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
-"""First bytes of files that some editors write."""
-LONGEST = 60
-"""Characters of a value that a message shows."""
+MOST_LEVELS = 40
+TOO_DEEP = f"tables or lists within each other more than {MOST_LEVELS} levels deep; no key needs that"
 
 
 @dataclass(frozen=True)
@@ -58,20 +55,21 @@ class Document:
         Args:
             name_or_path: a name of ``known``, or a path.
             known: shipped files by name.
-            what: what the file is, for messages: "scenario", "study".
+            what: what the file is, "scenario" or "study".
 
         Raises:
-            ConfigurationError: there is no such file, it is not UTF-8, or it is not TOML.
+            ConfigurationError: there is no such file, it is not UTF-8, not TOML, or of the other kind.
 
         >>> Document.read("quik", {"quick": Path("quick.toml")}, "study")
         Traceback (most recent call last):
         missions.errors.ConfigurationError: quik: study = quik: a TOML file or one of quick; did you mean 'quick'?
         """
-        path = Path(name_or_path) if name_or_path.endswith(".toml") else known.get(name_or_path, Path(name_or_path))
-        if not is_file(path):
-            fault = ConfigurationFault(what, name_or_path, file_or_name(name_or_path, known))
-            raise ConfigurationError(name_or_path, [fault])
-        return cls.of_text(_text_of(path), str(path))
+        path = file_of(what, name_or_path, known)
+        found = cls.of_text(text_of(path), str(path))
+        other = STUDY if what == SCENARIO else SCENARIO
+        if other in found.raw and what not in found.raw:
+            raise of_other_kind(name_or_path, other, found.lines.get((other,)))
+        return found
 
     @classmethod
     def of_text(cls, text: str, path: str) -> Document:
@@ -81,7 +79,12 @@ class Document:
             ConfigurationError: it is not TOML.
         """
         try:
-            return cls(path, text, tomllib.loads(text))
+            raw = tomllib.loads(text)
+            if is_deep(raw):
+                raise RecursionError
+            return cls(path, text, raw)
+        except RecursionError:
+            raise ConfigurationError(path, [ConfigurationFault("TOML", "", TOO_DEEP)]) from None
         except tomllib.TOMLDecodeError as error:
             found = LINE_OF_SYNTAX.search(str(error))
             fault = ConfigurationFault("TOML", "", str(error), int(found[1]) if found else None)
@@ -142,66 +145,19 @@ class Document:
         return [fault_of(detail, root, tables) for detail in details if not _is_consequence(detail)]
 
 
-def file_or_name(given: str, known: Iterable[str]) -> str:
-    """What is allowed where a file or a shipped name has to be given.
-
-    >>> file_or_name("a", [])
-    'a TOML file'
-    """
-    names = list(known)
-    return "a TOML file" + (f" or one of {', '.join(names)}" if names else "") + suggestion(given, names)
-
-
-def is_file(path: Path) -> bool:
-    """True if there is such a file; False too for a name that no file can have."""
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
-
-
-def _text_of(path: Path) -> str:
-    """Text of a UTF-8 file, with or without a byte order mark.
-
-    Raises:
-        ConfigurationError: it cannot be read, or has another encoding.
-    """
-    try:
-        content = path.read_bytes()
-        if other := OTHER_ENCODINGS.get(content[:2]):
-            raise ConfigurationError(
-                str(path), [ConfigurationFault("file", "", f"cannot be read: it is {other}; save it as UTF-8")]
-            )
-        return content.decode("utf-8-sig").replace("\r\n", "\n")
-    except OSError as error:
-        why, line = f"cannot be read: {error}", None
-    except UnicodeDecodeError as error:
-        why = f"cannot be read: byte {error.object[error.start]:#04x} is not UTF-8; save the file as UTF-8"
-        line = content.count(b"\n", 0, error.start) + 1
-    raise ConfigurationError(str(path), [ConfigurationFault("file", "", why, line)])
-
-
-def toml_value(value: Any) -> str:
-    """A value on one line of TOML.
-
-    >>> toml_value([0.5, True, {"name": "a b"}, float("inf")])
-    '[0.5, true, {"name" = "a b"}, inf]'
-    """
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{json.dumps(key)} = {toml_value(entry)}" for key, entry in value.items()) + "}"
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return "[" + ", ".join(map(toml_value, value)) + "]"
-    if isinstance(value, float) and not math.isfinite(value):
-        return str(value)
-    if value is None or isinstance(value, bool | int | float | str):
-        return json.dumps(value, ensure_ascii=False)
-    return str(value)  # dates and times
-
-
-def shown(value: Any) -> str:
-    """A value as a message shows it, cut if it is long."""
-    text = toml_value(value)
-    return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
+def is_deep(value: Any) -> bool:
+    """True if tables and lists are nested deeper than any file needs: what walks through them would not get back."""
+    level = [value]
+    for _ in range(MOST_LEVELS):
+        level = [
+            inner
+            for outer in level
+            if isinstance(outer, dict | list)
+            for inner in (outer.values() if isinstance(outer, dict) else outer)
+        ]
+        if not level:
+            return False
+    return True
 
 
 def fault_of(detail: Mapping[str, Any], root: type[BaseModel], raw: Mapping[str, Any]) -> ConfigurationFault:

@@ -5,6 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+LONGEST_VALUE, LONGEST_KEY = 80, 160
+"""Characters of a value, and of a key or a file, that a message shows."""
+
+
+def cut(text: str, longest: int) -> str:
+    """A text as a message shows it, cut if it is long.
+
+    >>> cut("abcdefgh", 6)
+    'abc...'
+    """
+    return text if len(text) <= longest else text[: longest - 3] + "..."
+
 
 @dataclass(frozen=True, slots=True)
 class ConfigurationFault:
@@ -17,9 +29,10 @@ class ConfigurationFault:
 
     def text(self, file: str) -> str:
         """The fault on one line, as a message shows it."""
-        where = f"{file}:{self.line}" if self.line else file
-        given = f" = {self.given}" if self.given else ""
-        return f"{where}: {self.key}{given}: {self.allowed}"
+        name = cut(file, LONGEST_KEY)
+        where = f"{name}:{self.line}" if self.line else name
+        given = f" = {cut(self.given, LONGEST_VALUE)}" if self.given else ""
+        return f"{where}: {cut(self.key, LONGEST_KEY)}{given}: {self.allowed}"
 
 
 class MissionsError(Exception):

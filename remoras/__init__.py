@@ -12,6 +12,8 @@ seams: what one needs to add a mission, a strategy, a sensor, a metric or a figu
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from remoras.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from exchange.policies import AckPolicy
     from missions.figure import Figure, Layer, Mark, Place

@@ -11,8 +11,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from missions.document import toml_value
 from missions.errors import OutputError
+from missions.files import toml_value
 from missions.runs.results import MemoryResults, Results
 from missions.scenarios import Scenario
 from missions.scenarios import load as load_scenario

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from visualisation.errors import unknown
+from visualisation.errors import DrawingError, unknown
 
 FORMATS = ("png", "svg", "pdf")
 """Formats of figures."""
@@ -26,11 +27,25 @@ def check_format(format: str) -> None:
 
 
 def write(folder: Path, contents: Iterable[tuple[str, bytes]]) -> list[Path]:
-    """Write files of these names and contents into a folder, which is made if it is not there."""
+    """Write files of these names and contents into a folder, which is made if it is not there.
+
+    Raises:
+        DrawingError: they cannot be written; what was there before is there still, and nothing else is.
+    """
     ready: Sequence[tuple[str, bytes]] = list(contents)
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = []
-    for name, content in ready:
-        (folder / name).write_bytes(content)
-        paths.append(folder / name)
+    paths = [folder / name for name, _ in ready]
+    drafts = [path.with_name(f".{path.name}.draft") for path in paths]
+    path = folder
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for path, draft, (_, content) in zip(paths, drafts, ready, strict=True):  # noqa: B007  # the message names it
+            draft.write_bytes(content)
+        for path, draft in zip(paths, drafts, strict=True):
+            draft.replace(path)
+    except OSError as error:
+        raise DrawingError(f"{path}: cannot be written: {error.strerror}") from None
+    finally:
+        for draft in drafts:
+            with suppress(OSError):
+                draft.unlink(missing_ok=True)
     return paths

@@ -18,6 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
 from exchange.study.study import KINDS, StudyRow, TrialMean
+from missions.files import drafted
 from visualisation import style, words
 from visualisation.errors import DrawingError, unknown
 from visualisation.files import check_format
@@ -155,7 +156,7 @@ def caption(rows: Sequence[StudyRow], kind: str) -> str:
 def write_csv(rows: Sequence[StudyRow], path: Path) -> None:
     """The rows as a table, estimates as three columns each; without what depends on the machine."""
     table = [_flat(row) for row in rows]
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with drafted(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(table[0]), lineterminator="\n")
         writer.writeheader()
         writer.writerows(table)

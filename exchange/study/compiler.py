@@ -5,17 +5,21 @@ in; a study makes only what it needs. Which functions there are to compile follo
 reaches, be they ours or those of somebody's own kind. The code is kept on disk for the next study, in a folder whose
 name is a digest of all that it was made from: Numba by itself looks at one file only. Where nothing can be written, the
 code is made anew in each process.
+
+Where Numba is missing, or of a version that this file was not tried with, the slot loop runs as the Python that it is:
+the numbers are the same, and take some hundred times as long.
 """
 
 import hashlib
 import inspect
 import os
+import re
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any, NamedTuple
@@ -50,6 +54,9 @@ CALLED: tuple[Callable[..., Any], ...] = (
 
 ALLOCATING: tuple[Callable[..., Any], ...] = (trial.new_nodes, montecarlo.run_trials)
 """What takes memory: the others get arrays and only look into them, so Numba need not count references there."""
+
+NUMBA_FROM, NUMBA_BELOW = (0, 66), (0, 69)
+"""Versions of Numba that compile the slot loop; the dependency of the package has the same bounds."""
 
 SETTINGS = {"CPU_NAME": "generic", "CPU_FEATURES": "", "LOOP_VECTORIZE": 0}
 """Loops run over a handful of nodes. Vector instructions would wait for the single words that were just stored: with
@@ -166,6 +173,33 @@ def make_compilable(kind: Acknowledgement) -> None:
             register_jitable(**WITHOUT_MEMORY)(function)
         else:
             register_jitable(forceinline=True, **WITHOUT_MEMORY)(function)
+
+
+def why_uncompiled() -> str:
+    """Why the slot loop cannot be compiled here, and the remedy; empty if it can."""
+    low, high = (".".join(map(str, bound)) for bound in (NUMBA_FROM, NUMBA_BELOW))
+    install = f'pip install "numba>={low},<{high}"'
+    remedy = f"the policy study runs uncompiled, with the same numbers, slowly; for speed: {install}"
+    try:
+        found = version("numba")
+    except PackageNotFoundError:
+        return f"numba is not installed: {remedy}"
+    release = tuple(int(number) for number in re.findall(r"\d+", found)[:2])
+    return "" if NUMBA_FROM <= release < NUMBA_BELOW else f"numba {found} is none that is known to work: {remedy}"
+
+
+def slot_loops(kinds: Iterable[Acknowledgement], narrow: bool, say: Say) -> dict[Acknowledgement, MachineCode]:
+    """The slot loop of each kind: as machine code where Numba serves, else as Python, after a hint.
+
+    Args:
+        kinds: acknowledgements of the policies.
+        narrow: all items fit into one word.
+        say: is told why nothing is compiled, or before work that takes some seconds.
+    """
+    if hint := why_uncompiled():
+        say(hint)
+        return {kind: partial(montecarlo.run_trials, kind) for kind in kinds}
+    return {kind: compiled(kind, narrow, say) for kind in kinds}
 
 
 def compiled(kind: Acknowledgement, narrow: bool, say: Say) -> MachineCode:

@@ -60,14 +60,14 @@ def run(
         study: what is asked.
         jobs: threads; the numbers do not depend on it.
         progress: is told how many parts of how many are done.
-        say: is told before the machine code is made, which takes some seconds and happens once.
+        say: is told before the machine code is made, which takes some seconds and happens once, or why none is made.
 
     Raises:
         ConfigurationError: `jobs` is not positive, or an acknowledgement cannot be compiled.
     """
     if jobs < 1:
         raise ConfigurationError(f"jobs is {jobs}: at least 1 is needed")
-    from exchange.study.compiler import compiled
+    from exchange.study.compiler import slot_loops
 
     plan = TrialPlan(
         study.nodes,
@@ -79,7 +79,7 @@ def run(
         study.trials,
     )
     kinds = dict.fromkeys(policy.acknowledgement for policy in plan.policies)
-    machine_codes = {kind: compiled(kind, plan.n_words == 1, say) for kind in kinds}
+    machine_codes = slot_loops(kinds, plan.n_words == 1, say)
     tallies = play_all(plan, machine_codes, jobs, progress)
     return [
         row_of(study, per, policy, tallies_of_per[plan.policies.index(policy)])

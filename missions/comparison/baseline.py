@@ -52,7 +52,7 @@ def compare(results: SweepResults, metrics: Sequence[str] = (), baseline: str | 
     metrics = tuple(metrics) or results.compared
     for metric in metrics:
         check_name("--metric", metric, results.metrics)
-    design = results.schedule.file.study
+    design = results.file.study
     strategies = list(dict.fromkeys([*(design.strategies or ()), *(one.strategy for one in treatments)]))
     policies = list(dict.fromkeys([*(design.policies or ()), *(one.policy for one in treatments)]))
     first = strategies[0] if len(strategies) > 1 or len(policies) == 1 else policies[0]

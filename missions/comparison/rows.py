@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
+from missions.files import drafted
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -83,7 +85,7 @@ class Rank:
 def write_csv(rows: Sequence[Comparison | Rank], path: Path) -> None:
     """Write rows of one kind as a table, settings as JSON; no rows make a table of comparisons without rows."""
     columns = [field.name for field in fields(rows[0] if rows else Comparison)]
-    with path.open("w", encoding="utf-8", newline="") as file:
+    with drafted(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, columns, lineterminator="\n")
         writer.writeheader()
         writer.writerows({**asdict(row), "settings": json.dumps(row.settings)} for row in rows)

@@ -79,7 +79,7 @@ def treatments_of(results: SweepResults) -> dict[Treatment, dict[int, Outcome]]:
     Raises:
         OutputError: no run has finished.
     """
-    file = results.schedule.file
+    file = results.file
     cases = {key for one in file.unforeseen for key, _ in (*flattened(one.set), (FAULT, None))}
     constant = {key for key, _ in flattened(file.set)}
     place = {one.name: number for number, one in enumerate(file.unforeseen)}

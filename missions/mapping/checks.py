@@ -12,6 +12,7 @@ from missions.mapping.finds import find_names, number_of
 from missions.mapping.ground import grounds_of
 from missions.mapping.scenario import FindsTable, MappingSettings
 from missions.mapping.sensors import Seabed
+from missions.mapping.survey import overlap
 from missions.scenarios.checks import outside_faults
 from missions.scenarios.tables import Raw, entries, list_of, names_of, one_of, point_of, table_of
 
@@ -27,11 +28,11 @@ def mapping_faults(raw: Raw, missions: Sequence[str]) -> Iterator[ConfigurationF
         missions: names of missions, which no area may have.
     """
     found = list(_of_tables(raw, missions))
-    yield from found or _goal(raw)
+    yield from found or [*_overlaps(raw), *_goal(raw)]
 
 
 def _of_tables(raw: Raw, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
-    """Faults of everything but the goal, which can be judged only where there are none."""
+    """Faults of everything but overlaps and the goal, which can be judged only where there are none."""
     yield from _names(raw, missions)
     corners = [(f"area.{a.get('name')}.corners_m", c) for a in entries(raw, "area") for c in _corners(a)]
     yield from outside_faults(raw, corners)
@@ -79,6 +80,16 @@ def _areas(raw: Raw) -> Iterator[ConfigurationFault]:
                 yield ConfigurationFault(
                     key, f"{n_cells} cells of {cell_m} m", f"allowed: 1 to {MAX_CELLS}; change world.cell_m"
                 )
+
+
+def _overlaps(raw: Raw) -> Iterator[ConfigurationFault]:
+    """Areas on the same ground: its cells would be work twice over, and each would be mapped for two areas."""
+    areas = [(str(area.get("name")), _corners(area)) for area in entries(raw, "area")]
+    for number, (name, corners) in enumerate(areas):
+        for other, others in areas[:number]:
+            if len(corners) >= 3 and len(others) >= 3 and overlap(corners, others):
+                allowed = f"on the same ground as {other}: areas may share a border, and no more; move one of them"
+                yield ConfigurationFault(f"area.{name}.corners_m", "", allowed)
 
 
 def _n_cells(corners: Sequence[tuple[float, float]], cell_m: float) -> int:

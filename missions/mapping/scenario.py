@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import AliasChoices, Field, field_validator
+from pydantic import AliasChoices, ConfigDict, Field, field_validator
 
 from missions.meeting.settings import MEETING_DEADLINE
 from missions.scenarios.scenario import GroupTable, Role, Scenario, World
@@ -63,8 +63,15 @@ class Area(Section):
     corners_m: tuple[PointM, ...] = Field(min_length=3, description="corners of a convex polygon, in order")
 
 
+def _with_older_name(schema: dict[str, Any]) -> None:
+    """The JSON Schema of a role with the older name of its job."""
+    schema["properties"]["area"] = schema["properties"]["job"]
+
+
 class MappingRole(Role):
     """One ``[[group.role]]``, with its place in the formation; ``area`` is an older name of ``job``."""
+
+    model_config = ConfigDict(json_schema_extra=_with_older_name)
 
     job: str | None = Field(
         None, validation_alias=AliasChoices("job", "area"), description="area that its holder explores, or find"

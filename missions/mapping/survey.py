@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 Point = tuple[float, float]
+ROUNDING_M = 0.01
+"""By how much polygons with a common border may overlap in numbers."""
 
 
 def _crossings(corners: Sequence[Point], axis: int, level: float) -> list[float]:
@@ -87,3 +89,25 @@ def length_m(waypoints: Sequence[Point]) -> float:
 def contains(corners: Sequence[Point], point: Point) -> bool:
     """Is the point inside the polygon (even-odd rule)?"""
     return sum(x > point[0] for x in _crossings(corners, 1, point[1])) % 2 == 1
+
+
+def overlap(one: Sequence[Point], other: Sequence[Point]) -> bool:
+    """True if two convex polygons share ground, by more than rounding along a common border.
+
+    Two that share none have a side of one of them between them.
+
+    >>> overlap([(0, 0), (10, 0), (10, 10), (0, 10)], [(10, 0), (20, 0), (20, 10), (10, 10)])
+    False
+    >>> overlap([(0, 0), (10, 0), (10, 10), (0, 10)], [(9, 9), (20, 9), (20, 20), (9, 20)])
+    True
+    """
+    for corners in (one, other):
+        for (ax, ay), (bx, by) in zip(corners, [*corners[1:], corners[0]], strict=True):
+            side_m = math.hypot(bx - ax, by - ay)
+            if side_m == 0.0:
+                continue
+            across = (by - ay) / side_m, (ax - bx) / side_m
+            here, there = ([x * across[0] + y * across[1] for x, y in polygon] for polygon in (one, other))
+            if min(max(here), max(there)) - max(min(here), min(there)) < ROUNDING_M:
+                return False
+    return True

@@ -1,15 +1,18 @@
 """Results of a run: summary, manifest and tables, written once and read back.
 
 A folder holds ``summary.json``, ``manifest.json`` and one Parquet file per table. Units are in the metadata of every
-column. A new folder appears whole or not at all; in one that is there, files are replaced one by one. A reader takes
-folders that lack a table: an older version, or another mission, did not write it.
+column. A folder appears, and is replaced, whole or not at all, see ``folder``. Its files carry the id of their run, and
+a reader refuses a mixture of two. A reader takes folders that lack a table: an older version, or another mission, did
+not write it.
 """
 
 from __future__ import annotations
 
+import hashlib
+import io
 import json
 import platform
-import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import metadata
@@ -22,11 +25,13 @@ import tomli_w
 
 from missions.document import Document
 from missions.errors import OutputError
+from missions.runs.folder import MANIFEST, SUMMARY, check_output, new_content
 from missions.runs.summary import summary
 from missions.runs.tables import arrow_table, write_table
 from missions.scenarios.loading import resolved
 from missions.scenarios.scenario import Scenario
 from remoras.recorder import ADDED, TABLES
+from remoras.version import __version__
 from worldmodel import suggestion
 
 if TYPE_CHECKING:
@@ -34,13 +39,15 @@ if TYPE_CHECKING:
     from missions.runs.run import Run
 
 LIBRARIES = ("mesa", "rdflib", "networkx", "numpy", "matplotlib", "pyarrow", "pydantic")
-NEEDED_KEY = {"summary.json": "milestones", "manifest.json": "scenario"}
+NEEDED_KEY = {SUMMARY: "milestones", MANIFEST: "scenario"}
+RUN_ID = "run_id"
+"""Key of the id of a run in summary, manifest and the metadata of every table."""
 
 
 def manifest(run: Run) -> dict[str, Any]:
     """What is needed to repeat the run: version, resolved scenario as TOML, seed, libraries, platform."""
     return {
-        "version": metadata.version("remoras"),
+        "version": __version__,
         "seed": run.seed,
         "scenario": tomli_w.dumps(run.scenario.model_dump(mode="json", exclude_none=True)),
         "libraries": {name: metadata.version(name) for name in LIBRARIES},
@@ -49,46 +56,32 @@ def manifest(run: Run) -> dict[str, Any]:
     }
 
 
-def check_output(folder: Path, force: bool) -> None:
-    """Raise OutputError unless results can be written to ``folder`` without losing anything."""
-    try:
-        if folder.exists() and not folder.is_dir():
-            raise OutputError(f"--out {folder}: is a file; name a folder")
-        if (folder / "ledger.jsonl").exists():
-            raise OutputError(f"--out {folder}: holds a sweep; name another folder")
-        if folder.is_dir() and any(folder.iterdir()) and not force:
-            raise OutputError(f"--out {folder}: exists and is not empty; name another folder or add --force")
-        parent = folder if folder.is_dir() else folder.parent
-        while not parent.exists():
-            parent = parent.parent
-        with tempfile.TemporaryFile(dir=parent):
-            pass
-    except OSError as error:
-        raise OutputError(f"--out {folder}: cannot be written: {error.strerror}") from None
-
-
 def write(run: Run, folder: Path, force: bool = False) -> None:
     """Write summary, manifest and tables; ``force`` replaces results that are already there.
 
     Raises OutputError if the folder holds something or cannot be written.
     """
     check_output(folder, force)
-    folder.parent.mkdir(parents=True, exist_ok=True)
+    results = MemoryResults(run)
     try:
-        with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}-") as made:
-            draft = Path(made) / "results"
-            draft.mkdir()
-            (draft / "summary.json").write_text(_json(summary(run)), encoding="utf-8")
-            (draft / "manifest.json").write_text(_json(manifest(run)), encoding="utf-8")
-            for name, table in run.recorder.tables.items():
-                write_table(draft / f"{name}.parquet", arrow_table(table, run.recorder.rows(name)))
-            if folder.exists():
-                for path in draft.iterdir():
-                    path.replace(folder / path.name)
-            else:
-                draft.rename(folder)
+        with new_content(folder) as draft:
+            (draft / SUMMARY).write_text(_json(results.summary), encoding="utf-8")
+            (draft / MANIFEST).write_text(_json(results.manifest), encoding="utf-8")
+            for name in results.tables:
+                write_table(draft / f"{name}.parquet", results.table(name))
     except OSError as error:
         raise OutputError(f"--out {folder}: cannot be written: {error.strerror}") from None
+
+
+def run_id(run: Run, tables: Mapping[str, pa.Table]) -> str:
+    """Name of what a run is and gave: a hash of version, scenario, seed and tables, which all of its files carry."""
+    digest = hashlib.sha256(f"{__version__} {run.scenario.model_dump_json()} {run.seed}".encode())
+    for name in sorted(tables):
+        content = io.BytesIO()
+        with pa.ipc.new_stream(content, tables[name].schema) as out:
+            out.write_table(tables[name])
+        digest.update(name.encode() + content.getvalue())
+    return digest.hexdigest()[:20]
 
 
 def _json(value: Any) -> str:
@@ -105,14 +98,26 @@ class MemoryResults:
         return f"<Results of {self.run!r}>"
 
     @cached_property
+    def _tables(self) -> dict[str, pa.Table]:
+        """All tables, with the id of the run."""
+        recorder = self.run.recorder
+        made = {name: arrow_table(table, recorder.rows(name)) for name, table in recorder.tables.items()}
+        metadata = {RUN_ID: run_id(self.run, made)}
+        return {name: table.replace_schema_metadata(metadata) for name, table in made.items()}
+
+    @property
+    def _run_id(self) -> str:
+        return _run_id_of(next(iter(self._tables.values()))) or ""
+
+    @cached_property
     def summary(self) -> dict[str, Any]:
         """The figures of the run."""
-        return summary(self.run)
+        return {**summary(self.run), RUN_ID: self._run_id}
 
     @cached_property
     def manifest(self) -> dict[str, Any]:
         """What is needed to repeat the run."""
-        return manifest(self.run)
+        return {**manifest(self.run), RUN_ID: self._run_id}
 
     @property
     def scenario(self) -> Scenario:
@@ -132,7 +137,7 @@ class MemoryResults:
         """An Arrow table; raises OutputError if there is none of that name."""
         if not self.has(name):
             raise OutputError(f"no table {name!r}; there are {', '.join(self.tables)}{suggestion(name, self.tables)}")
-        return arrow_table(self.run.recorder.tables[name], self.run.recorder.rows(name))
+        return self._tables[name]
 
     def units(self, name: str) -> dict[str, str]:
         """Units of a table's columns; columns without a unit are left out."""
@@ -151,6 +156,15 @@ class MemoryResults:
             OutputError: no such vehicle or time, or an older version wrote the results.
         """
         return self._memory.known(vehicle, at_s)
+
+
+def _run_id_of(table: pa.Table) -> str | None:
+    found: bytes | None = (table.schema.metadata or {}).get(RUN_ID.encode())
+    return None if found is None else found.decode()
+
+
+def _run(found: str | None) -> str:
+    return "a run of an older version, which has no id" if found is None else f"run {found}"
 
 
 def units_of(table: pa.Table) -> dict[str, str]:
@@ -180,12 +194,27 @@ class Results:
     @cached_property
     def summary(self) -> dict[str, Any]:
         """The figures of the run."""
-        return self._json("summary.json")
+        return self._json(SUMMARY)
 
     @cached_property
     def manifest(self) -> dict[str, Any]:
-        """What is needed to repeat the run."""
-        return self._json("manifest.json")
+        """What is needed to repeat the run.
+
+        Raises:
+            OutputError: it is damaged, or of another run than the summary.
+        """
+        found = self._json(MANIFEST)
+        self._check_run(MANIFEST, found.get(RUN_ID))
+        return found
+
+    def _check_run(self, name: str, found: str | None) -> None:
+        """Refuse a file of another run than the summary."""
+        own = self.summary.get(RUN_ID)
+        if found != own:
+            raise OutputError(
+                f"{self.folder}: holds files of two runs: {SUMMARY} is of {_run(own)}, {name} of {_run(found)}; "
+                "run the scenario again, or restore the folder whole"
+            )
 
     def _json(self, name: str) -> dict[str, Any]:
         try:
@@ -203,7 +232,7 @@ class Results:
         Raises:
             ConfigurationError: this version cannot read the scenario in the manifest.
         """
-        return resolved(Document.of_text(self.manifest["scenario"], str(self.folder / "manifest.json")))
+        return resolved(Document.of_text(self.manifest["scenario"], str(self.folder / MANIFEST)))
 
     @property
     def tables(self) -> tuple[str, ...]:
@@ -218,7 +247,8 @@ class Results:
         """An Arrow table; ``.to_pandas()`` makes a data frame of it.
 
         Raises:
-            OutputError: there is no such table, it is damaged, or it lacks a column that its name promises.
+            OutputError: there is no such table, it is damaged, of another run than the summary, or it lacks a column
+                that its name promises.
         """
         path = self.folder / f"{name}.parquet"
         if not path.is_file():
@@ -229,6 +259,9 @@ class Results:
                 found = file.read()
         except (OSError, pa.ArrowException) as error:
             raise OutputError(f"{path}: damaged: {error}") from None
+        written_by = _run_id_of(found)
+        if written_by is not None or any(table.name == name for table in TABLES):
+            self._check_run(path.name, written_by)
         declared = next((table.column_names for table in TABLES if table.name == name), ())
         present = {*found.column_names, *ADDED.get(name, ())}
         missing = [column for column in declared if column not in present]

@@ -1,6 +1,7 @@
 """Scenarios: the whole input of a run, read from TOML and checked whole."""
 
-from missions.scenarios.loading import load, shipped
+from missions.files import shipped
+from missions.scenarios.loading import load
 from missions.scenarios.scenario import GroupTable, Role, Scenario, VehicleTable, World
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Probability, Section
 

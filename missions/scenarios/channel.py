@@ -46,8 +46,8 @@ class NamedTable(Section):
 
     name: str = Field(
         description="loss model, see `remoras list channels`, or package.module:Class. A key that the model does not "
-        "use is refused, with two exceptions: perfect leaves the settings of all models aside, and a model named by "
-        "--channel, --set or a study those that the scenario has for its own"
+        "use is refused, with two exceptions: perfect leaves the settings aside that a file has for other "
+        "models, and a model named by --channel, --set or a study those that the scenario has for its own"
     )
 
 
@@ -159,6 +159,14 @@ def _known_model(name: Any) -> type[ChannelModel] | None:
         return None
 
 
+def is_left_aside(key: str, channel: str) -> bool:
+    """True for a setting of the shipped models, by its dotted key, in a study whose channel loses nothing."""
+    model = _known_model(channel)
+    table, _, name = key.partition(".")
+    is_setting = any(name in shipped.model_fields for shipped in CHANNELS.values())
+    return table == "channel" and is_setting and model is not None and not model.model_fields
+
+
 def leave_aside(own: Raw, raw: Raw, overridden: Collection[str]) -> list[ConfigurationFault]:
     """Take out of the channel of ``raw`` what its model does not use; what was meant to be used is a fault.
 
@@ -177,9 +185,9 @@ def leave_aside(own: Raw, raw: Raw, overridden: Collection[str]) -> list[Configu
     faults = []
     for key in [key for key in channel if key not in model.model_fields and (key in of_shipped or key in replaced)]:
         value = channel.pop(key)
-        if model.model_fields and (key not in replaced or f"channel.{key}" in overridden):
+        if f"channel.{key}" in overridden or (model.model_fields and key not in replaced):
             users = [user for user, shipped in CHANNELS.items() if key in shipped.model_fields] or [str(own_name)]
-            uses = f"{name} uses {', '.join(model.model_fields)}"
+            uses = f"{name} uses {', '.join(model.model_fields) or 'no setting, it loses nothing'}"
             allowed = f"not used by the {name} channel, only by {' and '.join(users)}; {uses}"
             faults.append(ConfigurationFault(f"channel.{key}", "" if isinstance(value, list) else str(value), allowed))
     return faults

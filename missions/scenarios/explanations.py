@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from enum import Enum
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
-from missions.scenarios.loading import load, shipped
+from missions.files import shipped, toml_value
+from missions.scenarios.loading import load
 from missions.scenarios.parts import mission_class
 from missions.scenarios.scenario import Scenario
 
@@ -27,20 +30,79 @@ def _limit(constraint: Any) -> str:
 
 
 def explanations_of(root: type[BaseModel], prefix: str = "") -> dict[str, tuple[str, str]]:
-    """(type and range, meaning) of every key of a table and of the tables in it, by dotted key."""
+    """(type, range and default; meaning) of every key of a table and of the tables in it, by dotted key."""
     found: dict[str, tuple[str, str]] = {}
     for name, info in root.model_fields.items():
-        annotation: Any = info.annotation
-        inner = [annotation, *getattr(annotation, "__args__", ())]
-        nested = next((c for c in inner if isinstance(c, type) and issubclass(c, BaseModel)), None)
+        nested = next((kind for kind in _alternatives(info.annotation) if _is_table(kind)), None)
         if nested is not None:
             found |= explanations_of(nested, f"{prefix}{name}.")
             continue
         limits = [text for m in info.metadata if (text := _limit(m))]
-        default = "" if info.is_required() else f", default {info.default!r}"
-        kind = getattr(annotation, "__name__", str(annotation)).replace("typing.", "")
-        found[prefix + name] = (", ".join([kind, *limits]) + default, info.description or "")
+        default = [] if info.is_required() or info.default is None else [f"default {toml_value(info.default)}"]
+        optional = [] if info.is_required() or info.default is not None else ["may be left out"]
+        text = ", ".join([_in_words(info.annotation), *limits, *default, *optional])
+        found[prefix + name] = (text, info.description or "")
     return found
+
+
+def _alternatives(annotation: Any) -> list[Any]:
+    """A type, and those that it is made of."""
+    return [annotation, *get_args(annotation)]
+
+
+def _is_table(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
+
+
+def _in_words(annotation: Any) -> str:
+    """A type in words of a TOML file.
+
+    >>> _in_words(tuple[str, ...] | None), _in_words(tuple[float, float]), _in_words(dict[str, Annotated[int, "> 0"]])
+    ('list of texts', 'list of 2 numbers', 'table of whole numbers')
+    >>> _in_words(Literal["grid", "list"]), _in_words(bool), _in_words(dict[str, Any]), _in_words(int | float)
+    ('one of "grid", "list"', 'true or false', 'table', 'whole number or number')
+    """
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return _in_words(arguments[0])
+    if origin is Literal:
+        return f"one of {', '.join(map(toml_value, arguments))}"
+    if origin in (Union, UnionType):
+        return " or ".join(_in_words(kind) for kind in arguments if kind is not NoneType)
+    if origin in (tuple, list):
+        inner = _plural(_in_words(arguments[0])) if arguments else "values"
+        several = origin is tuple and len(arguments) > 1 and arguments[-1] is not Ellipsis
+        return f"list of {len(arguments)} {inner}" if several else f"list of {inner}"
+    if origin is dict:
+        return "table" if arguments[1] is Any else f"table of {_plural(_in_words(arguments[1]))}"
+    if isinstance(annotation, type) and issubclass(annotation, Enum):
+        return f"one of {', '.join(toml_value(one.value) for one in annotation)}"
+    return WORDS.get(annotation, "value")
+
+
+def _plural(words: str) -> str:
+    """
+    >>> _plural("list of 2 numbers"), _plural("number")
+    ('lists of 2 numbers', 'numbers')
+    """
+    first, of, rest = words.partition(" of ")
+    return f"{first}s{of}{rest}"
+
+
+WORDS: dict[Any, str] = {
+    str: "text", bool: "true or false", int: "whole number", float: "number", Any: "value", dict: "table",
+}  # fmt: skip
+"""Types of values as a TOML file has them."""
+
+
+def schema_of(root: type[BaseModel], title: str) -> dict[str, Any]:
+    """A JSON Schema of files whose tables a model is, for editors.
+
+    Args:
+        root: model of the whole file.
+        title: what editors call it.
+    """
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **root.model_json_schema(), "title": title}
 
 
 def explanations() -> dict[str, tuple[str, str]]:

@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
-from missions.document import shown
 from missions.errors import ConfigurationFault
+from missions.files import shown
 from missions.scenarios.tables import PointM, Positive, Raw, Section, entries, list_of, names_of, one_of, table_of
 from remoras.database import AUVDatabase
 from remoras.faults import ANY, HEAD_OF, SLOW_FACTOR, DeclaredFault, FaultKind, able_to_work

@@ -8,15 +8,14 @@ from __future__ import annotations
 import json
 import tomllib
 from collections import Counter
-from collections.abc import Sequence
-from importlib import resources
-from pathlib import Path
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from pydantic import ValidationError
 
-from missions.document import Document, fault_of, index_of, key_parts
-from missions.errors import ConfigurationFault
+from missions.document import MOST_LEVELS, TOO_DEEP, Document, fault_of, index_of, is_deep, key_parts
+from missions.errors import LONGEST_VALUE, ConfigurationFault, cut
+from missions.files import SCENARIO, shipped
 from missions.scenarios.channel import leave_aside
 from missions.scenarios.checks import cross_faults, job_faults
 from missions.scenarios.copies import with_copies
@@ -27,17 +26,11 @@ from remoras.errors import PluginError
 from remoras.mission import Mission
 
 
-def shipped() -> dict[str, Path]:
-    """Scenario files that come with the package, by name: ``mapping/rendezvous.toml`` is ``mapping-rendezvous``."""
-    folder = Path(str(resources.files("missions")))
-    return {f"{path.parent.name}-{path.stem}": path for path in sorted(folder.glob("*/*.toml"))}
-
-
 def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenario:
     """The scenario of a shipped name or a TOML file, with overrides applied.
 
     Args:
-        name_or_path: a name of ``shipped()`` or a path.
+        name_or_path: a name of ``missions.files.shipped()`` or a path.
         overrides: (where it comes from, ``KEY=VALUE``), for example ("--set", "decision.weight_external=0").
 
     Returns:
@@ -46,14 +39,15 @@ def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenar
     Raises:
         ConfigurationError: with every fault of the file and the overrides.
     """
-    return resolved(Document.read(name_or_path, shipped(), "scenario"), overrides)
+    return resolved(Document.read(name_or_path, shipped(), SCENARIO), overrides)
 
 
 def resolved(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> Scenario:
     """The scenario that a document is; see ``load``."""
     raw = document.raw
     own_channel = dict(table_of(raw, "channel"))
-    faults = [fault for option, text in overrides if (fault := _override(raw, option, text)) is not None]
+    faults = list(_contradictions(overrides))
+    faults += [fault for option, text in overrides if (fault := _override(raw, option, text)) is not None]
     options = {".".join(key_parts(text.partition("=")[0].strip())): option for option, text in overrides}
     faults += leave_aside(own_channel, raw, options)
     copies = with_copies(raw)
@@ -140,13 +134,31 @@ def _sensor_faults(key: str, table: Raw, mission: type[Mission]) -> list[Configu
     return [ConfigurationFault(f"{key}.{fault.key}", fault.given, fault.allowed) for fault in faults]
 
 
+def _contradictions(overrides: Sequence[tuple[str, str]]) -> Iterator[ConfigurationFault]:
+    """Overrides that give a key another value than one before them."""
+    first: dict[str, tuple[str, str]] = {}
+    for option, text in overrides:
+        name, _, value = text.partition("=")
+        key, value = ".".join(key_parts(name.strip())), value.strip()
+        other, given = first.setdefault(key, (option, value))
+        if _value(value) != _value(given):
+            where = other if other == option else f"{other}, which sets {key} too,"
+            allowed = f"contradicts {where} = {cut(given, LONGEST_VALUE)}; give one of them"
+            yield ConfigurationFault(option, text, allowed)
+
+
 def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationFault | None:
     """Apply ``decision.weight_external=0`` or ``vehicle.AUV01.energy_j=1e6``; entries of lists by name or number."""
     key, equals, value = override.partition("=")
     if not equals or not key:
         return ConfigurationFault(option, override, "KEY=VALUE, for example decision.weight_external=0")
+    if any("\ud800" <= character <= "\udfff" for character in override):  # bytes that are no text for the shell
+        readable = override.encode("ascii", "backslashreplace").decode()
+        return ConfigurationFault(option, readable, "is no text in UTF-8; set LC_ALL=C.UTF-8 and try again")
     target: Any = raw
-    parts = key_parts(key.strip())
+    parts, found = key_parts(key.strip()), _value(value.strip())
+    if len(parts) > MOST_LEVELS or found is None or is_deep(found):
+        return ConfigurationFault(option, override, TOO_DEEP)
     for depth, part in enumerate(parts[:-1]):
         if isinstance(target, list):
             index = index_of(part, target)
@@ -160,13 +172,15 @@ def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationF
             return ConfigurationFault(f"{option} {key}", "", f"{'.'.join(parts[: depth + 1])} is no table")
     if not isinstance(target, dict):
         return ConfigurationFault(f"{option} {key}", "", "names a list: add the name of an entry and a key")
-    target[parts[-1]] = _value(value.strip())
+    target[parts[-1]] = found
     return None
 
 
 def _value(text: str) -> Any:
-    """A value as TOML has it; a bare word is a string."""
+    """A value as TOML has it; a bare word is a string; None for lists too deep within each other."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
         return text
+    except RecursionError:
+        return None

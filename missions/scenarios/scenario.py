@@ -13,7 +13,7 @@ from pydantic import Field, field_validator
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.faults import FaultTable
-from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section
+from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, one_or_more
 from remoras.executive.satisfaction import DecisionConstants
 
 
@@ -44,7 +44,9 @@ class Communication(Section):
     """The table ``[communication]``."""
 
     modem: str = Field(description="modem profile, see `remoras list modems`")
-    range_m: Positive = Field(description="operating range: sets the guard of a slot; nothing is heard beyond it")
+    range_m: float = Field(
+        gt=0.0, le=100_000.0, description="operating range: sets the guard of a slot; nothing is heard beyond it"
+    )
     transmit_power_w: NotNegative = Field(10.0, description="power of the modem while it sends")
     policy: str = Field(description="exchange policy, see `remoras list policies`")
     lease_frames: int = Field(
@@ -150,7 +152,9 @@ class VehicleTable(Section):
         description="roles the vehicle is able to play, those it is meant for first"
     )
     sensor: tuple[dict[str, Any], ...] = Field(  # each kind of sensor says what it allows
-        (), description="sensors of the vehicle, a table each; `type` names the kind, or package.module:object"
+        (),
+        description="sensors of the vehicle, a table each; `type` names the kind, or package.module:object",
+        json_schema_extra=one_or_more,
     )
 
     @field_validator("sensor", mode="before")

@@ -26,6 +26,12 @@ class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
+def one_or_more(schema: dict[str, Any]) -> None:
+    """Let a JSON Schema of a list take its one entry without the list, as validators of the table do."""
+    listed = {key: schema.pop(key) for key in ("type", "items", "minItems", "anyOf") if key in schema}
+    schema["anyOf"] = [listed["items"], listed]
+
+
 def entries(raw: Raw, key: str) -> list[Raw]:
     """The tables of a list of tables; what is none is passed over."""
     found = raw.get(key, [])

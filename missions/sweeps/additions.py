@@ -12,8 +12,8 @@ import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from missions.document import is_file
 from missions.errors import ConfigurationFault
+from missions.files import is_file
 from missions.scenarios.parts import strategy_named
 from remoras.errors import PluginError
 

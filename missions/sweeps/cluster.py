@@ -36,7 +36,7 @@ def cluster_executor(address: str) -> Iterator[tuple[Executor, int]]:
     try:
         import distributed
     except ImportError:
-        raise ClusterError('--cluster needs Dask distributed: pip install "remoras[cluster]"') from None
+        raise ClusterError('--cluster needs Dask distributed: pip install "distributed>=2024.5"') from None
     if not ADDRESS.fullmatch(address):
         raise ClusterError(f"--cluster {address!r}: allowed: tcp://HOST:PORT or tls://HOST:PORT of a Dask scheduler")
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # a lost scheduler is told once, by us

@@ -2,7 +2,8 @@
 
 ``study.json`` says what the folder is for; another study is refused, unless it is the same one grown.
 ``ledger.jsonl`` has a line per finished run. The rest is made from these: ``runs.parquet`` (one row per run, sorted by
-key), ``tables/`` (tables of a sample of runs) and ``parts/`` (while the sweep is on).
+key), ``tables/`` (tables of a sample of runs) and ``parts/`` (while the sweep is on). What reads and writes tables is
+loaded with the first of them, so that ``remoras status`` answers at once.
 """
 
 from __future__ import annotations
@@ -17,31 +18,24 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import pyarrow as pa
-import pyarrow.parquet as pq
-
-from missions.document import toml_value
 from missions.errors import DiskFullError, OutputError, StudyChangedError
 from missions.metric import Better, Metric, MetricRecord
-from missions.runs import tables
 from missions.sweeps.ledger import (
     DONE,
     FAILED,
     LEDGER,
-    MACHINE_COLUMNS,
     FinishedRun,
     FolderLock,
     Line,
     RunLedger,
     read_ledger,
 )
-from missions.sweeps.plan import RunSchedule
+from missions.sweeps.plan import Demand, RunSchedule
 from missions.sweeps.record import DECLARATIONS, LABELS, differences, read_label, record_of
-from missions.sweeps.study_file import StudyFile
-from remoras.strategies import bounds
 
 if TYPE_CHECKING:
     from missions.sweeps.plan import SweepPlan
+    from missions.sweeps.study_file import StudyFile
 
 STUDY, STUDY_TEXT, RUNS, PARTS, TABLES = "study.json", "study.toml", "runs.parquet", "parts", "tables"
 IDENTITY = ("scenario", "strategy", "policy", "channel", "per", "seed", "n_vehicles")
@@ -102,14 +96,31 @@ class SweepResults:
         """
         record = self._record
         try:
-            file, labels = StudyFile.model_validate(record["study"]), tuple(map(read_label, record.get(LABELS, ())))
-            restricted = file.stopping is not None and bool(labels) and self._is_censored(file.stopping.metric)
-            return RunSchedule(record["version"], file, tuple(record["digests"]), labels, restricted)
-        except (ValueError, TypeError, KeyError):  # pydantic's errors are ValueErrors
-            raise OutputError(
-                f"{self.folder / STUDY}: does not describe a study of this version; "
-                f"{LEDGER} beside it still has the runs"
-            ) from None
+            demand, labels = Demand.read(record["study"]), tuple(map(read_label, record.get(LABELS, ())))
+            rule = demand.stopping
+            restricted = rule is not None and bool(labels) and self._is_censored(rule.metric)
+            return RunSchedule(record["version"], demand, tuple(record["digests"]), labels, restricted)
+        except (ValueError, TypeError, KeyError, AttributeError):
+            raise self._unreadable() from None
+
+    @cached_property
+    def file(self) -> StudyFile:
+        """The study, as its file had it.
+
+        Raises:
+            OutputError: the folder does not say it, or says it as another version would.
+        """
+        from missions.sweeps.study_file import StudyFile
+
+        try:
+            return StudyFile.model_validate(self._record["study"])
+        except (ValueError, KeyError):  # pydantic's errors are ValueErrors
+            raise self._unreadable() from None
+
+    def _unreadable(self) -> OutputError:
+        return OutputError(
+            f"{self.folder / STUDY}: does not describe a study of this version; {LEDGER} beside it still has the runs"
+        )
 
     def _is_censored(self, metric: str) -> bool:
         """True if the folder declares the metric as censored."""
@@ -156,11 +167,13 @@ class SweepResults:
     def compared(self) -> tuple[str, ...]:
         """Metrics that the study names, else the headline metrics."""
         headline = tuple(name for name, metric in self.metrics.items() if metric.headline)
-        return self.schedule.file.study.metrics or headline
+        return self.file.study.metrics or headline
 
     @property
     def bounds(self) -> frozenset[str]:
         """Strategies that are bounds: shown beside the others, and never ranked."""
+        from remoras.strategies import bounds
+
         return bounds()
 
     @property
@@ -183,6 +196,8 @@ class SweepResults:
 
     def runs(self) -> Any:
         """A pandas data frame with one row per finished run."""
+        from missions.sweeps.run_table import run_table
+
         return run_table(self.lines).to_pandas()
 
     def table(self, name: str) -> Any:
@@ -194,6 +209,8 @@ class SweepResults:
         path = self.folder / TABLES / f"{name}.parquet"
         if not path.is_file():
             raise OutputError(f"{path}: no such table; the study keeps tables of study.keep_tables repeats")
+        import pyarrow.parquet as pq
+
         return pq.read_table(path).to_pandas()
 
     def status(self) -> SweepStatus:
@@ -273,6 +290,8 @@ class SweepFolder:
         Raises:
             OutputError: the disk does not take them; the ledger is then as it was before.
         """
+        from missions.runs import tables
+
         new = {run.key: run for run in finished if run.key not in self.lines}
         try:
             for run in new.values():
@@ -288,6 +307,11 @@ class SweepFolder:
         Raises:
             OutputError: the disk does not take them; the ledger keeps everything.
         """
+        import pyarrow.parquet as pq
+
+        from missions.runs import tables
+        from missions.sweeps.run_table import run_table
+
         try:
             draft = self.folder / f".{RUNS}"
             pq.write_table(run_table(self._plan.schedule.labelled(self.lines)), draft, compression="zstd")
@@ -301,36 +325,6 @@ class SweepFolder:
         """Close the ledger, and let another sweep have the folder."""
         self._ledger.close()
         self._lock.release()
-
-
-def run_table(lines: Mapping[str, Line]) -> pa.Table:
-    """One row per run, sorted by key: key, configuration, summary, what went wrong, machine."""
-    rows = [lines[key] for key in sorted(lines)]
-    columns: dict[str, list[Any]] = {"key": [row["key"] for row in rows], "repeat": [row["repeat"] for row in rows]}
-    for name in sorted({name for row in rows for name in row["settings"]}):
-        columns[name] = [row["settings"].get(name) for row in rows]
-    for name in _merged([list(row["summary"]) for row in rows]):
-        columns[name] = [row["summary"].get(name) for row in rows]
-    for name in ("status", "error", "replay"):
-        columns[name] = [row[name] for row in rows]
-    for name in MACHINE_COLUMNS:
-        columns[name] = [row["machine"][name] for row in rows]
-    return pa.table({name: _array(values) for name, values in columns.items()})
-
-
-def _merged(fields: Sequence[Sequence[str]]) -> list[str]:
-    """Fields of all summaries, those of the longest first: missions differ in them, and failed runs have few."""
-    longest = sorted(set(map(tuple, fields)), key=lambda names: (-len(names), names))
-    return list(dict.fromkeys(name for names in longest for name in names))
-
-
-def _array(values: list[Any]) -> pa.Array:
-    """A column; text where its values are of several kinds."""
-    try:
-        array = pa.array(values)
-    except (pa.ArrowInvalid, pa.ArrowTypeError):
-        return pa.array([None if value is None else toml_value(value) for value in values])
-    return array.cast(pa.float64()) if pa.types.is_null(array.type) else array
 
 
 def _set_aside(folder: Path) -> None:

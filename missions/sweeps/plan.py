@@ -13,16 +13,16 @@ import shlex
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
-from missions.document import toml_value
-from missions.sweeps.study_file import StoppingRule, StudyFile
+from missions.files import toml_value
+from remoras.version import __version__
 
 if TYPE_CHECKING:
     from missions.scenarios import Scenario
     from missions.sweeps.ledger import Line
     from missions.sweeps.study import Configuration, Study
+    from missions.sweeps.study_file import StudyFile
 
 UNFORESEEN = "unforeseen"
 """Column of the table of runs with the name of what is unforeseen in them."""
@@ -32,7 +32,7 @@ Summaries = Mapping[str, Mapping[str, Any]]
 
 def version() -> str:
     """Version of this program."""
-    return metadata.version("remoras")
+    return __version__
 
 
 def seed_of(master: int, repeat: int) -> int:
@@ -97,19 +97,63 @@ class Label:
 
 
 @dataclass(frozen=True)
+class StoppingLimits:
+    """When a configuration has been repeated often enough; see ``StoppingRule`` of a study's file."""
+
+    metric: str
+    minimum: int
+    maximum: int
+    half_width: float | None = None
+    half_width_share: float | None = None
+
+    def is_met(self, half_width: float, mean: float) -> bool:
+        """True if a mean with an interval of that half-width is known well enough."""
+        limits = [] if self.half_width is None else [self.half_width]
+        limits += [] if self.half_width_share is None else [self.half_width_share * abs(mean)]
+        return any(half_width <= limit for limit in limits)
+
+
+@dataclass(frozen=True)
+class Demand:
+    """What a study asks of every configuration: repeats of a master seed, or a rule when to stop."""
+
+    seed: int
+    repeats: int
+    stopping: StoppingLimits | None = None
+
+    @classmethod
+    def of(cls, file: StudyFile) -> Demand:
+        """The demand of a study's file."""
+        return cls.read(file.model_dump(mode="json"))
+
+    @classmethod
+    def read(cls, tables: Mapping[str, Any]) -> Demand:
+        """The demand of a study's tables, as its folder records them.
+
+        Raises:
+            KeyError, TypeError: something is missing, or is no number.
+        """
+        design, rule = tables["study"], tables.get("stopping")
+        numbers = [design["seed"], design["repeats"], *((rule["minimum"], rule["maximum"]) if rule else ())]
+        if not all(isinstance(number, int) for number in numbers):
+            raise TypeError(f"expected whole numbers, not {numbers}")
+        return cls(design["seed"], design["repeats"], StoppingLimits(**rule) if rule else None)
+
+
+@dataclass(frozen=True)
 class RunSchedule:
     """Keys of the runs that a study asks for; enough to say how far a sweep is, without its scenarios.
 
     Args:
         version: of the program.
-        file: the study.
+        demand: what the study asks of every configuration.
         digests: a hash of every resolved configuration.
         labels: of every configuration; none in folders of older versions.
         restricted: whether a run without a value of the stopping rule's metric counts with its duration.
     """
 
     version: str
-    file: StudyFile
+    demand: Demand
     digests: tuple[str, ...]
     labels: tuple[Label, ...] = ()
     restricted: bool = False
@@ -117,7 +161,7 @@ class RunSchedule:
     def key(self, number: int, repeat: int) -> str:
         """Key of a repeat of the configuration with that number."""
         if (found := self._keys.get((number, repeat))) is None:
-            seed = seed_of(self.file.study.seed, repeat)
+            seed = seed_of(self.demand.seed, repeat)
             found = hashlib.sha256(f"{self.version} {self.digests[number]} {seed}".encode()).hexdigest()[:20]
             self._keys[number, repeat] = found
         return found
@@ -129,9 +173,9 @@ class RunSchedule:
 
     def repeats(self, number: int, summaries: Summaries) -> int:
         """Repeats that a configuration needs, as far as the finished runs tell."""
-        rule = self.file.stopping
+        rule = self.demand.stopping
         if rule is None:
-            return self.file.study.repeats
+            return self.demand.repeats
         values: list[float | None] = []
         for repeat in range(rule.maximum):
             summary = summaries.get(self.key(number, repeat))
@@ -175,7 +219,7 @@ class SweepPlan:
             for configuration in self.study.configurations
         )
         labels = map(Label.of, self.study.configurations)
-        return RunSchedule(version(), self.study.file, tuple(digests), tuple(labels), self._is_restricted)
+        return RunSchedule(version(), Demand.of(self.study.file), tuple(digests), tuple(labels), self._is_restricted)
 
     @property
     def _is_restricted(self) -> bool:
@@ -214,7 +258,7 @@ class SweepPlan:
                         yield self.task(number, repeat)
 
 
-def repeats_needed(rule: StoppingRule, values: Sequence[float | None]) -> int:
+def repeats_needed(rule: StoppingLimits, values: Sequence[float | None]) -> int:
     """Repeats that a stopping rule asks for, given the values of the first repeats in their order.
 
     It looks after the minimum and then after every further half of it. A missing value (a failed run, a latency without

@@ -9,8 +9,11 @@ from __future__ import annotations
 
 import multiprocessing
 import signal
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
+from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
@@ -93,7 +96,7 @@ class SupervisedPool(Executor):
             if process is None or not process.is_alive():
                 try:
                     process, connection = self._started()
-                except (RuntimeError, OSError) as error:  # itself one that starts, or no room for more
+                except (RuntimeError, OSError, EOFError) as error:  # itself one that starts, or no room for more
                     future.set_exception(WorkersCannotStart(str(error)))
                     continue
                 began = False
@@ -123,16 +126,38 @@ class SupervisedPool(Executor):
         """A new process, and our end of the connection to it."""
         ours, theirs = self._context.Pipe()
         process: BaseProcess = self._context.Process(target=_serve, args=(theirs,), daemon=True)  # type: ignore[attr-defined]
-        process.start()
+        with _interruption_held():
+            process.start()
         theirs.close()
         self._processes.add(process)
         return process, ours
 
 
+@contextmanager
+def _interruption_held() -> Iterator[None]:
+    """Let new processes start out of reach of Ctrl-C, which the terminal sends to all of them.
+
+    They take the signal mask of this thread with them, the server that forks them too: until they have set their own
+    handlers an interruption would end them, with a trace of where they were.
+    """
+    if sys.platform == "win32":
+        yield
+        return
+    resource_tracker.ensure_running()  # started within, it would take the mask off again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _serve(connection: Connection) -> None:
     """Answer calls until the other end is closed; interruption is the parent's business."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    connection.send(True)
+    try:
+        connection.send(True)
+    except OSError:  # the parent is gone already
+        return
     while True:
         try:
             function, args, kwargs = connection.recv()

@@ -17,7 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from missions.document import shown
+from missions.files import shown
 from missions.metric import MetricRecord
 from missions.sweeps.plan import Label
 

@@ -6,7 +6,6 @@ faults are reported at once.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import resources
@@ -15,11 +14,13 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from missions.document import Document, file_or_name, is_file, toml_value
+from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
+from missions.files import STUDY, file_or_name, is_file, shipped, shipped_studies, toml_value
 from missions.metric import Metric
 from missions.runs.metrics import metrics_of
-from missions.scenarios import Scenario, load, shipped
+from missions.scenarios import Scenario, load
+from missions.scenarios.channel import is_left_aside
 from missions.scenarios.explanations import explanations_of
 from missions.sweeps.additions import OPTION, with_strategies
 from missions.sweeps.design import FAULT, Combination, Settings, combinations
@@ -75,22 +76,6 @@ class Study:
         return len(self.configurations) * self.maximum
 
 
-def shipped_studies() -> dict[str, Path]:
-    """Study files that come with the package, by name."""
-    folder = Path(str(resources.files("missions")))
-    return {path.stem: path for path in sorted(folder.glob("*/studies/*.toml"))}
-
-
-def is_study(name_or_path: str) -> bool:
-    """True for the name of a shipped study, and for a TOML file with a table ``[study]``."""
-    if name_or_path in shipped_studies():
-        return True
-    try:
-        return "study" in tomllib.loads(Path(name_or_path).read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError):  # no such file, not text, not TOML
-        return False
-
-
 def example_study() -> str:
     """A commented study file to start from."""
     return (resources.files("missions") / "mapping" / "example-study.toml.txt").read_text(encoding="utf-8")
@@ -114,7 +99,7 @@ def load_study(name_or_path: str, strategies: Sequence[str] = ()) -> Study:
     Raises:
         ConfigurationError: with every fault of the file, or of the scenario that it names.
     """
-    document = Document.read(name_or_path, shipped_studies(), "study")
+    document = Document.read(name_or_path, shipped_studies(), STUDY)
     tables = dict(document.raw)
     if isinstance(tables.get("channel"), dict):
         tables["channel"] = [tables["channel"]]
@@ -196,6 +181,8 @@ def _configuration(source: str, combination: Combination) -> Configuration:
         ConfigurationError: the scenario does not allow them.
     """
     last = {setting.key: setting for setting in combination.settings}
+    if (channel := last.get("channel.name")) is not None:
+        last = {key: setting for key, setting in last.items() if not is_left_aside(key, channel.value)}
     overrides = [(setting.place, f"{setting.key}={toml_value(setting.value)}") for setting in last.values()]
     pairs = tuple((setting.key, setting.value) for setting in last.values())
     return Configuration(source, pairs, load(source, overrides), combination.unforeseen)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 
-from missions.document import shown, toml_value
 from missions.errors import ConfigurationFault
+from missions.files import shown, toml_value
 from missions.sweeps.study_file import Setting, StudyFile, flattened
 
 TABLE_OF = {"grid": "grid", "list": "point", "latin": "latin"}

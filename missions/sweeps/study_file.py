@@ -7,14 +7,16 @@ from typing import Any, Literal, NamedTuple
 
 from pydantic import Field, field_validator
 
-from missions.scenarios.tables import Name, Section
+from missions.scenarios.tables import Name, Section, one_or_more
 
 
 class Design(Section):
     """The table ``[study]``."""
 
     name: Name = Field(description="name of the study; used in progress and reports")
-    scenario: tuple[str, ...] = Field(min_length=1, description="scenario, or list of scenarios: names or files")
+    scenario: tuple[str, ...] = Field(
+        min_length=1, description="scenario, or list of scenarios: names or files", json_schema_extra=one_or_more
+    )
     strategies: tuple[str, ...] | None = Field(None, min_length=1, description="strategies; the scenario's if absent")
     policies: tuple[str, ...] | None = Field(None, min_length=1, description="policies; the scenario's if absent")
     vehicles: tuple[int, ...] | None = Field(
@@ -49,12 +51,6 @@ class StoppingRule(Section):
     minimum: int = Field(10, ge=2, strict=True, description="fewest repeats")
     maximum: int = Field(ge=2, le=1_000_000, strict=True, description="most repeats; replaces study.repeats")
 
-    def is_met(self, half_width: float, mean: float) -> bool:
-        """True if a mean with an interval of that half-width is known well enough."""
-        limits = [] if self.half_width is None else [self.half_width]
-        limits += [] if self.half_width_share is None else [self.half_width_share * abs(mean)]
-        return any(half_width <= limit for limit in limits)
-
 
 class Unforeseen(Section):
     """One ``[[unforeseen]]``: what a mission meets that its plan did not count with."""
@@ -71,7 +67,9 @@ class StudyFile(Section):
 
     study: Design
     channel: tuple[dict[str, Any], ...] = Field(
-        (), description="in a study: a table for each channel, in which a list of values is a grid"
+        (),
+        description="in a study: a table for each channel, in which a list of values is a grid",
+        json_schema_extra=one_or_more,
     )
     set: dict[str, Any] = Field({}, description="keys of the scenario that are the same in all runs")
     grid: dict[str, Any] = Field({}, description="keys of the scenario with lists of values; all combinations are run")

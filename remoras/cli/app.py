@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import re
 import sys
 from collections.abc import Callable, Sequence
 from enum import StrEnum
@@ -12,9 +13,24 @@ from typing import Annotated, Any, NoReturn, ParamSpec
 
 import typer
 
+from missions.errors import LONGEST_VALUE, cut
+from remoras.cli.commands import OrderedGroup, PlainCommand
+
 OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
+USERS_FAULTS = (
+    ("exchange.errors", "ExchangeError"),
+    ("missions.errors", "MissionsError"),
+    ("remoras.errors", "RemorasError"),
+    ("visualisation.errors", "VisualisationError"),
+    ("worldmodel.errors", "WorldModelError"),
+)
+"""Module and name of the base of each package's errors."""
+LONGEST_WORD = 300
+"""Characters of a word that a message shows: enough for a path."""
+LONG_WORD = re.compile(rf"\S{{{LONGEST_WORD + 1},}}")
 
 app = typer.Typer(
+    cls=OrderedGroup,
     help="Fleets of autonomous marine vehicles: organisation and knowledge over a lossy acoustic channel.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -43,11 +59,31 @@ def fail(message: str, code: int = USAGE) -> NoReturn:
 
 def _report(error: Exception, as_json: bool) -> None:
     """Tell a fault: a message for people, and one JSON value where that was asked for."""
-    print(f"remoras: {error}", file=sys.stderr)
+    message = shortened(str(error))
+    print(f"remoras: {message}", file=sys.stderr)
     if as_json:
-        faults = getattr(error, "faults", ())
-        listed = [{"key": f.key, "given": f.given, "allowed": f.allowed, "line": f.line} for f in faults]
-        show_json({"error": str(error), "faults": listed})
+        listed = [
+            {
+                "key": shortened(fault.key),
+                "given": cut(fault.given, LONGEST_VALUE),
+                "allowed": shortened(fault.allowed),
+                "line": fault.line,
+            }
+            for fault in getattr(error, "faults", ())
+            if hasattr(fault, "allowed")
+        ]
+        show_json({"error": message, "faults": listed})
+
+
+def shortened(message: str) -> str:
+    """A message in which words that are too long to be read are cut.
+
+    >>> shortened("no " + "x" * 300 + " here")[-12:]
+    'xxxxxxx here'
+    >>> len(shortened("no " + "x" * 3000 + " here"))
+    308
+    """
+    return LONG_WORD.sub(lambda word: cut(word[0], LONGEST_WORD), message)
 
 
 def one_of(what: str, name: str, known: Sequence[str]) -> None:
@@ -55,11 +91,16 @@ def one_of(what: str, name: str, known: Sequence[str]) -> None:
     if name not in known:
         from worldmodel import suggestion
 
-        fail(f"{what} {name!r}: allowed are {', '.join(known)}{suggestion(name, known)}")
+        fail(f"{what} {cut(name, LONGEST_VALUE)!r}: allowed are {', '.join(known)}{suggestion(name, known)}")
 
 
-def command(name: str) -> Callable[[Callable[Parameters, None]], Callable[Parameters, None]]:
-    """A command whose user errors become one message and whose interruption exits with 130."""
+def command(name: str, example: str = "") -> Callable[[Callable[Parameters, None]], Callable[Parameters, None]]:
+    """A command whose user errors become one message and whose interruption exits with 130.
+
+    Args:
+        name: of the command.
+        example: what one may type; its help shows it.
+    """
 
     def register(function: Callable[Parameters, None]) -> Callable[Parameters, None]:
         @functools.wraps(function)
@@ -82,20 +123,17 @@ def command(name: str) -> Callable[[Callable[Parameters, None]], Callable[Parame
                 _report(error, as_json)
                 raise typer.Exit(USAGE) from None
 
-        app.command(name)(reported)
+        summary = " ".join((function.__doc__ or "").strip().partition("\n\n")[0].split())
+        app.command(name, cls=PlainCommand, epilog=example or None, short_help=summary)(reported)
         return function
 
     return register
 
 
 def _is_users_fault(error: Exception) -> bool:
-    from exchange.errors import ExchangeError
-    from missions.errors import MissionsError
-    from remoras.errors import RemorasError
-    from visualisation.errors import VisualisationError
-    from worldmodel import WorldModelError
-
-    return isinstance(error, ExchangeError | MissionsError | RemorasError | VisualisationError | WorldModelError)
+    """True for an error of ours; a module that is not loaded has raised none."""
+    loaded = [(sys.modules[module], name) for module, name in USERS_FAULTS if module in sys.modules]
+    return isinstance(error, tuple(getattr(module, name) for module, name in loaded))
 
 
 def show_json(value: Any) -> None:
@@ -116,9 +154,9 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON value and not
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        from importlib import metadata
+        from remoras.version import __version__
 
-        print(f"remoras {metadata.version('remoras')}")
+        print(f"remoras {__version__}")
         raise typer.Exit(OK)
 
 
@@ -134,16 +172,25 @@ def _root(
 def main() -> None:
     """Entry point of the ``remoras`` command; ``module:object`` is looked for in the current folder too."""
     sys.path.append(str(Path.cwd()))
-    if "--json" not in sys.argv:
-        app()
     try:
-        code = app(standalone_mode=False)
-    except typer.Abort:
+        code = app(prog_name="remoras", standalone_mode=False)
+    except (typer.Abort, KeyboardInterrupt):
+        print("remoras: interrupted", file=sys.stderr)
         code = INTERRUPTED
+    except BrokenPipeError:
+        sys.stderr.close()
+        code = OK
     except Exception as error:  # an option that is not there, an argument that is missing: typer has no name for these
         if not hasattr(error, "format_message"):
             raise
-        error.show()  # type: ignore[attr-defined]
-        show_json({"error": error.format_message(), "faults": []})
-        code = error.exit_code  # type: ignore[attr-defined]
+        code = _report_usage(error)
     sys.exit(code)
+
+
+def _report_usage(error: Any) -> int:
+    """Tell what the parser refuses, with --json as one JSON value too; returns the code to exit with."""
+    error.message = shortened(error.message)
+    error.show()
+    if "--json" in sys.argv:
+        show_json({"error": error.format_message(), "faults": []})
+    return int(error.exit_code)

@@ -10,14 +10,25 @@ from typing import Annotated, Any
 
 import typer
 
+from missions.errors import LONGEST_VALUE, cut
+from remoras.cli import completion
 from remoras.cli.app import USAGE, Format, Json, app, command, fail, one_of, show_json
+from remoras.cli.tables import on_terminal, show_table
 
+EXAMPLES = ("scenario", "study", "organisation")
 KINDS = ("scenarios", "strategies", "policies", "channels", "modems", "studies")
 
 
-@command("list")
+@command("list", "remoras list strategies")
 def list_(
-    kind: Annotated[str, typer.Argument(help=f"One of {', '.join(KINDS)}; all but the studies if left out.")] = "",
+    kind: Annotated[
+        str,
+        typer.Argument(
+            metavar="KIND",
+            help=f"One of {', '.join(KINDS)}; all but the studies if left out.",
+            autocompletion=completion.one_of(*KINDS),
+        ),
+    ] = "",
     as_json: Json = False,
 ) -> None:
     """List what can be named: scenarios, strategies, policies, channels, modems; or studies.
@@ -39,6 +50,10 @@ def list_(
         }
         show_json(rows[kind] if kind else rows)
         return
+    if on_terminal() and kind not in DETAILS:
+        for name, entries in found.items():
+            show_table((name, "what it is"), entries.items())
+        return
     for name, entries in found.items():
         print(f"{name}:")
         width = max((len(key) for key in entries), default=0)
@@ -54,19 +69,28 @@ def _detail_lines(details: Mapping[str, Any]) -> Iterator[str]:
     yield from (f"parameter {p['name']} = {p['default']}: {p['description']}" for p in details["parameters"])
 
 
-@command("validate")
+@command("validate", "remoras validate mine.toml")
 def validate(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="Scenario or study: a file, or a shipped name.")],
+    file: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE",
+            help="Scenario or study: a file, or a shipped name.",
+            autocompletion=completion.scenario_or_study,
+        ),
+    ],
     as_json: Json = False,
 ) -> None:
     """Check a scenario or study file whole; every fault is reported with its line."""
-    from missions.runs.setup import resolved
-    from missions.scenarios import load
-    from missions.sweeps.study import is_study
+    from missions.files import check_named, is_study
 
+    check_named(file)
     if is_study(file):
         _validate_study(file, as_json)
         return
+    from missions.runs.setup import resolved
+    from missions.scenarios import load
+
     setup = resolved(load(file))
     schedule, founded = setup.schedule, sorted(setup.agreement.organisation.assignments)
     if as_json:
@@ -104,15 +128,20 @@ def _validate_study(file: str, as_json: bool) -> None:
     print(f"{file}: study ok; {n_configurations} configurations x {runs}")
 
 
-@command("example")
+@command("example", "remoras example scenario > mine.toml")
 def example(
-    what: Annotated[str, typer.Argument(help="scenario, study or organisation.")] = "scenario",
+    what: Annotated[
+        str,
+        typer.Argument(
+            metavar="WHAT", help="scenario, study or organisation.", autocompletion=completion.one_of(*EXAMPLES)
+        ),
+    ] = "scenario",
 ) -> None:
     """Print a commented example to start from."""
     from missions.scenarios import shipped
     from missions.sweeps.study import example_study
 
-    one_of("example", what, ["scenario", "study", "organisation"])
+    one_of("example", what, EXAMPLES)
     if what == "study":
         print(example_study().rstrip())
         return
@@ -129,21 +158,37 @@ def _explained(key: str, known: dict[str, tuple[str, str]]) -> dict[str, tuple[s
         for name, (kind, meaning) in known.items()
         if not key
         or f"{name}.".startswith(f"{key}.")
-        or (kind.startswith("dict") and key.startswith(f"{name}.") and name != "mission")
+        or (kind.startswith("table") and key.startswith(f"{name}.") and name != "mission")
     }
 
 
-@command("explain")
+@command("explain", "remoras explain communication.policy")
 def explain(
     key: Annotated[
-        str, typer.Argument(help="A key such as communication.policy; a table for all its keys; codec for a packet.")
+        str,
+        typer.Argument(
+            metavar="KEY",
+            help="A key such as communication.policy; a table for all its keys; codec for a packet.",
+            autocompletion=completion.key,
+        ),
     ] = "",
     scenario: Annotated[
-        str, typer.Option(help="Scenario whose packets `explain codec` lays out.")
+        str,
+        typer.Option(
+            metavar="SCENARIO",
+            help="Scenario whose packets `explain codec` lays out, and whose tables --schema describes.",
+            autocompletion=completion.scenario,
+        ),
     ] = "mapping-rendezvous",
+    schema: Annotated[
+        bool, typer.Option("--schema", help="Print the JSON Schema of scenarios, or with the key `study` of studies.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Say what a key of a scenario or of a study means: type, range, default; or what a packet holds, bit by bit."""
+    if schema:
+        _show_schema(key, scenario)
+        return
     if key == "codec":
         _explain_codec(scenario, as_json)
         return
@@ -157,12 +202,32 @@ def explain(
         table, _, rest = key.split(".", 2)
         found = _explained(f"{table}.{rest}", known)
     if not found:
-        fail(f"key {key!r} is in no scenario and no study{suggestion(key, known)}; `remoras explain` lists all keys")
+        given = cut(key, LONGEST_VALUE)
+        fail(f"key {given!r} is in no scenario and no study{suggestion(key, known)}; `remoras explain` lists all keys")
     if as_json:
         show_json([{"key": name, "type": kind, "meaning": meaning} for name, (kind, meaning) in found.items()])
         return
+    if on_terminal():
+        show_table(("key", "value", "meaning"), [(name, kind, meaning) for name, (kind, meaning) in found.items()])
+        return
     for name, (kind, meaning) in found.items():
         print(f"{name}  ({kind})\n    {meaning}")
+
+
+def _show_schema(key: str, scenario: str) -> None:
+    """Print the JSON Schema that an editor checks a file against: of scenarios of a mission, or of studies."""
+    from missions.scenarios import load
+    from missions.scenarios.explanations import schema_of
+    from missions.scenarios.parts import mission_class
+    from missions.sweeps.study_file import StudyFile
+
+    if key not in ("", "scenario", "study"):
+        fail(f"--schema: of a whole file, scenario or study, not of {cut(key, LONGEST_VALUE)!r}")
+    if key == "study":
+        show_json(schema_of(StudyFile, "REMORAS study"))
+        return
+    mission = load(scenario).scenario.mission
+    show_json(schema_of(mission_class(mission).Scenario, f"REMORAS scenario of {mission}"))
 
 
 def _explain_codec(scenario: str, as_json: bool) -> None:
@@ -181,21 +246,26 @@ def _explain_codec(scenario: str, as_json: bool) -> None:
         print(f"  {field.group:<9} {field.field:<{width}} {field.size_bits:>4}  {field.note}".rstrip())
 
 
-@command("doctor")
+@command("doctor", "remoras doctor")
 def doctor() -> None:
     """Check this installation: versions, ontology, a short run, a figure."""
     import platform
     import tempfile
     from importlib import metadata
 
+    from exchange.study.compiler import why_uncompiled
     from missions.runs.results import LIBRARIES, Results, write
     from missions.runs.run import run as run_scenario
     from missions.scenarios import load
     from remoras.cli.runs import draw_run
+    from remoras.version import __version__
 
     print(f"Python {platform.python_version()} on {platform.platform()}")
-    for name in ("remoras", *LIBRARIES):
+    print(f"  remoras {__version__}")
+    for name in LIBRARIES:
         print(f"  {name} {metadata.version(name)}")
+    if hint := why_uncompiled():
+        print(f"  {hint}")
     short = run_scenario(load("mapping-rendezvous", [("--set", "scenario.duration_s=60")]))
     print(f"a run of 60 s of mission time took {short.wall_s:.2f} s")
     with tempfile.TemporaryDirectory() as folder:

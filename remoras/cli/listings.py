@@ -14,8 +14,8 @@ from typing import Any
 from exchange.acoustics.models import CHANNELS
 from exchange.acoustics.modems import modems
 from exchange.policies import POLICIES
-from missions.scenarios import load, shipped
-from missions.sweeps.study import shipped_studies
+from missions.files import shipped, shipped_studies
+from missions.scenarios import load
 from remoras.strategies import bounds, parameters, strategies
 
 

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from missions.errors import LONGEST_VALUE, cut
 from remoras.cli.app import Format, Json, command, fail, show_json
 from remoras.cli.progress import Progress
+from remoras.cli.tables import on_terminal, show_table
 
 if TYPE_CHECKING:
     from exchange.policies import AckPolicy
@@ -31,7 +33,8 @@ def loss_rates(text: str) -> tuple[float, ...]:
         if step <= 0.0 or last < first:
             raise ValueError
     except ValueError:
-        fail(f"--per {text!r}: allowed are rates such as 0.1,0.5 or first:last:step such as 0.05:0.8:0.05")
+        given = cut(text, LONGEST_VALUE)
+        fail(f"--per {given!r}: allowed are rates such as 0.1,0.5 or first:last:step such as 0.05:0.8:0.05")
     return tuple(round(first + number * step, 10) for number in range(int((last - first) / step + 1e-9) + 1))
 
 
@@ -42,33 +45,45 @@ def named(policies: Sequence[str]) -> list[str | AckPolicy]:
     return [policy_of(name) if ":" in name else name for name in policies]
 
 
-@command("exchange-study")
+@command("exchange-study", "remoras exchange-study --nodes 8 --per 0.1,0.5 --trials 300")
 def exchange_study(
-    nodes: Annotated[int | None, typer.Option(help="Vehicles in the fleet, 2 to 64.  [default: 5]")] = None,
-    per: Annotated[str, typer.Option(help="Loss rates: 0.1,0.5 or first:last:step.")] = "0.05:0.8:0.05",
-    policies: Annotated[str, typer.Option(help="all, or names or package.module:object, commas between.")] = "all",
-    trials: Annotated[int, typer.Option(help="Trials of each policy at each loss rate.")] = 2000,
-    load: Annotated[str, typer.Option(help="single, batch or poisson:RATE (items per node and slot).")] = "single",
-    items: Annotated[int, typer.Option(help="Items at every node, for load batch.")] = 1,
-    item_bits: Annotated[int, typer.Option(help="Size of an item.")] = 60,
+    nodes: Annotated[
+        int | None, typer.Option(metavar="N", help="Vehicles in the fleet, 2 to 64.  [default: 5]")
+    ] = None,
+    per: Annotated[
+        str, typer.Option(metavar="RATES", help="Loss rates: 0.1,0.5 or first:last:step.")
+    ] = "0.05:0.8:0.05",
+    policies: Annotated[
+        str, typer.Option(metavar="NAMES", help="all, or names or package.module:object, commas between.")
+    ] = "all",
+    trials: Annotated[int, typer.Option(metavar="N", help="Trials of each policy at each loss rate.")] = 2000,
+    load: Annotated[
+        str, typer.Option(metavar="LOAD", help="single, batch or poisson:RATE (items per node and slot).")
+    ] = "single",
+    items: Annotated[int, typer.Option(metavar="N", help="Items at every node, for load batch.")] = 1,
+    item_bits: Annotated[int, typer.Option(metavar="BITS", help="Size of an item.")] = 60,
     capacity_bits: Annotated[
-        int | None, typer.Option(help="Size of a packet, header charged; unlimited if left out.")
+        int | None, typer.Option(metavar="BITS", help="Size of a packet, header charged; unlimited if left out.")
     ] = None,
     carrier_evidence: Annotated[bool, typer.Option(help="Take a node that sends an item as holding it.")] = False,
-    seed: Annotated[int, typer.Option(help="Root of all random draws.")] = 1,
-    jobs: Annotated[int, typer.Option(help="Cores to use; the numbers do not depend on it.")] = 1,
+    seed: Annotated[int, typer.Option(metavar="N", help="Root of all random draws.")] = 1,
+    jobs: Annotated[int, typer.Option(metavar="N", help="Cores to use; the numbers do not depend on it.")] = 1,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder for figures, captions and their CSV; without --nodes, those of the paper."),
+        typer.Option(
+            metavar="DIR", help="Folder for figures, captions and their CSV; without --nodes, those of the paper."
+        ),
     ] = None,
-    file_format: Annotated[Format, typer.Option("--format", help="File format of figures.")] = Format.PNG,
+    file_format: Annotated[
+        Format, typer.Option("--format", metavar="png|svg|pdf", help="File format of figures.")
+    ] = Format.PNG,
     force: Annotated[bool, typer.Option("--force", help="Replace what is already in --out.")] = False,
     as_json: Json = False,
 ) -> None:
     """Study the exchange policies: time to delivery and to acknowledgement against packet loss."""
     from exchange.policies import POLICIES
     from exchange.study.study import ExchangeStudy, workload_named
-    from missions.runs.results import check_output
+    from missions.runs.folder import check_output
 
     study = ExchangeStudy(
         nodes=5 if nodes is None else nodes,
@@ -128,8 +143,25 @@ def _draw(
     return [path for kind, name, of_kind in figures for path in write(of_kind, kind, out, name, file_format)]
 
 
+def _mean(estimate: Any) -> str:
+    if estimate is None or estimate.ci95_high is None:
+        return "-" if estimate is None else f"{estimate.mean:.2f}"
+    return f"{estimate.mean:.2f} ± {estimate.ci95_high - estimate.mean:.2f}"
+
+
 def _print_study(rows: Sequence[StudyRow]) -> None:
     """A line for every policy and loss rate: mean slots with the half-width of the 95 % interval."""
+    if on_terminal():
+        columns = ("per", "policy", "delivered", "source acked", "senders acked", "censored")
+        table = [
+            (
+                f"{row.per:g}", row.policy, *map(_mean, (row.delivered_slots, row.source_acked_slots,
+                row.senders_acked_slots)), str(row.censored_senders),
+            )
+            for row in rows
+        ]  # fmt: skip
+        show_table(columns, table, "TDMA slots, mean and half-width of the 95 % interval", (columns[0], *columns[2:]))
+        return
 
     def shown(estimate: Any) -> str:
         if estimate is None:

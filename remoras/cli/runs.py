@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from remoras.cli import completion
 from remoras.cli.app import FAILED, Format, Json, command, fail, show_json
 from remoras.cli.progress import Progress
+from remoras.cli.tables import on_terminal, show_table
 
 if TYPE_CHECKING:
     from missions.runs.results import Results
@@ -31,18 +35,33 @@ def _overrides(
     return given + [("--set", setting) for setting in settings]
 
 
-@command("run")
+@command("run", "remoras run mapping-rendezvous --per 0.6 --seed 3 --out results/lossy")
 def run(
-    scenario: Annotated[str, typer.Argument(help="Shipped scenario or TOML file.")],
-    strategy: Annotated[str | None, typer.Option(help="Organisational strategy.")] = None,
-    policy: Annotated[str | None, typer.Option(help="Exchange policy.")] = None,
-    channel: Annotated[str | None, typer.Option(help="Loss model of the channel.")] = None,
-    per: Annotated[str | None, typer.Option(help="Packet error rate of bernoulli or matrix, 0 to below 1.")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Root of all random draws.")] = 1,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a key; see `explain`.")
+    scenario: Annotated[
+        str,
+        typer.Argument(metavar="SCENARIO", help="Shipped scenario or TOML file.", autocompletion=completion.scenario),
+    ],
+    strategy: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Organisational strategy.", autocompletion=completion.strategy_name),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for summary, manifest and tables.")] = None,
+    policy: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Exchange policy.", autocompletion=completion.policy)
+    ] = None,
+    channel: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Loss model of the channel.", autocompletion=completion.channel)
+    ] = None,
+    per: Annotated[
+        str | None, typer.Option(metavar="RATE", help="Packet error rate of bernoulli or matrix, 0 to below 1.")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Root of all random draws: 0, 1, 2, ...")] = 1,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="Override a key; see `explain`.", autocompletion=completion.setting
+        ),
+    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for summary, manifest and tables.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace results that are already in --out.")] = False,
     keep_models: Annotated[
         bool, typer.Option("--keep-models", help="Keep what each vehicle knew at the end, for `query`.")
@@ -50,7 +69,11 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run a mission scenario; print its summary, and write all of its results with --out."""
-    from missions.runs.results import check_output, write
+    from missions.files import SCENARIO, file_of, shipped
+
+    file_of(SCENARIO, scenario, shipped())  # a name that is mistyped is told before much is loaded
+    from missions.runs.folder import check_output
+    from missions.runs.results import MemoryResults, write
     from missions.runs.run import run as run_scenario
     from missions.runs.summary import summary
     from missions.scenarios import load
@@ -65,7 +88,7 @@ def run(
         finished = run_scenario(loaded, seed, progress=progress.at, keep_models=keep_models)
     if out is not None:
         write(finished, out, force)
-    report = summary(finished)
+    report = MemoryResults(finished).summary if as_json else summary(finished)
     if as_json:
         show_json(report)
     else:
@@ -77,6 +100,14 @@ def run(
 
 
 def _print_summary(report: dict[str, Any]) -> None:
+    if on_terminal():
+        figures = [(key, _figure(value)) for key, value in report.items() if key != "milestones" and value != ""]
+        show_table(("figure", "value"), figures)
+        milestones = [
+            (f"{one['time_s']:.1f} s", one["name"], one["vehicle"] or one["group"]) for one in report["milestones"]
+        ]
+        show_table(("time", "milestone", "who"), milestones, numbers=("time",))
+        return
     for key, value in report.items():
         if key != "milestones" and value != "":
             print(
@@ -90,21 +121,55 @@ def _print_summary(report: dict[str, Any]) -> None:
         print(f"  {milestone['time_s']:>9.1f} s  {milestone['name']} {who}".rstrip())
 
 
-@command("plot")
+def _figure(value: Any) -> str:
+    """A figure of the summary for people."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return "-" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+@command("plot", "remoras plot results/lossy trajectories roles --format pdf")
 def plot(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run, or folder of a sweep.")],
     kinds: Annotated[
-        list[str] | None, typer.Argument(metavar="[KIND]...", help="Figures to draw; all if left out.")
+        list[str] | None,
+        typer.Argument(metavar="KIND", help="Figures to draw; all if left out.", autocompletion=completion.kind),
     ] = None,
-    file_format: Annotated[Format, typer.Option("--format", help="File format.")] = Format.PNG,
-    out: Annotated[Path | None, typer.Option(help="Folder for the figures; DIR if left out.")] = None,
+    file_format: Annotated[Format, typer.Option("--format", metavar="png|svg|pdf", help="File format.")] = Format.PNG,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for the figures; that of the results if left out.")
+    ] = None,
     metric: Annotated[
-        str | None, typer.Option(help="Field of the summary of a sweep's ranking and differences; else mission_time_s.")
+        str | None,
+        typer.Option(
+            metavar="METRIC",
+            help="Field of the summary of a sweep's ranking and differences; else mission_time_s.",
+            autocompletion=completion.metric,
+        ),
     ] = None,
 ) -> None:
     """Draw the figures of a run (trajectories, roles and more) or of a sweep (metrics over loss, ranking and more)."""
+    with _glyphs_noted():
+        _plot(folder, kinds or (), out or folder, file_format, metric)
+
+
+@contextmanager
+def _glyphs_noted() -> Iterator[None]:
+    """Say in one line that names have characters that the font of figures lacks; other warnings go their way."""
+    with warnings.catch_warnings(record=True) as caught:
+        yield
+    others = [one for one in caught if "missing from font" not in str(one.message)]
+    if len(others) < len(caught):
+        text = "the font of figures lacks some characters of the names; they are drawn as boxes"
+        print(f"remoras: {text}", file=sys.stderr)
+    for one in others:
+        warnings.showwarning(one.message, one.category, one.filename, one.lineno)
+
+
+def _plot(folder: Path, kinds: Sequence[str], out: Path, file_format: Format, metric: str | None) -> None:
+    """Draw what a folder holds, a run or a sweep."""
     if (folder / "study.json").is_file():
-        _plot_sweep(folder, kinds or (), out or folder, file_format, metric)
+        _plot_sweep(folder, kinds, out, file_format, metric)
         return
     if not (folder / "summary.json").is_file():
         fail(f"{folder}: no results of a run (summary.json is missing), nor of a sweep (study.json is missing)")
@@ -112,7 +177,7 @@ def plot(
         fail(f"--metric {metric}: is about the ranking of a sweep, and {folder} holds a single run")
     from missions.runs.results import Results
 
-    _show_drawn(draw_run(Results.read(folder), kinds or (), out or folder, file_format))
+    _show_drawn(draw_run(Results.read(folder), kinds, out, file_format))
 
 
 def draw_run(results: Results, kinds: Sequence[str], out: Path, file_format: Format) -> Drawn:
@@ -143,25 +208,27 @@ def _plot_sweep(folder: Path, kinds: Sequence[str], out: Path, file_format: Form
     _show_drawn(drawn)
 
 
-@command("query")
+@command("query", "remoras query results/known 'SELECT ?group WHERE { ?group rm:gatheredAt ?point }'")
 def query(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run that kept its models.")],
     sparql: Annotated[str, typer.Argument(metavar="SPARQL", help="A SELECT or ASK query, or a file FILE.rq.")],
     as_json: Json = False,
 ) -> None:
-    """Ask what the vehicles knew at the end of a run, each in turn; it was run with --keep-models.
-
-    For example: SELECT ?group WHERE { ?group rm:gatheredAt ?point }
-    """
+    """Ask what the vehicles knew at the end of a run, each in turn; it was run with --keep-models."""
+    from missions.files import text_of
     from missions.runs.knowledge import query as ask
     from missions.runs.results import Results
 
-    text = Path(sparql).read_text(encoding="utf-8") if sparql.endswith(".rq") else sparql
+    text = text_of(Path(sparql)) if sparql.endswith(".rq") else sparql
     columns, rows = ask(Results.read(folder), text)
     if as_json:
         show_json([dict(zip(columns, row, strict=True)) for row in rows])
         return
     shown = [list(columns), *(["" if value is None else str(value) for value in row] for row in rows)]
+    if on_terminal():
+        show_table(shown[0], shown[1:])
+        print(f"{len(rows)} rows", file=sys.stderr)
+        return
     widths = [max(len(row[number]) for row in shown) for number in range(len(columns))]
     for row in shown:
         print("  ".join(f"{value:<{width}}" for value, width in zip(row, widths, strict=True)).rstrip())

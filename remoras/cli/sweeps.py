@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from remoras.cli import completion
 from remoras.cli.app import FAILED, Json, command, fail, show_json
 from remoras.cli.progress import Progress
+from remoras.cli.tables import on_terminal, show_table
 
 if TYPE_CHECKING:
     from missions.comparison.rows import Comparison
@@ -22,18 +24,26 @@ PARTLY_DONE = 3
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")]
 
 
-@command("sweep")
+@command("sweep", "remoras sweep strategies-quick --out results/quick --jobs 2")
 def sweep(
-    study: Annotated[str, typer.Argument(metavar="STUDY", help="Shipped study or TOML file.")],
-    out: Annotated[Path, typer.Option(help="Folder for the runs; run again on the same folder to go on.")],
-    jobs: Annotated[int, typer.Option(min=1, max=1024, help="Processes on this machine.")] = os.cpu_count() or 1,
+    study: Annotated[
+        str, typer.Argument(metavar="STUDY", help="Shipped study or TOML file.", autocompletion=completion.study)
+    ],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for the runs; run again on the same folder to go on.")
+    ],
+    jobs: Annotated[int, typer.Option(min=1, max=1024, metavar="N", help="Processes on this machine.")] = os.cpu_count()
+    or 1,
     cluster: Annotated[
         str | None, typer.Option(metavar="tcp://HOST:PORT", help="Dask scheduler to use instead of this machine.")
     ] = None,
     strategies: Annotated[
         list[str] | None,
         typer.Option(
-            "--strategy", metavar="NAME", help="Add a strategy: a shipped name, mine.py:Mine or package.module:object."
+            "--strategy",
+            metavar="NAME",
+            autocompletion=completion.strategy,
+            help="Add a strategy: a shipped name, mine.py:Mine or package.module:object.",
         ),
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Count runs, estimate time, write nothing.")] = False,
@@ -43,6 +53,9 @@ def sweep(
     as_json: Json = False,
 ) -> None:
     """Make all runs of a study, once each, however often it is interrupted."""
+    from missions.files import STUDY, file_of, shipped_studies
+
+    file_of(STUDY, study, shipped_studies())  # a name that is mistyped is told before much is loaded
     from missions.sweeps import driver
     from missions.sweeps.study import load_study
 
@@ -62,7 +75,7 @@ def sweep(
         raise typer.Exit(FAILED)
 
 
-@command("status")
+@command("status", "remoras status results/quick")
 def status(folder: Folder, as_json: Json = False) -> None:
     """Say how far a sweep is, while it goes on or after."""
     from missions.sweeps.folder import SweepResults
@@ -74,13 +87,26 @@ def status(folder: Folder, as_json: Json = False) -> None:
     _show(found, as_json, [_status_line(found), *shown])
 
 
-@command("compare")
+@command("compare", "remoras compare results/quick --metric mission_time_s --baseline remoras")
 def compare(
     folder: Folder,
     metrics: Annotated[
-        list[str] | None, typer.Option("--metric", help="Field of the summary; those of the study if left out.")
+        list[str] | None,
+        typer.Option(
+            "--metric",
+            metavar="METRIC",
+            help="Field of the summary; those of the study if left out.",
+            autocompletion=completion.metric,
+        ),
     ] = None,
-    baseline: Annotated[str | None, typer.Option(help="Strategy or policy that the others are compared with.")] = None,
+    baseline: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Strategy or policy that the others are compared with.",
+            autocompletion=completion.baseline,
+        ),
+    ] = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the rows to this CSV file too.")] = None,
     as_json: Json = False,
 ) -> None:
@@ -102,21 +128,63 @@ def compare(
             write_csv(found, out)
         except OSError as error:
             raise OutputError(f"--out {out}: cannot be written: {error.strerror}") from None
-    _show(rows, as_json, [] if as_json else list(_comparison_lines(found)))
+    if as_json or not on_terminal():
+        _show(rows, as_json, [] if as_json else list(_comparison_lines(found)))
+    else:
+        _show_comparison(found)
 
 
 def _status_line(status: dict[str, Any]) -> str:
     return ", ".join(f"{count} {name}" for name, count in status.items())
 
 
+def _marked(strategy: str) -> str:
+    """The name of a strategy; of a bound, with that word: it is no competitor."""
+    from remoras.strategies import bounds
+
+    return f"{strategy} (bound)" if strategy in bounds() else strategy
+
+
+def _interval(mean: float | None, low: float | None, high: float | None) -> str:
+    bounds = "" if low is None or high is None else f" [{low:.4g}, {high:.4g}]"
+    return "-" if mean is None else f"{mean:.4g}{bounds}"
+
+
+def _show_comparison(rows: Sequence[Comparison]) -> None:
+    """A table for each metric, on a terminal."""
+    for metric, same in itertools.groupby(rows, key=lambda row: row.metric):
+        own = list(same)
+        heading = f"difference to {own[0].baseline}"
+        columns = [
+            "per",
+            "strategy",
+            "policy",
+            "n",
+            "done",
+            "mean [95 %]",
+            heading,
+            "p (Holm)",
+            "unforeseen",
+            "settings",
+        ]
+        shown = [
+            (
+                f"{row.per:g}", _marked(row.strategy), row.policy, str(row.n), str(row.n_completed),
+                _interval(row.mean, row.ci95_low, row.ci95_high),
+                _interval(row.diff_to_baseline, row.diff_ci95_low, row.diff_ci95_high),
+                "-" if row.p_holm is None else f"{row.p_holm:.2g}", row.unforeseen,
+                " ".join(f"{key}={value}" for key, value in row.settings.items()),
+            )
+            for row in own
+        ]  # fmt: skip
+        used = [number for number in range(len(columns)) if number < 8 or any(row[number] for row in shown)]
+        show_table([columns[n] for n in used], [[row[n] for n in used] for row in shown], metric, ("per", "n", "done"))
+        for note in _notes(own):
+            print(f"  {note}")
+
+
 def _comparison_lines(rows: Sequence[Comparison]) -> Sequence[str]:
     """A table for people: mean with interval, difference to the baseline with interval, and what to know of them."""
-
-    def interval(mean: float | None, low: float | None, high: float | None) -> str:
-        ends = "" if low is None or high is None else f" [{low:.4g}, {high:.4g}]"
-        return "-" if mean is None else f"{mean:.4g}{ends}"
-
-    from remoras.strategies import bounds
 
     lines = []
     for metric, same in itertools.groupby(rows, key=lambda row: row.metric):
@@ -128,10 +196,9 @@ def _comparison_lines(rows: Sequence[Comparison]) -> Sequence[str]:
             p = "-" if row.p_holm is None else f"{row.p_holm:.2g}"
             settings = "  " + " ".join(f"{key}={value}" for key, value in row.settings.items())
             case = f"  {row.unforeseen}" if row.unforeseen else ""
-            mean = interval(row.mean, row.ci95_low, row.ci95_high)
-            difference = interval(row.diff_to_baseline, row.diff_ci95_low, row.diff_ci95_high)
-            strategy = f"{row.strategy} (bound)" if row.strategy in bounds() else row.strategy
-            names = f"{row.per:>5g} {strategy:<18}{row.policy:<16}"
+            mean = _interval(row.mean, row.ci95_low, row.ci95_high)
+            difference = _interval(row.diff_to_baseline, row.diff_ci95_low, row.diff_ci95_high)
+            names = f"{row.per:>5g} {_marked(row.strategy):<18}{row.policy:<16}"
             lines.append(f"  {names}{row.n:>5}{row.n_completed:>5}  "
                          f"{mean:<34}{difference:<36}{p:>9}{case}{settings}".rstrip())  # fmt: skip
         lines += [f"  {note}" for note in _notes(own)]

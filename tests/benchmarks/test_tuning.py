@@ -21,8 +21,8 @@ from benchmarks.tuning import (
     table,
     tunable,
 )
+from missions.files import shipped_studies
 from missions.sweeps.plan import seed_of
-from missions.sweeps.study import shipped_studies
 from missions.sweeps.study_file import StudyFile
 from remoras.strategies import configured, parameters, strategies
 from remoras.strategies.central import Central

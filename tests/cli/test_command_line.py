@@ -4,16 +4,22 @@ import json
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
+from typing import Any
 
+import jsonschema
 import pytest
 from typer.testing import CliRunner, Result
 
+from missions.errors import ConfigurationError
+from missions.files import shipped_studies
 from missions.runs.results import Results
 from missions.scenarios import load, shipped
 from missions.scenarios.explanations import explanations
-from missions.sweeps.study import shipped_studies
-from remoras.cli import app
+from missions.sweeps.study import study_explanations
+from remoras.cli import app, main
+from remoras.face import load as face_load
 
 SHORT = ["--set", "scenario.duration_s=30"]
 NOT_BUILT = ["live", "export"]
@@ -50,10 +56,27 @@ def test_the_command_line_loads_nothing_heavy():
     assert loaded.isdisjoint(HEAVY)
 
 
-def test_help_loads_nothing_heavy_either():
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (["run", "--help"], 0),
+        (["frobnicate"], 2),
+        (["run", "mapping-rendezvouz", "--per", "0.5", "--seed", "3"], 2),
+        (["validate", "strategies-quik"], 2),
+        (["sweep", "strategies-quik", "--out", "nowhere"], 2),
+        (["run", "strategies-quick"], 2),
+        (["status", "nowhere"], 2),
+        (["plot", "nowhere"], 2),
+        (["status", "SWEEP"], 0),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_what_is_answered_at_once_loads_nothing_heavy(arguments: list[str], code: int, swept: Path):
+    """Each of these libraries takes longer to load than the answer may take."""
+    given = [str(swept) if argument == "SWEEP" else argument for argument in arguments]
     program = "import remoras.cli; from typer.testing import CliRunner;"
-    program += "assert CliRunner().invoke(remoras.cli.app, ['run', '--help']).exit_code == 0"
-    assert modules_after(program).isdisjoint(set(HEAVY) - {"pydantic"})  # Typer itself checks ranges with it
+    program += f"assert CliRunner().invoke(remoras.cli.app, {given}).exit_code == {code}"
+    assert modules_after(program).isdisjoint({*HEAVY, "scipy", "pandas", "numba"})
 
 
 # help ---------------------------------------------------------------------------------------------
@@ -184,10 +207,114 @@ def test_options_reach_the_run_and_the_seed_repeats_it():
 
 
 def test_the_perfect_channel_is_the_bound_from_above():
-    report = json.loads(
-        remoras("run", "mapping-rendezvous", *SHORT, "--channel", "perfect", "--per", "0.5", "--json").stdout
-    )
+    report = json.loads(remoras("run", "mapping-rendezvous", *SHORT, "--channel", "perfect", "--json").stdout)
     assert (report["channel"], report["per"], report["delivery_ratio"]) == ("perfect", 0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (
+            ["--per", "0.2", "--set", "channel.per=0.5"],
+            "--set = channel.per=0.5: contradicts --per, which sets channel",
+        ),
+        (["--strategy", "cbba", "--set", "strategy.name=central"], "contradicts --strategy, .* = cbba; give one"),
+        (["--policy", "ack", "--set", 'communication.policy="m-ack"'], "contradicts --policy"),
+        (["--set", "channel.per=0.1", "--set", "channel.'per'=0.2"], "contradicts --set = 0.1"),
+        (["--channel", "perfect", "--per", "0.5"], "--per .channel.per. = 0.5: not used by the perfect channel"),
+        (["--channel", "perfect", "--set", "channel.per=0.5"], "--set .* not used by the perfect channel"),
+        (["--channel", "gilbert-elliott", "--per", "0.5"], "not used by the gilbert-elliott channel"),
+    ],
+)
+def test_options_that_contradict_each_other_are_refused(options: list[str], says: str):
+    message = refused("run", "mapping-rendezvous", *options)
+    assert re.search(says, message)
+    assert len(message.splitlines()) == 1
+
+
+def test_options_that_say_the_same_twice_are_taken():
+    given = ["--per", "0.50", "--set", "channel.per=0.5", "--strategy", "cbba", "--set", 'strategy.name="cbba"']
+    assert remoras("run", "mapping-rendezvous", *SHORT, *given).exit_code == 1
+
+
+def test_python_is_refused_what_the_command_line_is():
+    with pytest.raises(ConfigurationError, match=r"contradicts per, which sets channel\.per too"):
+        face_load("mapping-rendezvous", per=0.2, set={"channel.per": 0.5})
+    with pytest.raises(ConfigurationError, match="not used by the perfect channel"):
+        face_load("mapping-rendezvous", channel="perfect", per=0.5)
+
+
+@pytest.mark.parametrize("command", ["run", "validate"])
+def test_a_study_given_to_run_is_one_hint(command: str, tmp_path: Path):
+    file = tmp_path / "study.toml"
+    file.write_text(remoras("example", "study").stdout, encoding="utf-8")
+    for name in (file, "strategies-quick"):
+        if command == "run":
+            message = refused("run", name)
+            assert f"this is a study; start it with: remoras sweep {name} --out DIR" in message
+            assert len(message.splitlines()) == 1
+        else:
+            assert remoras("validate", name).exit_code == 0
+
+
+def test_a_scenario_given_to_sweep_is_one_hint(tmp_path: Path):
+    file = tmp_path / "mine.toml"
+    file.write_text(remoras("example", "scenario").stdout, encoding="utf-8")
+    for name in (file, "mapping-rendezvous"):
+        message = refused("sweep", name, "--out", tmp_path / "out")
+        assert f"this is a scenario; start it with: remoras run {name}" in message
+        assert len(message.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+LONG = "x" * 10_000
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["run", LONG],
+        ["run", "mapping-rendezvous", "--set", f"channel.per={LONG}"],
+        ["run", "mapping-rendezvous", "--set", f"channel.{LONG}=1"],
+        ["run", "mapping-rendezvous", "--set", LONG],
+        ["run", "mapping-rendezvous", "--strategy", f"{LONG}:{LONG}"],
+        ["run", "mapping-rendezvous", "--seed", LONG],
+        ["run", "mapping-rendezvous", f"--{LONG}"],
+        ["run", "mapping-rendezvous", "--per", "many words " * 1000],
+        ["exchange-study", "--per", "many words " * 1000],
+        ["list", "many words " * 1000],
+        ["explain", LONG],
+        [LONG],
+    ],
+    ids=range(12),
+)
+def test_a_long_value_is_not_echoed_whole(arguments: list[str], capsys: pytest.CaptureFixture[str]):
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(sys, "argv", ["remoras", *arguments, "--json"])
+        with pytest.raises(SystemExit) as ended:
+            main()
+    said = capsys.readouterr()
+    assert ended.value.code == 2
+    assert 20 < len(said.err) < 1500
+    assert len(said.out) < 3000
+    assert json.loads(said.out)["error"]
+
+
+@pytest.mark.parametrize("arguments", [["run", "mapping-rendezvous"], ["--help"]])
+def test_an_interruption_while_libraries_load_is_one_line(arguments: list[str]):
+    program = "import sys, remoras.cli\ndef interrupted(**_): raise KeyboardInterrupt\n"
+    program += "sys.modules['remoras.cli.app'].app = interrupted\nremoras.cli.main()"
+    done = subprocess.run([sys.executable, "-c", program, *arguments], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "remoras: interrupted\n")
+
+
+def test_faults_of_a_file_are_json_too(tmp_path: Path):
+    file = tmp_path / "mine.toml"
+    text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
+    file.write_text(text.replace("slot = 2", "slot = 1"), encoding="utf-8")
+    report = json.loads(remoras("validate", file, "--json").stdout)
+    assert [(fault["key"], fault["given"]) for fault in report["faults"]] == [("vehicle.AUV01.slot", "1")]
+    assert report["faults"][0]["line"] > 0
 
 
 def test_results_are_written_and_not_overwritten_without_being_asked(tmp_path: Path):
@@ -287,7 +414,7 @@ def test_the_example_of_an_organisation_is_its_groups():
 def test_a_key_is_explained_by_type_range_and_meaning():
     text = remoras("explain", "channel.per").stdout
     assert "packet error rate" in text
-    assert "float" in text
+    assert "channel.per  (number, at least 0, below 1, default 0.0)" in text
 
 
 def test_a_table_explains_all_its_keys_and_nothing_explains_everything():
@@ -296,6 +423,68 @@ def test_a_table_explains_all_its_keys_and_nothing_explains_everything():
     assert "vehicle.sensor.swath_m" in vehicle
     everything = remoras("explain").stdout
     assert all(key in everything for key in explanations())
+
+
+def test_no_key_is_explained_by_a_type_of_python():
+    for name, (kind, _) in (explanations() | study_explanations()).items():
+        assert re.match(r"(text|number|whole number|true or false|table|lists? of|one of|value)", kind), (name, kind)
+        assert not re.search(r"\b(str|int|float|bool|dict|tuple|None|Any|Literal|Annotated)\b|[()]", kind), (name, kind)
+
+
+@pytest.mark.parametrize(
+    ("key", "kind"),
+    [
+        ("world.x_m", "list of 2 numbers"),
+        ("vehicle.playable_roles", "list of texts"),
+        ("vehicle.sensor", "list of tables, default []"),
+        ("vehicle.vehicle_type", 'one of "AUV", "ASV"'),
+        ("vehicle.social_layer", "true or false, default true"),
+        ("communication.needs", "table of whole numbers"),
+        ("fault.at_s", "number or list of 2 numbers, may be left out"),
+        ("fleet.size", "whole number, at least 2, at most 64, may be left out"),
+        ("study.sampling", 'one of "grid", "list", "latin", default "grid"'),
+        ("study.strategies", "list of texts, at least 1, may be left out"),
+    ],
+)
+def test_types_are_said_in_words_of_a_toml_file(key: str, kind: str):
+    (row,) = [row for row in json.loads(remoras("explain", key, "--json").stdout) if row["key"] == key]
+    assert row["type"] == kind
+
+
+def schema(*arguments: str) -> dict[str, Any]:
+    made: dict[str, Any] = json.loads(remoras("explain", *arguments, "--schema").stdout)
+    jsonschema.Draft202012Validator.check_schema(made)
+    return made
+
+
+def test_the_schema_takes_every_shipped_file():
+    for name, path in shipped().items():
+        jsonschema.validate(tomllib.loads(path.read_text(encoding="utf-8")), schema("--scenario", name))
+    for path in shipped_studies().values():
+        jsonschema.validate(tomllib.loads(path.read_text(encoding="utf-8")), schema("study"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("cell_m = 25.0", "cells_m = 25.0"),
+        ("tick_s", "ticks_s"),
+        ('vehicle_type = "ASV"', 'vehicle_type = "UFO"'),
+        ("slot = 2", "slot = 99"),
+        ("slot = 2", 'slot = "two"'),
+    ],
+)
+def test_the_schema_refuses_what_the_checks_of_single_values_refuse(old: str, new: str):
+    text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
+    assert old in text
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(tomllib.loads(text.replace(old, new)), schema())
+
+
+def test_the_schema_is_of_a_whole_file():
+    assert "of a whole file, scenario or study, not of 'world'" in refused("explain", "world", "--schema")
+    assert schema("study")["title"] == "REMORAS study"
+    assert "area" in schema()["properties"]
 
 
 def test_an_unknown_key_is_told_with_the_nearest():
@@ -336,6 +525,23 @@ def test_figures_are_drawn_where_they_are_asked_for(results: Path, tmp_path: Pat
     printed = [Path(line) for line in result.stdout.splitlines()]
     assert printed
     assert all(path.is_file() and path.parent == tmp_path / "figures" for path in printed)
+
+
+def test_a_name_that_the_font_lacks_is_one_line(tmp_path: Path):
+    text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8").replace("AUV01", "AUV\N{FISH}")
+    (tmp_path / "fish.toml").write_text(text, encoding="utf-8")
+    assert remoras("run", tmp_path / "fish.toml", *SHORT, "--out", tmp_path / "out").exit_code == 1
+    drawn = remoras("plot", tmp_path / "out", "trajectories", "roles")
+    assert drawn.exit_code == 0
+    assert drawn.stderr == "remoras: the font of figures lacks some characters of the names; they are drawn as boxes\n"
+
+
+@pytest.mark.parametrize("options", [["--strategy", "\udcc3\udca9"], ["--set", "scenario.title=\udcff"]])
+def test_bytes_that_are_no_text_are_one_fault(options: list[str]):
+    """As a shell without UTF-8 hands them over."""
+    message = refused("run", "mapping-rendezvous", *options)
+    assert "is no text in UTF-8; set LC_ALL=C.UTF-8" in message
+    assert len(message.splitlines()) == 1
 
 
 def test_an_unknown_figure_is_told_with_what_there_is(results: Path):

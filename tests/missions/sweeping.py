@@ -59,8 +59,15 @@ def environment() -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(HERE)])}
 
 
-def started(*arguments: object) -> "subprocess.Popen[str]":
+def started(*arguments: object, start_new_session: bool = False) -> "subprocess.Popen[str]":
     """``remoras`` with these arguments, open to Ctrl-C even where a shell started the tests with it ignored."""
     heeded = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
     command = [sys.executable, "-c", f"{heeded}; from remoras.cli import main; main()", *map(str, arguments)]
-    return subprocess.Popen(command, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    return subprocess.Popen(
+        command,
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=start_new_session,
+    )

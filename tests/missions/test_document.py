@@ -7,8 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from missions.document import Document, file_or_name, line_of, lines_of, location_of, toml_value
+from missions.document import Document, line_of, lines_of, location_of
 from missions.errors import ConfigurationError, ConfigurationFault
+from missions.files import file_or_name, toml_value
 
 TEXT = """\
 title = "t"
@@ -103,7 +104,7 @@ def test_what_an_option_has_set_is_named_by_the_option(tmp_path: Path) -> None:
         (("slot = 1", ""), ":8: vehicle.AUV01.slot: missing"),
         (("swath_m = 2.0", 'swath_m = "wide"'), ':11: vehicle.AUV01.sensor.swath_m = "wide": input should be a valid'),
         (("swath_m = 2.0", "swath_m = 2020-01-01"), ":11: vehicle.AUV01.sensor.swath_m = 2020-01-01: input should be"),
-        (('title = "t"', f'title = ["{"x" * 80}"]'), f':1: title = ["{"x" * 55}...: input should be a valid string'),
+        (('title = "t"', f'title = ["{"x" * 80}"]'), f':1: title = ["{"x" * 75}...: input should be a valid string'),
         (("[mission]", "[missions]"), "allowed here: title, vehicle, channel, mission; did you mean 'mission'?"),
     ],
 )  # fmt: skip
@@ -205,3 +206,47 @@ def test_a_value_is_read_back_from_its_line_of_toml(value: object) -> None:
 def test_lines_of_a_flat_file_are_counted(names: list[str]) -> None:
     lines = lines_of("".join(f"{name} = 1\n" for name in names))
     assert [line_of(location_of(name, dict.fromkeys(names, 1)), lines) for name in names] == [*range(1, len(names) + 1)]
+
+
+# What is no file of its kind -----------------------------------------------------------------------
+
+
+def message(path: Path, content: bytes, what: str = "scenario") -> str:
+    path.write_bytes(content)
+    with pytest.raises(ConfigurationError) as caught:
+        Document.read(str(path), {}, what)
+    assert len(caught.value.faults) == 1
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["a = " + "[" * 5000 + "]" * 5000, "a = " + "{b = " * 5000 + "1" + "}" * 5000, "[" + ".".join(["a"] * 5000) + "]",
+     "a" + ".a" * 100 + " = 1", "a = " + "[" * 41 + "]" * 41],
+    ids=["lists", "tables", "header", "key", "one level too many"],
+)  # fmt: skip
+def test_tables_nested_too_deep_are_one_fault(tmp_path: Path, text: str) -> None:
+    assert "more than 40 levels deep" in message(tmp_path / "deep.toml", text.encode())
+
+
+def test_what_is_not_that_deep_is_read(tmp_path: Path) -> None:
+    (tmp_path / "own.toml").write_text("a = " + "[" * 38 + "]" * 38, encoding="utf-8")
+    assert Document.read(str(tmp_path / "own.toml"), {}, "scenario").raw
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be", "utf-32"])
+def test_a_file_of_another_encoding_is_named(tmp_path: Path, encoding: str) -> None:
+    assert "it is UTF-16" in message(tmp_path / "own.toml", "[scenario]\nname = 'a'\n".encode(encoding))
+
+
+def test_a_file_of_the_other_kind_is_one_hint(tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    said = message(file, b"# mine\n[study]\nname = 'x'\n")
+    assert said == f"{file}:2: [study]: this is a study; start it with: remoras sweep {file} --out DIR"
+    assert "this is a scenario; start it with: remoras run" in message(file, b"[scenario]\nname = 'x'\n", "study")
+
+
+def test_long_values_are_cut(tmp_path: Path) -> None:
+    fault = ConfigurationFault("k" * 10_000, "v" * 10_000, "allowed: 1")
+    assert len(fault.text("f" * 10_000)) < 500
+    assert fault.text("own.toml").endswith(f"= {'v' * 77}...: allowed: 1")

@@ -198,7 +198,6 @@ def test_a_setting_without_effect_is_refused(tmp_path: Path, channel: str, setti
     ("channel", "settings"),
     [
         (OWN, ["channel.name=perfect"]),
-        (OWN, ["channel.name=perfect", "channel.per=0.5"]),
         (OWN, ["channel.name=gilbert-elliott"]),
         (BURSTS, ["channel.name=bernoulli", "channel.per=0.5"]),
         (LINKED, ["channel.name=bernoulli"]),

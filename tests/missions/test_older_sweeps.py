@@ -12,7 +12,7 @@ from missions.errors import OutputError, StudyChangedError
 from missions.metric import Better
 from missions.sweeps import SweepResults, load_study
 from missions.sweeps.folder import SweepFolder
-from missions.sweeps.plan import RunSchedule, SweepPlan
+from missions.sweeps.plan import Demand, RunSchedule, SweepPlan
 from missions.sweeps.study_file import StudyFile
 from remoras.cli import app
 
@@ -52,7 +52,7 @@ def older(tmp_path: Path) -> Path:
         "digests": DIGESTS,
     }  # fmt: skip
     (folder / "study.json").write_text(json.dumps(record, indent=1), encoding="utf-8")
-    schedule = RunSchedule("0.1.0", StudyFile.model_validate(STUDY), tuple(DIGESTS))
+    schedule = RunSchedule("0.1.0", Demand.of(StudyFile.model_validate(STUDY)), tuple(DIGESTS))
     lines = [
         LINE.replace("KEY", schedule.key(number, repeat)).replace("STRATEGY", strategy).replace("REPEAT", str(repeat))
         .replace("TIME", f"{time_s + repeat}")

@@ -448,8 +448,10 @@ def test_a_setting_reaches_its_key(setting: str, read: Callable[[Scenario], bool
     assert read(load("mapping-rendezvous", [("--set", setting)]))
 
 
-def test_of_two_settings_of_one_key_the_last_counts():
-    assert load("mapping-rendezvous", [("--set", "channel.per=0.1"), ("--per", "channel.per=0.3")]).channel.per == 0.3
+def test_two_values_for_one_key_are_refused():
+    """One of them would silently win."""
+    with pytest.raises(ConfigurationError, match=r"--per = .*: contradicts --set, .* too, = 0.1"):
+        load("mapping-rendezvous", [("--set", "channel.per=0.1"), ("--per", "channel.per=0.3")])
 
 
 @pytest.mark.parametrize(
@@ -486,3 +488,21 @@ def test_an_explanation_gives_limits_and_default():
     assert "below 1" in kind
     assert "default 0.0" in kind
     assert "packet error rate" in meaning
+
+
+@pytest.mark.parametrize("range_m", ["1e300", "100001.0", "0.0", "inf"])
+def test_a_range_beyond_any_modem_is_refused(tmp_path: Path, range_m: str):
+    """Sound needs 67 s for 100 km, which is the guard of every slot then."""
+    (fault,) = faults_of(tmp_path, SMALL, f"communication.range_m={range_m}")
+    assert "communication.range_m" in fault.key
+
+
+@pytest.mark.parametrize(
+    "setting", ["mission.x=" + "[" * 5000 + "]" * 5000, "mission." + "a." * 5000 + "b=1", "x=" + "[" * 60 + "]" * 60]
+)
+def test_a_setting_nested_too_deep_is_one_fault(tmp_path: Path, setting: str):
+    file = tmp_path / "pond.toml"
+    file.write_text(SMALL, encoding="utf-8")
+    with pytest.raises(ConfigurationError, match="levels deep") as caught:
+        load(str(file), [("--set", setting)])
+    assert len(str(caught.value)) < 600

@@ -6,7 +6,8 @@ import pytest
 from sweeping import study_text, written
 
 from missions.errors import ConfigurationError
-from missions.sweeps.study import Study, load_study, shipped_studies
+from missions.files import shipped_studies
+from missions.sweeps.study import Study, load_study
 
 BASE = """
 [study]

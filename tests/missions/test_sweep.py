@@ -253,6 +253,20 @@ def test_an_interruption_keeps_what_is_finished_and_exits_with_130(tmp_path: Pat
     assert (out / RUNS).is_file()
 
 
+@pytest.mark.parametrize("wait_s", [0.0, 0.4, 0.8])
+def test_an_interruption_while_workers_start_prints_no_traces_of_them(tmp_path: Path, wait_s: float) -> None:
+    """Ctrl-C reaches every process of the terminal's group: the workers that load their libraries too."""
+    study, out = written(tmp_path, study_text(repeats=60)), tmp_path / "out"
+    process = started("sweep", study, "--out", out, "--jobs", "2", start_new_session=True)
+    while not (out / "ledger.jsonl").is_file() and process.poll() is None:
+        time.sleep(0.02)
+    time.sleep(wait_s)
+    os.killpg(process.pid, 2)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert said.splitlines() == ["remoras: interrupted"]
+
+
 def test_an_unreachable_cluster_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
     monkeypatch.setattr("missions.sweeps.cluster.REACH_S", 0.5)

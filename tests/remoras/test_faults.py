@@ -352,7 +352,7 @@ def test_a_lost_vehicle_floats_up_and_one_that_has_not_joined_is_no_obstacle(kin
 
     If a lost vehicle stayed where it was, one that is to survey this place would evade it for ever.
     """
-    at_s = 5000.0 if kind == "joins" else 0.0
+    at_s = 89.0 if kind == "joins" else 0.0
     finished = run_with(
         f'kind="{kind}",vehicle="AUV01",at_s={at_s}' + (",factor=0.01" if kind == "slow" else ""),
         settings=["vehicle.AUV01.start_m=[60.0,60.0]", "vehicle.AUV02.start_m=[700.0,-50.0]", "scenario.duration_s=90"],
@@ -424,6 +424,6 @@ def test_a_run_with_faults_is_a_function_of_scenario_and_seed() -> None:
 
 
 def test_a_fault_that_never_comes_changes_no_row() -> None:
-    late = run_with('kind="lost",vehicle="AUV01",at_s=100000').recorder
+    late = run_with('kind="lost",vehicle="AUV01",rate_per_h=1e-9').recorder
     usual = run_with().recorder
     assert all(late.rows(name) == usual.rows(name) for name in usual.tables)

@@ -19,7 +19,7 @@ from missions.metric import Metric, MetricRecord
 from missions.runs.metrics import CORE_METRICS
 from missions.sweeps.folder import STUDY, SweepResults
 from missions.sweeps.ledger import DONE, FAILED, LEDGER
-from missions.sweeps.plan import RunSchedule, seed_of
+from missions.sweeps.plan import Demand, RunSchedule, seed_of
 from missions.sweeps.study_file import StudyFile
 
 METRICS = (*CORE_METRICS, *MAPPING_METRICS)
@@ -97,7 +97,7 @@ class Sweep:
         if self.declared:
             study["metrics"] = [MetricRecord.of(metric).written() for metric in self.declared]
         (folder / STUDY).write_text(json.dumps(study), encoding="utf-8")
-        schedule = RunSchedule("9.8.7", file, tuple(digests))
+        schedule = RunSchedule("9.8.7", Demand.of(file), tuple(digests))
         lines = [
             self._line(schedule.key(number, repeat), repeat, *cell)
             for number, cell in enumerate(cells)

@@ -133,7 +133,7 @@ def conditions(results: SweepResults, arrangement: Arrangement, rows: Iterable[C
     rows = list(rows)
     present = {(row.strategy, row.policy) for row in rows}
     series = [one for one in arrangement.series if one[:2] in present]
-    study, status = results.schedule.file.study, results.status()
+    study, status = results.file.study, results.status()
     counts = sorted({row.n for row in rows})
     n = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
     unfinished = f", {status.remaining} not made yet" if status.remaining else ""

@@ -115,7 +115,7 @@ def draw(
     charts = by_kind(list(results.metrics.values()))
     asked = _asked(kinds, charts)
     check_format(format)
-    if len(results.schedule.file.sampled_keys) > 1:
+    if len(results.file.sampled_keys) > 1:
         raise DrawingError(
             "a Latin hypercube of several keys has no axis along which the rest is the same; see runs.parquet"
         )

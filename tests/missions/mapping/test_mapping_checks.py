@@ -64,6 +64,40 @@ def test_an_area_is_a_convex_polygon_in_the_world_with_some_cells(corners: list[
     assert any(says in fault.allowed for fault in found)
 
 
+@pytest.mark.parametrize(
+    "corners",
+    [
+        SQUARE,
+        SQUARE[::-1],
+        [[50.0, 50.0], [90.0, 50.0], [90.0, 90.0]],
+        [[99.0, 0.0], [180.0, 0.0], [180.0, 90.0]],
+        [[-10.0, 40.0], [110.0, 40.0], [110.0, 60.0], [-10.0, 60.0]],
+    ],
+    ids=["same", "the other way round", "inside", "by a metre", "across"],
+)
+def test_areas_on_the_same_ground_are_refused(corners: list[list[float]]) -> None:
+    raw = with_areas({"name": "again", "corners_m": corners})
+    raw["world"] |= {"x_m": [-100.0, 300.0], "y_m": [-100.0, 300.0]}
+    (fault,) = [fault for fault in faults(raw) if fault.key != "mission.goal"]
+    assert fault.key == "area.again.corners_m"
+    assert "on the same ground as north bank" in fault.allowed
+
+
+@pytest.mark.parametrize(
+    "corners",
+    [
+        [[100.0, 0.0], [200.0, 0.0], [200.0, 100.0], [100.0, 100.0]],
+        [[100.0, 100.0], [200.0, 100.0], [200.0, 200.0]],
+        [[101.0, 99.0], [200.0, 0.0], [200.0, 200.0]],
+    ],
+    ids=["common border", "common corner", "apart, though their boxes are not"],
+)
+def test_areas_may_touch(corners: list[list[float]]) -> None:
+    raw = with_areas({"name": "again", "corners_m": corners})
+    raw["world"] |= {"x_m": [-100.0, 300.0], "y_m": [-100.0, 300.0]}
+    assert [fault for fault in faults(raw) if fault.key != "mission.goal"] == []
+
+
 @pytest.mark.parametrize(("cell_m", "n"), [(100 / 64, 0), (100 / 65, 1), (0.1, 1)])
 def test_an_area_has_at_most_4096_cells(cell_m: float, n: int) -> None:
     """64 by 64 cells are 4096, 65 by 65 are 4225: an index of 12 bits has 4096 values."""

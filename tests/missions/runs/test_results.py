@@ -137,7 +137,8 @@ def test_the_manifest_repeats_the_run(folder: Path, finished: Run, tmp_path: Pat
 
 def test_the_summary_has_the_fields_promised_in_order(folder: Path, finished: Run):
     written = Results.read(folder).summary
-    assert list(written) == SUMMARY == list(summary(finished))
+    assert list(written) == [*SUMMARY, "run_id"]
+    assert list(summary(finished)) == SUMMARY
     assert all(list(each) == ["name", "vehicle", "group", "time_s"] for each in written["milestones"])
     times_s = [each["time_s"] for each in written["milestones"]]
     assert times_s == sorted(times_s)
@@ -315,7 +316,7 @@ def test_results_are_not_overwritten_unless_asked(finished: Run, tmp_path: Path)
     assert everything_in(tmp_path) == {"out/thesis.tex": b"precious"}
     write(finished, out, force=True)
     assert (out / "thesis.tex").read_text(encoding="utf-8") == "precious"
-    assert Results.read(out).summary == json.loads(json.dumps(summary(finished)))
+    assert json.loads(json.dumps(summary(finished))).items() <= Results.read(out).summary.items()
 
 
 def test_an_empty_folder_and_folders_that_do_not_exist_yet_are_filled(finished: Run, tmp_path: Path):

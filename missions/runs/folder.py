@@ -1,0 +1,185 @@
+"""Folder of results: what is new is written beside it and takes its place whole.
+
+A kill at any moment leaves the older run or the new one. What was made from the older run goes with it: its tables, and
+its figures with their captions. Other files stay. Where a folder cannot be moved (one works in it, it is mounted, it
+holds no results yet) its files are replaced one by one; until the last one is there, readers refuse the folder.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from missions.errors import OutputError
+
+if sys.platform != "win32":
+    import fcntl
+
+SUMMARY, MANIFEST = "summary.json", "manifest.json"
+FIGURES = (".png", ".svg", ".pdf", ".gif", ".csv")
+"""Endings of figures and their numbers; one with a caption, a text file of its name, is of the run beside it."""
+AT_WORKING_FOLDER, EXCHANGE = -100, 2
+"""Arguments of the system call ``renameat2``."""
+
+
+def check_output(folder: Path, force: bool) -> None:
+    """Raise OutputError unless results can be written to ``folder`` without losing anything."""
+    try:
+        _recover(folder)
+        if folder.exists() and not folder.is_dir():
+            raise OutputError(f"--out {folder}: is a file; name a folder")
+        if (folder / "ledger.jsonl").exists():
+            raise OutputError(f"--out {folder}: holds a sweep; name another folder")
+        if folder.is_dir() and any(folder.iterdir()) and not force:
+            raise OutputError(f"--out {folder}: exists and is not empty; name another folder or add --force")
+        parent = folder if folder.is_dir() else folder.parent
+        while not parent.exists():
+            parent = parent.parent
+        with tempfile.TemporaryFile(dir=parent):
+            pass
+    except OSError as error:
+        raise OutputError(f"--out {folder}: cannot be written: {error.strerror}") from None
+
+
+@contextmanager
+def new_content(folder: Path) -> Iterator[Path]:
+    """An empty folder to fill; at the end it takes the place of ``folder``, at an error it goes.
+
+    Raises:
+        OutputError: another run is writing the same folder.
+        OSError: the folder cannot be written.
+    """
+    place = folder.resolve()
+    _recover(place)
+    place.parent.mkdir(parents=True, exist_ok=True)
+    in_place = place.is_dir() and not _can_be_moved(place)
+    draft = place / ".draft" if in_place else _beside(place, "draft")
+    with _held(draft, folder):
+        _clear(draft)
+        try:
+            yield draft
+            if in_place:
+                _fill(place, draft)
+            else:
+                _exchange(place, draft)
+        finally:
+            shutil.rmtree(draft, ignore_errors=True)
+
+
+def _beside(place: Path, what: str) -> Path:
+    return place.with_name(f".{place.name}-{what}")
+
+
+def _can_be_moved(place: Path) -> bool:
+    """True if a folder holds results, or nothing, and neither the user nor the system holds on to it."""
+    if any(place.iterdir()) and not (place / MANIFEST).is_file():
+        return False
+    if Path.cwd().is_relative_to(place) or place.is_mount():
+        return False
+    return os.access(place.parent, os.W_OK)
+
+
+@contextmanager
+def _held(draft: Path, folder: Path) -> Iterator[None]:
+    """Keep other runs from the draft; the system lets go of it when the process ends, however it ends."""
+    draft.mkdir(exist_ok=True)
+    if sys.platform == "win32":
+        yield
+        return
+    held = os.open(draft, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise OutputError(f"--out {folder}: another run is writing this folder") from None
+        except OSError:  # a disk without locks
+            pass
+        yield
+    finally:
+        os.close(held)
+
+
+def _clear(draft: Path) -> None:
+    """Take out of a draft what a run that was killed has left in it."""
+    for path in draft.iterdir():
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path)
+        else:
+            path.unlink()
+
+
+def _exchange(place: Path, draft: Path) -> None:
+    """Let a draft take the place of a folder; files of the folder that are of no run come along."""
+    if not place.is_dir():
+        draft.rename(place)
+        return
+    gone = _of_older_run(place)
+    shutil.copytree(
+        place,
+        draft,
+        symlinks=True,
+        ignore=lambda folder, names: gone if Path(folder) == place else set(),
+        copy_function=_linked,
+        dirs_exist_ok=True,
+    )
+    if not _swapped(place, draft):
+        before = _beside(place, "before")
+        place.rename(before)
+        draft.rename(place)
+        shutil.rmtree(before, ignore_errors=True)
+
+
+def _swapped(one: Path, other: Path) -> bool:
+    """Exchange the names of two folders in one step; False where the system cannot."""
+    if sys.platform != "linux":
+        return False
+    exchange = getattr(ctypes.CDLL(None), "renameat2", None)
+    if exchange is None:
+        return False
+    names = os.fsencode(one), os.fsencode(other)
+    return bool(exchange(AT_WORKING_FOLDER, names[0], AT_WORKING_FOLDER, names[1], EXCHANGE) == 0)
+
+
+def _recover(folder: Path) -> None:
+    """Put a folder back whose exchange in two steps was cut between them; else clear what such an exchange left."""
+    before = _beside(folder.resolve(), "before")
+    if not before.is_dir():
+        return
+    if folder.exists():
+        shutil.rmtree(before, ignore_errors=True)
+    else:
+        before.rename(folder)
+
+
+def _fill(place: Path, draft: Path) -> None:
+    """Put the files of a draft into a folder, the manifest last: without it a reader finds no results."""
+    (place / MANIFEST).unlink(missing_ok=True)
+    for name in sorted(_of_older_run(place), key=lambda name: name == SUMMARY):
+        (place / name).unlink(missing_ok=True)
+    for path in sorted(draft.iterdir(), key=lambda path: path.name == MANIFEST):
+        path.replace(place / path.name)
+
+
+def _of_older_run(place: Path) -> set[str]:
+    """Names of files that a run wrote into a folder, or that were drawn from them; none if it holds no results."""
+    names = {path.name for path in place.iterdir()}
+    if SUMMARY not in names:
+        return set()
+    captions = {Path(name).stem for name in names if name.endswith(".txt")}
+    figures = {Path(name).stem for name in names if name.endswith(FIGURES)} & captions
+    drawn = {name for name in names if Path(name).stem in figures and name.endswith((*FIGURES, ".txt"))}
+    return drawn | {name for name in names if name in {SUMMARY, MANIFEST} or name.endswith(".parquet")}
+
+
+def _linked(source: str, target: str) -> None:
+    """A second name of a file, or a copy where the disk has none: until the exchange the first one stays."""
+    with suppress(OSError):
+        os.link(source, target, follow_symlinks=False)
+        return
+    shutil.copy2(source, target, follow_symlinks=False)

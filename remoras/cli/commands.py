@@ -1,0 +1,125 @@
+"""How commands are listed, and how their values are taken: in the order of use, with examples, without loading much."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+from typer.core import TyperCommand, TyperGroup
+
+ORDER = (
+    "list", "example", "validate", "run", "plot", "replay", "live", "export", "query", "sweep", "status", "compare",
+    "exchange-study", "explain", "doctor",
+)  # fmt: skip
+"""Commands in the order in which one comes to use them; others follow as they are declared."""
+PYTHON_TYPE = re.compile(r" <(str|path|int|float|list\[str\])>")
+
+
+class PlainCommand(TyperCommand):
+    """A command whose plain values, texts and paths and whole numbers, are taken as they are.
+
+    Typer checks every value by a library that takes longer to load than most commands do; it is asked only about the
+    values that are not plain.
+    """
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Parameters, those of plain types with a taker of their own."""
+        return [taking_plain(parameter) for parameter in super().get_params(ctx)]
+
+    def get_help(self, ctx: Any) -> str:
+        """The help text, without names of Python's types and without braces around what is needed."""
+        text = PYTHON_TYPE.sub(lambda found: " " * len(found[0]), super().get_help(ctx))
+        usage, _, rest = text.partition("\n")
+        return "\n".join([usage.replace("{", "").replace("}", ""), rest])
+
+    def format_epilog(self, ctx: Any, formatter: Any) -> None:
+        """The example, as one types it."""
+        if self.epilog:
+            _write_lines(formatter, "Example", [self.epilog])
+
+
+class OrderedGroup(TyperGroup):
+    """The commands in the order of their use."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Parameters, those of plain types with a taker of their own."""
+        return [taking_plain(parameter) for parameter in super().get_params(ctx)]
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Names of the commands as ``--help`` shows them."""
+        names = super().list_commands(ctx)
+        return sorted(names, key=lambda name: ORDER.index(name) if name in ORDER else len(ORDER))
+
+    def format_epilog(self, ctx: Any, formatter: Any) -> None:
+        """An example of every command, as one types it."""
+        commands = [self.get_command(ctx, name) for name in self.list_commands(ctx)]
+        _write_lines(formatter, "Examples", [one.epilog for one in commands if one is not None and one.epilog])
+
+
+def _write_lines(formatter: Any, heading: str, lines: list[str]) -> None:
+    """Write lines that are not to be wrapped: they are copied."""
+    with formatter.section(heading):
+        for line in lines:
+            formatter.write(f"{'':{formatter.current_indent}}{line}\n")
+
+
+class _Plain:
+    """Takes plain values of a parameter, and asks Typer about the others.
+
+    Args:
+        parameter: of a command.
+        kind: type of its value.
+    """
+
+    def __init__(self, parameter: Any, kind: Any) -> None:
+        self._parameter = parameter
+        self._take = TAKEN[kind] if kind in TAKEN else _a_member_of(kind)
+
+    def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
+        """The value of the type that the command declares."""
+        several = param.multiple or param.nargs == -1
+        if value is None:
+            return () if several else None
+        taken = self._take(value)
+        low, high = getattr(param, "min", None), getattr(param, "max", None)
+        is_out = isinstance(taken, int) and ((low is not None and taken < low) or (high is not None and taken > high))
+        if taken is not None and not is_out:
+            return taken
+        self._parameter._runtime_param = None
+        return self._parameter.get_runtime_param().coerce(value, param=param, ctx=ctx)
+
+
+def taking_plain(parameter: Any) -> Any:
+    """The parameter, which takes plain values by itself; under a version of Typer that works otherwise, as it is."""
+    kind = getattr(getattr(parameter, "type_descriptor", None), "annotation", None)
+    is_plain = kind in TAKEN or (isinstance(kind, type) and issubclass(kind, Enum))
+    if is_plain and hasattr(parameter, "get_runtime_param") and getattr(parameter, "_runtime_param", 0) is None:
+        parameter._runtime_param = _Plain(parameter, kind)
+    return parameter
+
+
+def _whole_number(value: Any) -> int | None:
+    if isinstance(value, str):
+        return int(value) if re.fullmatch(r"[0-9]{1,18}", value) else None
+    return value if isinstance(value, int) else None
+
+
+def _texts(value: Any) -> list[str] | None:
+    return list(value) if isinstance(value, list | tuple) and all(isinstance(one, str) for one in value) else None
+
+
+def _a_member_of(kind: type[Enum]) -> Callable[[Any], Enum | None]:
+    return lambda value: next((one for one in kind if value in (one, one.value)), None)
+
+
+TAKEN: dict[Any, Callable[[Any], Any]] = {
+    str: lambda value: value if isinstance(value, str) else None,
+    Path: lambda value: Path(value) if isinstance(value, str | Path) else None,
+    bool: lambda value: value if isinstance(value, bool) else None,
+    int: _whole_number,
+    list[str]: _texts,
+}
+"""How a plain value of each type is taken; None for a value that is not plain."""

@@ -1,0 +1,146 @@
+"""What the shell offers when Tab is pressed: shipped names, files, metrics, kinds of figures, keys of a scenario.
+
+Whatever goes wrong, nothing is offered: a completion that fails must not print into the line that is being typed.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import typer
+
+Offer = Callable[[typer.Context, str], list[str]]
+
+
+def _offering(names: Callable[[typer.Context], Iterable[str]], suffixes: tuple[str, ...] = ()) -> Offer:
+    """Offer those of the names, and of the files with these endings, that begin as what has been typed.
+
+    Args:
+        names: given what has been typed of the command.
+        suffixes: endings of files that are offered too; folders on the way to them as well.
+    """
+
+    @functools.wraps(names)
+    def offer(ctx: typer.Context, incomplete: str) -> list[str]:
+        try:
+            found = [name for name in names(ctx) if name.startswith(incomplete)]
+            return found + (_files(incomplete, suffixes) if suffixes else [])
+        except Exception:  # a folder that is damaged, a module of somebody's that fails: offer nothing
+            return []
+
+    offer.__annotations__ = {"ctx": typer.Context, "incomplete": str}
+    del offer.__wrapped__  # Typer reads the parameters of the function itself
+    return offer
+
+
+def _files(incomplete: str, suffixes: tuple[str, ...]) -> list[str]:
+    """Files with these endings, and folders, that begin as what has been typed."""
+    folder, _, start = incomplete.rpartition("/")
+    place = Path(folder or ("/" if incomplete.startswith("/") else "."))
+    found = sorted(path for path in place.iterdir() if path.name.startswith(start))
+    prefix = f"{folder}/" if "/" in incomplete else ""
+    folders = [f"{prefix}{path.name}/" for path in found if path.is_dir() and not path.name.startswith(".")]
+    return [f"{prefix}{path.name}" for path in found if path.name.endswith(suffixes)] + folders
+
+
+def _scenarios(ctx: typer.Context) -> Iterable[str]:
+    from missions.files import shipped
+
+    return shipped()
+
+
+def _studies(ctx: typer.Context) -> Iterable[str]:
+    from missions.files import shipped_studies
+
+    return shipped_studies()
+
+
+def _strategies(ctx: typer.Context) -> Iterable[str]:
+    from remoras.strategies import strategies
+
+    return strategies()
+
+
+def _policies(ctx: typer.Context) -> Iterable[str]:
+    from exchange.policies import POLICIES
+
+    return POLICIES
+
+
+def _channels(ctx: typer.Context) -> Iterable[str]:
+    from exchange.acoustics.models import CHANNELS
+
+    return CHANNELS
+
+
+def _keys(ctx: typer.Context) -> Iterable[str]:
+    from missions.scenarios.explanations import explanations
+
+    return explanations()
+
+
+def _keys_of_all(ctx: typer.Context) -> Iterable[str]:
+    from missions.sweeps.study import study_explanations
+
+    return ["codec", *_keys(ctx), *study_explanations()]
+
+
+def _folder(ctx: typer.Context) -> Path:
+    """The folder that has been named; before the value of an option it is not taken yet."""
+    return Path(ctx.params.get("folder") or next(given for given in ctx.args if not given.startswith("-")))
+
+
+def _metrics(ctx: typer.Context) -> Iterable[str]:
+    """Metrics of the sweep in the folder that has been named."""
+    from missions.sweeps.folder import SweepResults
+
+    return SweepResults.read(_folder(ctx)).metrics
+
+
+def _baselines(ctx: typer.Context) -> Iterable[str]:
+    """Strategies and policies of the runs of the sweep in the folder that has been named."""
+    from missions.sweeps.folder import SweepResults
+
+    lines = SweepResults.read(_folder(ctx)).lines.values()
+    return sorted({line["summary"][name] for line in lines for name in ("strategy", "policy")})
+
+
+def _kinds(ctx: typer.Context) -> Iterable[str]:
+    """Kinds of figures of what is in the folder that has been named."""
+    from visualisation.kinds import KINDS, SWEEP_KINDS
+
+    folder = _folder(ctx)
+    if (folder / "study.json").is_file():
+        from missions.sweeps.folder import SweepResults
+        from visualisation.sweeps.measures import by_kind
+
+        return [*SWEEP_KINDS, *by_kind(list(SweepResults.read(folder).metrics.values()))]
+    from missions.figure import Figure
+    from missions.runs.results import Results
+    from missions.scenarios.parts import mission_of
+
+    figures = mission_of(Results.read(folder).scenario).figures
+    return [*KINDS, *(figure.name for figure in figures if isinstance(figure, Figure))]
+
+
+TOML = (".toml",)
+scenario = _offering(_scenarios, TOML)
+study = _offering(_studies, TOML)
+scenario_or_study = _offering(lambda ctx: [*_scenarios(ctx), *_studies(ctx)], TOML)
+strategy = _offering(_strategies, (".py",))
+strategy_name = _offering(_strategies)
+policy = _offering(_policies)
+channel = _offering(_channels)
+setting = _offering(lambda ctx: [f"{key}=" for key in _keys(ctx)])
+key = _offering(_keys_of_all)
+metric = _offering(_metrics)
+baseline = _offering(_baselines)
+kind = _offering(_kinds)
+
+
+def one_of(*names: str) -> Any:
+    """Offer these names."""
+    return _offering(lambda ctx: names)

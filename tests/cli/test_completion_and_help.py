@@ -1,0 +1,130 @@
+"""What the shell offers on Tab, and what help shows: commands in the order of use, each with an example that works."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from exchange.acoustics.models import CHANNELS
+from missions.files import shipped, shipped_studies
+from remoras.cli import app
+from remoras.cli.commands import ORDER
+from remoras.strategies import strategies
+
+MAIN = "from remoras.cli import main; main()"
+STUDY = """[study]
+name = "two"
+scenario = "mapping-rendezvous"
+policies = ["ack", "m-ack"]
+repeats = 1
+[set]
+scenario.duration_s = 30
+"""
+
+
+def remoras(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def offered(words: str, folder: Path) -> list[str]:
+    """What the shell is told to offer for the last of the words; an empty one is written as ''."""
+    given = shlex.split(words)
+    environment = {
+        **os.environ, "_REMORAS_COMPLETE": "complete_bash", "COMP_WORDS": f"remoras {' '.join(given)}",
+        "COMP_CWORD": str(len(given)),
+    }  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-c", MAIN], env=environment, cwd=folder, capture_output=True, text=True, check=False
+    )
+    assert done.stderr == ""
+    return done.stdout.split()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run, a sweep, a file and a strategy of the user's."""
+    made = tmp_path_factory.mktemp("work")
+    (made / "mine.toml").write_text(STUDY, encoding="utf-8")
+    (made / "mine.py").touch()
+    short = ["--set", "scenario.duration_s=30"]
+    assert remoras("run", "mapping-rendezvous", *short, "--out", made / "lossy").exit_code == 1
+    assert remoras("sweep", made / "mine.toml", "--out", made / "swept", "--jobs", "1").exit_code == 0
+    return made
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("ru", ["run"]),
+        ("run mapping-", [*shipped()]),
+        ("run mi", ["mine.toml"]),
+        ("run mapping-rendezvous --strategy ''", [*strategies()]),
+        ("run mapping-rendezvous --policy mps", ["mps-ack", "mps-ack-repeat"]),
+        ("run mapping-rendezvous --channel ''", [*CHANNELS]),
+        ("run mapping-rendezvous --set communication.p", ["communication.policy="]),
+        ("validate strategies-", [name for name in shipped_studies() if name.startswith("strategies-")]),
+        ("sweep giv", ["giving-up"]),
+        ("sweep giving-up --strategy mi", ["mine.py"]),
+        ("explain study.rep", ["study.repeats"]),
+        ("example ''", ["scenario", "study", "organisation"]),
+        ("list pol", ["policies"]),
+        ("plot lossy ro", ["roles"]),
+        ("plot lossy cov", ["coverage"]),
+        ("plot swept ra", ["ranking"]),
+        ("plot swept by", ["bytes"]),
+        ("plot swept ranking --metric n_b", ["n_bytes"]),
+        ("compare swept --metric mission", ["mission_time_s"]),
+        ("compare swept --baseline m", ["m-ack"]),
+        ("compare nowhere --metric mission", []),
+        ("plot nowhere ro", []),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_names_are_offered(words: str, expected: list[str], folder: Path) -> None:
+    assert sorted(offered(words, folder)) == sorted(expected)
+
+
+def test_folders_on_the_way_to_a_file_are_offered(folder: Path) -> None:
+    (folder / "deep").mkdir(exist_ok=True)
+    (folder / "deep" / "other.toml").touch()
+    assert offered("run dee", folder) == ["deep/"]
+    assert offered("run deep/", folder) == ["deep/other.toml"]
+
+
+# Help ---------------------------------------------------------------------------------------------
+
+
+def commands() -> list[str]:
+    listed = remoras("--help").stdout.partition("Commands:\n")[2].partition("\n\n")[0]
+    return re.findall(r"^  ([a-z-]+) ", listed, re.MULTILINE)
+
+
+def test_commands_are_listed_in_the_order_of_use() -> None:
+    shown = commands()
+    assert shown == [name for name in ORDER if name in shown]
+    assert shown.index("example") < shown.index("run") < shown.index("plot") < shown.index("sweep")
+    assert "..." not in remoras("--help").stdout.partition("Commands:")[2]
+
+
+def test_every_command_shows_an_example_that_the_parser_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    everything = remoras("--help").stdout
+    for name in commands():
+        text = remoras(name, "--help").stdout
+        (example,) = re.findall(r"^Example:\n  (remoras .*)$", text, re.MULTILINE)
+        assert f"  {example}\n" in everything
+        assert shlex.split(example)[1] == name
+        given = shlex.split(example.partition(" > ")[0])[1:]
+        assert "Usage" not in remoras(*given[:1], "--help").stderr
+        for option in [word for word in given if word.startswith("--")]:
+            assert f"  {option} " in text
+
+
+def test_help_names_no_types_of_python() -> None:
+    for name in commands():
+        text = remoras(name, "--help").stdout
+        assert not re.search(r"<[a-z]|\{|\blist\[|\bstr\b|\bint\b", text.partition("Example:")[0]), text
