@@ -169,4 +169,5 @@ def test_a_run_without_packets_or_work_and_with_odd_names_is_shown(chrome: Any, 
         window.ask("() => R.app.views[0].showTab('news')")
         assert '</script><b>"🐟' in window.texts(".body td:first-child")
         assert window.ask("() => document.querySelectorAll('b b, main > b').length") == 0
-        window.ask("() => new DOMParser().parseFromString(R.app.svg(), 'image/svg+xml').documentElement.tagName")
+        tag = "() => new DOMParser().parseFromString(R.app.svg(), 'image/svg+xml').documentElement.tagName"
+        assert window.ask(tag) == "svg"

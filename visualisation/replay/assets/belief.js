@@ -2,7 +2,7 @@
 /* One vehicle's world beside the truth: where it last heard its peers, where they may be by now, work that is done but
    that it has not heard of, and roles that it has wrong. */
 (function () {
-  const GHOST_PX = 6;
+  const GHOST_PX = 6, FEW = 12, FAR_M = 1e5;
 
   /** Roles of every vehicle as sets of "group role", by vehicle. */
   R.roleSets = function (facts, roles) {
@@ -38,16 +38,15 @@
   R.drawGhosts = function (pen, frame, facts, v, mind, time_s, { names = true, wrong = [], taken = [], size = GHOST_PX } = {}) {
     const { run } = facts;
     const labels = [];
+    const peers = mind.peers.filter((peer) => peer.v !== v);
     pen.save();
     pen.beginPath();
     pen.rect(0, 0, frame.w, frame.h);
     pen.clip();
-    for (const peer of mind.peers) {
-      if (peer.v === v) continue;
+    drawDiscs(pen, frame, facts, peers, time_s);
+    for (const peer of peers) {
       const x = frame.x(peer.x), y = frame.y(peer.y);
       const age_s = Math.max(0, time_s - peer.since_s);
-      const radius = Math.min(age_s * facts.top_mps[peer.v], 1e5) * frame.scale;
-      drawDisc(pen, x, y, radius, facts.n > 12);
       const so = run.at(peer.v, time_s);
       pen.strokeStyle = R.theme.belief;
       pen.lineWidth = 1.2;
@@ -66,16 +65,24 @@
     if (names) nameGhosts(pen, frame, facts, labels, wrong, taken);
   };
 
-  function drawDisc(pen, x, y, radius, many) {
-    pen.beginPath();
-    pen.arc(x, y, Math.max(radius, 1), 0, 2 * Math.PI);
-    pen.globalAlpha = many ? 0.015 : 0.1;
-    pen.fillStyle = R.PURPLE;
-    pen.fill();
-    pen.globalAlpha = many ? 0.25 : 0.8;
-    pen.strokeStyle = R.PURPLE;
+  /* Discs of a few peers stand out one by one; those of many become one area, which overlaps do not darken. */
+  function drawDiscs(pen, frame, facts, peers, time_s) {
+    const radius = (peer) => Math.max(1, Math.min((time_s - peer.since_s) * facts.top_mps[peer.v], FAR_M) * frame.scale);
+    const groups = facts.n > FEW ? [peers] : peers.map((peer) => [peer]);
+    pen.fillStyle = pen.strokeStyle = R.PURPLE;
     pen.lineWidth = 1;
-    pen.stroke();
+    for (const group of groups) {
+      pen.beginPath();
+      for (const peer of group) {
+        const x = frame.x(peer.x), y = frame.y(peer.y), r = radius(peer);
+        pen.moveTo(x + r, y);
+        pen.arc(x, y, r, 0, 2 * Math.PI);
+      }
+      pen.globalAlpha = 0.1;
+      pen.fill();
+      pen.globalAlpha = facts.n > FEW ? 0.2 : 0.8;
+      pen.stroke();
+    }
     pen.globalAlpha = 1;
   }
 

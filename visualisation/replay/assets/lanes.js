@@ -74,8 +74,10 @@
     pen.restore();
   }
 
+  const headTop = (look) => (look === ROOMY ? 19 : 13);
+
   function drawHead(pen, facts, lane, selected, look, room) {
-    const x = 8, top = lane.y + (look === ROOMY ? 19 : 13);
+    const x = 8, top = lane.y + headTop(look);
     pen.fillStyle = R.theme.ink;
     pen.textAlign = "left";
     pen.textBaseline = "middle";
@@ -110,7 +112,7 @@
     pen.textAlign = "left";
     pen.textBaseline = "middle";
     for (const lane of layout.lanes) {
-      const y = lane.y - scroll + 13 + 17;
+      const y = lane.y - scroll + headTop(layout.look) + 17;
       if (!lane.head || y < AXIS_PX || y > h) continue;
       const count = new Map();
       for (const v of lane.members) {

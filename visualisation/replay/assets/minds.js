@@ -38,8 +38,10 @@
     pen.font = R.FONT;
     pen.fillStyle = wrong.length ? R.theme.warn : R.theme.muted;
     pen.textAlign = "right";
-    const note = (wrong.length ? `≠ ${wrong.length} wrong on roles` : "roles agree") + (unheard ? `, ${unheard} unheard` : "");
-    pen.fillText(R.fitted(pen, note, w - nameW - 10), x + w, y + TITLE_PX / 2);
+    const long = (wrong.length ? `≠ ${wrong.length} wrong on roles` : "roles agree") + (unheard ? `, ${unheard} unheard` : "");
+    const room = w - nameW - 10;
+    const note = pen.measureText(long).width <= room ? long : wrong.length ? `≠ ${wrong.length}` : "✓";
+    pen.fillText(R.fitted(pen, note, room), x + w, y + TITLE_PX / 2);
     pen.save();
     pen.translate(x, y + TITLE_PX);
     pen.beginPath();

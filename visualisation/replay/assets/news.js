@@ -52,7 +52,7 @@
       const so = run.at(peer, time_s), ghost = ghosts.get(peer);
       const off_m = ghost ? Math.hypot(so.x - ghost.x, so.y - ghost.y) : null;
       return [[run.vehicles[peer].name], [Number.isFinite(age_s[v][peer]) ? R.seconds(age_s[v][peer]) : "never heard"],
-              [ghost ? `${Math.round(off_m)} m (heard ${R.seconds(time_s - ghost.since_s)} ago)` : "unknown"],
+              [ghost ? `${Math.round(off_m)} m (said ${R.seconds(time_s - ghost.since_s)} ago)` : "unknown"],
               [String(lacking[v][peer])], [mind.absent.includes(peer) ? "taken for absent" : [...believed[peer].values()].join(", ") || "none"], mistake(wrong.get(peer))];
     });
     return R.table(["peer", "age of news", "place is off by", "items lacking", "roles as it believes", "truth"], rows);

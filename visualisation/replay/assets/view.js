@@ -122,7 +122,11 @@
 
     /** The lanes are drawn again only if what they show has changed; the clock needs the upper canvas alone. */
     paintLanes() {
-      this.layout = R.layLanes(this.facts, this.open, this.selected, this.lanesBox.clientHeight);
+      const laid = [this.lanesBox.clientHeight, this.selected, ...this.open].join();
+      if (laid !== this.laidFor) {
+        this.laidFor = laid;
+        this.layout = R.layLanes(this.facts, this.open, this.selected, this.lanesBox.clientHeight);
+      }
       this.lanesInner.style.height = this.lanesBox.clientHeight + "px";
       this.spacer.style.height = Math.max(0, this.layout.height - this.lanesBox.clientHeight) + "px";
       const key = [this.window, this.lanesBox.clientWidth, this.lanesBox.clientHeight, this.lanesBox.scrollTop, this.selected,
