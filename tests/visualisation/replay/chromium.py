@@ -18,6 +18,9 @@ QUIET = (
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 )  # fmt: skip
 
+PATIENCE_MS = 180_000.0
+"""A busy machine may take its time; nothing here is a measurement of speed."""
+
 
 class Window:
     """A page and what it did: ``requests`` beyond its own file, ``faults`` on the console."""
@@ -51,7 +54,7 @@ def browser() -> Iterator[Any]:
     if CHROMIUM is None:
         pytest.skip("chromium is not installed")
     with playwright.sync_playwright() as play:
-        found = play.chromium.launch(executable_path=CHROMIUM, args=list(QUIET))
+        found = play.chromium.launch(executable_path=CHROMIUM, args=list(QUIET), timeout=PATIENCE_MS)
         yield found
         found.close()
 
@@ -67,6 +70,7 @@ def written(folder: Path, *runs: Results) -> Path:
 def opened(chrome: Any, file: Path, at: str = "", scheme: str = "light") -> Iterator[Window]:
     """A window on a page, shown and without a fault until it is closed again."""
     context = chrome.new_context(viewport={"width": 1280, "height": 720}, color_scheme=scheme, accept_downloads=True)
+    context.set_default_timeout(PATIENCE_MS)
     window = Window(context.new_page())
     window.page.goto(file.as_uri() + at)
     window.page.wait_for_function("() => globalThis.R && R.app && R.app.views.length")
