@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-LONGEST_VALUE, LONGEST_KEY = 80, 160
+LONGEST_VALUE, LONGEST_KEY = 200, 160
 """Characters of a value, and of a key or a file, that a message shows."""
 
 

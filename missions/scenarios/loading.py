@@ -141,7 +141,7 @@ def _contradictions(overrides: Sequence[tuple[str, str]]) -> Iterator[Configurat
         name, _, value = text.partition("=")
         key, value = ".".join(key_parts(name.strip())), value.strip()
         other, given = first.setdefault(key, (option, value))
-        if _value(value) != _value(given):
+        if value != given and _value(value) != _value(given):
             where = other if other == option else f"{other}, which sets {key} too,"
             allowed = f"contradicts {where} = {cut(given, LONGEST_VALUE)}; give one of them"
             yield ConfigurationFault(option, text, allowed)

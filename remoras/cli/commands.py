@@ -85,7 +85,9 @@ class _Plain:
             return () if several else None
         taken = self._take(value)
         low, high = getattr(param, "min", None), getattr(param, "max", None)
-        is_out = isinstance(taken, int) and ((low is not None and taken < low) or (high is not None and taken > high))
+        is_out = isinstance(taken, int | float) and (
+            (low is not None and taken < low) or (high is not None and taken > high)
+        )
         if taken is not None and not is_out:
             return taken
         self._parameter._runtime_param = None
@@ -107,6 +109,12 @@ def _whole_number(value: Any) -> int | None:
     return value if isinstance(value, int) else None
 
 
+def _number(value: Any) -> float | None:
+    if isinstance(value, str):
+        return float(value) if re.fullmatch(r"[0-9]{1,9}(\.[0-9]{1,9})?", value) else None
+    return float(value) if isinstance(value, int | float) else None
+
+
 def _texts(value: Any) -> list[str] | None:
     return list(value) if isinstance(value, list | tuple) and all(isinstance(one, str) for one in value) else None
 
@@ -120,6 +128,7 @@ TAKEN: dict[Any, Callable[[Any], Any]] = {
     Path: lambda value: Path(value) if isinstance(value, str | Path) else None,
     bool: lambda value: value if isinstance(value, bool) else None,
     int: _whole_number,
+    float: _number,
     list[str]: _texts,
 }
 """How a plain value of each type is taken; None for a value that is not plain."""

@@ -33,8 +33,10 @@ FORMAT_HELP = (
 @command("export", "remoras export results/lossy --format mcap")
 def export(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run.")],
-    file_format: Annotated[ExportFormat, typer.Option("--format", help=FORMAT_HELP)],
-    out: Annotated[Path | None, typer.Option(help="File or folder to write; in DIR if left out.")] = None,
+    file_format: Annotated[ExportFormat, typer.Option("--format", metavar="FORMAT", help=FORMAT_HELP)],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="File or folder to write; in DIR if left out.")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier export.")] = False,
     as_json: Json = False,
 ) -> None:

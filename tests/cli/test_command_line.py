@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -10,6 +11,7 @@ from typing import Any
 
 import jsonschema
 import pytest
+import tomli_w
 from typer.testing import CliRunner, Result
 
 from missions.errors import ConfigurationError
@@ -630,8 +632,13 @@ def test_the_formats_are_those_of_the_package() -> None:
 def test_an_export_is_of_one_run(results: Path, swept: Path, tmp_path: Path) -> None:
     assert "holds a sweep, and export takes the results of one run" in refused("export", swept, "--format", "csv")
     assert "no results of a run" in refused("export", tmp_path, "--format", "csv")
-    assert "world.origin_deg" in refused("export", results, "--format", "kml", "--out", tmp_path / "run.kml")
     assert list(tmp_path.iterdir()) == []
+    shutil.copytree(results, tmp_path / "nowhere")
+    manifest = json.loads((results / "manifest.json").read_text())
+    scenario = tomllib.loads(manifest["scenario"])
+    del scenario["world"]["origin_deg"]
+    (tmp_path / "nowhere" / "manifest.json").write_text(json.dumps({**manifest, "scenario": tomli_w.dumps(scenario)}))
+    assert "world.origin_deg" in refused("export", tmp_path / "nowhere", "--format", "kml")
 
 
 def test_figures_have_the_width_that_is_asked_for(results: Path, tmp_path: Path) -> None:

@@ -160,7 +160,6 @@ SHAPES = {
     "diamond": [[[300, 100], [500, 300], [300, 500], [100, 300]]],
     "strip": [[[100, 100], [600, 100], [600, 130], [100, 130]]],
     "as many as a fleet cannot share": [square(100 + 100 * (n % 4), 100 + 100 * (n // 4), 100) for n in range(10)],
-    "one upon the other": [square(100, 100, 200), square(100, 100, 200), square(200, 200, 200)],
     "around the origin": [square(-90, -90, 150)],
 }
 

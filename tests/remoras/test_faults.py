@@ -201,7 +201,8 @@ FROM_S, UNTIL_S, END_S = 300.0, 500.0, 700.0
 
 def run_with(*tables: str, seed: int = 1, settings: Sequence[str] = ()) -> Run:
     said = (f"fault=[{','.join('{' + table + '}' for table in tables)}]", f"scenario.duration_s={END_S}", *settings)
-    return run(load("mapping-rendezvous", [("--set", one) for one in said]), seed)
+    last = {one.partition("=")[0]: one for one in said}
+    return run(load("mapping-rendezvous", [("--set", one) for one in last.values()]), seed)
 
 
 def during(kind: str, more: str = "") -> Run:

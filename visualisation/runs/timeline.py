@@ -130,7 +130,7 @@ class _Timeline:
         """Bars of one role: of one vehicle in its colour, of several as high as the share of them."""
         hatch = self.hatches[row.group]
         if lane.is_folded:
-            _area(axes, lane, row, middle_in)
+            _shares(axes, lane, row, middle_in)
             return
         colour = self.looks[lane.vehicles[0]].colour
         for spans, fill, shade, pattern in (
@@ -146,7 +146,7 @@ class _Timeline:
                 )
 
 
-def _area(axes: Axes, lane: Lane, row: Row, middle_in: float) -> None:
+def _shares(axes: Axes, lane: Lane, row: Row, middle_in: float) -> None:
     """Shares of the vehicles of a folded lane: pale those that held a role, dark those that it drove."""
     high_in = DRIVING * FOLDED_ROW_IN
     for of_vehicles, strength in ((row.held, 0.4), (row.active, 1.0)):

@@ -83,6 +83,7 @@ def test_places_are_points_to_meet_at_and_areas() -> None:
     scenario: Any = SimpleNamespace(
         area=[SimpleNamespace(name="bay", corners_m=((0, 0), (0, 9), (9, 9)))],
         rally_point=[SimpleNamespace(name="buoy", position_m=(1.0, 2.0))],
+        world=SimpleNamespace(cell_m=5.0),
     )
     found = {place.name: (place.kind, place.outline_m) for place in places(scenario)}
     assert found == {

@@ -270,7 +270,7 @@ def test_files_of_a_sweep_say_what_study_they_show(tmp_path: Path, sweeps: dict[
 
     draw(sweeps["one point"], ["bytes"], tmp_path)
     said = Image.open(tmp_path / "bytes.png").text  # type: ignore[attr-defined]
-    assert said["seed"] == str(sweeps["one point"].schedule.file.study.seed)
+    assert said["seed"] == str(sweeps["one point"].file.study.seed)
     assert len(said["study"]) == 20
     assert said["version"].startswith("remoras ")
 
