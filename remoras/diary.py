@@ -52,8 +52,7 @@ class Diary:
                 )
         self._recorder.objectives.extend(
             (now_s, self._me, one.group, one.role, one.name, one.argument)
-            for one in objectives
-            if one not in self._objectives
+            for one in sorted(set(objectives) - self._objectives, key=lambda one: (one.group, one.role, one.name))
         )
         self._objectives = frozenset(objectives)
 
