@@ -249,4 +249,4 @@ def test_a_file_of_the_other_kind_is_one_hint(tmp_path: Path) -> None:
 def test_long_values_are_cut(tmp_path: Path) -> None:
     fault = ConfigurationFault("k" * 10_000, "v" * 10_000, "allowed: 1")
     assert len(fault.text("f" * 10_000)) < 600
-    assert fault.text("own.toml").endswith(f"= {'v' * 77}...: allowed: 1")
+    assert fault.text("own.toml").endswith(f"= {'v' * 197}...: allowed: 1")
