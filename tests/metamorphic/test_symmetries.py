@@ -93,12 +93,17 @@ def test_renaming_vehicles_renames_only(strategy: str, per: float, tmp_path: Pat
 @pytest.mark.parametrize("header", ["  [[group.role]]", "[[vehicle]]"])
 @pytest.mark.parametrize("strategy", sorted(strategies()))
 def test_the_order_of_tables_changes_nothing(strategy: str, header: str, tmp_path: Path) -> None:
-    """It fails if jobs or vehicles are taken as the file lists them, where several are as good: slots are given."""
+    """It fails if jobs or vehicles are taken as the file lists them, where several are as good: slots are given.
+
+    The facts of one plan go out together, in the order of the file; which of them a table has first is not compared.
+    """
     text = text_of("mapping-patches")
     other = with_last_first(text, header)
     assert other != text
     assert sorted(other.split()) == sorted(text.split())
-    assert tables(of(other, tmp_path, strategy, 0.5)) == tables(of(text, tmp_path, strategy, 0.5))
+    after, before = (tables(of(one, tmp_path, strategy, 0.5)) for one in (other, text))
+    assert sorted(after.pop("items")) == sorted(before.pop("items"))
+    assert after == before
 
 
 @pytest.mark.parametrize("strategy", ["remoras", "central", "cbba"])
