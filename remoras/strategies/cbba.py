@@ -60,6 +60,7 @@ class Bidder:
         self._unsaid: set[str] = set()  # vehicles of whose claims there is news to tell
         self._known: object = None
         self._bid_anew = True
+        self._unclaimed: dict[str, int] = {}  # since when nobody claims an open role
 
     def negotiate(self, situation: Situation) -> Move:
         """Hear, give way, bid anew if something has changed, begin what has stood, tell what is new."""
@@ -70,7 +71,7 @@ class Bidder:
         self._drop({name for name in self._bundle if name not in unfinished})
         self._give_way(now, claims)
         said, held = self._left(situation, claims)
-        if self._bid_anew:
+        if self._bid_anew or self._orphans(work, now, claims):
             self._bid_anew = False
             self._build(held, situation, claims)
         if not held and (name := self._next(now)) is not None:
@@ -201,12 +202,26 @@ class Bidder:
             if BEGUN not in (claim.strength for claim in claims.standing(role.name).values())
         ]
 
+    def _orphans(self, work: Work, now: int, claims: Claims) -> list[str]:
+        """Open roles that nobody has claimed for so long that whoever they are planned for does not know of it.
+
+        Vehicles that hear little of each other may each expect another one to do a job.
+        """
+        unclaimed = [name for name in self._open(work, claims) if claims.winner(name) is None]
+        self._unclaimed = {name: self._unclaimed.get(name, now) for name in unclaimed}
+        return [name for name, since in self._unclaimed.items() if now - since >= 2 * self._with.repeat_rounds]
+
     def _build_by_plan(
         self, held: Sequence[RoleSpecification], outlook: Outlook, situation: Situation, claims: Claims
     ) -> None:
         """Bid for the own part of a plan for all; what others claim more strongly counts as theirs."""
         work = situation.work
         open_roles = self._open(work, claims)
+        orphans = [
+            name
+            for name in self._orphans(work, situation.round, claims)
+            if work.able(work.database[self._me], self._roles[name])
+        ]
         engaged = {data.name: self._engaged(data.name, held, situation, claims) for data in work.workers}
         outlooks = {data.name: engaged[data.name].end(data, work) for data in work.workers}
         theirs: dict[str, list[RoleSpecification]] = {data.name: [] for data in work.workers}
@@ -214,7 +229,8 @@ class Bidder:
             lost = {role.name for roles in theirs.values() for role in roles}
             after = {data.name: work.after_all(outlooks[data.name], data, theirs[data.name]) for data in work.workers}
             plan = planned(work, [self._roles[n] for n in open_roles if n not in lost], work.workers, after)
-            mine = [role.name for role in plan.roles[self._me]][: self._with.bundle]
+            planned_for_me = [role.name for role in plan.roles[self._me]]
+            mine = [*planned_for_me, *(name for name in orphans if name not in planned_for_me)][: self._with.bundle]
             base, bids = 0.0, {}
             for n, name in enumerate(mine):
                 score = self._score(mine[: n + 1], outlook, work)

@@ -95,6 +95,14 @@ def test_whatever_was_lost_all_is_done_in_the_end_and_in_order(
     assert not team.too_early
 
 
+def test_a_job_that_each_expects_another_to_do_is_done() -> None:
+    """In silence each of four plans the second job for another one; nothing they hear later makes them plan anew."""
+    starts_m = [(1.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 1.0)]
+    team = Team(Cbba(), starts_m, ordered_visits([(1.0, 0.0), (0.0, 0.0)]), lambda number, *_: number <= 100)
+    team.run(200)
+    assert team.done
+
+
 def test_in_silence_cbba_does_everything_twice() -> None:
     """The script can break what the test of conflicts proves: two who never hear each other do all the work each.
 
