@@ -1,8 +1,13 @@
-"""Size and pace of the replay page: bytes, first picture, frames per second in headless Chromium, 4 and 50 vehicles."""
+"""Cost, size and pace of the replay page: processor time beside that of its run; bytes, first picture and frames per
+second in headless Chromium, with 4 and 50 vehicles.
+"""
 
 from __future__ import annotations
 
+import os
 import shutil
+import subprocess
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -21,6 +26,10 @@ CASES = (
 PACE = "60"
 LASTS_MS = 4000
 FIRST_PICTURE_MS = 1000.0
+MOST_OF_RUN = 0.5
+"""Share of the processor time of a run that its page may take."""
+N_TIMES = 3
+COMMAND = (sys.executable, "-c", "from remoras.cli import main; main()")
 ARGUMENTS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run")
 PLAY = """async ([pace, lasts_ms]) => {
   R.app.setPace(pace);
@@ -39,7 +48,29 @@ FIRST = """() => {
 
 
 def rows() -> list[dict[str, Any]]:
-    """Benchmark rows; none where Playwright or Chromium is missing."""
+    """Benchmark rows; those of the browser are left out where Playwright or Chromium is missing."""
+    return [_cost(), *_pace()]
+
+
+def _cost() -> dict[str, Any]:
+    """Processor time of ``remoras replay`` as a share of that of ``remoras run``; the least of some times of each."""
+    with tempfile.TemporaryDirectory() as scratch:
+        out = str(Path(scratch) / "run")
+        run_s = min(
+            _cpu_s("run", "mapping-rendezvous", "--per", "0.6", "--out", out, "--force") for _ in range(N_TIMES)
+        )
+        page_s = min(_cpu_s("replay", out, "--force") for _ in range(N_TIMES))
+    return _row("replay, processor time, share of run", page_s / run_s, "1", MOST_OF_RUN)
+
+
+def _cpu_s(*arguments: str) -> float:
+    before = os.times()
+    subprocess.run([*COMMAND, *arguments], check=True, capture_output=True)
+    after = os.times()
+    return (after.children_user - before.children_user) + (after.children_system - before.children_system)
+
+
+def _pace() -> list[dict[str, Any]]:
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     try:
         from playwright.sync_api import sync_playwright

@@ -8,8 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import networkx as nx
-
 
 def assignment(costs_ms: Sequence[Sequence[int | None]]) -> dict[int, int]:
     """Row -> column so that as many rows as possible are assigned, the dearest pair is as cheap as possible, and
@@ -20,6 +18,8 @@ def assignment(costs_ms: Sequence[Sequence[int | None]]) -> dict[int, int]:
     >>> assignment([[1, 1], [1, 1]])
     {0: 0, 1: 1}
     """
+    import networkx as nx  # a tenth of a second to load, and few strategies need it
+
     pairs = [(cost, r, c) for r, row in enumerate(costs_ms) for c, cost in enumerate(row) if cost is not None]
     if not pairs:
         return {}

@@ -12,7 +12,7 @@ from typing import Any
 import jsonschema
 import pytest
 import tomli_w
-from typer.testing import CliRunner, Result
+from invoked import refused, remoras
 
 from missions.errors import ConfigurationError
 from missions.files import shipped_studies
@@ -20,26 +20,12 @@ from missions.runs.results import Results
 from missions.scenarios import load, shipped
 from missions.scenarios.explanations import explanations
 from missions.sweeps.study import study_explanations
-from remoras.cli import app, main
+from remoras.cli import main
 from remoras.face import load as face_load
 
 SHORT = ["--set", "scenario.duration_s=30"]
 NOT_BUILT = ["live"]
 HEAVY = ["numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "pydantic", "networkx"]
-
-
-def remoras(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
-
-
-def refused(*arguments: object) -> str:
-    """The message of a command that the user got wrong: exit 2, one message on stderr, nothing on stdout."""
-    result = remoras(*arguments)
-    assert result.exit_code == 2, result.output
-    assert result.stdout == ""
-    assert "Traceback" not in result.stderr
-    assert isinstance(result.exception, SystemExit)
-    return result.stderr
 
 
 # Importing ----------------------------------------------------------------------------------------

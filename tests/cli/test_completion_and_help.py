@@ -8,15 +8,13 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
+from invoked import MAIN, remoras
 
 from exchange.acoustics.models import CHANNELS
 from missions.files import shipped, shipped_studies
-from remoras.cli import app
 from remoras.cli.commands import ORDER
 from remoras.strategies import strategies
 
-MAIN = "from remoras.cli import main; main()"
 STUDY = """[study]
 name = "two"
 scenario = "mapping-rendezvous"
@@ -25,10 +23,6 @@ repeats = 1
 [set]
 scenario.duration_s = 30
 """
-
-
-def remoras(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 def offered(words: str, folder: Path) -> list[str]:

@@ -8,12 +8,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from invoked import MAIN
 
 if sys.platform == "win32":
     pytest.skip("needs a terminal of a Unix", allow_module_level=True)
 import pty
 
-MAIN = "from remoras.cli import main; main()"
 RULE = "───"
 STUDY = """[study]
 name = "two"

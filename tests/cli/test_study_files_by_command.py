@@ -5,14 +5,9 @@ import re
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
+from invoked import remoras
 
 from missions.sweeps.study import example_study, load_study, study_explanations
-from remoras.cli import app
-
-
-def remoras(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.fixture

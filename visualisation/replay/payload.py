@@ -143,7 +143,7 @@ def _slot_s(packets: Any) -> float | None:
     """Length of a TDMA slot, as the packets tell it; None without two of them."""
     if packets is None or packets.num_rows < 2:
         return None
-    slots, starts_s = packets["slot"].to_numpy(), packets["time_s"].to_numpy()
+    slots, starts_s = of_run.array(packets["slot"]), of_run.array(packets["time_s"])
     return float((starts_s[-1] - starts_s[0]) / (slots[-1] - slots[0])) if slots[-1] > slots[0] else None
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from missions.figure import RunResults
 from visualisation.replay.columns import Columns, Floats, Ints
@@ -91,12 +92,23 @@ class Names(NamedTuple):
         return self.texts.setdefault(text, len(self.texts))
 
 
+def array(column: Any) -> NDArray[Any]:
+    """A column of numbers (Arrow); what is missing is not a number."""
+    whole = column.combine_chunks() if hasattr(column, "combine_chunks") else column
+    # Not to_numpy: it loads pandas, which takes longer than all that is done here.
+    if whole.null_count:
+        return np.array(whole.to_pylist(), dtype=float)
+    return np.from_dlpack(whole)
+
+
 def numbered(column: Any, number_of: Callable[[str], int]) -> Ints:
     """A column of texts (Arrow) as numbers; each different text is asked for once, what is missing is ``NOBODY``."""
-    coded = (column.combine_chunks() if hasattr(column, "combine_chunks") else column).dictionary_encode()
-    numbers = np.array([number_of(text) for text in coded.dictionary.to_pylist()] or [0], dtype=np.int64)
-    places = coded.indices.fill_null(0).to_numpy(zero_copy_only=False)
-    return np.where(np.asarray(coded.is_null(), dtype=bool), NOBODY, numbers[places])
+    numbers: dict[str | None, int] = {None: NOBODY}
+    texts = column.to_pylist()
+    for text in dict.fromkeys(texts):
+        if text is not None:
+            numbers[text] = number_of(text)
+    return np.array([numbers[text] for text in texts], dtype=np.int64)
 
 
 def add_events(columns: Columns, names: Names, table: Any, called: str, kinds: Kinds) -> None:
@@ -112,7 +124,7 @@ def add_events(columns: Columns, names: Names, table: Any, called: str, kinds: K
         elif kind == "whole":
             numbers = [NOBODY if value is None else int(value) for value in values.to_pylist()]
         else:
-            numbers = values.to_numpy(zero_copy_only=False)
+            numbers = array(values)
         columns.add(f"{called}.{column}", numbers, ORDER.get(kind, 0), STEP.get(kind, 1.0))
 
 
@@ -124,7 +136,7 @@ def add_tracks(columns: Columns, names: Names, table: Any) -> list[int]:
     counts = np.bincount(vehicle[order], minlength=len(names.vehicles))
 
     def values(name: str) -> Any:
-        return table[name].to_numpy(zero_copy_only=False)[order]
+        return array(table[name])[order]
 
     columns.add("track.time", values("time_s"), 2, TIME_STEP_S)
     columns.add("track.x", values("x_m"), 2, PLACE_STEP_M)
@@ -211,15 +223,15 @@ def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, items
         items: numbers of items by uid.
     """
     has_times = "arrivals_s" in packets.column_names
-    start_s = packets["time_s"].to_numpy()
-    end_s = packets["end_s"].to_numpy() if has_times else start_s
+    start_s = array(packets["time_s"])
+    end_s = array(packets["end_s"]) if has_times else start_s
     sender = numbered(packets["sender"], names.vehicle)
-    columns.add("packets.slot", packets["slot"].to_numpy(), 1)
+    columns.add("packets.slot", array(packets["slot"]), 1)
     columns.add("packets.start", start_s, 1, TIME_STEP_S)
     columns.add("packets.length", end_s - start_s, 0, TIME_STEP_S)
     columns.add("packets.sender", sender)
-    columns.add("packets.size", packets["size_bits"].to_numpy())
-    columns.add("packets.acks", packets["acks"].to_numpy())
+    columns.add("packets.size", array(packets["size_bits"]))
+    columns.add("packets.acks", array(packets["acks"]))
     outcome = np.full((len(start_s), len(names.vehicles)), UNREACHED)
     arrival_s = np.repeat(end_s, len(names.vehicles)).reshape(outcome.shape)
     lost, by = _flat(packets["lost_by"])
@@ -227,7 +239,7 @@ def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, items
     heard, by = _flat(packets["receivers"])
     outcome[heard, numbered(by, names.vehicle)] = HEARD
     if has_times:
-        arrival_s[heard, numbered(by, names.vehicle)] = _flat(packets["arrivals_s"])[1].to_numpy()
+        arrival_s[heard, numbered(by, names.vehicle)] = array(_flat(packets["arrivals_s"])[1])
         _leave_out(outcome, arrival_s, names, [] if faults is None else faults.to_pylist())
     columns.add("packets.outcome", outcome.ravel())
     packet, receiver = np.nonzero(outcome == HEARD)
@@ -263,8 +275,9 @@ def _add_contents(columns: Columns, names: Names, table: Any, items: Mapping[str
 def _flat(column: Any) -> tuple[Ints, Any]:
     """Lists of a column one after the other: the row of each element, and the elements."""
     lists = column.combine_chunks()
-    lengths = np.diff(lists.offsets.to_numpy())
-    return np.repeat(np.arange(len(lengths)), lengths), lists.flatten()
+    offsets = array(lists.offsets)
+    lengths = np.diff(offsets)
+    return np.repeat(np.arange(len(lengths)), lengths), lists.values.slice(offsets[0], offsets[-1] - offsets[0])
 
 
 def add_heard(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]]) -> None:

@@ -11,7 +11,9 @@ from typing import Any
 
 import pytest
 
-from missions.runs.results import Results
+from missions.runs.results import Results, write
+from missions.runs.run import run
+from missions.scenarios import load
 from missions.scenarios.parts import mission_of, strategy_of
 from visualisation.replay import run_data
 from visualisation.replay.page import MODEL, asset
@@ -23,6 +25,14 @@ QUIET = (
     "--disable-background-networking", "--disable-component-update", "--disable-sync", "--virtual-time-budget=60000",
     "--dump-dom",
 )  # fmt: skip
+LOSSY = "channel.per=0.6"
+"""The setting of the run at which a page has to show most: six of ten packets are lost."""
+
+
+def recorded(folder: Path, *settings: str, scenario: str = "mapping-rendezvous", seed: int = 1) -> Results:
+    """A run of a scenario with settings of its own, written and read back."""
+    write(run(load(scenario, [("--set", one) for one in settings]), seed), folder)
+    return Results.read(folder)
 
 
 def data_of(results: Results) -> bytes:

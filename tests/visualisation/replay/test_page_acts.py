@@ -1,36 +1,18 @@
 """The controls of the page act: time, pace, selection, panels, links, files, two runs."""
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import pytest
-from chromium import Window, browser, opened, written
-from test_page_shows import recorded
+from chromium import Window, opened, written
+from replayed import LOSSY, recorded
 
 from missions.runs.results import Results
 
 pytestmark = pytest.mark.slow
 EBML = bytes.fromhex("1a45dfa3")
 """The first bytes of every WebM file (RFC 8794)."""
-
-
-@pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
-    return recorded(tmp_path_factory.mktemp("acts") / "run")
-
-
-@pytest.fixture(scope="module")
-def chrome() -> Iterator[Any]:
-    with browser() as found:
-        yield found
-
-
-@pytest.fixture
-def window(chrome: Any, results: Results, tmp_path: Path) -> Iterator[Window]:
-    with opened(chrome, written(tmp_path, results)) as found:
-        yield found
 
 
 def test_time_plays_at_the_chosen_pace_and_stops(window: Window) -> None:
@@ -174,7 +156,7 @@ def test_the_clip_is_saved_as_video(window: Window, tmp_path: Path) -> None:
 
 def test_alike_lanes_fold_and_open(chrome: Any, tmp_path: Path) -> None:
     """Of 16 vehicles 15 begin alike or nearly so: they share fewer lanes than they are, until one is opened."""
-    many = recorded(tmp_path / "run", "fleet.size=16", "scenario.duration_s=200", scenario="mapping-patches")
+    many = recorded(tmp_path / "run", LOSSY, "fleet.size=16", "scenario.duration_s=200", scenario="mapping-patches")
     with opened(chrome, written(tmp_path, many)) as window:
         lanes = "() => R.app.views[0].layout.lanes"
         folded = window.ask(lanes)
@@ -190,7 +172,7 @@ def test_two_runs_share_clock_and_selection_and_part_at_the_first_difference(
     chrome: Any, results: Results, tmp_path: Path
 ) -> None:
     """Without weight of signals the runs of one seed are the same until the first choice that a signal moved."""
-    other = recorded(tmp_path / "other", "decision.weight_external=0")
+    other = recorded(tmp_path / "other", LOSSY, "decision.weight_external=0")
     with opened(chrome, written(tmp_path, results, other)) as window:
         window.page.keyboard.press("2")
         window.page.keyboard.press("j")

@@ -4,43 +4,18 @@ import math
 import random
 import re
 import shutil
-from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import Window, browser, opened, seek, written
+from chromium import Window, opened, seek, written
+from replayed import LOSSY, recorded
 
-from missions.runs.results import Results, write
-from missions.runs.run import run
-from missions.scenarios import load
+from missions.runs.results import Results
 
 pytestmark = pytest.mark.slow
 MOMENTS = 20
-
-
-def recorded(folder: Path, *settings: str, scenario: str = "mapping-rendezvous", seed: int = 1) -> Results:
-    settings = ("channel.per=0.6", *settings)
-    write(run(load(scenario, [("--set", one) for one in settings]), seed), folder)
-    return Results.read(folder)
-
-
-@pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
-    return recorded(tmp_path_factory.mktemp("shows") / "run")
-
-
-@pytest.fixture(scope="module")
-def chrome() -> Iterator[Any]:
-    with browser() as found:
-        yield found
-
-
-@pytest.fixture
-def window(chrome: Any, results: Results, tmp_path: Path) -> Iterator[Window]:
-    with opened(chrome, written(tmp_path, results)) as found:
-        yield found
 
 
 def moments_s(results: Results) -> list[float]:
@@ -136,7 +111,7 @@ def test_a_chain_leads_to_the_signal_of_a_peer_only_while_signals_count(
     chrome: Any, results: Results, tmp_path: Path
 ) -> None:
     """AUV00 gives up its mapping as AUV01 stands still in the rendezvous; without weight no signal moves it."""
-    deaf = recorded(tmp_path / "without", "decision.weight_external=0")
+    deaf = recorded(tmp_path / "without", LOSSY, "decision.weight_external=0")
     for runs, is_moved in ((results, True), (deaf, False)):
         folder = tmp_path / str(is_moved)
         folder.mkdir()
@@ -162,7 +137,7 @@ def test_a_run_that_recorded_less_is_shown_and_says_so(
 
 
 def test_a_run_without_packets_or_work_and_with_odd_names_is_shown(chrome: Any, tmp_path: Path) -> None:
-    short = recorded(tmp_path / "run", "scenario.duration_s=1", "vehicle.AUV01.name='</script><b>\"🐟'")
+    short = recorded(tmp_path / "run", LOSSY, "scenario.duration_s=1", "vehicle.AUV01.name='</script><b>\"🐟'")
     with opened(chrome, written(tmp_path, short), "#t=1") as window:
         for tab in ("news", "minds", "matrix", "cost", "why", "events"):
             window.ask("(tab) => R.app.views[0].showTab(tab)", tab)

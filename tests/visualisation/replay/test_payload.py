@@ -9,7 +9,7 @@ from typing import Any
 import pyarrow.parquet as pq
 import pytest
 import tomli_w
-from replayed import asked, data_of
+from replayed import asked, data_of, recorded
 from synthetic_runs import FICTIONS, Fiction
 from test_columns import opened
 
@@ -42,12 +42,6 @@ LOOK = """([run]) => {
   };
 }"""
 """Asks for everything that a page asks for, at the beginning, in the middle and at the end."""
-
-
-def recorded(folder: Path, *settings: str, scenario: str = "mapping-rendezvous", seed: int = 1) -> Results:
-    """A run of a scenario with settings of its own, written and read back."""
-    write(run(load(scenario, [("--set", one) for one in settings]), seed), folder)
-    return Results.read(folder)
 
 
 @pytest.fixture(scope="module")

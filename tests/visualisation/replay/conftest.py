@@ -1,0 +1,28 @@
+"""A lossy run, a browser, and the page of the run in it, for all tests of pages."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from chromium import Window, browser, opened, written
+from replayed import LOSSY, recorded
+
+from missions.runs.results import Results
+
+
+@pytest.fixture(scope="session")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    return recorded(tmp_path_factory.mktemp("replayed") / "run", LOSSY)
+
+
+@pytest.fixture(scope="session")
+def chrome() -> Iterator[Any]:
+    with browser() as found:
+        yield found
+
+
+@pytest.fixture
+def window(chrome: Any, results: Results, tmp_path: Path) -> Iterator[Window]:
+    with opened(chrome, written(tmp_path, results)) as found:
+        yield found
