@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -28,6 +29,9 @@ SHOWS = {
 """What cannot be shown without a table, or without its newer columns."""
 OWN = frozenset({*EVENTS, *SHOWS, "satisfaction", "knowledge", "facts"})
 """Tables that every run may have; those beside them are its mission's."""
+PLACE = ("x_m", "y_m")
+VALUE_STEPS = 4096
+"""In so many steps a number of a mission's own table is kept, from its least to its greatest."""
 MOST_ROWS = 20_000
 """Of a mission's own table no more rows are shown, the earliest."""
 
@@ -127,7 +131,21 @@ def _header(results: RunResults, scenario: Mapping[str, Any], slot_s: float | No
         "range_m": communication.get("range_m"),
         "sound_mps": world.get("sound_speed_mps", 1500.0),
         "datum": world.get("origin_deg"),
+        "settings": dict(_settings(scenario)),
     }
+
+
+def _settings(value: Any, key: str = "") -> Iterator[tuple[str, str]]:
+    """The scenario as settings, key and value as one gives them to ``--set``."""
+    if isinstance(value, Mapping):
+        parts: Iterable[tuple[str, Any]] = value.items()
+    elif isinstance(value, list) and any(isinstance(one, Mapping) for one in value):
+        parts = ((str(one.get("name", number)), one) for number, one in enumerate(value))
+    else:
+        yield key, value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
+        return
+    for name, part in parts:
+        yield from _settings(part, f"{key}.{name}" if key else name)
 
 
 def _verdict(summary: Mapping[str, Any], goal_fraction: float) -> str:
@@ -229,20 +247,40 @@ def _add_layers(columns: Columns, names: Names, tables: Tables, known: set[str])
     layers = []
     for name in tables.names:
         table = None if name in OWN or name in known else tables.find(name, ("time_s",))
-        if table is None or not {"x_m", "y_m", "vehicle"} & {*table.column_names}:
+        if table is None:
             continue
-        has_places = {"x_m", "y_m"} <= {*table.column_names}
-        rows = table.slice(0, MOST_ROWS).to_pylist()
-        told = [column for column in table.column_names if column not in ("time_s", "vehicle", "x_m", "y_m")]
+        has_places = set(PLACE) <= {*table.column_names}
+        shown = table.slice(0, MOST_ROWS)
+        rows = shown.to_pylist()
         columns.add(f"layer.{name}.time", [row["time_s"] for row in rows], 1, TIME_STEP_S)
         columns.add(f"layer.{name}.vehicle", [names.vehicle(row.get("vehicle")) for row in rows])
-        for column in ("x_m", "y_m") if has_places else ():
+        for column in PLACE if has_places else ():
             columns.add(f"layer.{name}.{column}", [row[column] for row in rows], 1, PLACE_STEP_M)
-        texts = [", ".join(_said(row[column]) for column in told) for row in rows]
-        columns.add(f"layer.{name}.text", [names.text(text) for text in texts])
-        layers.append({"name": name, "n": len(rows), "has_places": has_places})
+        told = [
+            _add_told(columns, names, f"layer.{name}.told", field, [row[field.name] for row in rows])
+            for field in table.schema
+            if field.name not in ("time_s", "vehicle", *(PLACE if has_places else ()))
+        ]
+        layer = {"name": name, "n": len(rows), "total": table.num_rows, "has_places": has_places, "columns": told}
+        layers.append(layer)
     return layers
 
 
+def _add_told(columns: Columns, names: Names, called: str, field: Any, values: Sequence[Any]) -> dict[str, Any]:
+    """A column of a mission's own: as numbers if it holds numbers alone, else as texts."""
+    unit = (field.metadata or {}).get(b"unit", b"").decode()
+    is_number = all(type(value) in (int, float) and np.isfinite(value) for value in values)
+    least = min(values, default=0) if is_number else 0
+    if is_number:
+        span = max(values, default=0) - least
+        step = span / VALUE_STEPS if span and any(isinstance(value, float) for value in values) else 1.0
+        columns.add(f"{called}.{field.name}", [value - least for value in values], 1, step)
+    else:
+        columns.add(f"{called}.{field.name}", [names.text(_said(value)) for value in values])
+    return {"name": field.name, "unit": unit, "isNumber": is_number, "least": least}
+
+
 def _said(value: Any) -> str:
-    return f"{value:.4g}" if isinstance(value, float) and np.isfinite(value) else str(value)
+    if isinstance(value, list):
+        return " ".join(_said(one) for one in value)
+    return f"{value:.4g}" if isinstance(value, float) and np.isfinite(value) else "" if value is None else str(value)

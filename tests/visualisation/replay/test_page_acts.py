@@ -32,19 +32,20 @@ def test_time_plays_at_the_chosen_pace_and_stops(window: Window) -> None:
     assert 0.0 < passed_s[0] < 0.5 * passed_s[1]
 
 
-def test_a_step_is_a_slot_or_a_frame(window: Window) -> None:
-    slot_s, frame_s = window.ask("() => [R.app.clock.slot_s, R.app.clock.frame_s]")
-    window.page.keyboard.press("ArrowRight")
-    assert window.time_s == pytest.approx(frame_s)
-    window.page.keyboard.press(".")
-    assert window.time_s == pytest.approx(frame_s + slot_s)
-    window.page.keyboard.press("ArrowLeft")
-    assert window.time_s == pytest.approx(frame_s)
+def test_a_step_is_a_slot_or_a_frame_of_the_record(window: Window, results: Results) -> None:
+    """A slot opens when its packet was sent; four vehicles make a frame of four slots."""
+    start_s = {row["slot"]: row["time_s"] for row in results.table("packets").to_pylist()}
+    for key, slot in (("ArrowRight", 4), (".", 5), ("ArrowLeft", 4), (",", 3), ("ArrowRight", 4)):
+        window.page.keyboard.press(key)
+        assert window.time_s == start_s[slot]
+        assert window.texts(".now")[0].endswith(f"slot {slot}")
     window.ask("() => R.app.setPace('slot')")
     window.page.keyboard.press("ArrowRight")
     window.page.keyboard.press("ArrowRight")
-    window.page.wait_for_function("(t) => !R.app.clock.playing && R.app.clock.t > t", arg=frame_s + 1.5 * slot_s)
-    assert window.time_s == pytest.approx(frame_s + 2 * slot_s)
+    window.page.wait_for_function("(t) => !R.app.clock.playing && R.app.clock.t > t", arg=start_s[5])
+    assert window.time_s == start_s[6]
+    slots = window.ask("(times) => times.map((t) => R.app.clock.slots.slotAt(t))", list(start_s.values()))
+    assert slots == list(start_s)
 
 
 def test_the_scrub_and_the_ends(window: Window, results: Results) -> None:
@@ -188,3 +189,33 @@ def test_two_runs_share_clock_and_selection_and_part_at_the_first_difference(
         assert any(tracks[0][key] != tracks[1][key] for key in shared if key[0] > first_s)
         window.page.keyboard.press("k")
         assert window.texts(".tabs [aria-selected=true]") == ["Knowledge", "Knowledge"]
+        assert window.texts(".apart") == [f"Differs in decision.weight_external {weight}" for weight in ("2.0", "0.0")]
+
+
+def test_two_runs_have_one_colour_for_a_role_and_say_wherein_they_differ(
+    chrome: Any, results: Results, tmp_path: Path
+) -> None:
+    other = recorded(tmp_path / "other", "channel.per=0.3", "strategy.name='central'", seed=2)
+    with opened(chrome, written(tmp_path, results, other)) as window:
+        looks = window.ask("() => R.app.views.map((view) => [...view.facts.looks].map(([role, look]) => [role, look]))")
+        assert looks[0] == looks[1]
+        assert window.texts(".apart") == [
+            "Differs in strategy.name remoras · channel.per 0.6 · seed 1",
+            "Differs in strategy.name central · channel.per 0.3 · seed 2",
+        ]
+
+
+def test_the_tables_of_a_mission_are_charted_and_listed(window: Window, results: Results) -> None:
+    """The newest row first of those by the time of the clock; a row's time is a link to it."""
+    rows = results.table("goal").to_pylist()
+    window.ask("() => R.app.clock.seek(1000)")
+    window.page.keyboard.press("t")
+    assert window.texts(".tabs [aria-selected=true]") == ["Tables"]
+    so_far = [row for row in rows if row["time_s"] <= 1000.0]
+    assert window.texts(".body .note") == [f"{len(so_far)} rows so far"]
+    assert window.texts(".body th") == ["time", "goal fraction"]
+    told = [float(text) for text in window.texts(".body td:nth-child(2)")]
+    assert told == pytest.approx([row["goal_fraction"] for row in so_far[::-1][: len(told)]], abs=2e-4)
+    assert window.page.locator(".chart canvas").is_visible()
+    window.page.locator(".body td button").last.click()
+    assert window.time_s == so_far[-len(told)]["time_s"]

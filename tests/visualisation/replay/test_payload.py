@@ -2,10 +2,12 @@
 
 import html
 import json
+import math
 import shutil
 from pathlib import Path
 from typing import Any
 
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import tomli_w
@@ -240,6 +242,61 @@ def test_a_mission_of_ones_own_is_drawn_from_what_it_declares(buoys: Results, tm
     sightings = [(row["time_s"], row["x_m"], row["y_m"]) for row in buoys.table("sightings").to_pylist()]
     assert [tuple(row[:3]) for row in layers["sightings"]] == sightings
     assert ["location", 150.0, 20.0] in told["finds"]
+
+
+SAMPLES = """([run]) => run.layers.filter((layer) => layer.name === "temperatures").map((layer) => ({
+  total: layer.total, columns: layer.columns.map(({ name, unit, isNumber }) => [name, unit, isNumber]),
+  isEvents: layer.isEvents, rows: layer.rows.map((row) => [row.x, row.y, ...row.values, row.text]),
+  listed: run.events.filter((event) => event.kind === "temperatures").length,
+}))[0]"""
+
+
+@pytest.mark.parametrize("n", [3, 90])
+def test_numbers_of_a_table_stay_numbers_where_their_vehicle_was(lossy: Results, tmp_path: Path, n: int) -> None:
+    """Of four vehicles, 3 rows are events of their own, 90 are samples."""
+    shutil.copytree(lossy.folder, tmp_path / "run")
+    unit = {"unit": "degC"}
+    schema = pa.schema([
+        ("time_s", pa.float64()), ("vehicle", pa.string()), pa.field("temperature_c", pa.float64(), metadata=unit),
+        ("note", pa.string()),
+    ])  # fmt: skip
+    rows = [(float(k), "AUV01", 4.0 + 0.01 * k, "deep" if k % 2 else None) for k in range(n)]
+    table = pa.Table.from_arrays([pa.array(column) for column in zip(*rows, strict=True)], schema=schema)
+    pq.write_table(table, tmp_path / "run" / "temperatures.parquet")
+    results = Results.read(tmp_path / "run")
+    told = asked([data_of(results)], SAMPLES, tmp_path)
+    assert told["columns"] == [["temperature_c", "degC", True], ["note", "", False]]
+    assert (told["total"], told["isEvents"], told["listed"]) == (n, n == 3, 3 if n == 3 else 0)
+    tracks = {row["time_s"]: row for row in results.table("trajectories").to_pylist() if row["vehicle"] == "AUV01"}
+    for (time_s, _, temperature_c, note), (x, y, number, text, _) in zip(rows, told["rows"], strict=True):
+        assert number == pytest.approx(temperature_c, abs=1e-3)
+        assert text == (note or "")
+        assert (x, y) == pytest.approx((tracks[time_s]["x_m"], tracks[time_s]["y_m"]), abs=0.05)
+    assert told["rows"][1][-1] == "temperature c 4.01\u00a0degC, deep"
+
+
+HIDDEN = "([run]) => run.jobs.map((job) => [job.name, job.cameUp_s, job.done_s])"
+
+
+def test_jobs_that_nobody_found_are_told_by_name(tmp_path: Path) -> None:
+    """So much the record holds of them: the scenario has their number, and no item says where they lie."""
+    settings = ("channel.per=0.6", "finds.number=8", "scenario.duration_s=700")
+    results = recorded(tmp_path / "run", *settings, scenario="mapping-patches", seed=4)
+    told = asked([data_of(results)], HIDDEN, tmp_path)
+    said: dict[str, float] = {}
+    for row in results.table("items").to_pylist():
+        if row["attribute"] == "foundAt":
+            said[row["subject"]] = min(row["recorded_s"], said.get(row["subject"], math.inf))
+    assert 0 < len(said) < 8
+    assert {name: came_up_s for name, came_up_s, _ in told if came_up_s is not None} == said
+    assert [name for name, *_ in told] == [f"find {n}" for n in range(1, 9)]
+
+
+def test_settings_are_told_as_one_gives_them(lossy: Results) -> None:
+    about, _ = opened(data_of(lossy))
+    settings = about["header"]["settings"]
+    for key, value in (("channel.per", "0.6"), ("strategy.name", "remoras"), ("vehicle.AUV01.depth_m", "20.0")):
+        assert settings[key] == value
 
 
 # Why ----------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@
       this.root = root;
       this.runs = runs;
       const longest = runs.reduce((a, b) => (a.header.end_s >= b.header.end_s ? a : b));
-      this.clock = new R.Clock(longest.header);
+      this.clock = new R.Clock(longest.header, longest);
       this.selected = null;
       this.views = [];
       this.stage = R.make("div", "stage");
@@ -27,6 +27,8 @@
       this.openLink();
       this.resize();
     }
+
+    get hasPackets() { return this.runs.some((run) => run.packets.length > 0); }
 
     onKey(event) {
       const inField = event.target.matches("select, input:not([type=range])");

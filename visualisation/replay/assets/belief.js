@@ -34,10 +34,10 @@
     pen.stroke();
   };
 
-  /** Ghosts of the peers, discs of where they may be, and lines to where they are. */
-  R.drawGhosts = function (pen, frame, facts, v, mind, time_s, { names = true, wrong = [], taken = [], size = GHOST_PX } = {}) {
+  /** Ghosts of the peers, discs of where they may be, and lines to where they are; returns what there is to name. */
+  R.drawGhosts = function (pen, frame, facts, v, mind, time_s, taken, size = GHOST_PX) {
     const { run } = facts;
-    const labels = [];
+    const ghosts = [];
     const peers = mind.peers.filter((peer) => peer.v !== v);
     pen.save();
     pen.beginPath();
@@ -59,13 +59,14 @@
       pen.lineWidth = 1.6;
       const heading = Math.atan2(so.y - peer.y, so.x - peer.x);
       R.drawGlyph(pen, x, y, heading, R.shapeOf(facts, peer.v), size, null, R.theme.belief);
-      labels.push({ peer: peer.v, x, y, age_s, far: Math.hypot(so.x - peer.x, so.y - peer.y) * frame.scale });
+      ghosts.push({ peer: peer.v, x, y, age_s, far: Math.hypot(so.x - peer.x, so.y - peer.y) * frame.scale });
+      taken.push([x - size, y - size, 2 * size, 2 * size]);
     }
     pen.restore();
-    if (names) nameGhosts(pen, frame, facts, labels, wrong, taken);
+    return ghosts;
   };
 
-  /* Discs of a few peers stand out one by one; those of many become one area, which overlaps do not darken. */
+  /* Discs of a few peers stand out one by one; those of many become one area without outlines, which overlaps do not darken. */
   function drawDiscs(pen, frame, facts, peers, time_s) {
     const radius = (peer) => Math.max(1, Math.min((time_s - peer.since_s) * facts.top_mps[peer.v], FAR_M) * frame.scale);
     const groups = facts.n > FEW ? [peers] : peers.map((peer) => [peer]);
@@ -80,19 +81,21 @@
       }
       pen.globalAlpha = 0.1;
       pen.fill();
-      pen.globalAlpha = facts.n > FEW ? 0.2 : 0.8;
+      if (facts.n > FEW) continue;
+      pen.globalAlpha = 0.8;
       pen.stroke();
     }
     pen.globalAlpha = 1;
   }
 
-  function nameGhosts(pen, frame, facts, labels, wrong, taken) {
+  /** Names of ghosts that are off the mark, with the age of the news, and ≠ where roles are wrong. */
+  R.nameGhosts = function (pen, frame, facts, ghosts, wrong, taken) {
     const mistaken = new Map(wrong.map((entry) => [entry.peer, entry]));
-    for (const { peer, x, y, age_s, far } of labels) {
+    for (const { peer, x, y, age_s, far } of ghosts) {
       const entry = mistaken.get(peer);
       if (far < 10 && !entry) continue;
       const text = `${facts.run.vehicles[peer].name} ${R.seconds(age_s)} ago` + (entry ? " ≠" : "");
       R.placeText(pen, frame, text, x, y, taken, { colour: R.theme.belief });
     }
-  }
+  };
 })();

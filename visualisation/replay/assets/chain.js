@@ -5,6 +5,8 @@ globalThis.R = globalThis.R || {};
 (function () {
   const LONGEST = 12; // links of a chain
   const EPSILON_S = 1e-6;
+  const SATISFACTION = "\u2212128\u2026127"; // its range
+  const FIRST_SETTINGS = ["strategy.name", "communication.policy", "channel.name", "channel.per", "seed"];
   const PLAYS_ROLE = "playsRole"; // attribute of the core vocabulary; those of objectives begin with "objective"
 
   R.explain = function (run) {
@@ -120,7 +122,7 @@ globalThis.R = globalThis.R || {};
     if (!work) return given.length ? `after ${given[0].activities} turned to` : "chose";
     const now = decision.candidates.find((one) => one.label === work.label);
     let how = "which was over";
-    if (now) how = now.stimulus > 0 ? `motivation ${now.motivation.toFixed(2)}` : "which had no stimulus any more";
+    if (now) how = now.stimulus > 0 ? `motivation ${now.motivation.toFixed(2)}` : "for which nothing called any more";
     return `left ${work.label}, ${how}, for`;
   }
 
@@ -136,7 +138,7 @@ globalThis.R = globalThis.R || {};
     const arrival_s = heard && heard.arrival_s !== null ? heard.arrival_s : packet.end_s;
     const meant = packet.signals.filter((one) => one.group === chosen.group && one.addressed.includes(chosen.role));
     const signal = meant.length ? meant.reduce((low, one) => (one.value < low.value ? one : low)) : null;
-    const value = signal ? `, satisfaction ${signal.value} as ${signal.role}` : "";
+    const value = signal ? `, satisfaction ${signed(signal.value)} of ${SATISFACTION} as ${signal.role}` : "";
     links.push(link(`${name} heard a signal of ${source} in slot ${packet.slot}${value}`, arrival_s, v, packet.slot));
     if (!signal) return null;
     const doing = run.decisionAt(chosen.source, packet.start_s);
@@ -177,6 +179,10 @@ globalThis.R = globalThis.R || {};
     return link(`${name} heard${by} that ${words}, as ${origin} decided`, heard_s, v, packet ? packet.slot : -1);
   }
 
+  function signed(value) {
+    return (value < 0 ? "\u2212" : "") + Math.abs(value);
+  }
+
   function link(text, time_s, vehicle, slot = -1) {
     return { text, time_s, vehicle, slot };
   }
@@ -199,13 +205,21 @@ globalThis.R = globalThis.R || {};
       add(time_s, "fault", vehicle, `${nameOf(vehicle)}: ${kind}${detail ? ", " + detail : ""}`);
     }
     for (const layer of run.layers) {
-      for (const row of layer.rows) {
+      for (const row of layer.isEvents ? layer.rows : []) {
         const who = row.vehicle >= 0 ? nameOf(row.vehicle) + ": " : "";
         add(row.time_s, layer.name, row.vehicle, who + (row.text || layer.name));
       }
     }
     return found.sort((a, b) => a.time_s - b.time_s);
   }
+
+  // Settings in which two runs differ: [[key, value of one, value of two]]; "–" where a run has none.
+  R.settingsApart = function (one, two) {
+    const all = [one, two].map(({ header }) => ({ ...header.settings, seed: String(header.seed), version: header.version }));
+    const keys = [...new Set([...FIRST_SETTINGS, ...all.flatMap((settings) => Object.keys(settings))])];
+    const value = (settings, key) => (key in settings ? settings[key] : "–");
+    return keys.map((key) => [key, ...all.map((settings) => value(settings, key))]).filter(([, a, b]) => a !== b);
+  };
 
   // The first moment at which two runs differ: {time_s, text}; null if they never do.
   R.divergence = function (one, two) {

@@ -3,14 +3,15 @@
    chosen pace gives: slot by slot, frame by frame, or a multiple of real time. */
 (function () {
   /* A slot lasts about 4 s for the reader, so that the eye can follow a wave front, which crosses the area in 0.7 s. */
-  const SLOT_LASTS_S = 4, FRAME_LASTS_S = 2, LONGEST_TICK_S = 0.1;
+  const SLOT_LASTS_S = 4, FRAME_LASTS_S = 2, LONGEST_TICK_S = 0.1, EPSILON_S = 1e-6;
 
   R.PACES = [["slot", "by slot"], ["frame", "by frame"],
              ...[10, 30, 60, 120, 300, 600].map((rate) => [String(rate), rate + "× real time"])];
 
   R.Clock = class {
-    constructor({ end_s, slot_s, frame_s }) {
-      Object.assign(this, { end_s, slot_s: slot_s || 1, frame_s: frame_s || 10 });
+    /* `slots` knows them by number and time: a run. */
+    constructor({ end_s, slot_s, frame_s }, slots) {
+      Object.assign(this, { end_s, slots, slot_s: slot_s || 1, frame_s: frame_s || 10 });
       this.t = 0;
       this.playing = false;
       this.pace = "60";
@@ -53,15 +54,17 @@
 
     pause() { this.playing = false; this.stop_s = null; this.tell(); }
 
-    /** Length of a step: a slot by slot, else a frame (s). */
-    get step_s() { return this.pace === "slot" ? this.slot_s : this.frame_s; }
+    /** Length of a step in slots: one by slot, else a frame. */
+    get step_slots() { return this.pace === "slot" ? 1 : Math.max(1, Math.round(this.frame_s / this.slot_s)); }
 
-    /** One step; a step ahead by slot is shown in slow motion, unless another follows at once. */
-    step(direction, length_s = this.step_s) {
+    /** One step to the next start of so many slots; ahead by slot it is shown in slow motion, unless another follows at once. */
+    step(direction, n = this.step_slots) {
       const from_s = this.stop_s === null ? this.t : this.stop_s;
-      const number = direction > 0 ? Math.floor(from_s / length_s + 1e-6) + 1 : Math.ceil(from_s / length_s - 1e-6) - 1;
-      const to_s = Math.min(Math.max(number * length_s, 0), this.end_s);
-      const slow = direction > 0 && this.pace === "slot" && length_s === this.slot_s;
+      const first = Math.floor(this.slots.slotAt(from_s) / n) * n;
+      const isAtStart = from_s - this.slots.slotStart_s(first) < EPSILON_S;
+      const next = direction > 0 ? first + n : isAtStart ? first - n : first;
+      const to_s = Math.min(Math.max(this.slots.slotStart_s(next), 0), this.end_s);
+      const slow = direction > 0 && this.pace === "slot" && n === 1;
       this.playing = this.playing && slow;
       this.seek(slow ? from_s : to_s);
       if (slow && to_s > this.t) { this.stop_s = to_s; this.start(); }

@@ -8,9 +8,9 @@
   const SOUND_MPS = 1500;
 
   R.Facts = class {
-    constructor(run) {
+    constructor(run, looks = R.roleLooks([run])) {
       this.run = run;
-      this.looks = R.roleLooks(run);
+      this.looks = looks;
       this.n = run.vehicles.length;
       this.sound_mps = run.header.sound_mps || SOUND_MPS;
       this.end_s = run.header.end_s;
@@ -25,6 +25,7 @@
       this.held = run.vehicles.map((_, v) => rolesHeld(run.bars(v).filter((bar) => !bar.driving)));
       this.driving = run.vehicles.map((_, v) => spellsOf(run.bars(v).filter((bar) => bar.driving), this.looks));
       this.decisions = run.vehicles.map((_, v) => markChanges(run.decisions(v)));
+      this.flags = run.vehicles.map((_, v) => flagsOf(run, v));
     }
 
     /** Spells in which packets were sent to `v` and none got through: {from_s, to_s, lost}. */
@@ -43,6 +44,9 @@
       }
       return spells;
     }
+
+    /** How long `v` was deaf in all (s). */
+    deaf_s(v) { return this.silences[v].reduce((sum, spell) => sum + spell.to_s - spell.from_s, 0); }
 
     longestSilence(v) {
       return this.silences[v].reduce((a, b) => (a && a.to_s - a.from_s >= b.to_s - b.from_s ? a : b), null);
@@ -95,6 +99,18 @@
       return packet.end_s + Math.hypot(a.x - b.x, a.y - b.y) / this.sound_mps;
     }
   };
+
+  /* What happened to a vehicle, for its lane: milestones, faults, and rows of the mission's own tables: [{time_s, text}]. */
+  function flagsOf(run, v) {
+    const ofVehicle = (rows, text) => rows.filter((one) => one.vehicle === v).map((one) => ({ time_s: one.time_s, text: text(one) }));
+    const flags = [...ofVehicle(run.milestones, (one) => R.words(one.name)), ...ofVehicle(run.faults, (one) => "⚠ " + R.words(one.kind))];
+    const noted = new Set(run.milestones.filter((one) => one.vehicle === v).map((one) => one.time_s));
+    for (const layer of run.layers.filter((one) => one.isEvents)) {
+      const rows = layer.rows.filter((row) => !noted.has(row.time_s));
+      flags.push(...ofVehicle(rows, (row) => R.words(layer.name) + (row.text ? ": " + row.text : "")));
+    }
+    return flags.sort((a, b) => a.time_s - b.time_s);
+  }
 
   function topSpeed({ t, x, y }) {
     let top = 0;

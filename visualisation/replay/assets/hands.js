@@ -54,7 +54,8 @@
     };
     onHover(view, canvas, (x, y) => {
       const v = nearest(x, y);
-      return v < 0 ? "" : R.vehicleTip(view.facts, v, view.app.clock.t);
+      const time_s = view.app.clock.t;
+      return v < 0 ? R.markTip(view.facts, view.frame, time_s, x, y) : R.vehicleTip(view.facts, v, time_s);
     });
     onDrag(canvas, (dx, dy) => {
       if (!view.zoom) view.zoom = { factor: 1, x: view.frame.centre[0], y: view.frame.centre[1] };
@@ -171,11 +172,11 @@
   R.onKey = function (app, event) {
     const { clock } = app, key = event.key;
     if (event.ctrlKey || event.metaKey || event.altKey) return false;
-    const tabs = { k: "news", m: "minds", x: "matrix", c: "cost", w: "why", e: "events" };
+    const tabs = { k: "news", m: "minds", x: "matrix", c: "cost", w: "why", e: "events", t: "tables" };
     const actions = {
       " ": () => clock.toggle(), "ArrowLeft": () => (event.shiftKey ? clock.seek(clock.t - 60) : clock.step(-1)),
       "ArrowRight": () => (event.shiftKey ? clock.seek(clock.t + 60) : clock.step(1)),
-      ",": () => clock.step(-1, clock.slot_s), ".": () => clock.step(1, clock.slot_s),
+      ",": () => clock.step(-1, 1), ".": () => clock.step(1, 1),
       "Home": () => clock.seek(0), "End": () => clock.seek(clock.end_s), "[": () => app.toEvent(-1), "]": () => app.toEvent(1),
       "ArrowUp": () => app.selectNext(-1), "ArrowDown": () => app.selectNext(1), "0": () => app.select(null),
       "+": () => app.zoomLanes(0.5), "=": () => app.zoomLanes(0.5), "-": () => app.zoomLanes(2), "f": () => app.zoomLanes(Infinity),

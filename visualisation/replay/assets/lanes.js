@@ -2,7 +2,8 @@
 /* One lane per vehicle over time: driving role as a labelled bar, held roles as thin rows, milestones as flags, and the
    strip of receptions. What does not depend on the clock is drawn once per window of time. */
 (function () {
-  const HEAD_PX = 188, NARROW_HEAD_PX = 112, NARROW_PX = 800, AXIS_PX = 38, RIGHT_PX = 12;
+  const HEAD_PX = 188, NARROW_HEAD_PX = 112, NARROW_PX = 800, AXIS_PX = 38, RIGHT_PX = 12, FLAG_PX = 7;
+  const WAITING = "waiting";
   const ROOMY = { h: 62, flag: 13, bar: 17, held: 3, rows: 4 };
   const TIGHT = { h: 42, flag: 0, bar: 16, held: 3, rows: 3 };
 
@@ -106,7 +107,7 @@
     return [heard + " of packets", spell ? `deaf for up to ${R.seconds(spell.to_s - spell.from_s)}` : "never deaf for long"];
   }
 
-  /** What the vehicles of folded lanes do now, under their names: "26 waiting, 4 Cartographer". */
+  /** What the vehicles of folded lanes do now, under their names: "26 waiting, 4 Cartographers". */
   R.noteFolded = function (pen, facts, layout, time_s, { room, h, scroll }) {
     pen.font = R.FONT;
     pen.textAlign = "left";
@@ -116,10 +117,10 @@
       if (!lane.head || y < AXIS_PX || y > h) continue;
       const count = new Map();
       for (const v of lane.members) {
-        const spell = facts.drivingAt(v, time_s), text = spell ? spell.role : "waiting";
+        const spell = facts.drivingAt(v, time_s), text = spell ? spell.role : WAITING;
         count.set(text, (count.get(text) || 0) + 1);
       }
-      const parts = [...count].sort((a, b) => b[1] - a[1]).map(([text, n]) => `${n} ${text}`);
+      const parts = [...count].sort((a, b) => b[1] - a[1]).map(([text, n]) => (text === WAITING ? `${n} ${text}` : R.plural(n, text)));
       pen.fillStyle = R.theme.paper;
       pen.fillRect(6, y - 7, room - 8, 14);
       pen.fillStyle = R.theme.muted;
@@ -160,18 +161,22 @@
       R.fillRole(pen, role, left, y, w, look.bar);
       pen.fillStyle = R.theme.paper;
       if (w > 3) pen.fillRect(right - 1, y, 1, look.bar);
-      const text = w > 24 ? R.fitted(pen, bar.text, w - 8) : "";
+      /* In a tight lane flags stand on the bars: a text begins behind that of its beginning. */
+      const inset = !look.flag && facts.flags[v].some(({ time_s }) => Math.abs(scale.x(time_s) - left) < 4) ? FLAG_PX + 4 : 4;
+      const text = w > 24 ? R.fitted(pen, bar.text, w - inset - 4) : "";
       if (!text) continue;
       pen.fillStyle = role.fill;
-      pen.fillRect(left + 2, y + 1, pen.measureText(text).width + 4, look.bar - 2);
+      pen.fillRect(left + inset - 2, y + 1, pen.measureText(text).width + 4, look.bar - 2);
       pen.fillStyle = role.text;
-      pen.fillText(text, left + 4, y + look.bar / 2 + 0.5);
+      pen.fillText(text, left + inset, y + look.bar / 2 + 0.5);
     }
   }
 
   /* Where the vehicle chose anew: places to click for the reasons. */
   function drawChanges(pen, facts, v, scale, y) {
     pen.fillStyle = R.theme.ink;
+    pen.strokeStyle = R.theme.paper;
+    pen.lineWidth = 1;
     let last = -Infinity;
     for (const { time_s, changed } of facts.decisions[v]) {
       const x = scale.x(time_s);
@@ -179,6 +184,8 @@
       last = x;
       pen.beginPath();
       pen.moveTo(x, y - 5); pen.lineTo(x + 3.5, y + 1); pen.lineTo(x - 3.5, y + 1);
+      pen.closePath();
+      pen.stroke();
       pen.fill();
     }
   }
@@ -212,14 +219,12 @@
   function drawFlags(pen, facts, lane, look, scale, barY) {
     let free = scale.left;
     pen.font = R.FONT;
-    const lost_s = facts.run.vehicles[lane.v].lost_s;
-    const flags = facts.run.milestones.filter((m) => m.vehicle === lane.v).map((m) => [m.time_s, R.words(m.name)]);
-    if (lost_s !== null) flags.push([lost_s, "lost"]);
-    for (const fault of facts.run.faults) if (fault.vehicle === lane.v) flags.push([fault.time_s, "⚠ " + R.words(fault.kind)]);
-    for (const [time_s, text] of flags.sort((a, b) => a[0] - b[0])) {
+    for (const { time_s, text } of facts.flags[lane.v]) {
       const x = scale.x(time_s);
       if (x < scale.left || x > scale.right) continue;
-      free = R.drawFlag(pen, x, lane.y + 2, barY + look.bar, look.flag ? text : "", free, scale.right);
+      /* Below the text of the flag before, if there is one. */
+      const top = look.flag && x >= free ? lane.y + 2 : barY;
+      free = R.drawFlag(pen, x, top, barY + look.bar, look.flag && x >= free ? text : "", free, scale.right);
     }
   }
 
@@ -232,10 +237,10 @@
     pen.lineTo(x, foot);
     pen.stroke();
     pen.beginPath();
-    pen.moveTo(x, top); pen.lineTo(x + 7, top + 4); pen.lineTo(x, top + 8);
+    pen.moveTo(x, top); pen.lineTo(x + FLAG_PX, top + 4); pen.lineTo(x, top + 8);
     pen.closePath();
     pen.fill();
-    if (!text) return free;
+    if (!text) return Math.max(free, x + 10);
     const w = pen.measureText(text).width;
     pen.textBaseline = "top";
     pen.textAlign = "left";
@@ -244,7 +249,34 @@
     return Math.max(free, x + 10);
   };
 
-  R.words = (name) => name.replace(/_/g, " ");
+  function ticks(scale) {
+    const step = R.niceStep(scale.to_s - scale.from_s, (scale.right - scale.left) / 90), found = [];
+    for (let t = Math.ceil(scale.from_s / step) * step; t <= scale.to_s + 1e-9; t += step) {
+      const x = Math.round(scale.x(t)) + 0.5;
+      found.push({ x, text: x < scale.right - 14 ? R.seconds(t, step < 1 ? 1 : 0) : "" });
+    }
+    return found;
+  }
+
+  /** The moment of the clock on the axis; a time of the axis that it would cover in part is wiped out whole. */
+  R.drawMoment = function (pen, scale, time_s, w) {
+    pen.font = R.BOLD;
+    const text = R.seconds(time_s), half = pen.measureText(text).width / 2 + 5;
+    const middle = Math.min(Math.max(scale.x(time_s), scale.left + half), w - half);
+    pen.font = R.FONT;
+    pen.fillStyle = R.theme.paper;
+    for (const tick of ticks(scale)) {
+      const room = pen.measureText(tick.text).width / 2 + 2;
+      if (Math.abs(tick.x - middle) < room + half) pen.fillRect(tick.x - room, AXIS_PX - 20, 2 * room, 15);
+    }
+    pen.fillStyle = R.theme.ink;
+    pen.fillRect(middle - half, AXIS_PX - 18, 2 * half, 17);
+    pen.font = R.BOLD;
+    pen.fillStyle = R.theme.paper;
+    pen.textAlign = "center";
+    pen.textBaseline = "middle";
+    pen.fillText(text, middle, AXIS_PX - 9);
+  };
 
   /** Time axis with the milestones of groups and of the whole fleet above it. */
   R.drawAxis = function (pen, facts, scale, w) {
@@ -255,16 +287,14 @@
     pen.beginPath();
     pen.moveTo(scale.left, AXIS_PX - 0.5);
     pen.lineTo(scale.right, AXIS_PX - 0.5);
-    const step = R.niceStep(scale.to_s - scale.from_s, (scale.right - scale.left) / 90);
     pen.font = R.FONT;
     pen.fillStyle = R.theme.muted;
     pen.textAlign = "center";
     pen.textBaseline = "bottom";
-    for (let t = Math.ceil(scale.from_s / step) * step; t <= scale.to_s + 1e-9; t += step) {
-      const x = Math.round(scale.x(t)) + 0.5;
+    for (const { x, text } of ticks(scale)) {
       pen.moveTo(x, AXIS_PX - 5);
       pen.lineTo(x, AXIS_PX);
-      if (x < scale.right - 14) pen.fillText(R.seconds(t, step < 1 ? 1 : 0), x, AXIS_PX - 5);
+      if (text) pen.fillText(text, x, AXIS_PX - 5);
     }
     pen.stroke();
     let free = scale.left;

@@ -1,21 +1,37 @@
 "use strict";
 /* The parts of the page around the views: facts of the run, controls, legend, help. */
 (function () {
-  /** Scenario, strategy, policy, loss, seed, version and verdict in one line. */
-  R.factsLine = function (run) {
+  const MOST_APART = 6;
+
+  /** Scenario, strategy, policy, loss, seed, version and verdict in one line; of two runs also wherein they differ. */
+  R.factsLine = function (run, runs = [run]) {
     const { header } = run;
     const line = R.make("header", "facts");
     line.append(R.make("h1", "", header.scenario));
     const loss = header.per === null || header.per === undefined ? header.channel : `${header.channel}, loss ${header.per}`;
-    for (const [name, value] of [["strategy", header.strategy], ["policy", header.policy], ["channel", loss], ["seed", header.seed],
-                                 ["version", header.version]]) {
+    const facts = [["strategy", header.strategy], ["policy", header.policy], ["channel", loss], ["seed", header.seed]];
+    /* Side by side there is room for what differs only: the version is among it if it does. */
+    if (runs.length === 1) facts.push(["version", header.version]);
+    for (const [name, value] of facts) {
       const fact = R.make("span", "fact");
       fact.append(R.make("b", "", name), " " + value);
       line.append(fact);
     }
+    if (runs.length > 1) line.append(apartLine(run, runs));
     line.append(R.make("span", "verdict " + (header.completed ? "good" : "bad"), (header.completed ? "✓ " : "✕ ") + header.verdict));
     return line;
   };
+
+  /* Settings of this run that the other one has not, each as one would give it to --set. */
+  function apartLine(run, runs) {
+    const apart = R.settingsApart(runs[0], runs[1]).map(([key, ...values]) => `${key} ${values[runs.indexOf(run)]}`);
+    const shown = apart.slice(0, MOST_APART), more = apart.length - shown.length;
+    const text = shown.length ? shown.join(" · ") + (more ? ` · and ${more} more` : "") : "nothing: same settings, same seed";
+    const line = R.make("span", "apart");
+    line.append(R.make("b", "", "Differs in"), " " + text);
+    line.title = apart.join("\n");
+    return line;
+  }
 
   R.factsText = function ({ header }) {
     return [`scenario ${header.scenario}`, `strategy ${header.strategy}`, `policy ${header.policy}`, `channel ${header.channel}`,
@@ -65,13 +81,13 @@
       this.play.textContent = clock.playing ? "❚❚ Pause" : "▶ Play";
       if (this.pace.value !== clock.pace) this.pace.value = clock.pace;
       this.scrub.value = clock.t;
-      const slot = Math.floor(clock.t / clock.slot_s + 1e-6);
-      this.now.textContent = `${R.seconds(clock.t, 1)} · slot ${slot}`;
+      const slot = this.app.hasPackets ? ` · slot ${clock.slots.slotAt(clock.t)}` : "";
+      this.now.textContent = R.seconds(clock.t, 1) + slot;
     }
   };
 
   /** Symbols of the map in one line below it. */
-  R.drawLegend = function (pen, w, h, height, mind) {
+  R.drawLegend = function (pen, w, h, height, mind, marks) {
     const y = h - height / 2;
     pen.fillStyle = R.theme.panel;
     pen.fillRect(0, h - height, w, height);
@@ -106,20 +122,21 @@
     entry("done", 14, (left) => { pen.fillStyle = R.theme.done; pen.fillRect(left, y - 6, 14, 12); });
     entry("heard", 20, (left) => R.drawLink(pen, [left, y], [left + 20, y], true));
     entry("lost", 28, (left) => R.drawLink(pen, [left, y], [left + 34, y], false));
+    for (const mark of marks) entry(mark.text, 12, (left) => mark.draw(pen, left, y));
   };
 
   R.KEYS = [
     ["Space", "play or pause"], ["← →", "one step: a slot, or a frame, as the pace says"], [", .", "one slot back or ahead"],
     ["Shift ← →", "60 s back or ahead"], ["Home End", "start, end"], ["[ ]", "event before or after (of the selected vehicle)"],
     ["1 … 9, 0", "select a vehicle; none"], ["↑ ↓", "vehicle above or below"], ["+ − F", "lanes: less time, more time, whole run"],
-    ["K M X C W E", "Knowledge, Minds, Matrix, Cost, Why, Events"], ["J", "first divergence of two runs"], ["D", "light or dark"],
+    ["K M X C W E T", "Knowledge, Minds, Matrix, Cost, Why, Events, Tables"], ["J", "first divergence of two runs"], ["D", "light or dark"],
     ["S", "save the view as SVG"], ["V", "start or end a clip as video"], ["L", "copy a link to this moment"], ["? Esc", "this help; close it"],
   ];
   const MEANINGS = [
     "Lanes: the labelled bar is the role that drives the vehicle; thin rows below are roles it holds; a small triangle marks a change of choice: click it for the reasons.",
     "Strip below: a full tick upwards is a packet heard, a hollow tick downwards one lost, a dot one sent. Zoomed out: shares. Hatched: deaf, every packet lost for three frames or more.",
     "Orange arrows: influence signals, from the sender's slot to the choice they moved; zoomed in, every signal that was heard.",
-    "Map: a full line is a packet heard, a broken line with a cross one lost. By slot, rings are the sound in the water.",
+    "Map: a full line is a packet heard, a broken line with a cross one lost. By slot, rings are the sound in the water. Diamonds and dots: rows of the mission's own tables (see Tables); green squares: finds.",
     "With a vehicle selected, purple is what it believes: hollow symbols where it last heard its peers, discs where they may be, dotted lines to where they are, hatching for work it has not heard of, ≠ for roles it has wrong.",
     "Wheel: zoom. Drag: move. Double click: whole map, whole run. Lanes of alike vehicles fold; click one to open it.",
   ];

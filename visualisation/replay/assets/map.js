@@ -73,6 +73,9 @@
     });
   };
 
+  /** Where the scale bar stands: no name does. */
+  R.scaleBarBox = (frame) => [0, frame.h - 32, R.niceStep(90 / frame.scale, 1) * frame.scale + 46, 32];
+
   function drawScaleBar(pen, frame) {
     const length_m = R.niceStep(90 / frame.scale, 1);
     const length = length_m * frame.scale, x = 10, y = frame.h - 10;
@@ -178,6 +181,7 @@
       if (time_s > this.until_s) {
         R.drawDone(pen, frame, facts, this.until_s, time_s);
         R.drawTracks(pen, frame, facts, this.until_s, time_s);
+        R.drawMarks(pen, frame, facts, this.until_s, time_s);
         this.until_s = time_s;
       }
     }

@@ -6,7 +6,7 @@
   /** Squares of the matrix: {size, x(v), y(v)}. */
   R.layMatrix = function (facts, w, h) {
     const size = Math.max(4, Math.min(56, Math.floor(Math.min((w - LEFT_PX - 8) / facts.n, (h - TOP_PX - FOOT_PX) / facts.n))));
-    const across = size < 30 ? size : Math.min(96, Math.floor((w - LEFT_PX - 8) / facts.n));
+    const across = Math.min(96, Math.floor((w - LEFT_PX - 8) / facts.n));
     return { size, across, x: (v) => LEFT_PX + v * across, y: (v) => TOP_PX + v * size };
   };
 
@@ -45,7 +45,7 @@
     if (never && place.size > 8) { pen.strokeStyle = R.theme.ink; pen.lineWidth = 1; R.hatch(pen, x, y, place.across - 1, place.size - 1, 6); }
     if (place.size < 30) {
       /* Too small for words: a dot says that items are lacking. */
-      if (lacking && place.size >= 8) { pen.fillStyle = "#000"; pen.fillRect(x + place.size / 2 - 2, y + place.size / 2 - 2, 3, 3); }
+      if (lacking && place.size >= 5) { pen.fillStyle = R.theme.ink; pen.fillRect(x + place.across / 2 - 2, y + place.size / 2 - 2, 3, 3); }
       return;
     }
     /* Purple is light: dark ink stands on it in both themes, but not where it is a thin wash over a dark square. */

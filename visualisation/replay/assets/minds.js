@@ -51,7 +51,7 @@
     R.drawWorld(pen, frame, facts, false);
     R.fillTiles(pen, frame, facts.run.tiles, mind.tilesKnown_s, -1, time_s);
     R.drawUnheard(pen, frame, facts, mind, time_s, 5);
-    R.drawGhosts(pen, frame, facts, v, mind, time_s, { names: false, size: 4 });
+    R.drawGhosts(pen, frame, facts, v, mind, time_s, [], 4);
     const own = facts.run.at(v, time_s), bar = facts.drivingAt(v, time_s);
     pen.lineWidth = 1.2;
     R.drawGlyph(pen, frame.x(own.x), frame.y(own.y), own.heading, R.shapeOf(facts, v), 6,

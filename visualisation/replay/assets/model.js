@@ -9,6 +9,8 @@ globalThis.R = globalThis.R || {};
   const TEXT = 0, WHOLE = 1, POINT = 2, DECIMAL = 3; // forms of the values of facts
   const POINT_STEP_M = 1 / 64;
   const MILLION = 1e6;
+  const EPSILON_S = 1e-6;
+  const MOST_EVENTS_PER_VEHICLE = 20; // the rows of a longer table of the mission's own are samples, no events
   const OUT = new Set(["lost", "joins", "energy"]), OVER = "over"; // faults by which a vehicle is out of the mission
 
   // Index of the last entry of a sorted array that is at most `value`; -1 if there is none.
@@ -37,7 +39,7 @@ globalThis.R = globalThis.R || {};
       this.items = itemsOf(this);
       this.packets = packetsOf(this);
       this._starts_s = Float64Array.from(this.packets, (packet) => packet.start_s);
-      this._packetOfSlot = new Map(this.packets.map((packet, index) => [packet.slot, index]));
+      this._slots = Float64Array.from(this.packets, (packet) => packet.slot);
       this.layers = layersOf(this);
       R.learn(this);
       R.survey(this);
@@ -107,8 +109,25 @@ globalThis.R = globalThis.R || {};
 
     // The packet that was sent in a slot; null if none was.
     packetOf(slot) {
-      const index = this._packetOfSlot.get(slot);
-      return index === undefined ? null : this.packets[index];
+      const packet = this.packets[R.lastAt(this._slots, slot)];
+      return packet && packet.slot === slot ? packet : null;
+    }
+
+    // Number of the slot in which t lies: that of the last packet, counted on while nobody sends.
+    slotAt(t) {
+      const p = R.lastAt(this._starts_s, t + EPSILON_S), { slot, start_s } = this._near(p), next = this.packets[p + 1];
+      const counted = slot + Math.floor((t - start_s + EPSILON_S) / (this.header.slot_s || 1));
+      return next ? Math.min(counted, next.slot - 1) : counted;
+    }
+
+    // When a slot opened: when its packet was sent, or counted from the packet before.
+    slotStart_s(number) {
+      const { slot, start_s } = this._near(R.lastAt(this._slots, number));
+      return start_s + (number - slot) * (this.header.slot_s || 1);
+    }
+
+    _near(p) {
+      return this.packets[Math.max(p, 0)] || { slot: 0, start_s: 0 };
     }
   };
 
@@ -277,18 +296,34 @@ globalThis.R = globalThis.R || {};
     return [path.slice(0, at), path.slice(at + 1)];
   }
 
-  // Tables of the mission's own: [{name, rows: [{time_s, vehicle, x, y, text}]}]; x and y are null without a place.
+  // Tables of the mission's own: [{name, total, isEvents, columns: [{name, unit, isNumber}], rows: [{time_s, vehicle, x, y,
+  // values, text}]}]. A row without a place is where its vehicle was; x and y are null where it has none either.
   function layersOf(run) {
-    return run.about.world.layers.map(({ name, n, has_places }) => {
+    return run.about.world.layers.map(({ name, n, total, has_places, columns }) => {
       const column = (of) => run.columns["layer." + name + "." + of];
-      const rows = Array.from({ length: n }, (_, row) => ({
-        time_s: column("time")[row],
-        vehicle: column("vehicle")[row],
-        x: has_places ? column("x_m")[row] : null,
-        y: has_places ? column("y_m")[row] : null,
-        text: column("text") ? run.text(column("text")[row]) : "",
-      }));
-      return { name, rows };
+      const vehicle = column("vehicle"), time_s = column("time");
+      const kept = columns.map((one) => ({ ...one, values: column("told." + one.name) }));
+      const place = (row) => {
+        if (has_places) return { x: column("x_m")[row], y: column("y_m")[row] };
+        return vehicle[row] >= 0 && run.track(vehicle[row]).t.length ? run.at(vehicle[row], time_s[row]) : { x: null, y: null };
+      };
+      const rows = Array.from({ length: n }, (_, row) => {
+        const values = kept.map((one) => (one.isNumber ? one.least + one.values[row] : run.text(one.values[row])));
+        const { x, y } = place(row);
+        return { time_s: time_s[row], vehicle: vehicle[row], x, y, values, text: rowText(columns, values) };
+      });
+      return { name, total, columns, rows, isEvents: n <= MOST_EVENTS_PER_VEHICLE * run.vehicles.length };
     });
   }
+
+  function rowText(columns, values) {
+    return columns.map(({ name, unit, isNumber }, n) => (isNumber ? `${R.words(name)} ${R.plain(values[n], unit)}` : values[n]))
+      .filter(Boolean).join(", ");
+  }
+
+  // Names as words.
+  R.words = (name) => name.replace(/_/g, " ");
+
+  // A number to four digits with its unit, such as "4.2 degC".
+  R.plain = (value, unit) => String(Number(value.toPrecision(4))) + (unit && unit !== "1" ? "\u00a0" + unit : "");
 })();

@@ -2,7 +2,7 @@
 /* What one vehicle knows, in words and numbers: of every peer how old its news is, how far off the place, which roles it
    has wrong, what it lacks; and its spells of silence. */
 (function () {
-  const MOST_SPELLS = 6;
+  const MOST_SPELLS = 6, MOST_NAMES = 8;
 
   R.showNews = function (body, facts, v, time_s, go) {
     if (v < 0) { body.replaceChildren(...overview(facts, time_s, go)); return; }
@@ -16,9 +16,10 @@
   };
 
   function summary(facts, v, mind, wrong, time_s) {
-    const done = doneCells(facts, time_s), unheard = R.unheardTiles(facts, mind, time_s).length;
+    const done = doneCells(facts, time_s), unheard = R.unheardTiles(facts, mind, time_s);
     const parts = [];
-    if (done) parts.push(unheard ? `Of ${done} squares done it has not heard of ${unheard} (hatched on the map).` : `It knows of all ${done} squares done.`);
+    parts.push(...knownJobs(facts, v, time_s));
+    if (done) parts.push(unheard.length ? `Of ${done} squares done it has not heard of ${unheard.length}: ${byPlace(facts, unheard)} (hatched on the map).` : `It knows of all ${done} squares done.`);
     parts.push(wrong.size ? `It has the roles of ${wrong.size} of ${facts.n - 1} peers wrong.` : "It has the roles of all peers right.");
     const age_s = facts.run.matrix(time_s).age_s[v];
     const oldest = age_s.reduce((worst, age, peer) => (peer !== v && (worst < 0 || age > age_s[worst]) ? peer : worst), -1);
@@ -29,6 +30,35 @@
     return parts.join(" ");
   }
 
+  /* "5 in left, 3 in middle". */
+  function byPlace({ run }, tiles) {
+    const count = new Map();
+    for (const tile of tiles) count.set(run.tiles.place[tile], (count.get(run.tiles.place[tile]) || 0) + 1);
+    return [...count].sort((a, b) => b[1] - a[1]).map(([place, n]) => `${n} in ${run.world.places[place].name}`).join(", ");
+  }
+
+  const listed = (jobs) => jobs.slice(0, MOST_NAMES).map((job) => job.name).join(", ") + (jobs.length > MOST_NAMES ? " and more" : "");
+
+  /* Which jobs are done without its knowing. */
+  function knownJobs(facts, v, time_s) {
+    const done = facts.run.jobs.filter((job) => job.done_s !== null && job.done_s <= time_s);
+    const unheard = done.filter((job) => job.known_s[v] > time_s);
+    if (!done.length) return [];
+    return [unheard.length ? `Of ${done.length} jobs done it has not heard of ${unheard.length}: ${listed(unheard)}.` : `It knows of all ${done.length} jobs done.`];
+  }
+
+  /* How it stands with the jobs in truth; of one that nobody has found the record has the name alone. */
+  function jobsLine(facts, time_s) {
+    const { jobs } = facts.run, isLast = time_s >= facts.end_s;
+    if (!jobs.length) return [];
+    const done = jobs.filter((job) => job.done_s !== null && job.done_s <= time_s);
+    const hidden = jobs.filter((job) => job.cameUp_s > time_s), open = jobs.length - done.length - hidden.length;
+    const parts = [`Of ${jobs.length} jobs ${done.length} ${done.length === 1 ? "is" : "are"} done`, open ? `${open} known and not done` : "",
+                   hidden.length ? `${hidden.length} ${isLast ? "never found" : "not found yet"}: ${listed(hidden)}` : ""].filter(Boolean);
+    const where = hidden.some((job) => job.cameUp_s === Infinity) ? " Where a job lies that nobody finds, the record does not say." : "";
+    return [R.make("p", "", parts.join(", ") + "." + where)];
+  }
+
   function doneCells(facts, time_s) {
     return facts.run.tiles.done_s.reduce((count, done_s) => count + (done_s <= time_s ? 1 : 0), 0);
   }
@@ -36,9 +66,9 @@
   function silenceLine(facts, v, go) {
     const line = R.make("p", "spells");
     const spells = [...facts.silences[v]].sort((a, b) => (b.to_s - b.from_s) - (a.to_s - a.from_s));
-    line.append(R.make("span", "", spells.length ? `Deaf ${spells.length} times, longest first: ` : "It was never deaf for three frames or more."));
-    for (const spell of spells.slice(0, MOST_SPELLS)) {
-      line.append(R.button(`${R.seconds(spell.to_s - spell.from_s)} from ${R.seconds(spell.from_s)}`, () => go(spell.from_s, v), "link"));
+    line.append(R.make("span", "", spells.length ? `Deaf ${spells.length === 1 ? "once" : spells.length + " times"}, ${R.seconds(facts.deaf_s(v))} in all, longest first: ` : "It was never deaf for three frames or more."));
+    for (const [n, spell] of spells.slice(0, MOST_SPELLS).entries()) {
+      line.append(n ? "; " : "", R.button(`${R.seconds(spell.to_s - spell.from_s)} from ${R.seconds(spell.from_s)}`, () => go(spell.from_s, v), "link"));
     }
     return line;
   }
@@ -71,14 +101,15 @@
     const { run } = facts;
     const rows = run.vehicles.map((vehicle, v) => {
       const mind = run.mind(v, time_s), spell = facts.longestSilence(v), share = facts.heardShare(v);
-      const wrong = R.disagreements(facts, v, time_s).length;
+      const wrong = R.disagreements(facts, v, time_s).length, times = facts.silences[v].length;
       const bar = facts.drivingAt(v, time_s);
       return [[vehicle.name, "", () => go(time_s, v)], [bar ? bar.text : "waits"], [share === null ? "nothing sent" : `${Math.round(100 * share)} %`],
               [spell ? `${R.seconds(spell.to_s - spell.from_s)} from ${R.seconds(spell.from_s)}` : "none", "", spell ? () => go(spell.from_s, v) : null],
+              [times ? `${R.seconds(facts.deaf_s(v))}, ${times} ${times === 1 ? "time" : "times"}` : "never"],
               [wrong ? `≠ ${wrong}` : "✓ none", wrong ? "wrong" : ""], [String(R.unheardTiles(facts, mind, time_s).length)]];
     });
-    return [R.make("h2", "", `The fleet at ${R.seconds(time_s)}`), R.make("p", "", "Select a vehicle to see its world beside the truth."),
-            R.table(["vehicle", "is driven by", "heard", "longest deaf", "peers' roles wrong", "squares unheard"], rows)];
+    return [R.make("h2", "", `The fleet at ${R.seconds(time_s)}`), R.make("p", "", "Select a vehicle to see its world beside the truth. What was heard, and how long each was deaf, is told of the whole run."), ...jobsLine(facts, time_s),
+            R.table(["vehicle", "is driven by", "heard", "longest deaf", "deaf in all", "peers' roles wrong", "squares unheard"], rows)];
   }
 
   /** A table of [text, class, action] cells. */

@@ -57,7 +57,7 @@
     const tail_m = Math.max((time_s - packet.end_s) * facts.sound_mps, 0);
     if (tail_m >= head_m) return;
     const head = head_m * frame.scale, tail = tail_m * frame.scale;
-    pen.globalAlpha = 0.16;
+    pen.globalAlpha = 0.09;
     pen.strokeStyle = R.theme.ink;
     pen.lineWidth = head - tail;
     pen.beginPath();

@@ -37,13 +37,10 @@ globalThis.R = globalThis.R || {};
   const FILLS = [[SKY_BLUE, "#10202c"], [BLUE, "#ffffff"], [YELLOW, "#24220a"]];
   const PATTERNS = ["plain", "rising", "dots", "bars"];
 
-  /** Looks of roles by name: the n-th role to appear in the run has the n-th colour and pattern. */
-  R.roleLooks = function (run) {
+  /** Looks of roles by name, the same in all runs: the n-th role to appear, first run first, has the n-th colour and pattern. */
+  R.roleLooks = function (runs) {
     const looks = new Map();
-    const first = [];
-    run.vehicles.forEach((_, v) => run.bars(v).forEach((bar) => first.push([bar.from_s, bar.role])));
-    first.sort((a, b) => a[0] - b[0] || (a[1] < b[1] ? -1 : a[1] > b[1] ? 1 : 0));
-    for (const [, role] of first) {
+    for (const role of runs.flatMap(rolesOf)) {
       if (looks.has(role)) continue;
       const n = looks.size;
       const [fill, text] = FILLS[n % FILLS.length];
@@ -51,6 +48,11 @@ globalThis.R = globalThis.R || {};
     }
     return looks;
   };
+
+  function rolesOf(run) {
+    const first = run.vehicles.flatMap((_, v) => run.bars(v).map((bar) => [bar.from_s, bar.role]));
+    return first.sort((a, b) => a[0] - b[0] || (a[1] < b[1] ? -1 : a[1] > b[1] ? 1 : 0)).map(([, role]) => role);
+  }
 
   /** Fills a box with the colour and pattern of a role. */
   R.fillRole = function (pen, look, x, y, w, h) {
@@ -93,10 +95,10 @@ globalThis.R = globalThis.R || {};
     return cut.length > 3 || pen.measureText(cut + "…").width <= room ? cut.trimEnd() + "…" : "";
   };
 
-  /** "1906 s" with a thin space between thousands, and tenths where they matter. */
+  /** "1906 s" with a narrow space between thousands, and tenths where they matter; no line breaks within. */
   R.seconds = function (time_s, digits = 0) {
-    const text = Math.abs(time_s).toFixed(digits).replace(/\B(?=(\d{3})+(?!\d))/g, "\u2009");
-    return (time_s < 0 ? "−" : "") + text + " s";
+    const text = Math.abs(time_s).toFixed(digits).replace(/\B(?=(\d{3})+(?!\d))/g, "\u202f");
+    return (time_s < 0 ? "−" : "") + text + "\u00a0s";
   };
 
   /** A step 1, 2 or 5 times a power of ten, of which about `n` fit into `span`. */

@@ -59,7 +59,7 @@
   }
 
   /** When a slot opened (s); the given time where the slot is not known. */
-  R.slotStart = (facts, slot, time_s) => (slot >= 0 ? slot * facts.run.header.slot_s : time_s);
+  R.slotStart = (facts, slot, time_s) => (slot >= 0 ? facts.run.slotStart_s(slot) : time_s);
 
   function arrow(pen, [x0, y0], [x1, y1], width) {
     const length = Math.hypot(x1 - x0, y1 - y0);

@@ -2,11 +2,12 @@
 /* The view of one run: header, map, panel, lanes. The app holds the clock and the selection, which two views share. */
 (function () {
   const PANEL_EVERY_MS = 200, LEGEND_PX = 22, NEAR_PX = 7, LEAST_SPAN_S = 4;
-  R.TABS = [["news", "Knowledge"], ["minds", "Minds"], ["matrix", "Matrix"], ["cost", "Cost"], ["why", "Why"], ["events", "Events"]];
+  R.TABS = [["news", "Knowledge"], ["minds", "Minds"], ["matrix", "Matrix"], ["cost", "Cost"], ["why", "Why"], ["events", "Events"],
+            ["tables", "Tables"]];
 
   R.View = class {
     constructor(app, run, parent, narrow) {
-      Object.assign(this, { app, run, narrow, facts: new R.Facts(run) });
+      Object.assign(this, { app, run, narrow, facts: new R.Facts(run, R.roleLooks(app.runs)) });
       this.tab = narrow ? "map" : "news";
       this.window = [0, Math.max(run.header.end_s, LEAST_SPAN_S)];
       this.open = new Set();
@@ -22,7 +23,7 @@
 
     build(parent) {
       this.root = R.make("section", "view" + (this.narrow ? " narrow" : ""));
-      this.root.append(R.factsLine(this.run));
+      this.root.append(R.factsLine(this.run, this.app.runs));
       for (const what of this.run.missing || []) this.root.append(R.make("p", "missing", `Not recorded: ${what}.`));
       this.top = R.make("div", "top");
       this.mapBox = R.make("div", "map");
@@ -50,7 +51,8 @@
     }
 
     makeTabs() {
-      const tabs = this.narrow ? [["map", "Map"], ...R.TABS] : R.TABS;
+      const own = R.TABS.filter(([key]) => key !== "tables" || this.run.layers.length);
+      const tabs = this.narrow ? [["map", "Map"], ...own] : own;
       this.tabs.replaceChildren(...tabs.map(([key, name]) => {
         const button = R.button(name, () => this.showTab(key));
         button.dataset.tab = key;
@@ -61,6 +63,7 @@
     }
 
     showTab(tab) {
+      if (tab === "tables" && !this.run.layers.length) return;
       this.tab = tab;
       this.body.dataset.shows = "";
       this.body.className = "body " + tab;
@@ -68,6 +71,7 @@
       const sheets = { minds: R.drawMinds, matrix: R.drawMatrix, cost: R.drawCost };
       this.body.replaceChildren();
       this.sheet = null;
+      this.tables = tab === "tables" ? new R.TablesPanel(this.body, this) : null;
       if (this.narrow) {
         if (tab === "map") this.body.append(this.mapBox); else this.mapBox.remove();
       }
@@ -107,7 +111,7 @@
     paintMap() { if (!this.narrow || this.tab === "map") this.map.paint(); }
 
     paintPanel() {
-      if (this.sheet) { this.sheet.paint(); return; }
+      if (this.sheet || this.tables) { (this.sheet || this.tables).paint(); return; }
       const time_s = this.app.clock.t, go = (t, v) => this.app.go(t, v < 0 ? null : this.run.vehicles[v].name);
       if (this.tab === "news") R.showNews(this.body, this.facts, this.selected, time_s, go);
       if (this.tab === "events") R.showEvents(this.body, this.facts, this.selected, time_s, go);
@@ -151,14 +155,7 @@
       pen.moveTo(x, R.AXIS_PX - 2);
       pen.lineTo(x, h);
       pen.stroke();
-      pen.font = R.BOLD;
-      const text = R.seconds(this.app.clock.t), half = pen.measureText(text).width / 2 + 5;
-      const middle = Math.min(Math.max(x, scale.left + half), w - half);
-      pen.fillRect(middle - half, R.AXIS_PX - 18, 2 * half, 17);
-      pen.fillStyle = R.theme.paper;
-      pen.textAlign = "center";
-      pen.textBaseline = "middle";
-      pen.fillText(text, middle, R.AXIS_PX - 9);
+      R.drawMoment(pen, scale, this.app.clock.t, w);
     }
 
     /** Turns the page of the lanes when the clock leaves it. */
@@ -191,13 +188,14 @@
       this.drawGround(pen, frame, time_s);
       if (mind) R.drawUnheard(pen, frame, facts, mind, time_s);
       R.drawPackets(pen, frame, facts, app.clock, selected);
-      const taken = [];
+      const taken = [R.scaleBarBox(frame)];
       R.drawFinds(pen, frame, facts, mind, time_s);
+      const ghosts = mind ? R.drawGhosts(pen, frame, facts, selected, mind, time_s, taken) : [];
       R.drawVehicles(pen, frame, facts, time_s, { selected, taken });
-      if (mind) R.drawGhosts(pen, frame, facts, selected, mind, time_s, { wrong, taken });
+      R.nameGhosts(pen, frame, facts, ghosts, wrong, taken);
       R.namePlaces(pen, frame, facts, mind, time_s, taken);
       pen.restore();
-      R.drawLegend(pen, w, h, LEGEND_PX, Boolean(mind));
+      R.drawLegend(pen, w, h, LEGEND_PX, Boolean(mind), R.markEntries(facts));
     }
 
     drawGround(pen, frame, time_s) {
@@ -205,6 +203,7 @@
         R.drawWorld(pen, frame, this.facts);
         R.drawDone(pen, frame, this.facts, -1, time_s);
         R.drawTracks(pen, frame, this.facts, -1, time_s);
+        R.drawMarks(pen, frame, this.facts, -1, time_s);
         return;
       }
       this.ground.update(frame, this.facts, time_s, this.map.ratio, true);

@@ -10,6 +10,7 @@ globalThis.R = globalThis.R || {};
     run.tiles = tilesOf(run);
     run.world = worldOf(run);
     run.finds = findsOf(run);
+    run.jobs = jobsOf(run);
     run.cost = costOf(run);
   };
 
@@ -86,6 +87,15 @@ globalThis.R = globalThis.R || {};
     };
   }
 
+  // Jobs that are no areas of tiles: [{name, done_s, known_s, cameUp_s}]. cameUp_s: when somebody first said where one
+  // lies that has no place of its own; Infinity if nobody did, and then the record has nothing but its name.
+  function jobsOf(run) {
+    const said_s = (name) => run.finds.filter((find) => find.subject === name).map((find) => run.items[find.item].recorded_s);
+    const placed = run.world.places.filter((place) => place.isJob && !place.hasTiles);
+    return [...placed.map((place) => ({ ...place, cameUp_s: 0 })),
+            ...run.world.jobs.map((job) => ({ ...job, cameUp_s: Math.min(...said_s(job.name), job.done_s === null ? Infinity : job.done_s) }))];
+  }
+
   // What somebody found somewhere and said so: [{item, subject, attribute, x, y}], each as it was said first.
   function findsOf(run) {
     const found = new Map();
@@ -107,14 +117,7 @@ globalThis.R = globalThis.R || {};
     for (let tile = 0; tile < tiles.n; tile++) {
       work.push({ done_s: tiles.done_s[tile], known_s: vehicles.map((_, v) => tiles.known_s[v][tile]) });
     }
-    for (const place of run.world.places) {
-      if (place.isJob && !place.hasTiles) work.push(asWork(place));
-    }
-    const cameUp = new Set(run.finds.map((find) => find.subject));
-    for (const job of run.world.jobs) {
-      if (job.done_s !== null || cameUp.has(job.name)) work.push(asWork(job));
-    }
-    return work;
+    return [...work, ...run.jobs.filter((job) => job.cameUp_s < Infinity).map(asWork)];
   }
 
   function asWork({ done_s, known_s }) {
