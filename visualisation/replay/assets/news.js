@@ -2,7 +2,7 @@
 /* What one vehicle knows, in words and numbers: of every peer how old its news is, how far off the place, which roles it
    has wrong, what it lacks; and its spells of silence. */
 (function () {
-  const MOST_SPELLS = 6, MOST_NAMES = 8;
+  const MOST_SPELLS = 6, MOST_NAMES = 8, MOST_PLACES = 4;
 
   R.showNews = function (body, facts, v, time_s, go) {
     if (v < 0) { body.replaceChildren(...overview(facts, time_s, go)); return; }
@@ -34,7 +34,9 @@
   function byPlace({ run }, tiles) {
     const count = new Map();
     for (const tile of tiles) count.set(run.tiles.place[tile], (count.get(run.tiles.place[tile]) || 0) + 1);
-    return [...count].sort((a, b) => b[1] - a[1]).map(([place, n]) => `${n} in ${run.world.places[place].name}`).join(", ");
+    const all = [...count].sort((a, b) => b[1] - a[1]);
+    const most = all.slice(0, MOST_PLACES).map(([place, n]) => `${n} in ${run.world.places[place].name}`);
+    return most.join(", ") + (all.length > MOST_PLACES ? ", others elsewhere" : "");
   }
 
   const listed = (jobs) => jobs.slice(0, MOST_NAMES).map((job) => job.name).join(", ") + (jobs.length > MOST_NAMES ? " and more" : "");
@@ -89,7 +91,7 @@
   }
 
   function mistake(entry) {
-    if (!entry) return ["✓ agrees"];
+    if (!entry) return ["✓\u00a0agrees"];
     const parts = [];
     if (entry.extra.length) parts.push("no longer " + entry.extra.join(", "));
     if (entry.missing.length) parts.push("also " + entry.missing.join(", "));

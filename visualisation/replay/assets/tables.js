@@ -5,20 +5,23 @@
   const MARK_PX = 3.5, DOT_PX = 3, NEAR_PX = 8, MOST_LISTED = 60, CHART_PX = 150;
   const LEFT_PX = 64, RIGHT_PX = 14, TOP_PX = 20, FOOT_PX = 20;
 
-  const numberOf = (layer) => layer.columns.findIndex((column) => column.isNumber);
+  const FAINTEST = 0.2;
+  const looks = new WeakMap();
 
-  /* Least and greatest number of a column. */
-  function rangeOf(layer, column) {
-    return layer.rows.reduce(([low, high], { values }) => [Math.min(low, values[column]), Math.max(high, values[column])],
-                             [Infinity, -Infinity]);
+  /* What is drawn of a table, found once: {column, its first of numbers or -1; low and high of it; hasPlaces}. */
+  function lookOf(layer) {
+    if (!looks.has(layer)) {
+      const column = layer.columns.findIndex(({ isNumber }) => isNumber);
+      const numbers = column < 0 ? [] : layer.rows.map((row) => row.values[column]);
+      const [low, high] = numbers.reduce(([least, most], value) => [Math.min(least, value), Math.max(most, value)], [Infinity, -Infinity]);
+      looks.set(layer, { column, low, high, hasPlaces: layer.rows.some((row) => row.x !== null) });
+    }
+    return looks.get(layer);
   }
 
   /* How strongly a row is drawn, 0..1: the more, the darker. */
-  function strengthIn(layer) {
-    const column = numberOf(layer);
-    if (column < 0) return () => 1;
-    const [low, high] = rangeOf(layer, column);
-    return ({ values }) => (high > low ? 0.2 + 0.8 * (values[column] - low) / (high - low) : 1);
+  function strength({ values }, { column, low, high }) {
+    return high > low ? FAINTEST + (1 - FAINTEST) * (values[column] - low) / (high - low) : 1;
   }
 
   /** Rows of all tables between two times, where they say that they are or their vehicle was. */
@@ -26,13 +29,13 @@
     pen.strokeStyle = pen.fillStyle = R.theme.ink;
     pen.lineWidth = 1.2;
     for (const layer of facts.run.layers) {
-      const { isEvents } = layer, strength = isEvents ? null : strengthIn(layer);
+      const { isEvents } = layer, look = lookOf(layer);
       for (const row of layer.rows) {
         if (row.x === null || row.time_s <= from_s || row.time_s > to_s) continue;
         const x = frame.x(row.x), y = frame.y(row.y);
         if (isEvents) drawMark(pen, x, y);
         else {
-          pen.globalAlpha = strength(row);
+          pen.globalAlpha = strength(row, look);
           pen.fillRect(x - DOT_PX / 2, y - DOT_PX / 2, DOT_PX, DOT_PX);
           pen.globalAlpha = 1;
         }
@@ -49,11 +52,11 @@
 
   /** Entries for the legend of the map: [{text, draw(pen, x, y)}]. */
   R.markEntries = function (facts) {
-    return facts.run.layers.filter((layer) => layer.rows.some((row) => row.x !== null)).map((layer) => {
-      const column = numberOf(layer), name = R.words(layer.name);
+    return facts.run.layers.filter((layer) => lookOf(layer).hasPlaces).map((layer) => {
+      const { column, low, high } = lookOf(layer), name = R.words(layer.name);
       if (layer.isEvents) return { text: name, draw: (pen, x, y) => { pen.strokeStyle = R.theme.ink; pen.lineWidth = 1.2; drawMark(pen, x + 6, y); } };
       const unit = column < 0 ? "" : layer.columns[column].unit;
-      const range = column < 0 ? "" : " " + rangeOf(layer, column).map((value, n) => R.plain(value, n ? unit : "")).join(" to ");
+      const range = column < 0 ? "" : ` ${R.plain(low, "")} to ${R.plain(high, unit)}`;
       return { text: name + range, draw: (pen, x, y) => { pen.fillStyle = R.theme.ink; pen.fillRect(x + 4, y - 2, DOT_PX, DOT_PX); } };
     });
   };
@@ -102,7 +105,7 @@
       const rows = layer.rows.filter(isShown);
       const who = selected >= 0 && layer.rows.some((row) => row.vehicle >= 0) ? ` of ${run.vehicles[selected].name}` : "";
       this.note.textContent = `${rows.length} rows${who} so far` + (layer.total > layer.rows.length ? `; the page holds the first ${layer.rows.length} of ${layer.total}` : "");
-      this.chartBox.hidden = numberOf(layer) < 0;
+      this.chartBox.hidden = lookOf(layer).column < 0;
       if (!this.chartBox.hidden) this.chart.paint();
       const go = (row) => () => view.app.go(row.time_s, row.vehicle < 0 ? null : run.vehicles[row.vehicle].name);
       const cells = ({ values }) => layer.columns.map((column, n) => [column.isNumber ? R.plain(values[n], "") : values[n]]);
@@ -115,9 +118,9 @@
 
     /* One line per vehicle, that of the selected one strong. */
     drawChart(pen, w, h) {
-      const { facts, selected, app } = this.view, { layer } = this, column = numberOf(layer);
+      const { facts, selected, app } = this.view, { layer } = this, { column, low, high } = lookOf(layer);
       if (!layer.rows.length) return;
-      const scale = new R.TimeScale(0, Math.max(facts.end_s, 1), LEFT_PX, w - RIGHT_PX), [low, high] = rangeOf(layer, column);
+      const scale = new R.TimeScale(0, Math.max(facts.end_s, 1), LEFT_PX, w - RIGHT_PX);
       const y = (value) => h - FOOT_PX - (high > low ? (value - low) / (high - low) : 0.5) * (h - FOOT_PX - TOP_PX);
       drawFrame(pen, layer.columns[column], scale, y, [low, high], h);
       const vehicles = [...new Set(layer.rows.map((row) => row.vehicle))].sort((a, b) => (a === selected) - (b === selected));
