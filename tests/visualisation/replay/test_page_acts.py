@@ -44,7 +44,7 @@ def test_a_step_is_a_slot_or_a_frame_of_the_record(window: Window, results: Resu
     window.page.keyboard.press("ArrowRight")
     window.page.wait_for_function("(t) => !R.app.clock.playing && R.app.clock.t > t", arg=start_s[5])
     assert window.time_s == start_s[6]
-    slots = window.ask("(times) => times.map((t) => R.app.clock.slots.slotAt(t))", list(start_s.values()))
+    slots = window.ask("(times) => times.map((t) => R.app.longest.slotAt(t))", list(start_s.values()))
     assert slots == list(start_s)
 
 

@@ -7,8 +7,7 @@
     constructor(root, runs) {
       this.root = root;
       this.runs = runs;
-      const longest = runs.reduce((a, b) => (a.header.end_s >= b.header.end_s ? a : b));
-      this.clock = new R.Clock(longest.header, longest);
+      this.clock = new R.Clock(this.longest.header, () => this.longest);
       this.selected = null;
       this.views = [];
       this.stage = R.make("div", "stage");
@@ -28,6 +27,7 @@
       this.resize();
     }
 
+    get longest() { return this.runs.reduce((a, b) => (a.header.end_s >= b.header.end_s ? a : b)); }
     get hasPackets() { return this.runs.some((run) => run.packets.length > 0); }
 
     onKey(event) {

@@ -9,9 +9,9 @@
              ...[10, 30, 60, 120, 300, 600].map((rate) => [String(rate), rate + "× real time"])];
 
   R.Clock = class {
-    /* `slots` knows them by number and time: a run. */
-    constructor({ end_s, slot_s, frame_s }, slots) {
-      Object.assign(this, { end_s, slots, slot_s: slot_s || 1, frame_s: frame_s || 10 });
+    /* `run()` is the run by whose slots it steps. */
+    constructor({ end_s, slot_s, frame_s }, run) {
+      Object.assign(this, { end_s, run, slot_s: slot_s || 1, frame_s: frame_s || 10 });
       this.t = 0;
       this.playing = false;
       this.pace = "60";
@@ -27,6 +27,9 @@
       if (this.pace === "frame") return this.frame_s / FRAME_LASTS_S;
       return Number(this.pace);
     }
+
+    /** Number of the slot that the clock is in. */
+    get slot() { return this.run().slotAt(this.t); }
 
     onChange(listener) { this.listeners.push(listener); }
     tell() { for (const listener of this.listeners) listener(this.t); }
@@ -59,11 +62,11 @@
 
     /** One step to the next start of so many slots; ahead by slot it is shown in slow motion, unless another follows at once. */
     step(direction, n = this.step_slots) {
-      const from_s = this.stop_s === null ? this.t : this.stop_s;
-      const first = Math.floor(this.slots.slotAt(from_s) / n) * n;
-      const isAtStart = from_s - this.slots.slotStart_s(first) < EPSILON_S;
+      const run = this.run(), from_s = this.stop_s === null ? this.t : this.stop_s;
+      const first = Math.floor(run.slotAt(from_s) / n) * n;
+      const isAtStart = from_s - run.slotStart_s(first) < EPSILON_S;
       const next = direction > 0 ? first + n : isAtStart ? first - n : first;
-      const to_s = Math.min(Math.max(this.slots.slotStart_s(next), 0), this.end_s);
+      const to_s = Math.min(Math.max(run.slotStart_s(next), 0), this.end_s);
       const slow = direction > 0 && this.pace === "slot" && n === 1;
       this.playing = this.playing && slow;
       this.seek(slow ? from_s : to_s);

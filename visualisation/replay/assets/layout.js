@@ -81,7 +81,7 @@
       this.play.textContent = clock.playing ? "❚❚ Pause" : "▶ Play";
       if (this.pace.value !== clock.pace) this.pace.value = clock.pace;
       this.scrub.value = clock.t;
-      const slot = this.app.hasPackets ? ` · slot ${clock.slots.slotAt(clock.t)}` : "";
+      const slot = this.app.hasPackets ? ` · slot ${clock.slot}` : "";
       this.now.textContent = R.seconds(clock.t, 1) + slot;
     }
   };
