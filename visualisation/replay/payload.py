@@ -7,13 +7,12 @@ import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
-import numpy as np
-
 from missions.figure import Place, RunResults
 from visualisation.errors import DrawingError
 from visualisation.replay import tables as of_run
 from visualisation.replay.columns import Columns
-from visualisation.replay.tables import EVENTS, PLACE_STEP_M, TIME_STEP_S, Names, Tables
+from visualisation.replay.own_tables import add_own
+from visualisation.replay.tables import EVENTS, TIME_STEP_S, Names, Tables
 
 FORM = 1
 """Form of the data; the page says so where it cannot read it."""
@@ -29,9 +28,6 @@ SHOWS = {
 """What cannot be shown without a table, or without its newer columns."""
 OWN = frozenset({*EVENTS, *SHOWS, "satisfaction", "knowledge", "facts"})
 """Tables that every run may have; those beside them are its mission's."""
-PLACE = ("x_m", "y_m")
-VALUE_STEPS = 4096
-"""In so many steps a number of a mission's own table is kept, from its least to its greatest."""
 MOST_ROWS = 20_000
 """Of a mission's own table no more rows are shown, the earliest."""
 
@@ -243,44 +239,7 @@ def _add_tiles(columns: Columns, names: Names, tables: Tables, places: Sequence[
 
 
 def _add_layers(columns: Columns, names: Names, tables: Tables, known: set[str]) -> list[dict[str, Any]]:
-    """Tables of the mission's own: what happened when, to whom and where, as far as they say so."""
-    layers = []
-    for name in tables.names:
-        table = None if name in OWN or name in known else tables.find(name, ("time_s",))
-        if table is None:
-            continue
-        has_places = set(PLACE) <= {*table.column_names}
-        shown = table.slice(0, MOST_ROWS)
-        rows = shown.to_pylist()
-        columns.add(f"layer.{name}.time", [row["time_s"] for row in rows], 1, TIME_STEP_S)
-        columns.add(f"layer.{name}.vehicle", [names.vehicle(row.get("vehicle")) for row in rows])
-        for column in PLACE if has_places else ():
-            columns.add(f"layer.{name}.{column}", [row[column] for row in rows], 1, PLACE_STEP_M)
-        told = [
-            _add_told(columns, names, f"layer.{name}.told", field, [row[field.name] for row in rows])
-            for field in table.schema
-            if field.name not in ("time_s", "vehicle", *(PLACE if has_places else ()))
-        ]
-        layer = {"name": name, "n": len(rows), "total": table.num_rows, "has_places": has_places, "columns": told}
-        layers.append(layer)
-    return layers
-
-
-def _add_told(columns: Columns, names: Names, called: str, field: Any, values: Sequence[Any]) -> dict[str, Any]:
-    """A column of a mission's own: as numbers if it holds numbers alone, else as texts."""
-    unit = (field.metadata or {}).get(b"unit", b"").decode()
-    is_number = all(type(value) in (int, float) and np.isfinite(value) for value in values)
-    least = min(values, default=0) if is_number else 0
-    if is_number:
-        span = max(values, default=0) - least
-        step = span / VALUE_STEPS if span and any(isinstance(value, float) for value in values) else 1.0
-        columns.add(f"{called}.{field.name}", [value - least for value in values], 1, step)
-    else:
-        columns.add(f"{called}.{field.name}", [names.text(_said(value)) for value in values])
-    return {"name": field.name, "unit": unit, "isNumber": is_number, "least": least}
-
-
-def _said(value: Any) -> str:
-    if isinstance(value, list):
-        return " ".join(_said(one) for one in value)
-    return f"{value:.4g}" if isinstance(value, float) and np.isfinite(value) else "" if value is None else str(value)
+    """Tables of the mission's own, but those of which the squares of its places are made."""
+    own = [name for name in tables.names if name not in OWN and name not in known]
+    found = [(name, table) for name in own if (table := tables.find(name, ("time_s",))) is not None]
+    return [add_own(columns, names, table, name, MOST_ROWS) for name, table in found]

@@ -298,17 +298,19 @@ globalThis.R = globalThis.R || {};
 
   // Tables of the mission's own: [{name, total, isEvents, columns: [{name, unit, isNumber}], rows: [{time_s, vehicle, x, y,
   // values, text}]}]. A row without a place is where its vehicle was; x and y are null where it has none either.
+  // Numbers that are missing are null.
   function layersOf(run) {
     return run.about.world.layers.map(({ name, n, total, has_places, columns }) => {
       const column = (of) => run.columns["layer." + name + "." + of];
       const vehicle = column("vehicle"), time_s = column("time");
-      const kept = columns.map((one) => ({ ...one, values: column("told." + one.name) }));
+      const kept = columns.map((one) => ({ ...one, values: column("told." + one.name), lacks: column("lacks." + one.name) }));
+      const valueOf = ({ isNumber, values, lacks }, row) => (!isNumber ? run.text(values[row]) : lacks[row] ? null : values[row]);
       const place = (row) => {
         if (has_places) return { x: column("x_m")[row], y: column("y_m")[row] };
         return vehicle[row] >= 0 && run.track(vehicle[row]).t.length ? run.at(vehicle[row], time_s[row]) : { x: null, y: null };
       };
       const rows = Array.from({ length: n }, (_, row) => {
-        const values = kept.map((one) => (one.isNumber ? one.least + one.values[row] : run.text(one.values[row])));
+        const values = kept.map((one) => valueOf(one, row));
         const { x, y } = place(row);
         return { time_s: time_s[row], vehicle: vehicle[row], x, y, values, text: rowText(columns, values) };
       });
@@ -317,13 +319,13 @@ globalThis.R = globalThis.R || {};
   }
 
   function rowText(columns, values) {
-    return columns.map(({ name, unit, isNumber }, n) => (isNumber ? `${R.words(name)} ${R.plain(values[n], unit)}` : values[n]))
-      .filter(Boolean).join(", ");
+    const text = ({ name, unit, isNumber }, value) => (isNumber ? `${R.words(name)} ${R.plain(value, unit)}` : value);
+    return columns.map((column, n) => (values[n] === null ? "" : text(column, values[n]))).filter(Boolean).join(", ");
   }
 
   // Names as words.
   R.words = (name) => name.replace(/_/g, " ");
 
-  // A number to four digits with its unit, such as "4.2 degC".
-  R.plain = (value, unit) => String(Number(value.toPrecision(4))) + (unit && unit !== "1" ? "\u00a0" + unit : "");
+  // A number to four digits with its unit, such as "4.2 degC"; empty where it is missing.
+  R.plain = (value, unit) => (value === null ? "" : Number(value.toPrecision(4)) + (unit && unit !== "1" ? "\u00a0" + unit : ""));
 })();

@@ -12,7 +12,7 @@
   function lookOf(layer) {
     if (!looks.has(layer)) {
       const column = layer.columns.findIndex(({ isNumber }) => isNumber);
-      const numbers = column < 0 ? [] : layer.rows.map((row) => row.values[column]);
+      const numbers = column < 0 ? [] : layer.rows.map((row) => row.values[column]).filter((value) => value !== null);
       const [low, high] = numbers.reduce(([least, most], value) => [Math.min(least, value), Math.max(most, value)], [Infinity, -Infinity]);
       looks.set(layer, { column, low, high, hasPlaces: layer.rows.some((row) => row.x !== null) });
     }
@@ -21,7 +21,7 @@
 
   /* How strongly a row is drawn, 0..1: the more, the darker. */
   function strength({ values }, { column, low, high }) {
-    return high > low ? FAINTEST + (1 - FAINTEST) * (values[column] - low) / (high - low) : 1;
+    return high > low && values[column] !== null ? FAINTEST + (1 - FAINTEST) * (values[column] - low) / (high - low) : 1;
   }
 
   /** Rows of all tables between two times, where they say that they are or their vehicle was. */
@@ -56,7 +56,7 @@
       const { column, low, high } = lookOf(layer), name = R.words(layer.name);
       if (layer.isEvents) return { text: name, draw: (pen, x, y) => { pen.strokeStyle = R.theme.ink; pen.lineWidth = 1.2; drawMark(pen, x + 6, y); } };
       const unit = column < 0 ? "" : layer.columns[column].unit;
-      const range = column < 0 ? "" : ` ${R.plain(low, "")} to ${R.plain(high, unit)}`;
+      const range = !(low <= high) ? "" : ` ${R.plain(low, "")} to ${R.plain(high, unit)}`;
       return { text: name + range, draw: (pen, x, y) => { pen.fillStyle = R.theme.ink; pen.fillRect(x + 4, y - 2, DOT_PX, DOT_PX); } };
     });
   };
@@ -105,7 +105,7 @@
       const rows = layer.rows.filter(isShown);
       const who = selected >= 0 && layer.rows.some((row) => row.vehicle >= 0) ? ` of ${run.vehicles[selected].name}` : "";
       this.note.textContent = `${rows.length} rows${who} so far` + (layer.total > layer.rows.length ? `; the page holds the first ${layer.rows.length} of ${layer.total}` : "");
-      this.chartBox.hidden = lookOf(layer).column < 0;
+      this.chartBox.hidden = !(lookOf(layer).low <= lookOf(layer).high);
       if (!this.chartBox.hidden) this.chart.paint();
       const go = (row) => () => view.app.go(row.time_s, row.vehicle < 0 ? null : run.vehicles[row.vehicle].name);
       const cells = ({ values }) => layer.columns.map((column, n) => [column.isNumber ? R.plain(values[n], "") : values[n]]);
@@ -119,7 +119,7 @@
     /* One line per vehicle, that of the selected one strong. */
     drawChart(pen, w, h) {
       const { facts, selected, app } = this.view, { layer } = this, { column, low, high } = lookOf(layer);
-      if (!layer.rows.length) return;
+      if (!(low <= high)) return;
       const scale = new R.TimeScale(0, Math.max(facts.end_s, 1), LEFT_PX, w - RIGHT_PX);
       const y = (value) => h - FOOT_PX - (high > low ? (value - low) / (high - low) : 0.5) * (h - FOOT_PX - TOP_PX);
       drawFrame(pen, layer.columns[column], scale, y, [low, high], h);
@@ -129,7 +129,7 @@
         pen.lineWidth = v === selected ? 2 : 1;
         pen.globalAlpha = selected < 0 || v === selected || v < 0 ? 1 : 0.4;
         pen.beginPath();
-        layer.rows.filter((row) => row.vehicle === v).forEach((row, n) => {
+        layer.rows.filter((row) => row.vehicle === v && row.values[column] !== null).forEach((row, n) => {
           if (n) pen.lineTo(scale.x(row.time_s), y(row.values[column])); else pen.moveTo(scale.x(row.time_s), y(row.values[column]));
         });
         pen.stroke();
