@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,10 +12,10 @@ from visualisation.replay.columns import Columns, Floats
 from visualisation.replay.tables import PLACE_STEP_M, TIME_STEP_S, Names
 
 PLACE = ("x_m", "y_m")
-VALUE_STEPS = 4096
-"""In so many steps a column of numbers is kept, from its least to its greatest."""
-MOST_STEPS = 2.0**45
-"""Of no number more steps are kept."""
+DIGITS = 4
+"""To so many decimal digits of its span a column of numbers is kept, so that 0.95 stays 0.95."""
+MOST_DIGITS = 13
+"""Of no number more digits are kept."""
 
 
 def add_own(columns: Columns, names: Names, table: Any, called: str, most_rows: int) -> dict[str, Any]:
@@ -59,7 +60,7 @@ def _step(numbers: Floats) -> float:
     if not numbers.size or np.all(numbers == np.rint(numbers)):
         return 1.0
     span, largest = float(np.ptp(numbers)), float(np.max(np.abs(numbers)))
-    return max((span or largest) / VALUE_STEPS, largest / MOST_STEPS)
+    return 10.0 ** max(math.floor(math.log10(span or largest)) - DIGITS, math.ceil(math.log10(largest)) - MOST_DIGITS)
 
 
 def _said(value: Any) -> str:

@@ -86,9 +86,9 @@
     }
   };
 
-  /** Symbols of the map in one line below it. */
+  /** Symbols of the map in a line below it; `marks` of the mission's own tables in a second one. */
   R.drawLegend = function (pen, w, h, height, mind, marks) {
-    const y = h - height / 2;
+    let y = h - height + (marks.length ? height / 4 : height / 2);
     pen.fillStyle = R.theme.panel;
     pen.fillRect(0, h - height, w, height);
     pen.font = R.FONT;
@@ -122,6 +122,7 @@
     entry("done", 14, (left) => { pen.fillStyle = R.theme.done; pen.fillRect(left, y - 6, 14, 12); });
     entry("heard", 20, (left) => R.drawLink(pen, [left, y], [left + 20, y], true));
     entry("lost", 28, (left) => R.drawLink(pen, [left, y], [left + 34, y], false));
+    [x, y] = [8, y + height / 2];
     for (const mark of marks) entry(mark.text, 12, (left) => mark.draw(pen, left, y));
   };
 

@@ -5,7 +5,7 @@
   const MARK_PX = 3.5, DOT_PX = 3, NEAR_PX = 8, MOST_LISTED = 60, CHART_PX = 150;
   const LEFT_PX = 64, RIGHT_PX = 14, TOP_PX = 20, FOOT_PX = 20;
 
-  const FAINTEST = 0.2;
+  const FAINTEST = 0.08, STRONGEST = 0.8;
   const looks = new WeakMap();
 
   /* What is drawn of a table, found once: {column, its first of numbers or -1; low and high of it; hasPlaces}. */
@@ -21,7 +21,7 @@
 
   /* How strongly a row is drawn, 0..1: the more, the darker. */
   function strength({ values }, { column, low, high }) {
-    return high > low && values[column] !== null ? FAINTEST + (1 - FAINTEST) * (values[column] - low) / (high - low) : 1;
+    return high > low && values[column] !== null ? FAINTEST + (STRONGEST - FAINTEST) * (values[column] - low) / (high - low) : FAINTEST;
   }
 
   /** Rows of all tables between two times, where they say that they are or their vehicle was. */
@@ -82,12 +82,13 @@
   /** The panel: which table, its number over time, and its rows so far, newest first. */
   R.TablesPanel = class {
     constructor(body, view) {
-      Object.assign(this, { body, view, at: 0 });
+      Object.assign(this, { body, view });
       const head = R.make("div", "row");
       this.choice = R.make("select");
       this.choice.setAttribute("aria-label", "Table");
       view.run.layers.forEach((layer, n) => this.choice.append(new Option(R.words(layer.name), String(n))));
-      this.choice.addEventListener("change", () => { this.at = Number(this.choice.value); this.paint(); });
+      this.choice.value = String(view.tableAt);
+      this.choice.addEventListener("change", () => { view.tableAt = Number(this.choice.value); this.paint(); });
       this.note = R.make("span", "note");
       head.append(this.choice, this.note);
       this.chartBox = R.make("div", "chart");
@@ -97,7 +98,7 @@
       this.chart = new R.Sheet(this.chartBox, "Numbers of the table over time", (pen, w, h) => this.drawChart(pen, w, h));
     }
 
-    get layer() { return this.view.run.layers[this.at]; }
+    get layer() { return this.view.run.layers[this.view.tableAt]; }
 
     paint() {
       const { view, layer } = this, { run, selected } = view, time_s = view.app.clock.t;

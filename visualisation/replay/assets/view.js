@@ -13,7 +13,7 @@
       this.open = new Set();
       this.zoom = null;
       this.ground = new R.Ground();
-      this.panelAt_ms = 0;
+      this.panelAt_ms = this.tableAt = 0;
       this.build(parent);
       R.listenMap(this);
       R.listenLanes(this);
@@ -177,7 +177,8 @@
 
     drawMap(pen, w, h) {
       const { facts, app, selected } = this, time_s = app.clock.t;
-      const frame = new R.Frame(this.facts.extent, w, h - LEGEND_PX, this.zoom);
+      const marks = R.markEntries(facts), legend_px = LEGEND_PX * (marks.length ? 2 : 1);
+      const frame = new R.Frame(this.facts.extent, w, h - legend_px, this.zoom);
       const mind = selected >= 0 ? this.run.mind(selected, time_s) : null;
       const wrong = mind ? R.disagreements(facts, selected, time_s) : [];
       this.frame = frame;
@@ -195,7 +196,7 @@
       R.nameGhosts(pen, frame, facts, ghosts, wrong, taken);
       R.namePlaces(pen, frame, facts, mind, time_s, taken);
       pen.restore();
-      R.drawLegend(pen, w, h, LEGEND_PX, Boolean(mind), R.markEntries(facts));
+      R.drawLegend(pen, w, h, legend_px, Boolean(mind), marks);
     }
 
     drawGround(pen, frame, time_s) {
