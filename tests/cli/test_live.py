@@ -1,0 +1,265 @@
+"""The command that shows a run while it goes: what it serves, what it refuses, and that it gives what ``run`` gives."""
+
+import base64
+import http.client
+import json
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+pytest.importorskip("starlette")
+pytest.importorskip("uvicorn")
+
+from missions.runs.results import Results, write
+from missions.runs.run import run
+from missions.runs.setup import resolved
+from missions.runs.underway import Underway
+from missions.scenarios import load
+from missions.scenarios.parts import mission_of, strategy_of
+from remoras.cli import app
+from remoras.cli.live_server import LiveServer, Settings, listener
+from remoras.cli.live_session import Session
+from visualisation.replay import run_data
+
+SCENARIO, SEED = "mapping-rendezvous", 3
+SHORT = (("--set", "scenario.duration_s=60"), ("--per", "channel.per=0.6"))
+LONG = (("--per", "channel.per=0.6"),)
+PATIENCE_S = 60.0
+
+
+def wait_until(what: Callable[[], bool]) -> None:
+    until_s = time.monotonic() + PATIENCE_S
+    while not what():
+        assert time.monotonic() < until_s, "it takes too long"
+        time.sleep(0.02)
+
+
+class Client:
+    """What a page, or somebody else, asks of a server."""
+
+    def __init__(self, server: LiveServer, session: Session) -> None:
+        self.server, self.session = server, session
+        self.port = int(server.url.rstrip("/").rpartition(":")[2])
+
+    def ask(self, method: str, path: str, body: Any = None, **headers: str) -> tuple[int, dict[str, Any]]:
+        """Status and JSON of an answer."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE_S)
+        text = body if body is None or isinstance(body, bytes) else json.dumps(body).encode()
+        given = {"Content-Type": "application/json"} | {
+            name.replace("_", "-"): value for name, value in headers.items()
+        }
+        connection.request(method, path, text, given)
+        answer = connection.getresponse()
+        content = answer.read().decode()
+        connection.close()
+        return answer.status, json.loads(content) if content.startswith("{") else {"text": content}
+
+    def control(self, **what: Any) -> dict[str, Any]:
+        """State of the run after something that is allowed."""
+        status, told = self.ask("POST", "/control", what)
+        assert status == 200, told
+        return told
+
+    def refused(self, **what: Any) -> str:
+        """Why the page may not ask for that."""
+        status, told = self.ask("POST", "/control", what)
+        assert status == 400, told
+        return str(told["error"])
+
+    @property
+    def phase(self) -> str:
+        return str(self.session.state()["phase"])
+
+    def finished(self) -> None:
+        """Let the run go on to its end, at full speed."""
+        self.control(do="speed", speed="full")
+        self.control(do="play")
+        wait_until(lambda: self.phase == "finished")
+
+
+@contextmanager
+def served(overrides: tuple[tuple[str, str], ...], out: Path | None = None) -> Iterator[Client]:
+    """A server on a free port, ended afterwards."""
+    setup = resolved(load(SCENARIO, overrides))
+    session = Session(setup, SEED, out)
+    server = LiveServer(session, Settings(SCENARIO, overrides), setup.scenario, listener(0))
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    try:
+        yield Client(server, session)
+    finally:
+        server.stop()
+        thread.join()
+        session.close()
+
+
+def assert_same_results(one: Path, other: Path) -> None:
+    """Every file is the same bytes; the time that it took (``wall_s``) is left out."""
+    assert sorted(path.name for path in one.iterdir()) == sorted(path.name for path in other.iterdir())
+    for path in one.iterdir():
+        if path.name == "summary.json":
+            told = [json.loads((folder / path.name).read_text()) for folder in (one, other)]
+            assert {**told[0], "wall_s": 0} == {**told[1], "wall_s": 0}
+        else:
+            assert path.read_bytes() == (other / path.name).read_bytes(), path.name
+
+
+def test_results_are_those_of_run_however_it_was_stepped(tmp_path: Path) -> None:
+    write(run(load(SCENARIO, SHORT), SEED), tmp_path / "run")
+    with served(SHORT, tmp_path / "live") as client:
+        assert client.phase == "ready"
+        client.control(do="step", n=7)
+        wait_until(lambda: client.session.state()["time_s"] == 6.0)  # the first tick is of 0 s
+        client.control(do="speed", speed=200)
+        client.control(do="play")
+        wait_until(lambda: client.session.state()["time_s"] > 10.0)
+        client.control(do="pause")
+        client.finished()
+        assert client.session.state()["message"].endswith(f"results in {tmp_path / 'live'}")
+        shown = base64.b64decode(client.session.rows)
+    assert_same_results(tmp_path / "live", tmp_path / "run")
+    results = Results.read(tmp_path / "run")
+    mission, strategy = mission_of(results.scenario), strategy_of(results.scenario)
+    data = run_data(results, mission.places, mission.jobs.values(), strategy.declaration.is_bound)
+    assert shown == data
+
+
+def test_a_restart_takes_the_form_and_keeps_the_seed(tmp_path: Path) -> None:
+    faults = 'kind = "lost", vehicle = "AUV01", at_s = 20'
+    with served(SHORT, tmp_path / "live") as client:
+        client.finished()
+        form = {"strategy": "central", "policy": "ack-repeat", "per": 0.3, "faults": faults}
+        told = client.control(do="restart", form=form)
+        assert (told["phase"], told["time_s"]) == ("ready", 0.0)
+        assert told["form"] == {**form, "faults": 'kind = "lost", vehicle = "AUV01", at_s = 20.0'}
+        client.finished()
+    own = [SHORT[0], ("--strategy", "strategy.name=central"), ("--policy", "communication.policy=ack-repeat")]
+    own += [("--per", "channel.per=0.3"), ("--set", f"fault=[{{ {faults} }}]")]
+    write(run(load(SCENARIO, own), SEED), tmp_path / "run")
+    assert_same_results(tmp_path / "live", tmp_path / "run")
+
+
+def test_a_pause_stands_still_and_shows_what_was_there() -> None:
+    with served(LONG) as client:
+        client.control(do="play")
+        wait_until(lambda: client.session.state()["time_s"] > 5.0)
+        client.control(do="pause")
+        time.sleep(0.5)
+        at_s, n_rows = client.session.state()["time_s"], client.session.n_rows
+        time.sleep(0.5)
+        assert (client.session.state()["time_s"], client.session.n_rows) == (at_s, n_rows)
+        assert n_rows > 1
+
+
+def test_the_speed_is_a_multiple_of_real_time() -> None:
+    with served(LONG) as client:
+        client.control(do="speed", speed=20)
+        client.control(do="play")
+        began = time.monotonic()
+        wait_until(lambda: client.session.state()["time_s"] >= 20.0)
+        assert time.monotonic() - began > 0.9
+
+
+REFUSED = [
+    ({"do": "speed", "speed": 0}, "speed 0: allowed is 0.1 to 10000 times real time, or full"),
+    ({"do": "speed", "speed": "fast"}, "speed 'fast': allowed"),
+    ({"do": "speed", "speed": True}, "speed True: allowed"),
+    ({"do": "step", "n": 0}, "n 0: allowed is a whole number, 1 to 10000"),
+    ({"do": "fly"}, "do: allowed are play, pause, step, speed, restart"),
+    ({"do": "restart", "form": {"per": 1.5}}, "per (channel.per) = 1.5: input should be less than 1"),
+    ({"do": "restart", "form": {"per": "much"}}, "per 'much': allowed is a number"),
+    ({"do": "restart", "form": {"strategy": "/etc/passwd.py:X"}}, "strategy '/etc/passwd.py:X': allowed are"),
+    ({"do": "restart", "form": {"policy": "none"}}, "policy 'none': allowed are"),
+    ({"do": "restart", "form": {"out": "/tmp"}}, "out: no field of the form"),
+    ({"do": "restart", "form": {"faults": "lost AUV01"}}, "faults: 'lost AUV01' cannot be read"),
+    ({"do": "restart", "form": {"faults": 'kind = "lost", vehicle = "AUV99", at_s = 3'}}, "AUV99"),
+    ({"do": "restart", "form": 3}, "form: allowed is an object"),
+]
+"""What a page may not ask for, and what it is told."""
+
+
+def test_what_cannot_be_is_refused_and_the_run_goes_on() -> None:
+    with served(LONG) as client:
+        client.control(do="step", n=5)
+        wait_until(lambda: client.session.state()["time_s"] == 4.0)
+        for what, says in REFUSED:
+            assert says in client.refused(**what)
+            assert (client.session.state()["time_s"], client.phase) == (4.0, "paused")
+        client.control(do="step")
+        wait_until(lambda: client.session.state()["time_s"] == 5.0)
+
+
+def test_only_pages_of_this_machine_may_ask() -> None:
+    with served(LONG) as client:
+        for host in ("evil.example", f"evil.example:{client.port}", f"127.0.0.1:{client.port + 1}"):
+            status, told = client.ask("GET", "/", Host=host)
+            assert status == 403
+            assert f"host {host!r} is not served" in told["error"]
+        for origin in ("http://evil.example", "null", f"https://127.0.0.1:{client.port}"):
+            status, told = client.ask("POST", "/control", {"do": "play"}, Origin=origin)
+            assert status == 403
+            assert f"a page of {origin!r} may not ask" in told["error"]
+        assert client.phase == "ready"
+        own = f"http://127.0.0.1:{client.port}"
+        assert client.ask("POST", "/control", {"do": "play"}, Origin=own)[0] == 200
+        status, told = client.ask("POST", "/control", {"do": "play"}, Content_Type="text/plain")
+        assert (status, told["error"]) == (400, "content type: allowed is application/json")
+        assert client.ask("POST", "/control", b"[" * 90_000)[0] == 400
+        assert client.ask("POST", "/control", b"x" * 200_000)[1]["error"] == "longer than 100000 bytes"
+
+
+def test_no_file_is_served(tmp_path: Path) -> None:
+    with served(LONG, tmp_path / "out") as client:
+        for path in ("/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/summary.json", "//etc/passwd"):
+            status, told = client.ask("GET", path)
+            assert status == 404
+            assert told["error"] == "served are /, /events and, by POST, /control; no file of this machine is"
+
+
+def test_a_crash_is_told_and_what_was_there_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    step = Underway.step
+
+    def crashing(self: Underway) -> None:
+        if self.now_s >= 30.0:
+            raise RuntimeError("the hull broke")
+        step(self)
+
+    monkeypatch.setattr(Underway, "step", crashing)
+    with served(SHORT, tmp_path / "out") as client:
+        client.control(do="speed", speed="full")
+        client.control(do="play")
+        wait_until(lambda: client.phase == "crashed")
+        assert client.session.state()["message"] == "the run crashed at 30.0 s: RuntimeError: the hull broke"
+        monkeypatch.setattr(Underway, "step", step)
+        assert len(base64.b64decode(client.session.rows)) > 1000
+        assert not (tmp_path / "out").exists()
+        client.control(do="restart")
+        client.finished()
+    assert Results.read(tmp_path / "out").summary["seed"] == SEED
+
+
+def test_a_port_that_is_taken_is_one_clear_error() -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = str(taken.getsockname()[1])
+        result = CliRunner().invoke(app, ["live", SCENARIO, "--no-browser", "--port", port])
+    assert result.exit_code == 2
+    assert result.stderr == (
+        f"remoras: --port {port}: cannot be listened on: Address already in use; "
+        "name another, or 0 for any that is free\n"
+    )
+
+
+def test_results_that_are_there_are_kept_without_force(tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("mine")
+    result = CliRunner().invoke(app, ["live", SCENARIO, "--no-browser", "--out", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "exists and is not empty" in result.stderr

@@ -1,0 +1,105 @@
+"""The page of a live run in a browser: it follows the run, steers it, and asks nobody but the program that serves it."""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+sys.path.append(str(Path(__file__).parent.parent / "visualisation" / "replay"))
+
+from chromium import Window, browser
+from test_live import LONG, SHORT, Client, served, wait_until
+
+import remoras
+from missions.runs.underway import Underway
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def chrome() -> Iterator[Any]:
+    with browser() as found:
+        yield found
+
+
+def opened(chrome: Any, client: Client) -> Window:
+    context = chrome.new_context(viewport={"width": 1280, "height": 720})
+    window = Window(context.new_page())
+    window.page.goto(client.server.url)
+    window.page.wait_for_function("() => R.app && R.live.state")
+    return window
+
+
+def assert_sound(window: Window, client: Client) -> None:
+    """The page complained of nothing, and asked only the program that serves it."""
+    assert window.faults == []
+    assert [url for url in window.requests if not url.startswith((client.server.url, "data:", "blob:"))] == []
+
+
+def test_the_page_follows_the_run_and_steers_it(chrome: Any) -> None:
+    with served(SHORT) as client:
+        window = opened(chrome, client)
+        page = window.page
+        assert page.locator(".phase").inner_text() == "ready, 0 s of at most 60 s"
+        page.get_by_role("button", name="Step", exact=True).click()
+        page.get_by_role("button", name="Step", exact=True).click()
+        wait_until(lambda: client.session.state()["time_s"] == 1.0)
+        page.wait_for_function("() => R.app.clock.t === 1")
+        page.get_by_label("Speed of the run").select_option("full")
+        page.get_by_role("button", name="Go on").click()
+        page.wait_for_function("() => R.live.state.phase === 'finished' && R.app.runs[0].header.run_id !== ''")
+        assert window.time_s == 60.0
+        assert "no folder was named with --out" in page.locator(".live .message").inner_text()
+        assert window.ask("() => R.app.runs[0].packets.length") > 20
+        page.locator(".live textarea").fill('kind = "lost", vehicle = "AUV01", at_s = 20')
+        page.locator(".live input").fill("0.2")
+        page.get_by_role("button", name="Restart").click()
+        page.wait_for_function("() => R.live.state.phase === 'ready' && R.app.runs[0].header.per === 0.2")
+        page.get_by_role("button", name="Start").click()
+        page.wait_for_function("() => R.live.state.phase === 'finished' && R.app.runs[0].faults.length === 1")
+        assert_sound(window, client)
+
+
+def test_what_is_refused_is_said_and_the_run_stays(chrome: Any) -> None:
+    with served(LONG) as client:
+        window = opened(chrome, client)
+        window.page.locator(".live input").fill("1.5")
+        window.page.get_by_role("button", name="Restart").click()
+        window.page.wait_for_function("() => document.querySelector('.live .message.bad')")
+        assert "input should be less than 1" in window.page.locator(".live .message").inner_text()
+        assert client.phase == "ready"
+
+
+def test_a_crash_is_said_and_the_page_keeps_what_it_had(chrome: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    step = Underway.step
+
+    def crashing(self: Underway) -> None:
+        if self.now_s >= 30.0:
+            raise RuntimeError("the hull broke")
+        step(self)
+
+    monkeypatch.setattr(Underway, "step", crashing)
+    with served(SHORT) as client:
+        window = opened(chrome, client)
+        window.page.get_by_label("Speed of the run").select_option("full")
+        window.page.get_by_role("button", name="Start").click()
+        window.page.wait_for_function("() => R.live.state.phase === 'crashed' && R.app.clock.end_s === 30")
+        assert "the run crashed at 30.0 s: RuntimeError: the hull broke" in window.page.locator(".verdict").inner_text()
+        assert window.ask("() => R.app.runs[0].packets.length") > 10
+        assert_sound(window, client)
+
+
+def test_a_notebook_shows_the_page_in_a_frame(chrome: Any, tmp_path: Path) -> None:
+    shown = remoras.run("mapping-rendezvous", per=0.6, set={"scenario.duration_s": 40.0}).replay()
+    notebook = tmp_path / "notebook.html"
+    notebook.write_text(f"<!DOCTYPE html><title>n</title>{shown._repr_html_()}", encoding="utf-8")
+    window = Window(chrome.new_context().new_page())
+    window.page.goto(notebook.as_uri())
+    frame = next(one for one in window.page.frames if one.url == "about:srcdoc")
+    frame.wait_for_function("() => globalThis.R && R.app")
+    frame.evaluate("() => R.app.clock.seek(20)")
+    window.page.wait_for_timeout(600)  # longer than the page waits before it writes its address
+    assert frame.evaluate("() => R.app.clock.t") == 20
+    assert window.faults == []
