@@ -1,4 +1,4 @@
-"""The page of a live run in a browser: it follows the run, steers it, and asks nobody but the program that serves it."""
+"""The page of a live run in a browser: it follows and steers the run, and asks only the program that serves it."""
 
 import sys
 from collections.abc import Iterator
@@ -57,7 +57,7 @@ def test_the_page_follows_the_run_and_steers_it(chrome: Any) -> None:
         page.locator(".live input").fill("0.2")
         page.get_by_role("button", name="Restart").click()
         page.wait_for_function("() => R.live.state.phase === 'ready' && R.app.runs[0].header.per === 0.2")
-        page.get_by_role("button", name="Start").click()
+        page.get_by_role("button", name="▶ Start").click()
         page.wait_for_function("() => R.live.state.phase === 'finished' && R.app.runs[0].faults.length === 1")
         assert_sound(window, client)
 
@@ -84,7 +84,7 @@ def test_a_crash_is_said_and_the_page_keeps_what_it_had(chrome: Any, monkeypatch
     with served(SHORT) as client:
         window = opened(chrome, client)
         window.page.get_by_label("Speed of the run").select_option("full")
-        window.page.get_by_role("button", name="Start").click()
+        window.page.get_by_role("button", name="▶ Start").click()
         window.page.wait_for_function("() => R.live.state.phase === 'crashed' && R.app.clock.end_s === 30")
         assert "the run crashed at 30.0 s: RuntimeError: the hull broke" in window.page.locator(".verdict").inner_text()
         assert window.ask("() => R.app.runs[0].packets.length") > 10
