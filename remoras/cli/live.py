@@ -63,7 +63,8 @@ def live(
     from missions.runs.folder import check_output
     from missions.runs.setup import resolved
     from missions.scenarios import load
-    from remoras.cli.live_server import LiveServer, Settings, listener
+    from remoras.cli.live_form import Form
+    from remoras.cli.live_server import LiveServer, listener
     from remoras.cli.live_session import Session
 
     overrides = overrides_of(strategy, policy, channel, per, settings or [])
@@ -74,8 +75,8 @@ def live(
         bound = listener(port)
     except OSError as error:
         fail(f"--port {port}: cannot be listened on: {error.strerror}; name another, or 0 for any that is free")
-    session = Session(setup, seed, out)
-    server = LiveServer(session, Settings(scenario, tuple(overrides)), setup.scenario, bound)
+    session = Session(setup, seed, out, force)
+    server = LiveServer(session, Form(scenario, overrides, setup.scenario), setup.scenario, bound)
     print(server.url, flush=True)
     print("remoras: Ctrl-C ends it", file=sys.stderr)
     if not no_browser:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import json
-import math
 import socket
-import tomllib
-from collections.abc import AsyncIterator, Mapping, Sequence
-from dataclasses import dataclass
+import sys
+from collections.abc import AsyncIterator, Mapping
 from typing import Any
 
 import uvicorn
@@ -19,92 +18,20 @@ from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingR
 from starlette.routing import Route
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from exchange.policies import POLICIES
 from missions.errors import MissionsError
-from missions.files import toml_value
+from missions.files import shown
 from missions.runs.setup import resolved
-from missions.scenarios import load
 from missions.scenarios.scenario import Scenario
+from remoras.cli.live_form import AskedWrongly, Form, fields_of, speed_of, time_of, whole
 from remoras.cli.live_session import Session
 from remoras.errors import RemorasError
-from remoras.strategies import strategies
 from visualisation.replay import live_text
 
 LOOPBACK = "127.0.0.1"
 LOOK_EVERY_S = 0.1
+"""How often the server looks for what is new; the session decides what is."""
 LONGEST_BODY = 100_000
-LEAST_SPEED, GREATEST_SPEED = 0.1, 10_000.0
-MOST_STEPS = 10_000
-OF_FORM = ("strategy", "policy", "per", "faults")
-KEYS = ("strategy.name", "communication.policy", "channel.per", "fault")
-"""Keys of a scenario that the fields of the form set, in their order."""
-
-
-class AskedWrongly(Exception):
-    """The page asked for what cannot be; the message says why."""
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What the runs of a session are made of.
-
-    Attributes:
-        scenario: name or file.
-        overrides: (option, KEY=VALUE) of the command line.
-    """
-
-    scenario: str
-    overrides: tuple[tuple[str, str], ...]
-
-    def loaded(self, form: Mapping[str, Any]) -> Scenario:
-        """The scenario with what the form says in place of the command line.
-
-        Raises:
-            AskedWrongly: a field that the form does not have, or a value that it cannot give.
-            ConfigurationError: a value out of its range.
-        """
-        if strange := sorted(set(form) - set(OF_FORM)):
-            raise AskedWrongly(f"{', '.join(strange)}: no field of the form; allowed: {', '.join(OF_FORM)}")
-        given = {key: form[name] for name, key in zip(OF_FORM, KEYS, strict=True) if form.get(name) is not None}
-        kept = [one for one in self.overrides if not any(_sets(one[1], key) for key in given)]
-        asked = [
-            (name, f"{key}={_value(name, form[name])}") for name, key in zip(OF_FORM, KEYS, strict=True) if key in given
-        ]
-        return load(self.scenario, [*kept, *asked])
-
-
-def _sets(override: str, key: str) -> bool:
-    name = override.partition("=")[0].strip()
-    return name == key or name.startswith(f"{key}.")
-
-
-def _value(field: str, given: Any) -> str:
-    """A field of the form as the value of an option."""
-    if field == "per":
-        if isinstance(given, bool) or not isinstance(given, int | float) or not math.isfinite(given):
-            raise AskedWrongly(f"per {given!r}: allowed is a number, 0 to below 1")
-        return toml_value(given)
-    if not isinstance(given, str):
-        raise AskedWrongly(f"{field}: allowed is a text")
-    if field == "faults":
-        return toml_value([_fault(line) for line in given.splitlines() if line.strip()])
-    known: Sequence[str] = sorted(strategies() if field == "strategy" else POLICIES)
-    if given not in known:
-        raise AskedWrongly(f"{field} {given[:80]!r}: allowed are {', '.join(known)}")
-    return given
-
-
-def _fault(line: str) -> dict[str, Any]:
-    try:
-        found: dict[str, Any] = tomllib.loads(f"fault = {{ {line} }}")["fault"]
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        example = 'kind = "lost", vehicle = "AUV01", at_s = 300'
-        raise AskedWrongly(f"faults: {line[:80]!r} cannot be read ({error}); write one a line, as: {example}") from None
-    return found
-
-
-def _shown(fault: Mapping[str, Any]) -> str:
-    return ", ".join(f"{key} = {toml_value(value)}" for key, value in fault.items())
+NOT_KEPT = {"Cache-Control": "no-store", "X-Content-Type-Options": "nosniff", "X-Frame-Options": "DENY"}
 
 
 class Guard:
@@ -119,19 +46,24 @@ class Guard:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request, or refuse it."""
-        if scope["type"] == "http":
-            headers = {name.decode("latin-1"): value.decode("latin-1") for name, value in scope["headers"]}
-            host, origin = headers.get("host", ""), headers.get("origin")
-            allowed = ", ".join(sorted(self._hosts))
-            refused = ""
-            if host not in self._hosts:
-                refused = f"host {host[:80]!r} is not served; allowed: {allowed}"
-            elif origin is not None and origin.removeprefix("http://") not in self._hosts:
-                refused = f"a page of {origin[:80]!r} may not ask; allowed: pages of {allowed}"
-            if refused:
-                await JSONResponse({"error": refused}, 403)(scope, receive, send)
-                return
-        await self._app(scope, receive, send)
+        refused = self._refused(scope)
+        if refused:
+            await JSONResponse({"error": refused}, 403)(scope, receive, send)
+        else:
+            await self._app(scope, receive, send)
+
+    def _refused(self, scope: Scope) -> str:
+        """Why a request is not answered; empty if it is."""
+        if scope["type"] != "http":
+            return ""
+        headers = {name.decode("latin-1"): value.decode("latin-1") for name, value in scope["headers"]}
+        host, origin = headers.get("host", ""), headers.get("origin")
+        allowed = ", ".join(sorted(self._hosts))
+        if host not in self._hosts:
+            return f"host {shown(host)} is not served; allowed: {allowed}"
+        if origin is not None and origin not in {f"http://{one}" for one in self._hosts}:
+            return f"a page of {shown(origin)} may not ask; allowed: pages of {allowed}"
+        return ""
 
 
 class LiveServer:
@@ -139,17 +71,17 @@ class LiveServer:
 
     Args:
         session: the run.
-        settings: of its command line.
+        form: what its page may change.
         first: scenario of its first run.
         listener: socket that listens on the loopback address.
     """
 
-    def __init__(self, session: Session, settings: Settings, first: Scenario, listener: socket.socket) -> None:
+    def __init__(self, session: Session, form: Form, first: Scenario, listener: socket.socket) -> None:
         self._session = session
-        self._settings = settings
-        self._scenario = first
-        self._form: dict[str, Any] = {}
+        self._form = form
         self._listener = listener
+        self._asking = asyncio.Lock()  # one request changes the run at a time
+        self._show(first)
         port = listener.getsockname()[1]
         self.url = f"http://{LOOPBACK}:{port}/"
         routes = [
@@ -173,46 +105,43 @@ class LiveServer:
 
     def state(self) -> dict[str, Any]:
         """What the page says of the run and of its form."""
-        scenario = self._scenario
-        channel = scenario.channel.model_dump(mode="json", exclude_none=True)
-        faults = [fault.model_dump(mode="json", exclude_none=True) for fault in scenario.fault]
-        per = channel.get("per")
-        return {
-            **self._session.state(),
+        return {**self._session.state(), **self._shown}
+
+    def _show(self, scenario: Scenario) -> None:
+        self._scenario = scenario
+        self._shown = {
             "duration_s": scenario.scenario.duration_s,
-            "form": {
-                "strategy": scenario.strategy.name,
-                "policy": scenario.communication.policy,
-                "per": per if isinstance(per, int | float) else None,
-                "faults": "\n".join(_shown(fault) for fault in faults),
-            },
-            "strategies": sorted({*strategies(), scenario.strategy.name}),
-            "policies": sorted({*POLICIES, scenario.communication.policy}),
+            "vehicles": [vehicle.name for vehicle in scenario.vehicle],
+            "form": fields_of(scenario),
+            "allowed": self._form.allowed,
         }
 
     async def _page(self, request: Request) -> Response:
-        about = self._scenario.scenario
-        return HTMLResponse(live_text(f"{about.name}, seed {self._session.seed} - live"), headers=NOT_KEPT)
+        name = self._scenario.scenario.name
+        return HTMLResponse(live_text(f"{name}, seed {self._session.seed} - live"), headers=NOT_KEPT)
 
     async def _events(self, request: Request) -> Response:
-        return StreamingResponse(self._told(), media_type="text/event-stream", headers=NOT_KEPT)
+        return StreamingResponse(self._told(request), media_type="text/event-stream", headers=NOT_KEPT)
 
-    async def _told(self) -> AsyncIterator[str]:
-        """What is new, as it comes; who is slow misses what is out of date."""
-        n_rows, told = 0, ""
-        while not self._server.should_exit:
-            if self._session.n_rows != n_rows:
-                n_rows = self._session.n_rows
-                yield f"event: rows\ndata: {self._session.rows}\n\n"
-            if (state := json.dumps(self.state(), allow_nan=False)) != told:
-                told = state
-                yield f"event: state\ndata: {state}\n\n"
-            await asyncio.sleep(LOOK_EVERY_S)
+    async def _told(self, request: Request) -> AsyncIterator[str]:
+        """What is new, as server-sent events, as long as somebody listens."""
+        watcher, told = self._session.audience.watch(), ""
+        try:
+            while not self._server.should_exit and not await request.is_disconnected():
+                while watcher.blocks:
+                    yield f"event: rows\ndata: {base64.b64encode(watcher.blocks.popleft()).decode()}\n\n"
+                if (state := json.dumps(self.state(), allow_nan=False)) != told:
+                    told = state
+                    yield f"event: state\ndata: {state}\n\n"
+                await asyncio.sleep(LOOK_EVERY_S)
+        finally:
+            self._session.audience.leave(watcher)
 
     async def _control(self, request: Request) -> Response:
         try:
             asked = await _body(request)
-            await run_in_threadpool(self._do, asked)
+            async with self._asking:
+                await run_in_threadpool(self._do, asked)
         except (AskedWrongly, MissionsError, RemorasError) as error:
             return JSONResponse({"error": str(error)}, 400)
         return JSONResponse(self.state(), headers=NOT_KEPT)
@@ -225,23 +154,19 @@ class LiveServer:
                 session.play()
             case {"do": "pause"}:
                 session.pause()
-            case {"do": "step", **rest}:
-                session.step(_whole("n", rest.get("n", 1), MOST_STEPS))
+            case {"do": "step"}:
+                session.step(whole("n", asked.get("n", 1)))
             case {"do": "speed", "speed": speed}:
-                session.set_speed(_speed(speed))
-            case {"do": "restart", **rest}:
-                form = rest.get("form", {})
-                if not isinstance(form, dict):
-                    raise AskedWrongly("form: allowed is an object of its fields")
-                form = {**self._form, **form}
-                setup = resolved(self._settings.loaded(form))
-                self._form, self._scenario = form, setup.scenario
-                session.restart(setup, is_playing=rest.get("play") is True)
+                session.set_speed(speed_of(speed))
+            case {"do": "restart"}:
+                scenario, given = self._form.changed(asked.get("form", {}))
+                skip_to_s = time_of(asked.get("skip_to_s", 0.0), scenario.scenario.duration_s)
+                setup = resolved(scenario)
+                self._form.keep(given)
+                self._show(setup.scenario)
+                session.restart(setup, asked.get("play") is True, skip_to_s)
             case _:
                 raise AskedWrongly("do: allowed are play, pause, step, speed, restart")
-
-
-NOT_KEPT = {"Cache-Control": "no-store", "X-Content-Type-Options": "nosniff", "X-Frame-Options": "DENY"}
 
 
 async def _body(request: Request) -> dict[str, Any]:
@@ -261,22 +186,6 @@ async def _body(request: Request) -> dict[str, Any]:
     return found
 
 
-def _whole(name: str, given: Any, most: int) -> int:
-    if isinstance(given, bool) or not isinstance(given, int) or not 1 <= given <= most:
-        raise AskedWrongly(f"{name} {given!r}: allowed is a whole number, 1 to {most}")
-    return given
-
-
-def _speed(given: Any) -> float | None:
-    if given == "full":
-        return None
-    is_number = isinstance(given, int | float) and not isinstance(given, bool)
-    if not is_number or not LEAST_SPEED <= given <= GREATEST_SPEED:
-        text = f"{LEAST_SPEED:g} to {GREATEST_SPEED:g} times real time, or full"
-        raise AskedWrongly(f"speed {given!r}: allowed is {text}")
-    return float(given)
-
-
 async def _not_there(request: Request, error: Exception) -> Response:
     status = getattr(error, "status_code", 404)
     return JSONResponse({"error": "served are /, /events and, by POST, /control; no file of this machine is"}, status)
@@ -290,6 +199,8 @@ def listener(port: int) -> socket.socket:
     """
     found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
+        if sys.platform != "win32":  # there it would let two programs listen on one port
+            found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         found.bind((LOOPBACK, port))
         found.listen()
     except OSError:

@@ -1,29 +1,25 @@
-"""A run that a page steers: a thread steps the fleet, and keeps what the page shows of it."""
+"""A run that a page steers: one thread steps the fleet, and hands what is new to those who watch."""
 
 from __future__ import annotations
 
-import base64
 import sys
 import threading
 import time
 import traceback
-from enum import StrEnum
+from enum import Enum, StrEnum, auto
 from pathlib import Path
 from typing import Any
 
 from missions.errors import MissionsError
-from missions.figure import RunResults
 from missions.runs.results import MemoryResults, write
 from missions.runs.setup import Setup
 from missions.runs.underway import Underway
+from remoras.cli.live_audience import Audience
 from remoras.fleet import rare_collections
-from visualisation.replay import run_data
 
 USUAL_SPEED = 60.0
-LEAST_GAP_S = 0.4
-"""The page gets new rows no more often than this."""
-SHARE_AT_FULL_SPEED, SHARE = 1 / 10, 1 / 3
-"""Of the time, so much goes into showing the run at most: at full speed, and where steps wait for the clock."""
+LONGEST_LAG_S = 0.5
+"""A run that the machine cannot make as fast as it was asked for does not catch up more than this."""
 
 
 class Phase(StrEnum):
@@ -36,7 +32,16 @@ class Phase(StrEnum):
     CRASHED = "crashed"
 
 
-WHY_NOT_COMPLETE = "the run is not over"
+OVER = (Phase.FINISHED, Phase.CRASHED)
+
+
+class Task(Enum):
+    """What the thread does next."""
+
+    BEGIN = auto()
+    STEP = auto()
+    TELL = auto()
+    CLOSE = auto()
 
 
 class Session:
@@ -45,37 +50,40 @@ class Session:
     Args:
         setup: of the first run.
         seed: root of all draws of every run.
-        out: folder for the results of the last run that finished; None keeps none. What is there is replaced.
+        out: folder for the results of the last run that finished; None keeps none.
+        force: replace results that were there before the session; those of its own are replaced in any case.
 
     Attributes:
-        rows: what the page shows of the run, as text; n_rows: how often that has changed.
+        audience: those who watch.
     """
 
-    def __init__(self, setup: Setup, seed: int, out: Path | None) -> None:
+    def __init__(self, setup: Setup, seed: int, out: Path | None = None, force: bool = False) -> None:
         self.seed = seed
-        self.out = out
-        self.rows = ""
-        self.n_rows = 0
+        self._out = out
+        self._may_replace = force
         self._changed = threading.Condition()
+        self.audience = Audience(self._changed)
         self._asked: Setup | None = setup
         self._is_closing = False
         self._phase = Phase.READY
         self._speed: float | None = USUAL_SPEED
-        self._n_steps = 0
-        self._now_s = 0.0
-        self._message = ""
+        self._n_steps = 0  # to be made while it stands still
+        self._skip_to_s = 0.0  # the clock on the wall does not count before
         self._since = (0.0, 0.0)  # times of wall and mission from which the speed counts
-        self._shown_at_s = self._shown_for_s = self._cost_s = 0.0
+        self._message = ""
+        self._underway: Underway | None = None
+        self._final: dict[str, Any] | None = None  # summary of a run that is over
         self._thread = threading.Thread(target=self._work, name="live run", daemon=True)
         self._thread.start()
 
-    # What the page asks for
+    # What others ask for
 
     def state(self) -> dict[str, Any]:
         """What the page says of the run: phase, time_s, speed (None: full), message."""
         with self._changed:
+            now_s = self._underway.now_s if self._underway is not None and self._asked is None else 0.0
             return {
-                "phase": self._phase.value, "time_s": self._now_s, "speed": self._speed, "message": self._message
+                "phase": self._phase.value, "time_s": now_s, "speed": self._speed, "message": self._message
             }  # fmt: skip
 
     def play(self) -> None:
@@ -94,16 +102,21 @@ class Session:
         """Let the mission go on at so many times real time; None: as fast as the machine can."""
         with self._changed:
             self._speed = speed
-            self._since = (time.monotonic(), self._now_s)
+            self._count_from_here()
             self._changed.notify_all()
 
-    def restart(self, setup: Setup, is_playing: bool) -> None:
-        """Give the run up, and begin another one of the same seed."""
+    def restart(self, setup: Setup, is_playing: bool, skip_to_s: float = 0.0) -> None:
+        """Give the run up, and begin another one of the same seed.
+
+        Args:
+            setup: of the other one.
+            is_playing: it goes on by itself.
+            skip_to_s: up to this time of the mission (s) it is made at once.
+        """
         with self._changed:
             self._asked = setup
-            self._phase = Phase.RUNNING if is_playing else Phase.READY
-            self._n_steps, self._now_s, self._message = 0, 0.0, ""
-            self._since = (time.monotonic(), 0.0)
+            self._phase = Phase.RUNNING if is_playing else Phase.PAUSED if skip_to_s else Phase.READY
+            self._n_steps, self._skip_to_s, self._message = 0, skip_to_s, ""
             self._changed.notify_all()
 
     def close(self) -> None:
@@ -115,114 +128,124 @@ class Session:
 
     def _set_phase(self, phase: Phase, n_steps: int = 0) -> None:
         with self._changed:
-            if self._phase not in (Phase.FINISHED, Phase.CRASHED):
+            if self._phase not in OVER:
                 self._phase = phase
                 self._n_steps = n_steps
-                self._since = (time.monotonic(), self._now_s)
+                self._count_from_here()
                 self._changed.notify_all()
+
+    def _count_from_here(self) -> None:
+        self._since = (time.monotonic(), 0.0 if self._underway is None else self._underway.now_s)
 
     # The thread
 
+    @rare_collections()
     def _work(self) -> None:
-        while True:
-            with self._changed:
-                while self._asked is None and not self._is_closing:
-                    self._changed.wait()
-                if self._is_closing or self._asked is None:
-                    return
-                setup, self._asked = self._asked, None
-                self._now_s, self._since = 0.0, (time.monotonic(), 0.0)
-            underway = None
-            try:
-                underway = Underway(setup, self.seed)
-                with rare_collections():
-                    self._run(underway)
-            except (Exception, SystemExit) as error:
-                self._crash(underway, error)
+        while (task := self._next()) is not Task.CLOSE:
+            if task is Task.BEGIN:
+                self._begin()
+            elif task is Task.STEP:
+                self._make_step()
+            else:
+                self._tell()
 
-    def _run(self, underway: Underway) -> None:
-        """Step a run to its end, or until it is given up."""
-        self._show(underway.setup, underway.so_far(WHY_NOT_COMPLETE), underway.spent_s)
-        while underway.is_running:
-            if not self._may_step(underway):
-                return
-            underway.step()
-            self._now_s = underway.now_s
-            if self._is_time_to_show(underway.spent_s):
-                self._show(underway.setup, underway.so_far(WHY_NOT_COMPLETE), underway.spent_s)
-        self._finish(underway)
+    def _next(self) -> Task:
+        """Wait for what is to be done."""
+        with self._changed:
+            while True:
+                if self._is_closing:
+                    return Task.CLOSE
+                if self._asked is not None:
+                    return Task.BEGIN
+                until_step_s = self._until_step_s()
+                until_tell_s = None if self._underway is None else self.audience.until_s()
+                if until_tell_s is not None and until_tell_s <= 0.0:
+                    return Task.TELL
+                if until_step_s is not None and until_step_s <= 0.0:
+                    self._n_steps = max(0, self._n_steps - 1)
+                    return Task.STEP
+                self._changed.wait(min((s for s in (until_tell_s, until_step_s) if s is not None), default=None))
 
-    def _may_step(self, underway: Underway) -> bool:
-        """Wait until the next step is due; False if the run is given up. What stands still is shown meanwhile."""
-        while True:
-            with self._changed:
-                if self._asked is not None or self._is_closing:
-                    return False
-                if self._phase is Phase.RUNNING:
-                    left_s = self._left_s(underway.now_s)
-                    if left_s <= 0.0:
-                        return True
-                    self._changed.wait(left_s)
-                    continue
-                if self._n_steps:
-                    self._n_steps -= 1
-                    return True
-                if self._shown_for_s == underway.spent_s:
-                    self._changed.wait()
-                    continue
-            self._show(underway.setup, underway.so_far(WHY_NOT_COMPLETE), underway.spent_s)
-
-    def _left_s(self, now_s: float) -> float:
-        """Time (s) until the clock on the wall is where the mission is."""
+    def _until_step_s(self) -> float | None:
+        """Time (s) until the next step is due; None if the run stands still or is over."""
+        underway = self._underway
+        if underway is None or self._phase in OVER:
+            return None
+        if self._n_steps or underway.now_s < self._skip_to_s:
+            return 0.0
+        if self._phase is not Phase.RUNNING:
+            return None
         if self._speed is None:
             return 0.0
         wall_s, mission_s = self._since
-        return wall_s + (now_s - mission_s) / self._speed - time.monotonic()
+        left_s = wall_s + (underway.now_s - mission_s) / self._speed - time.monotonic()
+        if left_s < -LONGEST_LAG_S:
+            self._count_from_here()
+        return left_s
 
-    def _is_time_to_show(self, spent_s: float) -> bool:
-        if time.monotonic() - self._shown_at_s < LEAST_GAP_S:
-            return False
-        if self._speed is None:
-            return spent_s - self._shown_for_s >= self._cost_s / SHARE_AT_FULL_SPEED
-        return time.monotonic() - self._shown_at_s >= self._cost_s / SHARE
-
-    def _show(self, setup: Setup, results: RunResults, spent_s: float) -> None:
-        """Keep what the page shows of a run."""
-        began = time.perf_counter()
-        mission, is_bound = setup.mission, setup.strategy.declaration.is_bound
-        rows = base64.b64encode(run_data(results, mission.places, mission.jobs.values(), is_bound)).decode()
+    def _begin(self) -> None:
         with self._changed:
-            if self._asked is None:
-                self.rows, self.n_rows = rows, self.n_rows + 1
-        self._shown_for_s, self._shown_at_s = spent_s, time.monotonic()
-        self._cost_s = time.perf_counter() - began
+            setup, self._asked = self._asked, None
+            before, self._underway, self._final = self._underway, None, None
+            self.audience.begin()
+        if before is not None:
+            before.close()
+        if setup is None:
+            return
+        try:
+            underway = Underway(setup, self.seed)
+        except (Exception, SystemExit) as error:
+            self._crash(error, "before its start")
+            return
+        with self._changed:
+            self._underway = underway
+            self._count_from_here()
+
+    def _make_step(self) -> None:
+        underway = self._underway
+        if underway is None:
+            return
+        is_skipping = underway.now_s < self._skip_to_s
+        try:
+            underway.step()
+            self.audience.note()
+            if not underway.is_running:
+                self._finish(underway)
+            elif is_skipping and underway.now_s >= self._skip_to_s:
+                self._count_from_here()
+        except (Exception, SystemExit) as error:  # missions, strategies and sensors are anybody's
+            self._crash(error, f"at {underway.now_s:.1f} s")
 
     def _finish(self, underway: Underway) -> None:
         finished = underway.finish()
-        self._show(underway.setup, MemoryResults(finished), underway.spent_s)
         how = "completed" if finished.completed else f"not completed: {finished.reason}"
         where = "no folder was named with --out, so the results are not kept"
-        if self.out is not None:
+        results = MemoryResults(finished)
+        if self._out is not None:
             try:
-                write(finished, self.out, force=True)
-                where = f"results in {self.out}"
+                write(results, self._out, self._may_replace)
+                self._may_replace = True
+                where = f"results in {self._out}"
             except MissionsError as error:
                 where = f"the results are not kept: {error}"
-        self._end(Phase.FINISHED, f"{how}; {where}")
+        self._end(Phase.FINISHED, f"{how}; {where}", results.summary)
 
-    def _crash(self, underway: Underway | None, error: BaseException) -> None:
-        """Say what happened, and show what was there until then."""
+    def _crash(self, error: BaseException, when: str) -> None:
         traceback.print_exception(error, file=sys.stderr)
-        at = "before its start" if underway is None else f"at {self._now_s:.1f} s"
-        told = f"the run crashed {at}: {type(error).__name__}: {error}"
-        if underway is not None:
-            try:
-                self._show(underway.setup, underway.so_far(told), underway.spent_s)
-            except Exception as second:  # rows of the crash that cannot be shown; the page keeps those before
-                told += f" (its last rows cannot be shown: {second})"
-        self._end(Phase.CRASHED, told)
+        told = f"the run crashed {when}: {type(error).__name__}: {error}"
+        self._end(Phase.CRASHED, told, None if self._underway is None else self._underway.summary(told))
 
-    def _end(self, phase: Phase, message: str) -> None:
+    def _end(self, phase: Phase, message: str, summary: dict[str, Any] | None) -> None:
         with self._changed:
             if self._asked is None:
-                self._phase, self._message = phase, message
+                self._phase, self._message, self._final = phase, message, summary
+                self.audience.note(is_last=True)
+
+    def _tell(self) -> None:
+        if self._underway is None:
+            return
+        try:
+            self.audience.tell(self._underway, self._final or self._underway.summary())
+        except Exception as error:  # rows of a mission's own that do not fit their table; the run itself goes on
+            with self._changed:
+                self._message = self._message or f"what is new cannot be shown: {error}"

@@ -4,8 +4,10 @@ import base64
 import http.client
 import json
 import socket
+import struct
 import threading
 import time
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,11 +24,10 @@ from missions.runs.run import run
 from missions.runs.setup import resolved
 from missions.runs.underway import Underway
 from missions.scenarios import load
-from missions.scenarios.parts import mission_of, strategy_of
 from remoras.cli import app
-from remoras.cli.live_server import LiveServer, Settings, listener
+from remoras.cli.live_form import Form
+from remoras.cli.live_server import LiveServer, listener
 from remoras.cli.live_session import Session
-from visualisation.replay import run_data
 
 SCENARIO, SEED = "mapping-rendezvous", 3
 SHORT = (("--set", "scenario.duration_s=60"), ("--per", "channel.per=0.6"))
@@ -39,6 +40,13 @@ def wait_until(what: Callable[[], bool]) -> None:
     while not what():
         assert time.monotonic() < until_s, "it takes too long"
         time.sleep(0.02)
+
+
+def head_of(data: bytes) -> dict[str, Any]:
+    """What a block of data says of the run; the columns of numbers behind it are left out."""
+    content = zlib.decompress(base64.b64decode(data), -15)
+    found: dict[str, Any] = json.loads(content[4 : 4 + struct.unpack_from("<I", content)[0]])
+    return found
 
 
 class Client:
@@ -73,9 +81,26 @@ class Client:
         assert status == 400, told
         return str(told["error"])
 
+    def blocks(self, until: Callable[[dict[str, Any]], bool]) -> list[dict[str, Any]]:
+        """Heads of the blocks that a page gets, up to the first that is wanted."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE_S)
+        connection.request("GET", "/events")
+        answer = connection.getresponse()
+        assert answer.getheader("content-type", "").startswith("text/event-stream")
+        found: list[dict[str, Any]] = []
+        while not found or not until(found[-1]):
+            if answer.readline() == b"event: rows\n":
+                found.append(head_of(answer.readline().removeprefix(b"data: ")))
+        connection.close()
+        return found
+
     @property
     def phase(self) -> str:
         return str(self.session.state()["phase"])
+
+    @property
+    def time_s(self) -> float:
+        return float(self.session.state()["time_s"])
 
     def finished(self) -> None:
         """Let the run go on to its end, at full speed."""
@@ -89,7 +114,7 @@ def served(overrides: tuple[tuple[str, str], ...], out: Path | None = None) -> I
     """A server on a free port, ended afterwards."""
     setup = resolved(load(SCENARIO, overrides))
     session = Session(setup, SEED, out)
-    server = LiveServer(session, Settings(SCENARIO, overrides), setup.scenario, listener(0))
+    server = LiveServer(session, Form(SCENARIO, list(overrides), setup.scenario), setup.scenario, listener(0))
     thread = threading.Thread(target=server.run)
     thread.start()
     try:
@@ -116,19 +141,34 @@ def test_results_are_those_of_run_however_it_was_stepped(tmp_path: Path) -> None
     with served(SHORT, tmp_path / "live") as client:
         assert client.phase == "ready"
         client.control(do="step", n=7)
-        wait_until(lambda: client.session.state()["time_s"] == 6.0)  # the first tick is of 0 s
+        wait_until(lambda: client.time_s == 6.0)  # the first tick is of 0 s
         client.control(do="speed", speed=200)
         client.control(do="play")
-        wait_until(lambda: client.session.state()["time_s"] > 10.0)
+        wait_until(lambda: client.time_s > 10.0)
         client.control(do="pause")
         client.finished()
         assert client.session.state()["message"].endswith(f"results in {tmp_path / 'live'}")
-        shown = base64.b64decode(client.session.rows)
     assert_same_results(tmp_path / "live", tmp_path / "run")
-    results = Results.read(tmp_path / "run")
-    mission, strategy = mission_of(results.scenario), strategy_of(results.scenario)
-    data = run_data(results, mission.places, mission.jobs.values(), strategy.declaration.is_bound)
-    assert shown == data
+
+
+def test_a_page_gets_all_at_first_and_then_what_is_new(tmp_path: Path) -> None:
+    with served(SHORT, tmp_path / "live") as client:
+        client.control(do="step", n=5)
+        wait_until(lambda: client.time_s == 4.0)
+        (first,) = client.blocks(lambda block: True)
+        assert (first["part"], first["header"]["end_s"], first["track_rows"]) == (0, 4.0, [5, 5, 5, 5])
+        assert first["header"]["verdict"] == "under way, 0 % of the goal"
+        client.control(do="speed", speed=60)
+        client.control(do="play")
+        found = client.blocks(lambda block: bool(block["header"]["run_id"]))
+        assert [block["part"] for block in found] == list(range(len(found)))
+        rows = [sum(counts) for counts in zip(*(block["track_rows"] for block in found), strict=True)]
+        assert rows == [61, 61, 61, 61]  # one at each second of the minute, both ends included
+        assert len(found) >= 3
+        (again,) = client.blocks(lambda block: True)
+        assert (again["part"], again["header"]) == (0, found[-1]["header"])
+        wait_until(lambda: len(client.session.audience) == 0)  # who has gone is forgotten
+    assert again["header"]["run_id"] == Results.read(tmp_path / "live").summary["run_id"]
 
 
 def test_a_restart_takes_the_form_and_keeps_the_seed(tmp_path: Path) -> None:
@@ -146,16 +186,37 @@ def test_a_restart_takes_the_form_and_keeps_the_seed(tmp_path: Path) -> None:
     assert_same_results(tmp_path / "live", tmp_path / "run")
 
 
-def test_a_pause_stands_still_and_shows_what_was_there() -> None:
+def test_a_pause_stands_still() -> None:
     with served(LONG) as client:
+        client.control(do="speed", speed="full")
         client.control(do="play")
-        wait_until(lambda: client.session.state()["time_s"] > 5.0)
-        client.control(do="pause")
-        time.sleep(0.5)
-        at_s, n_rows = client.session.state()["time_s"], client.session.n_rows
-        time.sleep(0.5)
-        assert (client.session.state()["time_s"], client.session.n_rows) == (at_s, n_rows)
-        assert n_rows > 1
+        wait_until(lambda: client.time_s > 5.0)
+        at_s = client.control(do="pause")["time_s"]
+        client.control(do="step", n=50)
+        wait_until(lambda: client.time_s >= at_s + 50.0)
+        client.control(do="step", n=1)
+        wait_until(lambda: client.time_s >= at_s + 51.0)
+        assert client.time_s <= at_s + 52.0  # a step may be under way as the pause is asked for
+        assert client.phase == "paused"
+
+
+def test_a_restart_goes_on_to_a_time_at_once_and_stands_there() -> None:
+    with served(LONG) as client:
+        told = client.control(do="restart", form={"per": 0.1}, skip_to_s=200)
+        assert (told["phase"], told["form"]["per"]) == ("paused", 0.1)
+        wait_until(lambda: client.time_s == 200.0)
+        client.control(do="step")
+        wait_until(lambda: client.time_s == 201.0)
+
+
+def test_settings_that_were_changed_once_may_be_changed_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "ours.py").write_text("from remoras.strategies.central import Central as Own\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    overrides = (*SHORT, ("--strategy", "strategy.name=ours:Own"))
+    with served(overrides) as client:
+        assert client.control(do="restart", form={"strategy": "cbba", "per": 0.2})["form"]["per"] == 0.2
+        told = client.control(do="restart", form={"strategy": "ours:Own", "per": None})
+        assert (told["form"]["strategy"], told["form"]["per"]) == ("ours:Own", 0.6)
 
 
 def test_the_speed_is_a_multiple_of_real_time() -> None:
@@ -163,24 +224,25 @@ def test_the_speed_is_a_multiple_of_real_time() -> None:
         client.control(do="speed", speed=20)
         client.control(do="play")
         began = time.monotonic()
-        wait_until(lambda: client.session.state()["time_s"] >= 20.0)
+        wait_until(lambda: client.time_s >= 20.0)
         assert time.monotonic() - began > 0.9
 
 
 REFUSED = [
     ({"do": "speed", "speed": 0}, "speed 0: allowed is 0.1 to 10000 times real time, or full"),
-    ({"do": "speed", "speed": "fast"}, "speed 'fast': allowed"),
-    ({"do": "speed", "speed": True}, "speed True: allowed"),
+    ({"do": "speed", "speed": "fast"}, 'speed "fast": allowed'),
+    ({"do": "speed", "speed": True}, "speed true: allowed"),
     ({"do": "step", "n": 0}, "n 0: allowed is a whole number, 1 to 10000"),
     ({"do": "fly"}, "do: allowed are play, pause, step, speed, restart"),
     ({"do": "restart", "form": {"per": 1.5}}, "per (channel.per) = 1.5: input should be less than 1"),
-    ({"do": "restart", "form": {"per": "much"}}, "per 'much': allowed is a number"),
-    ({"do": "restart", "form": {"strategy": "/etc/passwd.py:X"}}, "strategy '/etc/passwd.py:X': allowed are"),
-    ({"do": "restart", "form": {"policy": "none"}}, "policy 'none': allowed are"),
-    ({"do": "restart", "form": {"out": "/tmp"}}, "out: no field of the form"),
-    ({"do": "restart", "form": {"faults": "lost AUV01"}}, "faults: 'lost AUV01' cannot be read"),
+    ({"do": "restart", "form": {"per": "much"}}, 'loss "much": allowed is a number'),
+    ({"do": "restart", "form": {"strategy": "/etc/passwd.py:X"}}, 'strategy "/etc/passwd.py:X": allowed are'),
+    ({"do": "restart", "form": {"policy": "none"}}, 'policy "none": allowed are'),
+    ({"do": "restart", "form": {"out": "/tmp"}}, '"out": no field of the form'),
+    ({"do": "restart", "form": {"faults": "lost AUV01"}}, 'faults: "lost AUV01" cannot be read'),
     ({"do": "restart", "form": {"faults": 'kind = "lost", vehicle = "AUV99", at_s = 3'}}, "AUV99"),
     ({"do": "restart", "form": 3}, "form: allowed is an object"),
+    ({"do": "restart", "skip_to_s": 1e9}, "skip_to_s 1000000000.0: allowed is a time of the mission, 0 to "),
 ]
 """What a page may not ask for, and what it is told."""
 
@@ -188,12 +250,12 @@ REFUSED = [
 def test_what_cannot_be_is_refused_and_the_run_goes_on() -> None:
     with served(LONG) as client:
         client.control(do="step", n=5)
-        wait_until(lambda: client.session.state()["time_s"] == 4.0)
+        wait_until(lambda: client.time_s == 4.0)
         for what, says in REFUSED:
             assert says in client.refused(**what)
-            assert (client.session.state()["time_s"], client.phase) == (4.0, "paused")
+            assert (client.time_s, client.phase) == (4.0, "paused")
         client.control(do="step")
-        wait_until(lambda: client.session.state()["time_s"] == 5.0)
+        wait_until(lambda: client.time_s == 5.0)
 
 
 def test_only_pages_of_this_machine_may_ask() -> None:
@@ -201,11 +263,11 @@ def test_only_pages_of_this_machine_may_ask() -> None:
         for host in ("evil.example", f"evil.example:{client.port}", f"127.0.0.1:{client.port + 1}"):
             status, told = client.ask("GET", "/", Host=host)
             assert status == 403
-            assert f"host {host!r} is not served" in told["error"]
+            assert f'host "{host}" is not served' in told["error"]
         for origin in ("http://evil.example", "null", f"https://127.0.0.1:{client.port}"):
             status, told = client.ask("POST", "/control", {"do": "play"}, Origin=origin)
             assert status == 403
-            assert f"a page of {origin!r} may not ask" in told["error"]
+            assert f'a page of "{origin}" may not ask' in told["error"]
         assert client.phase == "ready"
         own = f"http://127.0.0.1:{client.port}"
         assert client.ask("POST", "/control", {"do": "play"}, Origin=own)[0] == 200
@@ -238,7 +300,11 @@ def test_a_crash_is_told_and_what_was_there_is_kept(tmp_path: Path, monkeypatch:
         wait_until(lambda: client.phase == "crashed")
         assert client.session.state()["message"] == "the run crashed at 30.0 s: RuntimeError: the hull broke"
         monkeypatch.setattr(Underway, "step", step)
-        assert len(base64.b64decode(client.session.rows)) > 1000
+        (shown,) = client.blocks(lambda block: True)
+        assert shown["track_rows"] == [31, 31, 31, 31]  # from 0 s to 30 s
+        assert shown["header"]["verdict"].endswith(
+            "of the goal: the run crashed at 30.0 s: RuntimeError: the hull broke"
+        )
         assert not (tmp_path / "out").exists()
         client.control(do="restart")
         client.finished()

@@ -23,6 +23,8 @@ VIEW = (
 )  # fmt: skip
 SCRIPTS = MODEL + VIEW
 """Scripts in the order in which the page has them."""
+LIVE = ("join.js", "live.js")
+"""Scripts that the page of a live run has beside them."""
 STYLES = ("page.css",)
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src blob:; "
@@ -57,7 +59,7 @@ def page_text(title: str, payloads: Sequence[bytes]) -> str:
 
 def live_text(title: str) -> str:
     """The page of a live run: it gets its data from the program that serves it."""
-    return _text(title, LIVE_POLICY, (*STYLES, "live.css"), "", (*SCRIPTS, "live.js"))
+    return _text(title, LIVE_POLICY, (*STYLES, "live.css"), "", (*SCRIPTS, *LIVE))
 
 
 def _text(title: str, policy: str, styles: Sequence[str], data: str, scripts: Sequence[str]) -> str:

@@ -42,13 +42,13 @@
       this.writeLink();
     }
 
-    /** Takes a run that has grown; who looks at its end goes on looking there. */
-    feed(run) {
-      const { clock } = this, { end_s, slot_s, frame_s } = run.header, atEnd = clock.t >= clock.end_s;
+    /** Takes a run that has grown, or another one; the clock goes to its end within `lasts_s` seconds if it follows it. */
+    feed(run, lasts_s) {
+      const { clock } = this, { end_s, slot_s, frame_s } = run.header;
       this.runs = [run];
-      Object.assign(clock, { end_s, slot_s: slot_s || clock.slot_s, frame_s: frame_s || clock.frame_s });
-      clock.t = atEnd ? end_s : Math.min(clock.t, end_s);
+      Object.assign(clock, { slot_s: slot_s || clock.slot_s, frame_s: frame_s || clock.frame_s });
       this.controls.scrub.max = end_s;
+      clock.grow(end_s, lasts_s);
       this.views[0].take(run);
       this.resize();
     }

@@ -1,59 +1,80 @@
 "use strict";
-/* The page of a live run: a bar that steers it, and the replay of what has happened so far, which the server sends anew
-   whenever the run has grown. */
+/* The page of a live run: a bar that steers it, and the replay of what has happened so far, of which the server sends
+   what is new. */
 (function () {
   const SPEEDS = [["1", "real time"], ...["10", "30", "60", "120", "300", "600"].map((n) => [n, n + "× real time"]), ["full", "full speed"]];
   const OVER = new Set(["finished", "crashed"]);
+  /* The clock takes so long to what is new; the server sends about as often. */
+  const GLIDE_S = 0.45;
+  /* Building the run anew takes longer as it grows; so much of the time goes into it at most. */
+  const GREATEST_SHARE = 0.25;
+  const KINDS = ["lost", "mute", "deaf", "slow", "sensor", "joins"];
+  const GONE = "The program does not answer; it may have ended. The page keeps what it had.";
 
   R.Live = class {
     constructor(root) {
       this.root = root;
-      this.state = null;
-      this.isDecoding = false;
-      this.next = null;
+      this.state = this.data = null;
+      this.blocks = [];
+      this.isReading = false;
       this.build();
       const source = new EventSource("events");
       source.addEventListener("rows", (event) => this.take(event.data));
       source.addEventListener("state", (event) => this.show(JSON.parse(event.data)));
-      source.addEventListener("error", () => this.say("The program does not answer; it may have been ended. The page keeps what it had.", true));
+      source.addEventListener("error", () => this.say(GONE, true));
     }
 
     build() {
       this.bar = R.make("section", "live");
       this.phase = R.make("output", "phase");
-      this.play = R.button("▶ Start", () => this.playOrPause());
-      this.step = R.button("Step", () => this.ask({ do: "step" }));
+      this.play = R.button("▶ Start run", () => this.playOrPause());
+      this.play.classList.add("play");
+      this.step = R.button("Step run", () => this.ask({ do: "step" }));
       this.step.title = "One tick of motion";
       this.speed = R.make("select");
       this.speed.setAttribute("aria-label", "Speed of the run");
       for (const [value, name] of SPEEDS) this.speed.append(new Option(name, value));
       this.speed.addEventListener("change", () => this.ask({ do: "speed", speed: this.speed.value === "full" ? "full" : Number(this.speed.value) }));
-      this.form = R.make("form");
-      this.fields = { strategy: R.make("select"), policy: R.make("select"), per: R.make("input"), faults: R.make("textarea") };
-      this.fields.per.inputMode = "decimal";
-      this.fields.faults.placeholder = 'kind = "lost", vehicle = "AUV01", at_s = 300';
-      this.fields.faults.title = "What befalls vehicles, one fault a line";
-      for (const [name, text] of [["strategy", "strategy"], ["policy", "policy"], ["per", "loss"], ["faults", "faults"]]) {
-        const label = R.make("label", "", text);
-        label.append(this.fields[name]);
-        this.form.append(label);
-      }
-      this.again = R.button("↻ Restart", () => this.restart());
-      this.again.type = "button";
-      this.again.title = "Another run of the same seed with these settings";
-      this.form.addEventListener("submit", (event) => { event.preventDefault(); this.restart(); });
-      this.form.append(this.again);
       this.message = R.make("p", "message");
       this.message.setAttribute("role", "status");
-      this.bar.append(this.phase, this.play, this.step, this.speed, this.form, this.message);
+      this.bar.append(this.play, this.step, this.speed, this.phase, this.message);
+      this.buildForm();
       /* The keys of the replay are not for who types here. */
-      this.bar.addEventListener("keydown", (event) => event.stopPropagation());
-      this.root.append(this.bar);
+      for (const part of [this.bar, this.form]) part.addEventListener("keydown", (event) => event.stopPropagation());
+      this.root.append(this.bar, this.form);
     }
 
-    say(text, bad = false) {
-      this.message.textContent = text;
-      this.message.classList.toggle("bad", bad);
+    buildForm() {
+      this.form = R.make("form", "live settings");
+      this.fields = { strategy: R.make("select"), policy: R.make("select"), per: R.make("input"), faults: R.make("textarea") };
+      this.fields.per.inputMode = "decimal";
+      this.fields.faults.rows = 1;
+      this.fields.faults.placeholder = "no faults";
+      this.fields.faults.title = "What befalls vehicles, one fault a line";
+      for (const [name, text] of [["strategy", "strategy"], ["policy", "policy"], ["per", "loss"], ["faults", "faults"]]) {
+        const label = R.make("label", name, text);
+        label.append(this.fields[name]);
+        this.form.append(label);
+        this.fields[name].addEventListener("input", () => this.mark());
+      }
+      this.kind = R.make("select");
+      this.kind.setAttribute("aria-label", "Kind of a fault");
+      for (const kind of KINDS) this.kind.append(new Option(kind));
+      this.vehicle = R.make("select");
+      this.vehicle.setAttribute("aria-label", "Vehicle of a fault");
+      this.add = R.button("+ fault", () => this.addFault());
+      this.again = R.button("↻ Restart", () => this.restart(0));
+      this.again.title = "The run from its start, of the same seed, with these settings";
+      this.here = R.button("↻ Apply here", () => this.restart(this.state.time_s));
+      this.here.title = "The run of the same seed with these settings, made anew up to this time and going on from here";
+      for (const button of [this.add, this.again, this.here]) button.type = "button";
+      this.form.addEventListener("submit", (event) => { event.preventDefault(); this.restart(0); });
+      this.form.append(this.kind, this.vehicle, this.add, this.again, this.here);
+    }
+
+    say(text, isBad = false) {
+      this.message.textContent = this.message.title = text;
+      this.message.classList.toggle("bad", isBad);
     }
 
     async ask(what) {
@@ -62,13 +83,23 @@
           method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(what),
         });
         const told = await answer.json();
-        if (answer.ok) this.show(told); else this.say(told.error, true);
+        if (!answer.ok) { this.say(told.error, true); return; }
+        this.say("");
+        this.show(told);
       } catch (error) {
-        this.say(`The program does not answer: ${error.message}`, true);
+        this.say(GONE, true);
       }
     }
 
     playOrPause() { this.ask({ do: this.state && this.state.phase === "running" ? "pause" : "play" }); }
+
+    /** A line for a fault that begins now. */
+    addFault() {
+      const { faults } = this.fields, at_s = Math.floor(this.state.time_s);
+      const sign = `kind = "${this.kind.value}", vehicle = ${JSON.stringify(this.vehicle.value)}, at_s = ${at_s}`;
+      faults.value = [faults.value.trimEnd(), sign].filter(Boolean).join("\n");
+      this.mark();
+    }
 
     /** What the form changes; an empty loss is that of the command line again, and one that is no number goes as typed. */
     get asked() {
@@ -78,48 +109,84 @@
       if (policy.value !== was.policy) form.policy = policy.value;
       if (loss === "" && was.per !== null) form.per = null;
       if (loss !== "" && loss !== String(was.per)) form.per = Number.isNaN(Number(loss)) ? loss : Number(loss);
-      if (faults.value !== was.faults) form.faults = faults.value;
+      if (faults.value.trimEnd() !== was.faults) form.faults = faults.value;
       return form;
     }
 
-    restart() { this.ask({ do: "restart", form: this.asked, play: this.state.phase === "running" }); }
+    /** Settings that differ from those of the run are marked until they count. */
+    mark() {
+      const asked = this.asked;
+      for (const [name, field] of Object.entries(this.fields)) field.classList.toggle("changed", name in asked);
+      this.fields.faults.rows = Math.min(4, this.fields.faults.value.split("\n").length);
+      this.here.disabled = !Object.keys(asked).length || this.state.time_s === 0;
+    }
+
+    restart(skip_to_s) {
+      this.ask({ do: "restart", form: this.asked, play: this.state.phase === "running", skip_to_s });
+    }
 
     show(state) {
-      const before = this.state;
+      const before = this.state, { phase, time_s, duration_s } = state;
       this.state = state;
-      const { phase, time_s, duration_s } = state;
+      this.bar.dataset.phase = phase;
       this.phase.textContent = `${phase}, ${R.seconds(time_s)} of at most ${R.seconds(duration_s)}`;
-      this.play.textContent = phase === "running" ? "❚❚ Pause" : phase === "paused" ? "▶ Go on" : "▶ Start";
+      this.play.textContent = phase === "running" ? "❚❚ Pause run" : phase === "ready" ? "▶ Start run" : "▶ Resume run";
       this.play.disabled = this.step.disabled = OVER.has(phase);
-      const speed = state.speed === null ? "full" : String(state.speed);
-      if (document.activeElement !== this.speed) this.speed.value = speed;
+      if (document.activeElement !== this.speed) this.speed.value = state.speed === null ? "full" : String(state.speed);
       if (!before || JSON.stringify(before.form) !== JSON.stringify(state.form)) this.fill(state);
-      if (!before || before.message !== state.message || before.phase !== phase) this.say(state.message, phase === "crashed");
+      if (before && before.time_s !== time_s) this.mark();
+      if (state.message && (!before || before.message !== state.message)) this.say(state.message, phase === "crashed");
+      if (R.app) this.follow();
     }
 
-    fill({ form, strategies, policies }) {
-      this.fields.strategy.replaceChildren(...strategies.map((name) => new Option(name)));
-      this.fields.policy.replaceChildren(...policies.map((name) => new Option(name)));
+    fill({ form, allowed, vehicles }) {
+      this.fields.strategy.replaceChildren(...allowed.strategy.map((name) => new Option(name)));
+      this.fields.policy.replaceChildren(...allowed.policy.map((name) => new Option(name)));
+      this.vehicle.replaceChildren(...vehicles.map((name) => new Option(name)));
       for (const [name, field] of Object.entries(this.fields)) field.value = form[name] === null ? "" : form[name];
+      this.mark();
     }
 
-    /** Shows the rows so far; while one lot is being read, only the newest of those that come waits. */
+    /** Tells the clock of the page whether there is more to come. */
+    follow() {
+      const { clock } = R.app, grows = !this.state || !OVER.has(this.state.phase);
+      if (grows === clock.grows) return;
+      clock.grows = grows;
+      clock.following = grows ? clock.t >= clock.end_s : false;
+      R.app.controls.update();
+    }
+
+    /** Shows what has come; while that is being built, and for a while after it, more of it gathers. */
     async take(text) {
-      this.next = text;
-      if (this.isDecoding) return;
-      this.isDecoding = true;
-      while (this.next !== null) {
-        const taken = this.next;
-        this.next = null;
+      this.blocks.push(text);
+      if (this.isReading) return;
+      this.isReading = true;
+      while (this.blocks.length) {
+        const began_ms = performance.now();
         try {
-          const run = await R.decode(taken);
-          if (R.app) R.app.feed(run); else R.app = new R.App(this.root, [run]);
+          await this.read(this.blocks.splice(0));
         } catch (error) {
           this.say(`What the program sent cannot be shown: ${error.message}`, true);
           console.error(error);
         }
+        const took_ms = performance.now() - began_ms;
+        await new Promise((resolve) => setTimeout(resolve, took_ms * (1 / GREATEST_SHARE - 1)));
       }
-      this.isDecoding = false;
+      this.isReading = false;
+    }
+
+    async read(texts) {
+      for (const text of texts) this.data = R.joined(this.data, await R.unpacked(text));
+      const run = new R.Run(this.data);
+      if (R.app) { R.app.feed(run, GLIDE_S); return; }
+      R.app = new R.App(this.root, [run]);
+      this.live = R.button("● live", () => R.app.clock.seek(R.app.clock.end_s));
+      this.live.className = "follow";
+      this.live.title = "Follow the run (End)";
+      R.app.controls.scrub.after(this.live);
+      R.app.clock.onChange(() => this.live.setAttribute("aria-pressed", String(R.app.clock.following)));
+      this.follow();
+      if (!location.hash.includes("t=")) R.app.clock.seek(R.app.clock.end_s);
     }
   };
 

@@ -22,7 +22,8 @@
 
     /** Shows a run that has grown. */
     take(run) {
-      const end_s = Math.max(run.header.end_s, LEAST_SPAN_S), isWhole = this.window[0] === 0 && this.window[1] >= this.run.header.end_s;
+      const end_s = Math.max(run.header.end_s, LEAST_SPAN_S);
+      const isWhole = this.window[0] === 0 && this.window[1] >= this.run.header.end_s;
       Object.assign(this, { run, facts: new R.Facts(run), ground: new R.Ground(), laneKey: "", laidFor: "" });
       if (isWhole || this.window[1] > end_s) this.window = [0, end_s];
       this.body.dataset.shows = "";
