@@ -8,6 +8,7 @@ import json
 import socket
 import sys
 from collections.abc import AsyncIterator, Mapping
+from pathlib import Path
 from typing import Any
 
 import uvicorn
@@ -18,7 +19,7 @@ from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingR
 from starlette.routing import Route
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from missions.errors import MissionsError
+from missions.errors import ConfigurationError, MissionsError
 from missions.files import shown
 from missions.runs.setup import resolved
 from missions.scenarios.scenario import Scenario
@@ -143,7 +144,7 @@ class LiveServer:
             async with self._asking:
                 await run_in_threadpool(self._do, asked)
         except (AskedWrongly, MissionsError, RemorasError) as error:
-            return JSONResponse({"error": str(error)}, 400)
+            return JSONResponse({"error": _reason(error)}, 400)
         return JSONResponse(self.state(), headers=NOT_KEPT)
 
     def _do(self, asked: Mapping[str, Any]) -> None:
@@ -167,6 +168,13 @@ class LiveServer:
                 session.restart(setup, asked.get("play") is True, skip_to_s)
             case _:
                 raise AskedWrongly("do: allowed are play, pause, step, speed, restart")
+
+
+def _reason(error: Exception) -> str:
+    """What is wrong with what the page asked for; of files the name is enough."""
+    if isinstance(error, ConfigurationError):
+        return "; ".join(fault.text(Path(error.file).name) for fault in error.faults)
+    return str(error)
 
 
 async def _body(request: Request) -> dict[str, Any]:

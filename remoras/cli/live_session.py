@@ -199,7 +199,8 @@ class Session:
             return
         with self._changed:
             self._underway = underway
-            self._count_from_here()
+        self._make_step()  # of no time: what there is at 0 s
+        self._count_from_here()
 
     def _make_step(self) -> None:
         underway = self._underway
@@ -232,8 +233,10 @@ class Session:
 
     def _crash(self, error: BaseException, when: str) -> None:
         traceback.print_exception(error, file=sys.stderr)
-        told = f"the run crashed {when}: {type(error).__name__}: {error}"
-        self._end(Phase.CRASHED, told, None if self._underway is None else self._underway.summary(told))
+        told = f"{type(error).__name__}: {error}"
+        kept = "it had not begun" if self._underway is None else "what had happened until then is kept on this page"
+        summary = None if self._underway is None else self._underway.summary(f"crashed {when}")
+        self._end(Phase.CRASHED, f"{told}; {kept}", summary)
 
     def _end(self, phase: Phase, message: str, summary: dict[str, Any] | None) -> None:
         with self._changed:

@@ -141,7 +141,7 @@ def test_results_are_those_of_run_however_it_was_stepped(tmp_path: Path) -> None
     with served(SHORT, tmp_path / "live") as client:
         assert client.phase == "ready"
         client.control(do="step", n=7)
-        wait_until(lambda: client.time_s == 6.0)  # the first tick is of 0 s
+        wait_until(lambda: client.time_s == 7.0)
         client.control(do="speed", speed=200)
         client.control(do="play")
         wait_until(lambda: client.time_s > 10.0)
@@ -154,9 +154,9 @@ def test_results_are_those_of_run_however_it_was_stepped(tmp_path: Path) -> None
 def test_a_page_gets_all_at_first_and_then_what_is_new(tmp_path: Path) -> None:
     with served(SHORT, tmp_path / "live") as client:
         client.control(do="step", n=5)
-        wait_until(lambda: client.time_s == 4.0)
+        wait_until(lambda: client.time_s == 5.0)
         (first,) = client.blocks(lambda block: True)
-        assert (first["part"], first["header"]["end_s"], first["track_rows"]) == (0, 4.0, [5, 5, 5, 5])
+        assert (first["part"], first["header"]["end_s"], first["track_rows"]) == (0, 5.0, [6, 6, 6, 6])
         assert first["header"]["verdict"] == "under way, 0 % of the goal"
         client.control(do="speed", speed=60)
         client.control(do="play")
@@ -234,7 +234,7 @@ REFUSED = [
     ({"do": "speed", "speed": True}, "speed true: allowed"),
     ({"do": "step", "n": 0}, "n 0: allowed is a whole number, 1 to 10000"),
     ({"do": "fly"}, "do: allowed are play, pause, step, speed, restart"),
-    ({"do": "restart", "form": {"per": 1.5}}, "per (channel.per) = 1.5: input should be less than 1"),
+    ({"do": "restart", "form": {"per": 1.5}}, "rendezvous.toml: per (channel.per) = 1.5: input should be less than 1"),
     ({"do": "restart", "form": {"per": "much"}}, 'loss "much": allowed is a number'),
     ({"do": "restart", "form": {"strategy": "/etc/passwd.py:X"}}, 'strategy "/etc/passwd.py:X": allowed are'),
     ({"do": "restart", "form": {"policy": "none"}}, 'policy "none": allowed are'),
@@ -250,12 +250,12 @@ REFUSED = [
 def test_what_cannot_be_is_refused_and_the_run_goes_on() -> None:
     with served(LONG) as client:
         client.control(do="step", n=5)
-        wait_until(lambda: client.time_s == 4.0)
+        wait_until(lambda: client.time_s == 5.0)
         for what, says in REFUSED:
             assert says in client.refused(**what)
-            assert (client.time_s, client.phase) == (4.0, "paused")
+            assert (client.time_s, client.phase) == (5.0, "paused")
         client.control(do="step")
-        wait_until(lambda: client.time_s == 5.0)
+        wait_until(lambda: client.time_s == 6.0)
 
 
 def test_only_pages_of_this_machine_may_ask() -> None:
@@ -298,13 +298,13 @@ def test_a_crash_is_told_and_what_was_there_is_kept(tmp_path: Path, monkeypatch:
         client.control(do="speed", speed="full")
         client.control(do="play")
         wait_until(lambda: client.phase == "crashed")
-        assert client.session.state()["message"] == "the run crashed at 30.0 s: RuntimeError: the hull broke"
+        assert client.session.state()["message"] == (
+            "RuntimeError: the hull broke; what had happened until then is kept on this page"
+        )
         monkeypatch.setattr(Underway, "step", step)
         (shown,) = client.blocks(lambda block: True)
         assert shown["track_rows"] == [31, 31, 31, 31]  # from 0 s to 30 s
-        assert shown["header"]["verdict"].endswith(
-            "of the goal: the run crashed at 30.0 s: RuntimeError: the hull broke"
-        )
+        assert shown["header"]["verdict"].endswith("of the goal: crashed at 30.0 s")
         assert not (tmp_path / "out").exists()
         client.control(do="restart")
         client.finished()

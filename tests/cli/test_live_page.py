@@ -43,18 +43,18 @@ def test_the_page_follows_the_run_and_steers_it(chrome: Any) -> None:
         window = opened(chrome, client)
         page = window.page
         assert page.locator(".phase").inner_text() == "ready, 0 s of at most 60 s"
-        page.get_by_role("button", name="Step", exact=True).click()
-        page.get_by_role("button", name="Step", exact=True).click()
-        wait_until(lambda: client.session.state()["time_s"] == 1.0)
-        page.wait_for_function("() => R.app.clock.t === 1")
+        page.get_by_role("button", name="Step run").click()
+        page.get_by_role("button", name="Step run").click()
+        wait_until(lambda: client.time_s == 2.0)
+        page.wait_for_function("() => R.app.clock.t === 2")
         page.get_by_label("Speed of the run").select_option("full")
-        page.get_by_role("button", name="Go on").click()
+        page.get_by_role("button", name="Resume run").click()
         page.wait_for_function("() => R.live.state.phase === 'finished' && R.app.runs[0].header.run_id !== ''")
-        assert window.time_s == 60.0
+        page.wait_for_function("() => R.app.clock.t === 60 && !R.app.clock.playing")
         assert "no folder was named with --out" in page.locator(".live .message").inner_text()
         assert window.ask("() => R.app.runs[0].packets.length") > 20
-        page.locator(".live textarea").fill('kind = "lost", vehicle = "AUV01", at_s = 20')
-        page.locator(".live input").fill("0.2")
+        page.get_by_label("faults").fill('kind = "lost", vehicle = "AUV01", at_s = 20')
+        page.get_by_label("loss").fill("0.2")
         page.get_by_role("button", name="Restart").click()
         page.wait_for_function("() => R.live.state.phase === 'ready' && R.app.runs[0].header.per === 0.2")
         page.get_by_role("button", name="▶ Start").click()
@@ -65,7 +65,7 @@ def test_the_page_follows_the_run_and_steers_it(chrome: Any) -> None:
 def test_what_is_refused_is_said_and_the_run_stays(chrome: Any) -> None:
     with served(LONG) as client:
         window = opened(chrome, client)
-        window.page.locator(".live input").fill("1.5")
+        window.page.get_by_label("loss").fill("1.5")
         window.page.get_by_role("button", name="Restart").click()
         window.page.wait_for_function("() => document.querySelector('.live .message.bad')")
         assert "input should be less than 1" in window.page.locator(".live .message").inner_text()
@@ -86,7 +86,8 @@ def test_a_crash_is_said_and_the_page_keeps_what_it_had(chrome: Any, monkeypatch
         window.page.get_by_label("Speed of the run").select_option("full")
         window.page.get_by_role("button", name="▶ Start").click()
         window.page.wait_for_function("() => R.live.state.phase === 'crashed' && R.app.clock.end_s === 30")
-        assert "the run crashed at 30.0 s: RuntimeError: the hull broke" in window.page.locator(".verdict").inner_text()
+        assert "crashed at 30.0 s" in window.page.locator(".verdict").inner_text()
+        assert window.texts(".live .message") == [client.session.state()["message"]]
         assert window.ask("() => R.app.runs[0].packets.length") > 10
         assert_sound(window, client)
 

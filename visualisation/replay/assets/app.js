@@ -42,13 +42,13 @@
       this.writeLink();
     }
 
-    /** Takes a run that has grown, or another one; the clock goes to its end within `lasts_s` seconds if it follows it. */
+    /** Takes a run that has grown, or another one; a clock that follows is at its end within `lasts_s` seconds. */
     feed(run, lasts_s) {
-      const { clock } = this, { end_s, slot_s, frame_s } = run.header;
+      const { clock } = this, { end_s, slot_s, frame_s, is_underway } = run.header;
       this.runs = [run];
       Object.assign(clock, { slot_s: slot_s || clock.slot_s, frame_s: frame_s || clock.frame_s });
       this.controls.scrub.max = end_s;
-      clock.grow(end_s, lasts_s);
+      clock.grow(end_s, is_underway, lasts_s);
       this.views[0].take(run);
       this.resize();
     }
@@ -155,7 +155,7 @@
     /* The address follows the clock, but browsers allow few changes a second. */
     writeLink() {
       clearTimeout(this.linkTimer);
-      if (this.clock.playing || !this.hasAddress) return;
+      if (this.clock.playing || this.clock.following || !this.hasAddress) return;
       this.linkTimer = setTimeout(() => { if (location.hash !== this.link) history.replaceState(null, "", this.link); }, LINK_EVERY_MS);
     }
 

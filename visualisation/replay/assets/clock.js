@@ -59,13 +59,16 @@
 
     pause() { this.playing = this.following = false; this.stop_s = null; this.tell(); }
 
-    /** Takes the end of a run that has grown; who follows it is there within `lasts_s` seconds of the reader. */
-    grow(end_s, lasts_s) {
+    /** Takes the end of a run that may grow on; who follows it is there within `lasts_s` seconds of the reader. */
+    grow(end_s, grows, lasts_s) {
+      if (end_s < this.end_s) this.following = true; // the run was begun again
       this.end_s = end_s;
+      this.grows = grows;
       this.t = Math.min(this.t, end_s);
-      if (!this.following || this.t >= end_s) return;
+      if (!this.following) return;
       this.glide = (end_s - this.t) / lasts_s;
-      this.start();
+      if (this.glide > 0) this.start();
+      else [this.playing, this.following] = [false, grows];
     }
 
     /** Length of a step: a slot by slot, else a frame (s). */

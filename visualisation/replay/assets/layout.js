@@ -63,7 +63,7 @@
 
     update() {
       const { clock } = this.app;
-      this.play.textContent = clock.playing || clock.following ? "❚❚ Pause" : "▶ Play";
+      this.play.textContent = clock.following ? "❚❚ Hold" : clock.playing ? "❚❚ Pause" : "▶ Play";
       if (this.pace.value !== clock.pace) this.pace.value = clock.pace;
       this.scrub.value = clock.t;
       const slot = Math.floor(clock.t / clock.slot_s + 1e-6);

@@ -22,6 +22,7 @@
       source.addEventListener("rows", (event) => this.take(event.data));
       source.addEventListener("state", (event) => this.show(JSON.parse(event.data)));
       source.addEventListener("error", () => this.say(GONE, true));
+      source.addEventListener("open", () => { if (this.message.textContent === GONE) this.say(""); });
     }
 
     build() {
@@ -63,6 +64,7 @@
       this.vehicle = R.make("select");
       this.vehicle.setAttribute("aria-label", "Vehicle of a fault");
       this.add = R.button("+ fault", () => this.addFault());
+      this.add.title = "Add a fault of this kind that begins now";
       this.again = R.button("↻ Restart", () => this.restart(0));
       this.again.title = "The run from its start, of the same seed, with these settings";
       this.here = R.button("↻ Apply here", () => this.restart(this.state.time_s));
@@ -129,14 +131,13 @@
       const before = this.state, { phase, time_s, duration_s } = state;
       this.state = state;
       this.bar.dataset.phase = phase;
-      this.phase.textContent = `${phase}, ${R.seconds(time_s)} of at most ${R.seconds(duration_s)}`;
+      this.phase.textContent = `${phase}, ${R.seconds(time_s)}` + (OVER.has(phase) ? "" : ` of at most ${R.seconds(duration_s)}`);
       this.play.textContent = phase === "running" ? "❚❚ Pause run" : phase === "ready" ? "▶ Start run" : "▶ Resume run";
       this.play.disabled = this.step.disabled = OVER.has(phase);
       if (document.activeElement !== this.speed) this.speed.value = state.speed === null ? "full" : String(state.speed);
       if (!before || JSON.stringify(before.form) !== JSON.stringify(state.form)) this.fill(state);
       if (before && before.time_s !== time_s) this.mark();
       if (state.message && (!before || before.message !== state.message)) this.say(state.message, phase === "crashed");
-      if (R.app) this.follow();
     }
 
     fill({ form, allowed, vehicles }) {
@@ -145,15 +146,6 @@
       this.vehicle.replaceChildren(...vehicles.map((name) => new Option(name)));
       for (const [name, field] of Object.entries(this.fields)) field.value = form[name] === null ? "" : form[name];
       this.mark();
-    }
-
-    /** Tells the clock of the page whether there is more to come. */
-    follow() {
-      const { clock } = R.app, grows = !this.state || !OVER.has(this.state.phase);
-      if (grows === clock.grows) return;
-      clock.grows = grows;
-      clock.following = grows ? clock.t >= clock.end_s : false;
-      R.app.controls.update();
     }
 
     /** Shows what has come; while that is being built, and for a while after it, more of it gathers. */
@@ -182,10 +174,10 @@
       R.app = new R.App(this.root, [run]);
       this.live = R.button("● live", () => R.app.clock.seek(R.app.clock.end_s));
       this.live.className = "follow";
-      this.live.title = "Follow the run (End)";
+      this.live.title = "Look at the run as it goes on (End)";
       R.app.controls.scrub.after(this.live);
       R.app.clock.onChange(() => this.live.setAttribute("aria-pressed", String(R.app.clock.following)));
-      this.follow();
+      R.app.clock.grow(run.header.end_s, run.header.is_underway, GLIDE_S);
       if (!location.hash.includes("t=")) R.app.clock.seek(R.app.clock.end_s);
     }
   };
