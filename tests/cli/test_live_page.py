@@ -98,7 +98,7 @@ def test_a_notebook_shows_the_page_in_a_frame(chrome: Any, tmp_path: Path) -> No
     notebook.write_text(f"<!DOCTYPE html><title>n</title>{shown._repr_html_()}", encoding="utf-8")
     window = Window(chrome.new_context().new_page())
     window.page.goto(notebook.as_uri())
-    frame = next(one for one in window.page.frames if one.url == "about:srcdoc")
+    frame = window.page.wait_for_selector("iframe").content_frame()
     frame.wait_for_function("() => globalThis.R && R.app")
     frame.evaluate("() => R.app.clock.seek(20)")
     window.page.wait_for_timeout(600)  # longer than the page waits before it writes its address

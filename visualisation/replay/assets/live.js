@@ -4,7 +4,7 @@
 (function () {
   const SPEEDS = [["1", "real time"], ...["10", "30", "60", "120", "300", "600"].map((n) => [n, n + "× real time"]), ["full", "full speed"]];
   const OVER = new Set(["finished", "crashed"]);
-  /* The clock takes so long to what is new; the server sends about as often. */
+  /* The clock takes so long, at least, to what is new; the server sends about as often. */
   const GLIDE_S = 0.45;
   /* Building the run anew takes longer as it grows; so much of the time goes into it at most. */
   const GREATEST_SHARE = 0.25;
@@ -17,6 +17,7 @@
       this.state = this.data = null;
       this.blocks = [];
       this.isReading = false;
+      this.glide_s = GLIDE_S;
       this.build();
       const source = new EventSource("events");
       source.addEventListener("rows", (event) => this.take(event.data));
@@ -161,8 +162,9 @@
           this.say(`What the program sent cannot be shown: ${error.message}`, true);
           console.error(error);
         }
-        const took_ms = performance.now() - began_ms;
-        await new Promise((resolve) => setTimeout(resolve, took_ms * (1 / GREATEST_SHARE - 1)));
+        const every_ms = (performance.now() - began_ms) / GREATEST_SHARE;
+        this.glide_s = Math.max(GLIDE_S, every_ms / 1000);
+        await new Promise((resolve) => setTimeout(resolve, every_ms * (1 - GREATEST_SHARE)));
       }
       this.isReading = false;
     }
@@ -170,7 +172,7 @@
     async read(texts) {
       for (const text of texts) this.data = R.joined(this.data, await R.unpacked(text));
       const run = new R.Run(this.data);
-      if (R.app) { R.app.feed(run, GLIDE_S); return; }
+      if (R.app) { R.app.feed(run, this.glide_s); return; }
       R.app = new R.App(this.root, [run]);
       this.live = R.button("● live", () => R.app.clock.seek(R.app.clock.end_s));
       this.live.className = "follow";
