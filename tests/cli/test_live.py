@@ -3,8 +3,11 @@
 import base64
 import http.client
 import json
+import signal
 import socket
 import struct
+import subprocess
+import sys
 import threading
 import time
 import zlib
@@ -25,9 +28,9 @@ from missions.runs.setup import resolved
 from missions.runs.underway import Underway
 from missions.scenarios import load
 from remoras.cli import app
-from remoras.cli.live_form import Form
-from remoras.cli.live_server import LiveServer, listener
-from remoras.cli.live_session import Session
+from remoras.cli.live.form import Form
+from remoras.cli.live.server import LiveServer, listener
+from remoras.cli.live.session import Session
 
 SCENARIO, SEED = "mapping-rendezvous", 3
 SHORT = (("--set", "scenario.duration_s=60"), ("--per", "channel.per=0.6"))
@@ -234,8 +237,10 @@ REFUSED = [
     ({"do": "speed", "speed": True}, "speed true: allowed"),
     ({"do": "step", "n": 0}, "n 0: allowed is a whole number, 1 to 10000"),
     ({"do": "fly"}, "do: allowed are play, pause, step, speed, restart"),
-    ({"do": "restart", "form": {"per": 1.5}}, "rendezvous.toml: per (channel.per) = 1.5: input should be less than 1"),
+    ({"do": "restart", "form": {"per": 1.5}}, "loss 1.5: allowed is a number, 0 to below 1"),
     ({"do": "restart", "form": {"per": "much"}}, 'loss "much": allowed is a number'),
+    ({"do": "restart", "form": {"per": 10**400}}, "0: allowed is a number, 0 to below 1"),
+    ({"do": "restart", "form": {"faults": f"at_s = {'9' * 5000}"}}, "cannot be read"),
     ({"do": "restart", "form": {"strategy": "/etc/passwd.py:X"}}, 'strategy "/etc/passwd.py:X": allowed are'),
     ({"do": "restart", "form": {"policy": "none"}}, 'policy "none": allowed are'),
     ({"do": "restart", "form": {"out": "/tmp"}}, '"out": no field of the form'),
@@ -309,6 +314,31 @@ def test_a_crash_is_told_and_what_was_there_is_kept(tmp_path: Path, monkeypatch:
         client.control(do="restart")
         client.finished()
     assert Results.read(tmp_path / "out").summary["seed"] == SEED
+
+
+def test_the_command_serves_until_it_is_interrupted(tmp_path: Path) -> None:
+    arguments = ["live", SCENARIO, "--seed", str(SEED), "--no-browser", "--out", str(tmp_path / "live")]
+    arguments += ["--set", SHORT[0][1], "--per", "0.6"]
+    process = subprocess.Popen(
+        [sys.executable, "-c", "from remoras.cli import main; main()", *arguments], stdout=subprocess.PIPE, text=True
+    )
+    try:
+        assert process.stdout is not None
+        host = process.stdout.readline().removeprefix("http://").rstrip("/\n")
+        assert host.startswith("127.0.0.1:")
+        for what in ({"do": "speed", "speed": "full"}, {"do": "play"}):
+            connection = http.client.HTTPConnection(host, timeout=PATIENCE_S)
+            connection.request("POST", "/control", json.dumps(what), {"Content-Type": "application/json"})
+            assert connection.getresponse().status == 200
+            connection.close()
+        wait_until((tmp_path / "live").is_dir)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(PATIENCE_S) == 0
+    finally:
+        process.kill()
+        process.communicate()
+    write(run(load(SCENARIO, SHORT), SEED), tmp_path / "run")
+    assert_same_results(tmp_path / "live", tmp_path / "run")
 
 
 def test_a_port_that_is_taken_is_one_clear_error() -> None:

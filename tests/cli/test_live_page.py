@@ -1,5 +1,7 @@
 """The page of a live run in a browser: it follows and steers the run, and asks only the program that serves it."""
 
+import base64
+import random
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,9 +12,11 @@ import pytest
 sys.path.append(str(Path(__file__).parent.parent / "visualisation" / "replay"))
 
 from chromium import Window, browser
+from replayed import data_of
 from test_live import LONG, SHORT, Client, served, wait_until
 
 import remoras
+from missions.runs.results import Results
 from missions.runs.underway import Underway
 
 pytestmark = pytest.mark.slow
@@ -22,6 +26,16 @@ pytestmark = pytest.mark.slow
 def chrome() -> Iterator[Any]:
     with browser() as found:
         yield found
+
+
+BOTH = """async ([text, times_s]) => {
+  const told = (run) => times_s.map((t) => run.vehicles.map((_, v) => {
+    const { x, y, heading } = run.at(v, t);
+    return [x, y, heading, run.mind(v, t), run.why(v, t), run.bars(v)];
+  })).concat([run.truth(times_s[0]), run.matrix(times_s[0]), run.header]);
+  return [R.app.runs[0], await R.decode(text)].map((run) => JSON.stringify(told(run)));
+}"""
+"""All that is asked at these times of the run that the page shows, and of the data of a replay."""
 
 
 def opened(chrome: Any, client: Client) -> Window:
@@ -62,13 +76,52 @@ def test_the_page_follows_the_run_and_steers_it(chrome: Any) -> None:
         assert_sound(window, client)
 
 
+def test_a_finished_page_holds_what_a_replay_of_the_results_holds(chrome: Any, tmp_path: Path) -> None:
+    with served(SHORT, tmp_path / "live") as client:
+        window = opened(chrome, client)
+        client.control(do="step", n=20)
+        window.page.wait_for_function("() => R.app.clock.t === 20")
+        client.finished()
+        window.page.wait_for_function("() => R.app.runs[0].header.run_id !== ''")
+        replayed = base64.b64encode(data_of(Results.read(tmp_path / "live"))).decode()
+        times_s = [random.Random(5).uniform(0.0, 60.0) for _ in range(20)]
+        live, replay = window.ask(BOTH, [replayed, times_s])
+        assert live == replay
+        assert_sound(window, client)
+
+
+def test_settings_apply_from_a_moment_on_and_the_view_may_hold(chrome: Any) -> None:
+    with served(LONG) as client:
+        window = opened(chrome, client)
+        page = window.page
+        client.control(do="step", n=100)
+        page.wait_for_function("() => R.app.clock.t === 100 && R.app.clock.following")
+        before = window.ask("() => JSON.stringify(R.app.runs[0].packets.slice(0, 40))")
+        page.get_by_label("Vehicle of a fault").select_option("AUV01")
+        assert page.get_by_role("button", name="Apply here").is_disabled()
+        page.get_by_role("button", name="+ fault").click()
+        assert page.get_by_label("faults").input_value() == 'kind = "lost", vehicle = "AUV01", at_s = 100'
+        page.get_by_role("button", name="Apply here").click()
+        page.wait_for_function("() => R.live.state.form.faults !== '' && R.live.data.about.part === 0")
+        assert window.time_s == 100
+        assert window.ask("() => JSON.stringify(R.app.runs[0].packets.slice(0, 40))") == before
+        assert page.locator(".controls .play").inner_text() == "❚❚ Hold"
+        page.locator(".controls .play").click()
+        client.control(do="step", n=100)
+        page.wait_for_function("() => R.app.runs[0].header.end_s === 200 && R.app.runs[0].faults.length === 1")
+        assert window.time_s == 100
+        page.locator(".controls .follow").click()
+        page.wait_for_function("() => R.app.clock.t === 200 && R.app.clock.following")
+        assert_sound(window, client)
+
+
 def test_what_is_refused_is_said_and_the_run_stays(chrome: Any) -> None:
     with served(LONG) as client:
         window = opened(chrome, client)
         window.page.get_by_label("loss").fill("1.5")
         window.page.get_by_role("button", name="Restart").click()
         window.page.wait_for_function("() => document.querySelector('.live .message.bad')")
-        assert "input should be less than 1" in window.page.locator(".live .message").inner_text()
+        assert "loss 1.5: allowed is a number, 0 to below 1" in window.page.locator(".live .message").inner_text()
         assert client.phase == "ready"
 
 

@@ -14,7 +14,7 @@ from missions.errors import MissionsError
 from missions.runs.results import MemoryResults, write
 from missions.runs.setup import Setup
 from missions.runs.underway import Underway
-from remoras.cli.live_audience import Audience
+from remoras.cli.live.audience import Audience
 from remoras.fleet import rare_collections
 
 USUAL_SPEED = 60.0
@@ -157,6 +157,8 @@ class Session:
                     return Task.CLOSE
                 if self._asked is not None:
                     return Task.BEGIN
+                if self._is_skipping:
+                    return Task.STEP
                 until_step_s = self._until_step_s()
                 until_tell_s = None if self._underway is None else self.audience.until_s()
                 if until_tell_s is not None and until_tell_s <= 0.0:
@@ -166,12 +168,18 @@ class Session:
                     return Task.STEP
                 self._changed.wait(min((s for s in (until_tell_s, until_step_s) if s is not None), default=None))
 
+    @property
+    def _is_skipping(self) -> bool:
+        """True while the run is made at once up to a time; nobody is told before."""
+        underway = self._underway
+        return underway is not None and self._phase not in OVER and underway.now_s < self._skip_to_s
+
     def _until_step_s(self) -> float | None:
         """Time (s) until the next step is due; None if the run stands still or is over."""
         underway = self._underway
         if underway is None or self._phase in OVER:
             return None
-        if self._n_steps or underway.now_s < self._skip_to_s:
+        if self._n_steps:
             return 0.0
         if self._phase is not Phase.RUNNING:
             return None
@@ -206,13 +214,13 @@ class Session:
         underway = self._underway
         if underway is None:
             return
-        is_skipping = underway.now_s < self._skip_to_s
+        was_skipping = self._is_skipping
         try:
             underway.step()
             self.audience.note()
             if not underway.is_running:
                 self._finish(underway)
-            elif is_skipping and underway.now_s >= self._skip_to_s:
+            elif was_skipping and not self._is_skipping:
                 self._count_from_here()
         except (Exception, SystemExit) as error:  # missions, strategies and sensors are anybody's
             self._crash(error, f"at {underway.now_s:.1f} s")

@@ -63,9 +63,9 @@ def live(
     from missions.runs.folder import check_output
     from missions.runs.setup import resolved
     from missions.scenarios import load
-    from remoras.cli.live_form import Form
-    from remoras.cli.live_server import LiveServer, listener
-    from remoras.cli.live_session import Session
+    from remoras.cli.live.form import Form
+    from remoras.cli.live.server import LiveServer, listener
+    from remoras.cli.live.session import Session
 
     overrides = overrides_of(strategy, policy, channel, per, settings or [])
     setup = resolved(load(scenario, overrides))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import tomllib
 from collections.abc import Mapping
 from typing import Any
@@ -70,7 +69,7 @@ class Form:
     def _value(self, field: str, given: Any) -> str:
         """A field as the value of an option."""
         if field == "per":
-            if isinstance(given, bool) or not isinstance(given, int | float) or not math.isfinite(given):
+            if isinstance(given, bool) or not isinstance(given, int | float) or not 0 <= given < 1:
                 raise AskedWrongly(f"loss {shown(given)}: allowed is a number, 0 to below 1")
             return toml_value(given)
         if not isinstance(given, str):
@@ -140,7 +139,7 @@ def _sets(override: str, key: str) -> bool:
 def _fault(line: str) -> dict[str, Any]:
     try:
         found: dict[str, Any] = tomllib.loads(f"fault = {{ {line} }}")["fault"]
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # of numbers with thousands of digits tomllib says so by ValueError
         raise AskedWrongly(f"faults: {shown(line)} cannot be read ({error}); write one a line, as: {EXAMPLE}") from None
     return found
 

@@ -23,8 +23,8 @@ from missions.errors import ConfigurationError, MissionsError
 from missions.files import shown
 from missions.runs.setup import resolved
 from missions.scenarios.scenario import Scenario
-from remoras.cli.live_form import AskedWrongly, Form, fields_of, speed_of, time_of, whole
-from remoras.cli.live_session import Session
+from remoras.cli.live.form import AskedWrongly, Form, fields_of, speed_of, time_of, whole
+from remoras.cli.live.session import Session
 from remoras.errors import RemorasError
 from visualisation.replay import live_text
 
