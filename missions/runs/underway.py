@@ -35,6 +35,7 @@ class Underway:
     Attributes:
         now_s: time of the mission (s).
         is_running: True until the mission is complete or its time is over.
+        recorder: its rows so far.
     """
 
     def __init__(self, setup: Setup, seed: int) -> None:
@@ -43,7 +44,7 @@ class Underway:
         self._spent_s = 0.0
         self._is_closed = False
         self._fleet = assemble(setup, seed)
-        self._recorder = self._fleet.recorder
+        self.recorder = self._fleet.recorder
         self._truth = self._fleet.truth
         self.now_s = self._fleet.now_s
         self.is_running = bool(self._fleet.running)
@@ -69,7 +70,7 @@ class Underway:
 
     def rows(self, name: str) -> list[Row]:
         """Rows of a table of which nothing will change: a packet is one once it has been heard by all who hear it."""
-        rows = self._recorder.rows(name)
+        rows = self.recorder.rows(name)
         if name != PACKETS.name or not self.is_running:
             return rows
         n = len(rows)
@@ -79,12 +80,12 @@ class Underway:
 
     def table(self, name: str, first: int = 0) -> pa.Table:
         """An Arrow table of the rows from number ``first`` on."""
-        return arrow_table(self._recorder.tables[name], self.rows(name)[first:])
+        return arrow_table(self.recorder.tables[name], self.rows(name)[first:])
 
     @property
     def tables(self) -> tuple[str, ...]:
         """Names of the tables."""
-        return tuple(sorted(self._recorder.tables))
+        return tuple(sorted(self.recorder.tables))
 
     def summary(self, reason: str = "") -> dict[str, Any]:
         """The figures that a run has before its end; ``reason`` says why there is no other end, if it is one."""

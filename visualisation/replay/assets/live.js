@@ -178,7 +178,10 @@
       this.live.className = "follow";
       this.live.title = "Look at the run as it goes on (End)";
       R.app.controls.scrub.after(this.live);
-      R.app.clock.onChange(() => this.live.setAttribute("aria-pressed", String(R.app.clock.following)));
+      R.app.clock.onChange(() => {
+        this.live.setAttribute("aria-pressed", String(R.app.clock.following));
+        this.live.disabled = !R.app.clock.grows;
+      });
       R.app.clock.grow(run.header.end_s, run.header.is_underway, GLIDE_S);
       if (!location.hash.includes("t=")) R.app.clock.seek(R.app.clock.end_s);
     }
