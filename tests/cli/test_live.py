@@ -354,6 +354,15 @@ def test_a_port_that_is_taken_is_one_clear_error() -> None:
     )
 
 
+def test_libraries_that_are_missing_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("remoras.cli.live.command.NEEDED", ("starlette", "no_such_library"))
+    result = CliRunner().invoke(app, ["live", SCENARIO, "--no-browser"])
+    assert result.exit_code == 2
+    assert result.stderr == (
+        "remoras: live needs no_such_library; install with: python -m pip install no_such_library\n"
+    )
+
+
 def test_results_that_are_there_are_kept_without_force(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
     result = CliRunner().invoke(app, ["live", SCENARIO, "--no-browser", "--out", str(tmp_path)])
