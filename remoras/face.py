@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from missions.sweeps.folder import SweepResults
     from remoras.mission import Mission
     from remoras.strategy import Strategy
+    from visualisation.replay import Page
 
 
 def load(
@@ -262,6 +263,19 @@ class Run:
         figure = picture(self._results, kind, mission.figures, mission.places, width_in).figure
         figure._repr_png_ = lambda: _png(figure)  # type: ignore[attr-defined]  # IPython asks for it by this name
         return figure
+
+    def replay(self) -> Page:
+        """The page in which the run can be watched; a notebook shows it.
+
+        Raises:
+            DrawingError: the manifest of the run is damaged.
+        """
+        from missions.scenarios.parts import strategy_of
+        from visualisation.replay import Page, page_text, run_data, title_of
+
+        mission, is_bound = self._mission, strategy_of(self.scenario).declaration.is_bound
+        data = run_data(self._results, mission.places, mission.jobs.values(), is_bound)
+        return Page(page_text(title_of([self.summary]), [data]))
 
     def known(self, vehicle: str, at_s: float) -> Known:
         """What a vehicle knew at a time of the run: its world model, and the organisation in its view.

@@ -18,7 +18,8 @@
       line.append(fact);
     }
     if (runs.length > 1) line.append(apartLine(run, runs));
-    line.append(R.make("span", "verdict " + (header.completed ? "good" : "bad"), (header.completed ? "✓ " : "✕ ") + header.verdict));
+    const [look, mark] = header.is_underway ? ["", "… "] : header.completed ? ["good", "✓ "] : ["bad", "✕ "];
+    line.append(R.make("span", "verdict " + look, mark + header.verdict));
     return line;
   };
 
@@ -78,7 +79,7 @@
 
     update() {
       const { clock } = this.app;
-      this.play.textContent = clock.playing ? "❚❚ Pause" : "▶ Play";
+      this.play.textContent = clock.following ? "❚❚ Hold" : clock.playing ? "❚❚ Pause" : "▶ Play";
       if (this.pace.value !== clock.pace) this.pace.value = clock.pace;
       this.scrub.value = clock.t;
       const slot = this.app.hasPackets ? ` · slot ${clock.slot}` : "";
