@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from visualisation.replay.columns import Columns, Floats
+from visualisation.replay.columns import Columns, Floats, Ints
 from visualisation.replay.tables import PLACE_STEP_M, TIME_STEP_S, Names
 
 PLACE = ("x_m", "y_m")
-DIGITS = 4
-"""To so many decimal digits of its span a column of numbers is kept, so that 0.95 stays 0.95."""
-MOST_DIGITS = 13
-"""Of no number more digits are kept."""
+SPARED_BITS = 8
+"""Of a number as 32-bit float so many of its last bits are not kept: four digits are left, whatever its size."""
+LARGEST = 3e38
+"""Numbers beyond are kept as this."""
+KINDS = {"double": "float", "int64": "int"}
+"""Kinds of columns of numbers by their types in Arrow; all others are texts."""
 
 
 def add_own(columns: Columns, names: Names, table: Any, called: str, most_rows: int) -> dict[str, Any]:
@@ -45,22 +46,22 @@ def add_own(columns: Columns, names: Names, table: Any, called: str, most_rows: 
 def _add_told(columns: Columns, names: Names, called: str, field: Any, values: Sequence[Any]) -> dict[str, Any]:
     """A column of a mission's own: numbers, and where they are missing; else texts."""
     unit = (field.metadata or {}).get(b"unit", b"").decode()
-    is_number = str(field.type) in ("double", "int64")
-    if is_number:
+    kind = KINDS.get(str(field.type), "text")
+    if kind == "text":
+        columns.add(f"{called}.told.{field.name}", [names.text(_said(value)) for value in values])
+    else:
         numbers = np.array([np.nan if value is None else value for value in values], dtype=float)
         is_there = np.isfinite(numbers)
-        columns.add(f"{called}.told.{field.name}", np.where(is_there, numbers, 0.0), 1, _step(numbers[is_there]))
+        numbers = np.where(is_there, numbers, 0.0)
+        columns.add(f"{called}.told.{field.name}", _bits(numbers) if kind == "float" else numbers, 1)
         columns.add(f"{called}.lacks.{field.name}", (~is_there).astype(np.int64))
-    else:
-        columns.add(f"{called}.told.{field.name}", [names.text(_said(value)) for value in values])
-    return {"name": field.name, "unit": unit, "isNumber": is_number}
+    return {"name": field.name, "unit": unit, "kind": kind}
 
 
-def _step(numbers: Floats) -> float:
-    if not numbers.size or np.all(numbers == np.rint(numbers)):
-        return 1.0
-    span, largest = float(np.ptp(numbers)), float(np.max(np.abs(numbers)))
-    return 10.0 ** max(math.floor(math.log10(span or largest)) - DIGITS, math.ceil(math.log10(largest)) - MOST_DIGITS)
+def _bits(numbers: Floats) -> Ints:
+    """Numbers as 32-bit floats without their last bits: neighbours are alike, and none depends on the others."""
+    bits = numbers.clip(-LARGEST, LARGEST).astype(np.float32).view(np.int32).astype(np.int64)
+    return (bits + (1 << SPARED_BITS - 1)) >> SPARED_BITS
 
 
 def _said(value: Any) -> str:

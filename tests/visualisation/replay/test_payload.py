@@ -245,7 +245,7 @@ def test_a_mission_of_ones_own_is_drawn_from_what_it_declares(buoys: Results, tm
 
 
 SAMPLES = """([run]) => run.layers.filter((layer) => layer.name === "temperatures").map((layer) => ({
-  total: layer.total, columns: layer.columns.map(({ name, unit, isNumber }) => [name, unit, isNumber]),
+  total: layer.total, columns: layer.columns.map(({ name, unit, kind }) => [name, unit, kind]),
   isEvents: layer.isEvents, rows: layer.rows.map((row) => [row.x, row.y, ...row.values, row.text]),
   listed: run.events.filter((event) => event.kind === "temperatures").length,
 }))[0]"""
@@ -258,21 +258,24 @@ def test_numbers_of_a_table_stay_numbers_where_their_vehicle_was(lossy: Results,
     unit = {"unit": "degC"}
     schema = pa.schema([
         ("time_s", pa.float64()), ("vehicle", pa.string()), pa.field("temperature_c", pa.float64(), metadata=unit),
-        ("note", pa.string()),
+        ("n", pa.int64()), ("note", pa.string()),
     ])  # fmt: skip
-    rows = [(float(k), "AUV01", None if k == 2 else 4.0 + 0.01 * k, "deep" if k % 2 else None) for k in range(n)]
+    rows = [
+        (float(k), "AUV01", None if k == 2 else -0.5 + 0.3 * k, 100_000 + k, "deep" if k % 2 else None)
+        for k in range(n)
+    ]
     table = pa.Table.from_arrays([pa.array(column) for column in zip(*rows, strict=True)], schema=schema)
     pq.write_table(table, tmp_path / "run" / "temperatures.parquet")
     results = Results.read(tmp_path / "run")
     told = asked([data_of(results)], SAMPLES, tmp_path)
-    assert told["columns"] == [["temperature_c", "degC", True], ["note", "", False]]
+    assert told["columns"] == [["temperature_c", "degC", "float"], ["n", "", "int"], ["note", "", "text"]]
     assert (told["total"], told["isEvents"], told["listed"]) == (n, n == 3, 3 if n == 3 else 0)
     tracks = {row["time_s"]: row for row in results.table("trajectories").to_pylist() if row["vehicle"] == "AUV01"}
-    for (time_s, _, temperature_c, note), (x, y, number, text, _) in zip(rows, told["rows"], strict=True):
-        assert number == (None if temperature_c is None else pytest.approx(temperature_c, abs=1e-3))
-        assert text == (note or "")
+    for (time_s, _, temperature_c, n_samples, note), (x, y, *values, _) in zip(rows, told["rows"], strict=True):
+        assert values[0] == (None if temperature_c is None else pytest.approx(temperature_c, rel=5e-5))
+        assert values[1:] == [n_samples, note or ""]
         assert (x, y) == pytest.approx((tracks[time_s]["x_m"], tracks[time_s]["y_m"]), abs=0.05)
-    assert told["rows"][1][-1] == "temperature c 4.01\u00a0degC, deep"
+    assert told["rows"][1][-1] == "temperature c -0.2\u00a0degC, n 100001, deep"
 
 
 HIDDEN = "([run]) => run.jobs.map((job) => [job.name, job.cameUp_s, job.done_s])"

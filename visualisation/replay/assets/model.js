@@ -10,6 +10,7 @@ globalThis.R = globalThis.R || {};
   const POINT_STEP_M = 1 / 64;
   const MILLION = 1e6;
   const EPSILON_S = 1e-6;
+  const SPARED_BITS = 8, WORD = new DataView(new ArrayBuffer(4)); // of floats, see own_tables.py
   const MOST_EVENTS_PER_VEHICLE = 20; // the rows of a longer table of the mission's own are samples, no events
   const OUT = new Set(["lost", "joins", "energy"]), OVER = "over"; // faults by which a vehicle is out of the mission
 
@@ -296,7 +297,7 @@ globalThis.R = globalThis.R || {};
     return [path.slice(0, at), path.slice(at + 1)];
   }
 
-  // Tables of the mission's own: [{name, total, isEvents, columns: [{name, unit, isNumber}], rows: [{time_s, vehicle, x, y,
+  // Tables of the mission's own: [{name, total, isEvents, columns: [{name, unit, kind}], rows: [{time_s, vehicle, x, y,
   // values, text}]}]. A row without a place is where its vehicle was; x and y are null where it has none either.
   // Numbers that are missing are null.
   function layersOf(run) {
@@ -304,7 +305,11 @@ globalThis.R = globalThis.R || {};
       const column = (of) => run.columns["layer." + name + "." + of];
       const vehicle = column("vehicle"), time_s = column("time");
       const kept = columns.map((one) => ({ ...one, values: column("told." + one.name), lacks: column("lacks." + one.name) }));
-      const valueOf = ({ isNumber, values, lacks }, row) => (!isNumber ? run.text(values[row]) : lacks[row] ? null : values[row]);
+      const valueOf = ({ kind, values, lacks }, row) => {
+        if (kind === "text") return run.text(values[row]);
+        if (lacks[row]) return null;
+        return kind === "float" ? float(values[row]) : values[row];
+      };
       const place = (row) => {
         if (has_places) return { x: column("x_m")[row], y: column("y_m")[row] };
         return vehicle[row] >= 0 && run.track(vehicle[row]).t.length ? run.at(vehicle[row], time_s[row]) : { x: null, y: null };
@@ -318,14 +323,23 @@ globalThis.R = globalThis.R || {};
     });
   }
 
+  // A number from the first bits of its 32-bit float.
+  function float(bits) {
+    WORD.setInt32(0, bits * 2 ** SPARED_BITS);
+    return WORD.getFloat32(0);
+  }
+
   function rowText(columns, values) {
-    const text = ({ name, unit, isNumber }, value) => (isNumber ? `${R.words(name)} ${R.plain(value, unit)}` : value);
+    const text = ({ name, unit, kind }, value) => (kind !== "text" ? `${R.words(name)} ${R.plain(value, unit)}` : value);
     return columns.map((column, n) => (values[n] === null ? "" : text(column, values[n]))).filter(Boolean).join(", ");
   }
 
   // Names as words.
   R.words = (name) => name.replace(/_/g, " ");
 
-  // A number to four digits with its unit, such as "4.2 degC"; empty where it is missing.
-  R.plain = (value, unit) => (value === null ? "" : Number(value.toPrecision(4)) + (unit && unit !== "1" ? "\u00a0" + unit : ""));
+  // A number to four digits with its unit, such as "4.2 degC", a whole one as it is; empty where it is missing.
+  R.plain = function (value, unit) {
+    if (value === null) return "";
+    return (Number.isInteger(value) ? value : Number(value.toPrecision(4))) + (unit && unit !== "1" ? "\u00a0" + unit : "");
+  };
 })();

@@ -11,7 +11,7 @@
   /* What is drawn of a table, found once: {column, its first of numbers or -1; low and high of it; hasPlaces}. */
   function lookOf(layer) {
     if (!looks.has(layer)) {
-      const column = layer.columns.findIndex(({ isNumber }) => isNumber);
+      const column = layer.columns.findIndex(({ kind }) => kind !== "text");
       const numbers = column < 0 ? [] : layer.rows.map((row) => row.values[column]).filter((value) => value !== null);
       const [low, high] = numbers.reduce(([least, most], value) => [Math.min(least, value), Math.max(most, value)], [Infinity, -Infinity]);
       looks.set(layer, { column, low, high, hasPlaces: layer.rows.some((row) => row.x !== null) });
@@ -109,7 +109,7 @@
       this.chartBox.hidden = !(lookOf(layer).low <= lookOf(layer).high);
       if (!this.chartBox.hidden) this.chart.paint();
       const go = (row) => () => view.app.go(row.time_s, row.vehicle < 0 ? null : run.vehicles[row.vehicle].name);
-      const cells = ({ values }) => layer.columns.map((column, n) => [column.isNumber ? R.plain(values[n], "") : values[n]]);
+      const cells = ({ values }) => layer.columns.map((column, n) => [column.kind === "text" ? values[n] : R.plain(values[n], "")]);
       const heads = layer.columns.map(({ name, unit }) => R.words(name) + (unit && unit !== "1" ? ` (${unit})` : ""));
       const hasVehicles = layer.rows.some((row) => row.vehicle >= 0), nameOf = (v) => (v < 0 ? "" : run.vehicles[v].name);
       const lines = rows.slice(-MOST_LISTED).reverse()
