@@ -56,7 +56,7 @@ def test_the_page_follows_the_run_and_steers_it(chrome: Any) -> None:
     with served(SHORT) as client:
         window = opened(chrome, client)
         page = window.page
-        assert page.locator(".phase").inner_text() == "ready, 0 s of at most 60 s"
+        assert page.locator(".phase").inner_text() == "ready, 0\xa0s of at most 60\xa0s"
         page.get_by_role("button", name="Step run").click()
         page.get_by_role("button", name="Step run").click()
         wait_until(lambda: client.time_s == 2.0)
@@ -139,7 +139,7 @@ def test_a_crash_is_said_and_the_page_keeps_what_it_had(chrome: Any, monkeypatch
         window.page.get_by_label("Speed of the run").select_option("full")
         window.page.get_by_role("button", name="▶ Start").click()
         window.page.wait_for_function("() => R.live.state.phase === 'crashed' && R.app.clock.end_s === 30")
-        assert "crashed at 30.0 s" in window.page.locator(".verdict").inner_text()
+        assert "crashed at 30.0\xa0s" in window.page.locator(".verdict").inner_text()
         assert window.texts(".live .message") == [client.session.state()["message"]]
         assert window.ask("() => R.app.runs[0].packets.length") > 10
         assert_sound(window, client)
