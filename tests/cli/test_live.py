@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
+from invoked import remoras
 
 pytest.importorskip("starlette")
 pytest.importorskip("uvicorn")
@@ -27,7 +27,6 @@ from missions.runs.run import run
 from missions.runs.setup import resolved
 from missions.runs.underway import Underway
 from missions.scenarios import load
-from remoras.cli import app
 from remoras.cli.live.form import Form
 from remoras.cli.live.server import LiveServer, listener
 from remoras.cli.live.session import Session
@@ -346,7 +345,7 @@ def test_a_port_that_is_taken_is_one_clear_error() -> None:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = str(taken.getsockname()[1])
-        result = CliRunner().invoke(app, ["live", SCENARIO, "--no-browser", "--port", port])
+        result = remoras("live", SCENARIO, "--no-browser", "--port", port)
     assert result.exit_code == 2
     assert result.stderr == (
         f"remoras: --port {port}: cannot be listened on: Address already in use; "
@@ -356,7 +355,7 @@ def test_a_port_that_is_taken_is_one_clear_error() -> None:
 
 def test_libraries_that_are_missing_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("remoras.cli.live.command.NEEDED", ("starlette", "no_such_library"))
-    result = CliRunner().invoke(app, ["live", SCENARIO, "--no-browser"])
+    result = remoras("live", SCENARIO, "--no-browser")
     assert result.exit_code == 2
     assert result.stderr == (
         "remoras: live needs no_such_library; install with: python -m pip install no_such_library\n"
@@ -365,6 +364,6 @@ def test_libraries_that_are_missing_are_named(monkeypatch: pytest.MonkeyPatch) -
 
 def test_results_that_are_there_are_kept_without_force(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
-    result = CliRunner().invoke(app, ["live", SCENARIO, "--no-browser", "--out", str(tmp_path)])
+    result = remoras("live", SCENARIO, "--no-browser", "--out", tmp_path)
     assert result.exit_code == 2
     assert "exists and is not empty" in result.stderr
