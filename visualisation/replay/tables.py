@@ -18,7 +18,7 @@ TIME_STEP_S = 2.0**-12
 PLACE_STEP_M = 2.0**-5
 TURN_STEP_RAD = 2.0 * np.pi / 256.0
 SPEED_STEP_MPS = 0.02
-SHARE_STEP = 0.0001
+SHARE_STEP = 0.00001
 """Steps of what is drawn: finer than a screen shows."""
 ENERGY_STEPS = 4096
 """In so many steps the energy is kept that the neediest vehicle used."""

@@ -95,6 +95,11 @@ def test_silences_are_the_gaps_between_packets_heard(window: Window, results: Re
         bounds_s = [0.0, *heard_s, results.summary["mission_time_s"]]
         longest_s = max(b - a for a, b in pairwise(bounds_s))
         assert max(spell["to_s"] - spell["from_s"] for spell in spells) == pytest.approx(longest_s, abs=0.01)
+        heard = [row for row in packets if vehicle.name in row["receivers"]]
+        gaps = [(a["time_s"], b["time_s"]) for a, b in pairwise(heard) if b["slot"] - a["slot"] >= 12]  # three frames
+        assert [
+            (one["from_s"], one["to_s"]) for one in spells if one["from_s"] > 0.0 and one["to_s"] in heard_s
+        ] == gaps
         for spell in spells:
             lost = [row for row in packets if spell["from_s"] < row["time_s"] < spell["to_s"]]
             assert spell["lost"] >= len([row for row in lost if vehicle.name in row["lost_by"]]) > 0

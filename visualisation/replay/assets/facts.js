@@ -31,7 +31,8 @@
     /** Spells in which packets were sent to `v` and none got through: {from_s, to_s, lost}. */
     silencesOf(v) {
       const { heard, lost } = this.receptions[v];
-      const least_s = SILENT_FRAMES * (this.run.header.frame_s || 10);
+      /* Slots differ by fractions of a millisecond: so half of one is allowed for. */
+      const least_s = SILENT_FRAMES * (this.run.header.frame_s || 10) - (this.run.header.slot_s || 0) / 2;
       const bounds = [0, ...heard.map((p) => this.run.packets[p].start_s), this.end_s];
       const lost_s = lost.map((p) => this.run.packets[p].start_s);
       const spells = [];

@@ -19,7 +19,7 @@
     return looks.get(layer);
   }
 
-  /* How strongly a row is drawn, 0..1: the more, the darker. */
+  /* How strongly a row is drawn, 0..1: the more, the stronger. */
   function strength({ values }, { column, low, high }) {
     return high > low && values[column] !== null ? FAINTEST + (STRONGEST - FAINTEST) * (values[column] - low) / (high - low) : FAINTEST;
   }
