@@ -139,6 +139,7 @@ def test_a_crash_is_said_and_the_page_keeps_what_it_had(chrome: Any, monkeypatch
         window.page.get_by_label("Speed of the run").select_option("full")
         window.page.get_by_role("button", name="▶ Start").click()
         window.page.wait_for_function("() => R.live.state.phase === 'crashed' && R.app.clock.end_s === 30")
+        window.page.wait_for_function("() => document.querySelector('.verdict').textContent.includes('crashed')")
         assert "crashed at 30.0 s" in window.page.locator(".verdict").inner_text()
         assert window.texts(".live .message") == [client.session.state()["message"]]
         assert window.ask("() => R.app.runs[0].packets.length") > 10
