@@ -40,7 +40,7 @@ myst_heading_anchors = 3
 nb_execution_mode = "force"
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
-nb_execution_timeout = 300
+nb_execution_timeout = 900  # seconds for a cell, on a busy machine
 nb_output_stderr = "remove"  # progress, for terminals
 
 autodoc_member_order = "bysource"
