@@ -43,6 +43,9 @@ nb_execution_raise_on_error = True
 nb_execution_timeout = 900  # seconds for a cell, on a busy machine
 nb_output_stderr = "remove"  # progress, for terminals
 
+# Several classes have a field "type", which annotations with the built-in type are then taken to mean.
+suppress_warnings = ["ref.python"]
+
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_default_options = {"members": True, "undoc-members": False}
