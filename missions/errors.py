@@ -43,9 +43,12 @@ class ConfigurationError(MissionsError):
     """A scenario or study is wrong; all faults are reported at once."""
 
     def __init__(self, file: str, faults: Sequence[ConfigurationFault]) -> None:
-        super().__init__("\n".join(fault.text(file) for fault in faults))
+        super().__init__(file, tuple(faults))  # what it is made of, so that it goes from process to process
         self.file = file
         self.faults = tuple(faults)
+
+    def __str__(self) -> str:
+        return "\n".join(fault.text(self.file) for fault in self.faults)
 
 
 class OutputError(MissionsError):

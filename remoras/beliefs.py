@@ -15,6 +15,7 @@ from worldmodel import (
     Attribute,
     Change,
     FactError,
+    Instance,
     PropertyValue,
     TBox,
     UnknownNameError,
@@ -38,6 +39,7 @@ class Beliefs:
     def __init__(self, model: WorldModel) -> None:
         self.model = model
         self._tbox: TBox = model.tbox
+        self._uids: dict[str, int] = {}
         self._collected: dict[tuple[int, int], set[Any]] = {}  # by subject and attribute, where asked for
         self._by_key: dict[Key, set[Any]] = {}  # the same sets
 
@@ -83,14 +85,19 @@ class Beliefs:
 
     def uid(self, name: str) -> int:
         """The instance of that name; raises UnknownNameError."""
+        if name not in self._uids:
+            self._uids[name] = self._found(name).uid
+        return self._uids[name]
+
+    def _found(self, name: str) -> Instance:
         try:
-            return self.model.instance_named(name).uid
+            return self.model.instance_named(name)
         except UnknownNameError:
             number = name.rpartition("-")[2]
             created = self.model.instance(int(number)) if number.isdecimal() else None
             if created is None or created.name != name:
                 raise
-            return created.uid
+            return created
 
     def keys_of(self, changes: Iterable[Change]) -> set[Key]:
         """Keys whose latest value has changed."""

@@ -21,9 +21,12 @@ class StrategyError(RemorasError):
     """
 
     def __init__(self, key: str, allowed: str) -> None:
-        super().__init__(f"{key}: {allowed}")
+        super().__init__(key, allowed)  # what it is made of, so that it goes from process to process
         self.key = key
         self.allowed = allowed
+
+    def __str__(self) -> str:
+        return f"{self.key}: {self.allowed}"
 
 
 class PluginError(RemorasError):

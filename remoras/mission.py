@@ -42,7 +42,7 @@ from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.recorder import Recorder, Table
 from remoras.sensor import SensorSettings
-from remoras.work import Job, Point
+from remoras.work import Job, Known, Point
 
 ELEMENTARY_TASKS = ("AllocateRoles", "GiveMission", "AssignObjective")
 """What the plan of a group's mission is made of; see ``SocialPart.social_domain``."""
@@ -229,6 +229,10 @@ class SocialPart(Protocol):
     def is_individual(self, objective: Objective) -> bool:
         """True if the objective is pursued without interacting with others; so all are by default."""
         return True
+
+    def is_enough(self, facts: Known) -> bool:
+        """True if the goal asks for no more than what is known to be done; by default it asks for all jobs."""
+        return False
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
         """What ``vehicle`` makes known when it has done all there was to do for ``objective``; nothing by default."""

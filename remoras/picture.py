@@ -69,7 +69,7 @@ class Groups:
         planning_due: True while the social layer has something to plan.
         awaited: by group, how much of the wait for its meeting is for this vehicle, 0..1: 0 if another one is
             expected to be at work as long, 1 if all others are free.
-        idle_since_s: by group that this vehicle leads, since when there is nothing left that anybody present can do.
+        idle_since_s: by group that this vehicle leads, since when there is nothing left that anybody present is to do.
         returned_s: when a peer that was absent was heard again last, by its name.
     """
 

@@ -164,6 +164,7 @@ class Work:
         done: jobs known to be done.
         positions_m: last positions known, by vehicle; the start counts where none has been heard.
         unavailable: vehicles that take no jobs, by what they said themselves.
+        is_enough: the goal of the mission asks for no more than is done.
     """
 
     group: Group
@@ -173,6 +174,7 @@ class Work:
     done: frozenset[str] = frozenset()
     positions_m: Mapping[str, Point] = field(default_factory=dict)
     unavailable: frozenset[str] = frozenset()
+    is_enough: bool = False
 
     @cached_property
     def roles(self) -> tuple[RoleSpecification, ...]:
@@ -206,8 +208,13 @@ class Work:
 
     @property
     def has_something_left(self) -> bool:
-        """True while there is an unfinished job that somebody holds, or that a worker is able to do."""
-        return any(self.holders(role) or any(self.able(one, role) for one in self.workers) for role in self.unfinished)
+        """True while the goal asks for more, and there is a job that somebody holds or that a worker is able to do.
+
+        What the goal spares may stay undone: its vehicle is free to answer calls.
+        """
+        return not self.is_enough and any(
+            self.holders(role) or any(self.able(one, role) for one in self.workers) for role in self.unfinished
+        )
 
     @property
     def members(self) -> tuple[str, ...]:
@@ -288,10 +295,11 @@ def works(
     done: frozenset[str],
     positions_m: Mapping[str, Point],
     unavailable: frozenset[str] = frozenset(),
+    is_enough: bool = False,
 ) -> dict[str, Work]:
     """The work of every group, by its name; see ``Work`` for the arguments."""
     return {
-        name: Work(group, organisation, database, jobs, done, positions_m, unavailable)
+        name: Work(group, organisation, database, jobs, done, positions_m, unavailable, is_enough)
         for name, group in organisation.groups.items()
     }
 

@@ -23,7 +23,7 @@ Nothing in here says when a vehicle turns from one to another: that is decided b
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -70,7 +70,7 @@ from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.recorder import Recorder
 from remoras.sensor import SensorSettings
-from remoras.work import Point
+from remoras.work import Known, Point
 
 COLLECTIVE = frozenset({*OBJECTIVES, "Positioning"})
 
@@ -143,6 +143,7 @@ class MappingMission(Mission):
         self._surveys = {name: SurveyJob(name, corners, (), grounds[name]) for name, corners in corners_m.items()}
         self.finds, self._find_weight = finds, find_weight
         self._inspections = {name: InspectionJob(name, finds.mean_stay_s) for name in find_names(finds.number)}
+        self._unfinished = partial(Unfinished, self._surveys.values(), settings.goal, self._inspections)
         self.meeting = Meeting(
             self.groups,
             rally_points_m,
@@ -233,8 +234,7 @@ class MappingMission(Mission):
 
     def truth(self, recorder: Recorder, world: Seabed) -> MappingTruth:
         """Keeps the map of what was really covered, and watches for the ends of surveys and for meetings."""
-        goal, weight = self.settings.goal, self._find_weight
-        return MappingTruth(self.meeting, world, self.swaths_m, goal, recorder, weight)
+        return MappingTruth(self.meeting, world, self.swaths_m, self.settings.goal, recorder, self._find_weight)
 
     @property
     def places(self) -> Sequence[Place]:
@@ -303,25 +303,24 @@ class MappingMission(Mission):
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """The behaviour that carries out the set which ``activity`` leads."""
         if (found := self.meeting.behaviour(activity, data)) is not None:
-            return AfterWork(found, Unfinished(self._surveys.values(), self.settings.goal, self._inspections))
+            return AfterWork(found, self._unfinished())
         settings, parameters = self.settings, activity.parameters
         match activity.name:
             case "Mapping":
-                return MappingAlong(settings.patience_s, self._work(parameters[0]), settings.half_left)
+                return MappingAlong(settings.patience_s, self._work(*parameters), settings.half_left)
             case "ZigzagExploring":
                 area, group, others = parameters
                 return ZigzagExploring(self._surveys[area], data, self._work(group), settings.half_left, others)
             case "Inspecting":
                 return Inspecting(parameters[0], self.finds, data)
             case "Positioning":
-                (row, side), leaders, group = parameters
-                ahead = {"top": 0.0, "bottom": -settings.formation_spacing_m}[row]
-                if side == "middle":
-                    ahead -= settings.formation_spacing_m  # behind the leader, not in its place
-                left = {"left": 1.0, "middle": 0.0, "right": -1.0}[side] * settings.formation_spacing_m
-                others = tuple(name for name in leaders if name != data.name)
-                return Positioning(others, group, (ahead, left), data)
+                place, leaders, group = parameters
+                return _positioning(place, leaders, group, data, settings.formation_spacing_m)
         return Standing()
+
+    def is_enough(self, facts: Known) -> bool:
+        """True if no more is left than the goal spares, and every find is inspected."""
+        return not self._unfinished().holds(facts)
 
     def _work(self, group: str) -> WorkLeft:
         """What is left of the areas of a group."""
@@ -334,8 +333,7 @@ class MappingMission(Mission):
 
         As long as a find is known that nobody has inspected, it waits, but not beyond the deadline.
         """
-        finds = [role.job for role in group.roles if role.job in self._inspections]
-        is_left = any(is_to_be_inspected(beliefs, find) for find in finds)
+        is_left = any(is_to_be_inspected(beliefs, role.job) for role in group.roles if role.job in self._inspections)
         if is_left and not self.meeting.is_overdue(group, beliefs, picture):
             return ()
         return self.meeting.findings(group, organisation, beliefs, picture, motion)
@@ -372,3 +370,14 @@ def _switched_on(activity: str, data: VehicleData) -> tuple[str, ...]:
     if activity not in SENSING or data.sensor(SwathSettings) is None:
         return ()
     return tuple(sensor.name for sensor in data.sensors)
+
+
+def _positioning(
+    place: tuple[str, str], leaders: Sequence[str], group: str, data: VehicleData, spacing_m: float
+) -> Positioning:
+    """To keep a place in the formation, (row, side); in its middle behind the leader."""
+    row, side = place
+    ahead_m = -spacing_m * ((row == "bottom") + (side == "middle"))
+    left_m = spacing_m * ((side == "left") - (side == "right"))
+    others = tuple(name for name in leaders if name != data.name)
+    return Positioning(others, group, (ahead_m, left_m), data)

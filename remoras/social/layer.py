@@ -120,7 +120,7 @@ class SocialLayer:
         self._conclusions = Conclusions(me, mission, self._mission_name, beliefs)
         self._gatherings = Gatherings(beliefs, agreement.organisation.groups, agreement.meets_after)
         self.standing = Standing(me, database, beliefs, agreement.organisation, lease_s, picture.frame_s)
-        self._workload = Workload(me, database, mission.jobs, beliefs)
+        self._workload = Workload(me, database, mission, beliefs)
         self._led = self.standing.led
         planned = {group: agreement.rests_on[group] for group in self._led if group in agreement.rests_on}
         self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned)

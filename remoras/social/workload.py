@@ -7,7 +7,9 @@ from dataclasses import replace
 
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase
+from remoras.mission import SocialPart
 from remoras.organisation import Organisation
+from remoras.plugins import answer
 from remoras.work import Job, Point, Work, jobs_left, works
 from worldmodel import Change
 
@@ -20,14 +22,15 @@ class Workload:
     Args:
         me: own name.
         database: static data of all vehicles.
-        jobs: of the mission, by name.
+        mission: its jobs, and when enough of them is done.
         beliefs: of the vehicle.
     """
 
-    def __init__(self, me: str, database: AUVDatabase, jobs: Mapping[str, Job], beliefs: Beliefs) -> None:
+    def __init__(self, me: str, database: AUVDatabase, mission: SocialPart, beliefs: Beliefs) -> None:
         self._me = me
         self._database = database
-        self._jobs = jobs
+        self._mission = mission
+        self._jobs = jobs = mission.jobs
         self._beliefs = beliefs
         self._about: dict[int, set[str]] = {}  # names of the jobs that facts about an instance are about
         for name, job in jobs.items():
@@ -36,6 +39,7 @@ class Workload:
         self._stale = set(jobs)
         self._left: dict[str, Job] = {}
         self._done: frozenset[str] = frozenset()
+        self._is_enough = False
 
     def note(self, changes: Iterable[Change]) -> None:
         """Facts were recorded or merged: jobs that some of them are about have to be worked out anew."""
@@ -56,7 +60,7 @@ class Workload:
             positions_m: last positions known, by vehicle.
         """
         self._work_out()
-        found = works(organisation, self._database, self._left, self._done, positions_m, takes_no_jobs)
+        found = works(organisation, self._database, self._left, self._done, positions_m, takes_no_jobs, self._is_enough)
         if alone and any(work.held_by(self._me) for work in found.values()):  # its own jobs come first
             return {name: replace(one, unavailable=one.unavailable | {self._me}) for name, one in found.items()}
         return found
@@ -68,4 +72,8 @@ class Workload:
         known = self._left | left
         self._left = {name: known[name] for name in self._jobs if name in known}
         self._done = self._done.difference(self._stale) | done
+        self._is_enough = answer(
+            f"mission {type(self._mission).__name__}", "is_enough", "true or false",
+            lambda found: isinstance(found, bool), lambda: self._mission.is_enough(self._beliefs),
+        )  # fmt: skip
         self._stale = set()

@@ -59,8 +59,10 @@ class Bidder:
         self._expectations = Expectations()
         self._unsaid: set[str] = set()  # vehicles of whose claims there is news to tell
         self._known: object = None
+        self._lost: set[str] = set()  # jobs that the last plan left to stronger claims
         self._bid_anew = True
         self._unclaimed: dict[str, int] = {}  # since when nobody claims an open role
+        self._orphans: list[str] = []  # those that nobody has claimed for long
 
     def negotiate(self, situation: Situation) -> Move:
         """Hear, give way, bid anew if something has changed, begin what has stood, tell what is new."""
@@ -71,7 +73,7 @@ class Bidder:
         self._drop({name for name in self._bundle if name not in unfinished})
         self._give_way(now, claims)
         said, held = self._left(situation, claims)
-        if self._bid_anew or self._orphans(work, now, claims):
+        if self._bid_anew:
             self._bid_anew = False
             self._build(held, situation, claims)
         if not held and (name := self._next(now)) is not None:
@@ -91,7 +93,8 @@ class Bidder:
         claims.members = tuple(name for name in work.database.names if name in others or name == self._me)
         for heard in situation.heard:
             self._hear(heard, claims)
-        known = work.done, claims.members, len(work.open)
+        self._orphans = self._found_orphans(work, situation.round, claims)
+        known = work.done, claims.members, self._open(work, claims), self._orphans
         if known != self._known:
             self._known, self._bid_anew = known, True
 
@@ -114,14 +117,17 @@ class Bidder:
         if len(strengths) + 1 < len(heard.facts):
             return  # of another group
         withdrawn = {role for role in self._roles if whose in claims.standing(role)}.difference(strengths)
-        is_news = [
-            claims.take(role, whose, Claim(int(at), strength))
+        news = [
+            role
             for role, strength in [*strengths.items(), *((role, 0) for role in sorted(withdrawn))]
+            if claims.take(role, whose, Claim(int(at), strength))
         ]
         self._news[whose] = int(at)
-        if any(is_news):
+        if news:
             self._unsaid.add(whose)
-            self._bid_anew = True
+            # A plan for all rests on bids of others only where they were stronger; what they have begun is seen anyway.
+            if not self._with.plans_for_all or not self._lost.isdisjoint(news):
+                self._bid_anew = True
 
     def _left(self, situation: Situation, claims: Claims) -> tuple[list[Statement], list[RoleSpecification]]:
         """Roles that another vehicle has begun too are left; the statements, and the roles that stay."""
@@ -202,7 +208,7 @@ class Bidder:
             if BEGUN not in (claim.strength for claim in claims.standing(role.name).values())
         ]
 
-    def _orphans(self, work: Work, now: int, claims: Claims) -> list[str]:
+    def _found_orphans(self, work: Work, now: int, claims: Claims) -> list[str]:
         """Open roles that nobody has claimed for so long that whoever they are planned for does not know of it.
 
         Vehicles that hear little of each other may each expect another one to do a job.
@@ -217,11 +223,7 @@ class Bidder:
         """Bid for the own part of a plan for all; what others claim more strongly counts as theirs."""
         work = situation.work
         open_roles = self._open(work, claims)
-        orphans = [
-            name
-            for name in self._orphans(work, situation.round, claims)
-            if work.able(work.database[self._me], self._roles[name])
-        ]
+        orphans = [name for name in self._orphans if work.able(work.database[self._me], self._roles[name])]
         engaged = {data.name: self._engaged(data.name, held, situation, claims) for data in work.workers}
         outlooks = {data.name: engaged[data.name].end(data, work) for data in work.workers}
         theirs: dict[str, list[RoleSpecification]] = {data.name: [] for data in work.workers}
@@ -243,6 +245,7 @@ class Bidder:
             for name in beaten:
                 winner = claims.winner(name)
                 theirs[self._me if winner is None else winner].append(self._roles[name])
+        self._lost = {role.name for roles in theirs.values() for role in roles}
         self._release([name for name in self._bundle if name not in mine], situation.round, claims)
         for name in mine:
             if name not in self._bundle:

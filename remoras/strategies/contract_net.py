@@ -179,6 +179,8 @@ class Contractor:
     def _award(self, engaged: Mapping[str, Engagement], situation: Situation, claims: Claims) -> list[Statable]:
         """Jobs whose auction is over go to who bids best and has room."""
         over = {role: auction for role, auction in self._auctions.items() if auction.ends <= situation.round}
+        if not over:
+            return []
         self._auctions = {role: auction for role, auction in self._auctions.items() if role not in over}
         said: list[Statable] = []
         n_held = {name: len(one.begun) + len(one.queued) for name, one in engaged.items()}

@@ -59,7 +59,7 @@ class Search:
         self._places_m = [work.job(role).place_m for role in self._roles]
         self._able = [sum(1 << r for r, role in enumerate(self._roles) if work.able(data, role)) for data in self._free]
         self._legs: dict[tuple[int, int, Point], Outlook | None] = {}
-        self._nearness_m: dict[Point, list[float]] = {}
+        self._nearest: dict[Point, list[int]] = {}  # roles by how near to a place they are
         self._ends_s: list[dict[int, float]] = [{} for _ in self._free]
         self._n_paths = 0
 
@@ -90,18 +90,23 @@ class Search:
             return known[jobs]
         self._n_paths += 1
         end_s, at_m = self._outlooks[vehicle].free_s, self._outlooks[vehicle].position_m
-        left = [r for r in range(jobs.bit_length()) if jobs >> r & 1]
+        left, legs = jobs, self._legs
         while left:
-            near_m = self._nearness_m.get(at_m)
-            if near_m is None:
-                near_m = self._nearness_m[at_m] = [math.dist(at_m, place_m) for place_m in self._places_m]
-            nearest = min(left, key=near_m.__getitem__)
-            left.remove(nearest)
-            leg = self._leg(vehicle, nearest, at_m)
+            for role in self._nearest.get(at_m) or self._by_nearness(at_m):
+                if left >> role & 1:
+                    break
+            left ^= 1 << role
+            key = vehicle, role, at_m
+            leg = legs[key] if key in legs else self._leg(vehicle, role, at_m)
             if leg is not None:
                 end_s, at_m = end_s + leg.free_s, leg.position_m
         known[jobs] = end_s = round(end_s, 3)
         return end_s
+
+    def _by_nearness(self, at_m: Point) -> list[int]:
+        far_m = [math.dist(at_m, place_m) for place_m in self._places_m]
+        found = self._nearest[at_m] = sorted(range(len(far_m)), key=far_m.__getitem__)
+        return found
 
     def _all_ends_s(self, held: Held) -> list[float]:
         return [self._end_s(vehicle, jobs) for vehicle, jobs in enumerate(held)]

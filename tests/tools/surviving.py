@@ -1,6 +1,7 @@
 """Do survivors finish? Every vehicle in turn is lost, mute or deaf, under every communicating strategy.
 
     python tests/tools/surviving.py --scenario mapping-patches --per 0.4 --seeds 1 --jobs 2
+    python tests/tools/surviving.py --scenario mapping-patches mapping-rendezvous --seeds 10 --in-turn --jobs 2
 
 A run is sound if it completes with the whole goal, and no two vehicles that hear each other lead one group for longer
 than two leases. Each run that is not sound has its line, with all that makes it again. At the end come, for each
@@ -17,7 +18,7 @@ import argparse
 import itertools
 import sys
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from statistics import fmean
 from typing import Any, NamedTuple
@@ -117,19 +118,23 @@ def outcome(case: Case) -> Outcome:
 
 
 def cases(arguments: argparse.Namespace) -> Iterator[Case]:
-    """Every case that was asked for."""
+    """Every case that was asked for: with each seed, or with one of them in turn."""
     seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)
-    for scenario, per, strategy, seed in itertools.product(
-        arguments.scenario, arguments.per, arguments.strategy, seeds
+    for n, case in enumerate(_cases_without_seed(arguments)):
+        for seed in [seeds[n % len(seeds)]] if arguments.in_turn else seeds:
+            yield case._replace(seed=seed)
+
+
+def _cases_without_seed(arguments: argparse.Namespace) -> Iterator[Case]:
+    for scenario, per, strategy, kind in itertools.product(
+        arguments.scenario, arguments.per, arguments.strategy, arguments.kinds
     ):
-        for kind in arguments.kinds:
-            vehicles: Sequence[str] = arguments.vehicle
-            if kind in ("none", "weak"):
-                yield Case(scenario, strategy, per, kind, "AUV02", 0.0, seed)
-                continue
-            for vehicle, at_s in itertools.product(vehicles, arguments.at_s):
-                if kind != "alone" or vehicle != "ASV00":
-                    yield Case(scenario, strategy, per, kind, vehicle, at_s, seed)
+        if kind in ("none", "weak"):
+            yield Case(scenario, strategy, per, kind, "AUV02", 0.0, seed=0)
+            continue
+        for vehicle, at_s in itertools.product(arguments.vehicle, arguments.at_s):
+            if kind != "alone" or vehicle != "ASV00":
+                yield Case(scenario, strategy, per, kind, vehicle, at_s, seed=0)
 
 
 def main() -> int:
@@ -144,6 +149,7 @@ def main() -> int:
     parser.add_argument("--at-s", type=float, default=[300.0, 900.0, 1500.0], **options)
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--first-seed", type=int, default=1)
+    parser.add_argument("--in-turn", action="store_true", help="run each case with one of the seeds, in turn")
     parser.add_argument("--jobs", type=int, default=1)
     found: dict[tuple[str, str], list[Outcome]] = defaultdict(list)
     with ProcessPoolExecutor((arguments := parser.parse_args()).jobs) as pool:

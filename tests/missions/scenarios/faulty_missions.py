@@ -305,6 +305,13 @@ class NoTruth(MappingMission):
         return None
 
 
+class Undecided(MappingMission):
+    """Does not say whether enough is done."""
+
+    def is_enough(self, facts: Any) -> Any:
+        return "perhaps"
+
+
 class TruthRaises(MappingMission):
     """Its truth fails while it watches."""
 

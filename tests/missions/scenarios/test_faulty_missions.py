@@ -214,6 +214,11 @@ def test_a_truth_that_fails_while_it_watches_is_named(tmp_path: Path) -> None:
     assert "the mission's truth: observe raised KeyError: 'buoys'; expected: True or False" in said
 
 
+def test_a_mission_says_whether_enough_is_done(tmp_path: Path) -> None:
+    (said,) = refused(tmp_path, with_mission("Undecided"), "run")
+    assert "mission Undecided: is_enough returned 'perhaps'; expected: true or false" in said
+
+
 def test_a_mission_of_jobs_says_what_roles_with_a_job_pursue() -> None:
     with pytest.raises(PluginError, match="Objectless lacks objective, the name of what roles with a job pursue"):
         faulty_missions.Objectless.from_scenario(None)  # type: ignore[arg-type]

@@ -1,0 +1,32 @@
+"""Errors go whole from process to process: a pool whose worker cannot hand one over breaks."""
+
+import pickle
+
+import pytest
+
+from missions.errors import ConfigurationError, ConfigurationFault
+from remoras.errors import StrategyError
+from worldmodel.errors import OntologyError, UnknownNameError
+
+FAULTS = [ConfigurationFault("channel.per", "2", "0 to 1", line=7)]
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        ConfigurationError("sea.toml", FAULTS),
+        StrategyError("strategy.queue", "1 to 64"),
+        OntologyError(["two names", "no class"]),
+        UnknownNameError(["unknown class 'Aria'"]),
+    ],
+    ids=lambda error: type(error).__name__,
+)
+def test_an_error_says_the_same_in_another_process(error: Exception) -> None:
+    back = pickle.loads(pickle.dumps(error))
+    assert type(back) is type(error)
+    assert str(back) == str(error)
+    assert vars(back) == vars(error)
+
+
+def test_a_faulty_configuration_names_file_line_key_and_value() -> None:
+    assert str(ConfigurationError("sea.toml", FAULTS)) == "sea.toml:7: channel.per = 2: 0 to 1"

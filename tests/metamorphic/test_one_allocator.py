@@ -1,0 +1,41 @@
+"""With nothing lost and nothing unforeseen, strategies that share one allocator are alike, but for help they lack."""
+
+from __future__ import annotations
+
+from statistics import fmean
+
+import pytest
+
+from missions.mapping.metrics import time_to_s
+from missions.runs.run import run
+from missions.scenarios import load
+
+SEEDS = range(1, 4)
+WITH_HELP = ("remoras", "remoras-planned", "central", "plan-and-dispatch", "status-broadcast")
+WITHOUT_HELP = ("contract-net", "cbba", "rendezvous-sync", "fixed-partition")
+NO_HELP = ("strategy.parameters.help_s=100000.0",)
+"""No help at another's job saves as much time."""
+
+
+def to_95_s(scenario: str, strategy: str, *settings: str) -> float:
+    """Mean time to 95 % of the goal."""
+    given = [f"strategy.name={strategy}", "channel.per=0.0", *settings]
+    loaded = load(scenario, [("--set", one) for one in given])
+    times_s = [time_to_s(0.95)(run(loaded, seed)) for seed in SEEDS]
+    return fmean(time_s for time_s in times_s if time_s is not None)
+
+
+@pytest.mark.slow
+def test_strategies_are_alike_where_jobs_have_room_for_one() -> None:
+    means_s = [to_95_s("mapping-patches", strategy) for strategy in WITH_HELP + WITHOUT_HELP]
+    assert max(means_s) <= 1.03 * min(means_s)
+
+
+@pytest.mark.slow
+def test_strategies_are_alike_without_help() -> None:
+    """On the corridor two may share a job: whoever helps is ahead, and is no longer once help is taken away."""
+    alone_s = {strategy: to_95_s("mapping-corridor", strategy) for strategy in WITHOUT_HELP}
+    alone_s |= {strategy: to_95_s("mapping-corridor", strategy, *NO_HELP) for strategy in WITH_HELP}
+    assert max(alone_s.values()) <= 1.03 * min(alone_s.values())
+    for strategy in WITH_HELP:
+        assert to_95_s("mapping-corridor", strategy) <= 0.995 * alone_s[strategy], strategy
