@@ -26,6 +26,7 @@ project = "REMORAS"
 author = "The REMORAS simulator authors"
 version = release = remoras.__version__
 language = "en"
+smartquotes = False  # quotes in the text are mostly TOML's
 
 extensions = ["sphinx.ext.autodoc", "sphinx.ext.napoleon", "myst_nb"]
 templates_path: list[str] = []
@@ -72,7 +73,10 @@ class Keys(SphinxDirective):
         listed = nodes.definition_list()
         for key, (kind, meaning) in self.known[self.arguments[0]]().items():
             term = nodes.term("", "", nodes.literal("", key), nodes.Text(f"  ({kind})"))
-            listed += nodes.definition_list_item("", term, nodes.definition("", nodes.paragraph("", meaning)))
+            said = nodes.paragraph()
+            for number, part in enumerate(meaning.split("`")):  # every second one stood between backticks
+                said += nodes.literal("", part) if number % 2 else nodes.Text(part)
+            listed += nodes.definition_list_item("", term, nodes.definition("", said))
         return [listed]
 
 
@@ -99,7 +103,8 @@ class Public(SphinxDirective):
             elif inspect.isroutine(found):
                 yield f".. autofunction:: {where}\n"
             else:
-                names = found if isinstance(found, Collection) and not isinstance(found, str) else [repr(found)]
+                several = found if isinstance(found, Collection) and not isinstance(found, str) else [found]
+                names = [one if isinstance(one, str) else getattr(one, "name", repr(one)) for one in several]
                 yield f".. py:data:: {name}\n\n   {', '.join(f'``{one}``' for one in names)}\n"
 
 

@@ -84,7 +84,8 @@ def test_every_notebook_was_executed(site: Path, notebook: Path) -> None:
 
 def test_the_reference_has_every_public_name(site: Path) -> None:
     """By the package that promises it, or by `remoras`, which offers some of them."""
-    described = set(re.findall(r'id="([\w.]+)"', (site / "reference.html").read_text(encoding="utf-8")))
+    pages = [(site / f"{name}.html").read_text(encoding="utf-8") for name in ("reference", "packages")]
+    described = {name for page in pages for name in re.findall(r'id="([\w.]+)"', page)}
     for package in PACKAGES:
         for name in import_module(package).__all__:
             found = getattr(import_module(package), name)
@@ -93,10 +94,15 @@ def test_the_reference_has_every_public_name(site: Path) -> None:
 
 
 def test_the_reference_has_every_key(site: Path) -> None:
-    text = re.sub(r"<[^>]+>", "", (site / "reference.html").read_text(encoding="utf-8"))
+    text = re.sub(r"<[^>]+>", "", (site / "keys.html").read_text(encoding="utf-8"))
     known = explanations() | study_explanations()
     assert len(known) > 100
     assert [key for key in known if f"{key}  (" not in text] == []
+
+
+def test_pages_name_no_address_in_memory(site: Path) -> None:
+    """They would differ from build to build."""
+    assert [page.name for page in site.rglob("*.html") if re.search(r"0x[0-9a-f]{8,}", page.read_text("utf-8"))] == []
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +144,15 @@ def opened(chrome: Any, site: Path) -> Iterator[Any]:
 
 @pytest.mark.parametrize(
     ("name", "n_figures"),
-    [("index", 0), ("tutorial", 0), ("reference", 0), ("notebooks/mission", 5), ("notebooks/comparison", 2)],
+    [
+        ("index", 0),
+        ("tutorial", 0),
+        ("keys", 0),
+        ("reference", 0),
+        ("packages", 0),
+        ("notebooks/mission", 5),
+        ("notebooks/comparison", 2),
+    ],
 )
 def test_pages_show_their_figures_from_disk(opened: Any, name: str, n_figures: int) -> None:
     page = opened(f"{name}.html")
