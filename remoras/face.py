@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from missions.sweeps.folder import SweepResults
     from remoras.mission import Mission
     from remoras.strategy import Strategy
-    from visualisation.page import Picture
+    from visualisation.replay import Page
 
 
 def load(
@@ -252,8 +252,7 @@ class Run:
             width_in: of the figure; what suits its kind if left out.
 
         Returns:
-            A Matplotlib figure; ``.savefig(path)`` writes it, a notebook shows it by itself, ``.caption`` says what
-            it shows.
+            A Matplotlib figure with a ``.caption``; ``.savefig(path)`` writes it, a notebook shows it by itself.
 
         Raises:
             DrawingError: the kind is not known, or the run lacks its tables.
@@ -261,7 +260,20 @@ class Run:
         from visualisation.runs import picture
 
         mission = self._mission
-        return _shown(picture(self._results, kind, mission.figures, mission.places, width_in))
+        return picture(self._results, kind, mission.figures, mission.places, width_in).shown()
+
+    def replay(self) -> Page:
+        """The page in which the run can be watched; a notebook shows it.
+
+        Raises:
+            DrawingError: the manifest of the run is damaged.
+        """
+        from missions.scenarios.parts import strategy_of
+        from visualisation.replay import Page, page_text, run_data, title_of
+
+        mission, is_bound = self._mission, strategy_of(self.scenario).declaration.is_bound
+        data = run_data(self._results, mission.places, mission.jobs.values(), is_bound)
+        return Page(page_text(title_of([self.summary]), [data]))
 
     def known(self, vehicle: str, at_s: float) -> missions.runs.known.Known:
         """What a vehicle knew at a time of the run: its world model, and the organisation in its view.
@@ -321,16 +333,6 @@ class Run:
 
         write(self._results.run, Path(folder), force)
         return Path(folder)
-
-
-def _shown(picture: Picture) -> matplotlib.figure.Figure:
-    """A figure that a notebook shows, with its caption."""
-    from visualisation.style import rendered
-
-    figure = picture.figure
-    figure._repr_png_ = lambda: rendered(figure, "png")  # type: ignore[attr-defined]  # IPython asks for it by this name
-    figure.caption = picture.caption  # type: ignore[attr-defined]
-    return figure
 
 
 class Sweep:
@@ -396,4 +398,4 @@ class Sweep:
         """
         from visualisation.sweeps import picture
 
-        return _shown(picture(self._results, kind, metric, width_in))
+        return picture(self._results, kind, metric, width_in).shown()

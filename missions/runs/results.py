@@ -56,13 +56,13 @@ def manifest(run: Run) -> dict[str, Any]:
     }
 
 
-def write(run: Run, folder: Path, force: bool = False) -> None:
+def write(run: Run | MemoryResults, folder: Path, force: bool = False) -> None:
     """Write summary, manifest and tables; ``force`` replaces results that are already there.
 
     Raises OutputError if the folder holds something or cannot be written.
     """
     check_output(folder, force)
-    results = MemoryResults(run)
+    results = run if isinstance(run, MemoryResults) else MemoryResults(run)
     try:
         with new_content(folder) as draft:
             (draft / SUMMARY).write_text(_json(results.summary), encoding="utf-8")

@@ -10,6 +10,7 @@ from exchange.acoustics.channel import Channel
 from missions.runs import knowledge
 from missions.runs.setup import Setup, assemble, resolved
 from missions.scenarios.scenario import Scenario
+from remoras.fleet import Fleet
 from remoras.mission import Milestone, Mission
 from remoras.recorder import Recorder
 from remoras.strategy import Strategy
@@ -82,7 +83,21 @@ def run(
     fleet.run(progress)
     if keep_models:
         knowledge.keep(fleet)
-    result = Run(
+    result = result_of(setup, seed, fleet, time.perf_counter() - began)
+    fleet.close()
+    return result
+
+
+def result_of(setup: Setup, seed: int, fleet: Fleet, wall_s: float) -> Run:
+    """The run of a fleet that stands still.
+
+    Args:
+        setup: the scenario resolved.
+        seed: root of its draws.
+        fleet: whose run is over.
+        wall_s: what it took on this machine (s).
+    """
+    return Run(
         setup,
         seed,
         fleet.recorder,
@@ -93,8 +108,6 @@ def run(
         fleet.now_s if fleet.completed else fleet.duration_s,
         fleet.n_false_beliefs,
         sum(vehicle.functional.motion.distance_m for vehicle in fleet.vehicles),
-        time.perf_counter() - began,
+        wall_s,
         fleet.holders.wrong_fraction,
     )
-    fleet.close()
-    return result

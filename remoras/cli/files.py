@@ -282,5 +282,5 @@ def _not_available(name: str) -> None:
         raise typer.Exit(USAGE)
 
 
-for _name in ("live", "stress", "node", "swarm"):
+for _name in ("stress", "node", "swarm"):
     _not_available(_name)

@@ -28,7 +28,7 @@ def replay(
     """Write one HTML file in which a run can be watched; it is opened from disk and needs no network."""
     from missions.runs.folder import REPLAY
     from missions.runs.results import Results
-    from visualisation.replay import check_output, missing, page_text, write
+    from visualisation.replay import check_output, missing, page_text, title_of, write
 
     target = out if out is not None else folder / REPLAY
     folders = [folder] if other is None else [folder, other]
@@ -40,7 +40,7 @@ def replay(
     for second in runs[1:]:
         _check_pair(runs[0], second)
     payloads = [_data(run) for run in runs]
-    write(target, page_text(_title(runs), payloads), force)
+    write(target, page_text(title_of([run.summary for run in runs]), payloads), force)
     for run in runs:
         if lacking := missing(run):
             what = "; ".join(lacking)
@@ -82,8 +82,3 @@ def _places(run: Results) -> Sequence[object]:
     from missions.scenarios.parts import mission_of
 
     return mission_of(run.scenario).places
-
-
-def _title(runs: list[Results]) -> str:
-    titles = [f"{one['scenario']}, {one['strategy']}, seed {one['seed']}" for one in (run.summary for run in runs)]
-    return f"{' beside '.join(titles)} - replay"

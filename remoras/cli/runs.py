@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from visualisation.files import Drawn
 
 
-def _overrides(
+def overrides_of(
     strategy: str | None, policy: str | None, channel: str | None, per: str | None, settings: Sequence[str]
 ) -> list[tuple[str, str]]:
-    """(option as the user gave it, KEY=VALUE)."""
+    """(option as the user gave it, KEY=VALUE) of the options of a run."""
     options = [
         ("--strategy", "strategy.name", strategy),
         ("--policy", "communication.policy", policy),
@@ -81,7 +81,7 @@ def run(
     if keep_models and out is None:
         fail("--keep-models: keeps them in the results; name a folder with --out")
 
-    loaded = load(scenario, _overrides(strategy, policy, channel, per, settings or []))
+    loaded = load(scenario, overrides_of(strategy, policy, channel, per, settings or []))
     if out is not None:
         check_output(out, force)
     with Progress(f"run {loaded.scenario.name}", loaded.scenario.duration_s, "s of mission time") as progress:

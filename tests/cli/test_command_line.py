@@ -24,7 +24,7 @@ from remoras.cli import app, main
 from remoras.face import load as face_load
 
 SHORT = ["--set", "scenario.duration_s=30"]
-NOT_BUILT = ["live"]
+NOT_BUILT = ["stress", "node", "swarm"]
 HEAVY = ["numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "pydantic", "networkx"]
 
 

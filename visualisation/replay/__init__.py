@@ -1,6 +1,6 @@
 """The replay of a run, or of two: one HTML file that is opened from disk and asks for nothing."""
 
-from visualisation.replay.page import check_output, page_text, write
-from visualisation.replay.payload import missing, run_data
+from visualisation.replay.page import Page, check_output, live_text, page_text, title_of, write
+from visualisation.replay.payload import Payload, missing, run_data
 
-__all__ = ["check_output", "missing", "page_text", "run_data", "write"]
+__all__ = ["Page", "Payload", "check_output", "live_text", "missing", "page_text", "run_data", "title_of", "write"]

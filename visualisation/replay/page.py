@@ -6,10 +6,12 @@ import base64
 import html
 import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from visualisation.errors import DrawingError
 
@@ -21,12 +23,18 @@ VIEW = (
 )  # fmt: skip
 SCRIPTS = MODEL + VIEW
 """Scripts in the order in which the page has them."""
+LIVE = ("join.js", "live.js")
+"""Scripts that the page of a live run has beside them."""
 STYLES = ("page.css",)
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src blob:; "
     "base-uri 'none'; form-action 'none'"
 )
 """What the page allows itself: what it holds, and nothing from anywhere."""
+LIVE_POLICY = f"{POLICY}; connect-src 'self'"
+"""What the page of a live run allows itself: beside that, to ask the program that serves it."""
+FRAME_PX = 720
+"""Height of a page in a notebook."""
 
 
 @cache
@@ -46,26 +54,62 @@ def page_text(title: str, payloads: Sequence[bytes]) -> str:
         f'<script type="application/octet-stream;base64" class="run">{base64.b64encode(one).decode()}</script>'
         for one in payloads
     )
-    styles = "\n".join(f"<style>\n{asset(name)}</style>" for name in STYLES)
-    scripts = "\n".join(f"<script>\n{asset(name)}</script>" for name in SCRIPTS)
+    return _text(title, POLICY, STYLES, data, SCRIPTS)
+
+
+def live_text(title: str) -> str:
+    """The page of a live run: it gets its data from the program that serves it."""
+    return _text(title, LIVE_POLICY, (*STYLES, "live.css"), "", (*SCRIPTS, *LIVE))
+
+
+def _text(title: str, policy: str, styles: Sequence[str], data: str, scripts: Sequence[str]) -> str:
+    style = "\n".join(f"<style>\n{asset(name)}</style>" for name in styles)
+    program = "\n".join(f"<script>\n{asset(name)}</script>" for name in scripts)
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{html.escape(POLICY)}">
+<meta http-equiv="Content-Security-Policy" content="{html.escape(policy)}">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{html.escape(title)}</title>
 <link rel="icon" href="data:,">
-{styles}
+{style}
 </head>
 <body>
 <noscript>This page needs JavaScript.</noscript>
 <main id="app"></main>
 {data}
-{scripts}
+{program}
 </body>
 </html>
 """
+
+
+def title_of(summaries: Sequence[Mapping[str, Any]]) -> str:
+    """Title of the page of one run, or of two side by side, by their summaries."""
+    titles = [f"{one['scenario']}, {one['strategy']}, seed {one['seed']}" for one in summaries]
+    return f"{' beside '.join(titles)} - replay"
+
+
+@dataclass(frozen=True, repr=False)
+class Page:
+    """A page that a notebook shows in a frame of its own.
+
+    Attributes:
+        text: the whole page.
+    """
+
+    text: str
+
+    def __repr__(self) -> str:
+        return f"<Page of {len(self.text)} characters; a notebook shows it>"
+
+    def _repr_html_(self) -> str:
+        """The page in a frame that can reach nothing of the notebook."""
+        return (
+            f'<iframe srcdoc="{html.escape(self.text)}" sandbox="allow-scripts allow-downloads" title="replay" '
+            f'style="width: 100%; height: {FRAME_PX}px; border: 0"></iframe>'
+        )
 
 
 def check_output(out: Path, force: bool) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Protocol
 
@@ -58,34 +59,163 @@ def run_data(
     Raises:
         DrawingError: the manifest of the run holds no scenario that can be read.
     """
-    scenario = _scenario(results)
-    vehicles = list(scenario.get("vehicle", ()))
-    names = Names({vehicle["name"]: number for number, vehicle in enumerate(vehicles)}, {"": 0})
-    columns, tables = Columns(), Tables(results)
-    about: dict[str, Any] = {"form": FORM, "header": _header(results, scenario, _slot_s(tables.find("packets")))}
-    about["vehicles"] = [
-        {"name": vehicle["name"], "node": vehicle.get("slot", number), "type": vehicle.get("vehicle_type", "")}
-        for number, vehicle in enumerate(vehicles)
-    ]
-    about["missing"] = _missing(tables)
-    if (track := tables.find("trajectories")) is not None:
-        about["track_rows"] = of_run.add_tracks(columns, names, track)
-        for vehicle, depth_m in zip(about["vehicles"], _depths_m(track, vehicles), strict=True):
-            vehicle["depth_m"] = depth_m
-    about["events"] = []
-    for name, kinds in EVENTS.items():
-        if (table := tables.find(name, kinds)) is not None:
-            of_run.add_events(columns, names, table, name, kinds)
-            about["events"].append(name)
-    _add_said(columns, names, tables)
-    about["world"] = _world(columns, names, tables, scenario, places, jobs)
-    about["is_bound"] = is_bound
-    about["milestones"] = [
-        [one["name"], names.vehicle(one["vehicle"]), one["group"], one["time_s"]]
-        for one in results.summary["milestones"]
-    ]
-    about["texts"] = list(names.texts)
-    return columns.block(about)
+    return Payload(places, jobs, is_bound).block(results)
+
+
+class Payload:
+    """What a page shows of a run, in blocks: the first has what there is, each later one what has come since.
+
+    ``assets/join.js`` puts them together again.
+
+    Args:
+        places: that its mission declares.
+        jobs: of the mission; one that is called like a place is done there.
+        is_bound: whether the strategy is a bound under which all know at once what any vehicle says.
+    """
+
+    def __init__(self, places: Sequence[Place] = (), jobs: Iterable[Job] = (), is_bound: bool = False) -> None:
+        self._places = places
+        self._done = {job.name: tuple(job.done) for job in jobs}
+        self._is_bound = is_bound
+        self._n_blocks = 0
+        self._names = Names({}, {"": 0})
+        self._n_texts = 0
+        self._said = of_run.Said()
+        self._depths_m: list[float] = []
+        self._layer_rows: Counter[str] = Counter()
+
+    def block(self, results: RunResults) -> bytes:
+        """What is new of a run, compressed.
+
+        Args:
+            results: its summary as it is now, its manifest, and of each table the rows that no earlier block had.
+
+        Raises:
+            DrawingError: the manifest of the run holds no scenario that can be read.
+        """
+        scenario = _scenario(results)
+        vehicles = list(scenario.get("vehicle", ()))
+        if self._n_blocks == 0:
+            numbers = {vehicle["name"]: number for number, vehicle in enumerate(vehicles)}
+            self._names = Names(numbers, self._names.texts)
+            self._depths_m = [float(vehicle.get("depth_m", 0.0)) for vehicle in vehicles]
+        names, columns, tables = self._names, Columns(), Tables(results)
+        about: dict[str, Any] = {"form": FORM, "part": self._n_blocks, "missing": _missing(tables)}
+        if (track := tables.find("trajectories")) is not None:
+            about["track_rows"] = of_run.add_tracks(columns, names, track)
+            self._note_depths(track)
+        about["vehicles"] = [
+            {
+                "name": vehicle["name"], "node": vehicle.get("slot", number), "type": vehicle.get("vehicle_type", ""),
+                "depth_m": self._depths_m[number],
+            }
+            for number, vehicle in enumerate(vehicles)
+        ]  # fmt: skip
+        about["events"] = []
+        for name, kinds in EVENTS.items():
+            if (table := tables.find(name, kinds)) is not None:
+                of_run.add_events(columns, names, table, name, kinds)
+                about["events"].append(name)
+        self._add_said(columns, tables)
+        about["header"] = _header(results, scenario, self._said.slot_s)
+        about["world"] = self._world(columns, tables, scenario)
+        about["is_bound"] = self._is_bound
+        about["milestones"] = [
+            [one["name"], names.vehicle(one["vehicle"]), one["group"], one["time_s"]]
+            for one in results.summary["milestones"]
+        ]
+        about["texts"] = list(names.texts)[self._n_texts :]
+        self._n_texts = len(names.texts)
+        self._n_blocks += 1
+        return columns.block(about)
+
+    def _note_depths(self, track: Any) -> None:
+        """Depth of each vehicle: as it was recorded last, else as the scenario has it."""
+        if "depth_m" in track.column_names:
+            recorded = dict(zip(track["vehicle"].to_pylist(), track["depth_m"].to_pylist(), strict=True))
+            self._depths_m = [
+                recorded.get(name, depth_m) for name, depth_m in zip(self._names.vehicles, self._depths_m, strict=True)
+            ]
+
+    def _add_said(self, columns: Columns, tables: Tables) -> None:
+        """Packets, and the items that they carried."""
+        has_contents = tables.find("packets", CONTENTS) is not None
+        if has_contents and (recorded := tables.find("items")) is not None:
+            of_run.add_items(columns, self._names, recorded.to_pylist(), self._said)
+        elif (knowledge := tables.find("knowledge")) is not None:
+            of_run.add_heard(columns, self._names, knowledge.to_pylist(), self._said)
+        if (packets := tables.find("packets")) is not None:
+            of_run.add_packets(columns, self._names, packets, tables.find("faults"), self._said)
+
+    def _world(self, columns: Columns, tables: Tables, scenario: Mapping[str, Any]) -> dict[str, Any]:
+        named = {place.name for place in self._places}
+        world = scenario.get("world", {})
+        if self._n_blocks == 0:
+            parts = [place.tiles for place in self._places if place.tiles is not None]
+            columns.add("tiles.column", [column for tiles in parts for column, _ in tiles.squares], 1)
+            columns.add("tiles.row", [row for tiles in parts for _, row in tiles.squares], 1)
+        return {
+            "x_m": world.get("x_m"),
+            "y_m": world.get("y_m"),
+            "places": [
+                {
+                    "name": place.name,
+                    "kind": place.kind,
+                    "outline_m": place.outline_m,
+                    "done": self._done.get(place.name),
+                    "tiles": None if place.tiles is None else {
+                        "size_m": place.tiles.size_m, "attribute": place.tiles.attribute, "n": len(place.tiles.squares),
+                    },
+                }
+                for place in self._places
+            ],
+            "jobs": [{"name": name, "done": key} for name, key in self._done.items() if name not in named],
+            "layers": self._add_layers(columns, tables, self._add_tiles(columns, tables)),
+        }  # fmt: skip
+
+    def _add_tiles(self, columns: Columns, tables: Tables) -> set[str]:
+        """When squares of the places were done in truth; returns the tables of that."""
+        parts = [place.tiles for place in self._places if place.tiles is not None]
+        found: list[tuple[float, int, int]] = []
+        first = 0
+        for tiles in parts:
+            numbers = {square: first + number for number, square in enumerate(tiles.squares)}
+            first += len(tiles.squares)
+            table = tables.find(tiles.table, ("time_s", "vehicle", *tiles.columns))
+            if table is None:
+                continue
+            squares = zip(*(table[column].to_pylist() for column in tiles.columns), strict=True)
+            rows = zip(table["time_s"].to_pylist(), table["vehicle"].to_pylist(), squares, strict=True)
+            found += [
+                (time_s, numbers[square], self._names.vehicle(vehicle))
+                for time_s, vehicle, square in rows
+                if square in numbers
+            ]
+        found.sort()
+        columns.add("done.time", [time_s for time_s, _, _ in found], 1, TIME_STEP_S)
+        columns.add("done.tile", [tile for _, tile, _ in found], 1)
+        columns.add("done.vehicle", [vehicle for _, _, vehicle in found])
+        return {tiles.table for tiles in parts}
+
+    def _add_layers(self, columns: Columns, tables: Tables, known: set[str]) -> list[dict[str, Any]]:
+        """Tables of the mission's own: what happened when, to whom and where, as far as they say so."""
+        names, layers = self._names, []
+        for name in tables.names:
+            table = None if name in OWN or name in known else tables.find(name, ("time_s",))
+            if table is None or not {"x_m", "y_m", "vehicle"} & {*table.column_names}:
+                continue
+            has_places = {"x_m", "y_m"} <= {*table.column_names}
+            rows = table.slice(0, MOST_ROWS - self._layer_rows[name]).to_pylist()
+            self._layer_rows[name] += len(rows)
+            told = [column for column in table.column_names if column not in ("time_s", "vehicle", "x_m", "y_m")]
+            columns.add(f"layer.{name}.time", [row["time_s"] for row in rows], 1, TIME_STEP_S)
+            columns.add(f"layer.{name}.vehicle", [names.vehicle(row.get("vehicle")) for row in rows])
+            for column in ("x_m", "y_m") if has_places else ():
+                columns.add(f"layer.{name}.{column}", [row[column] for row in rows], 1, PLACE_STEP_M)
+            texts = [", ".join(_said(row[column]) for column in told) for row in rows]
+            columns.add(f"layer.{name}.text", [names.text(text) for text in texts])
+            layers.append({"name": name, "n": len(rows), "has_places": has_places})
+        return layers
 
 
 def _scenario(results: RunResults) -> dict[str, Any]:
@@ -118,6 +248,7 @@ def _header(results: RunResults, scenario: Mapping[str, Any], slot_s: float | No
         "version": manifest.get("version", ""),
         "run_id": manifest.get("run_id", ""),
         "completed": bool(summary.get("completed")),
+        "is_underway": bool(summary.get("is_underway")),
         "goal_fraction": goal_fraction,
         "verdict": _verdict(summary, goal_fraction),
         "end_s": end_s,
@@ -135,113 +266,10 @@ def _verdict(summary: Mapping[str, Any], goal_fraction: float) -> str:
     goal = f"{100.0 * goal_fraction:.4g} % of the goal"
     if summary.get("completed"):
         return f"completed, {goal}"
+    if summary.get("is_underway"):
+        return f"under way, {goal}"
     reason = summary.get("reason")
     return f"not completed, {goal}" + (f": {reason}" if reason else "")
-
-
-def _slot_s(packets: Any) -> float | None:
-    """Length of a TDMA slot, as the packets tell it; None without two of them."""
-    if packets is None or packets.num_rows < 2:
-        return None
-    slots, starts_s = packets["slot"].to_numpy(), packets["time_s"].to_numpy()
-    return float((starts_s[-1] - starts_s[0]) / (slots[-1] - slots[0])) if slots[-1] > slots[0] else None
-
-
-def _depths_m(track: Any, vehicles: Sequence[Mapping[str, Any]]) -> list[float]:
-    """Depth of each vehicle: as it was recorded, else as the scenario has it."""
-    depths_m = [float(vehicle.get("depth_m", 0.0)) for vehicle in vehicles]
-    if "depth_m" in track.column_names:
-        recorded = dict(zip(track["vehicle"].to_pylist(), track["depth_m"].to_pylist(), strict=True))
-        depths_m = [recorded.get(one["name"], depth_m) for one, depth_m in zip(vehicles, depths_m, strict=True)]
-    return depths_m
-
-
-def _add_said(columns: Columns, names: Names, tables: Tables) -> None:
-    """Packets, and the items that they carried."""
-    items: dict[str, int] = {}
-    has_contents = tables.find("packets", CONTENTS) is not None
-    if has_contents and (recorded := tables.find("items")) is not None:
-        items = of_run.add_items(columns, names, recorded.to_pylist())
-    elif (knowledge := tables.find("knowledge")) is not None:
-        of_run.add_heard(columns, names, knowledge.to_pylist())
-    if (packets := tables.find("packets")) is not None:
-        of_run.add_packets(columns, names, packets, tables.find("faults"), items)
-
-
-def _world(
-    columns: Columns,
-    names: Names,
-    tables: Tables,
-    scenario: Mapping[str, Any],
-    places: Sequence[Place],
-    jobs: Iterable[Job],
-) -> dict[str, Any]:
-    done = {job.name: tuple(job.done) for job in jobs}
-    named = {place.name for place in places}
-    world = scenario.get("world", {})
-    return {
-        "x_m": world.get("x_m"),
-        "y_m": world.get("y_m"),
-        "places": [
-            {
-                "name": place.name,
-                "kind": place.kind,
-                "outline_m": place.outline_m,
-                "done": done.get(place.name),
-                "tiles": None if place.tiles is None else {
-                    "size_m": place.tiles.size_m, "attribute": place.tiles.attribute, "n": len(place.tiles.squares),
-                },
-            }
-            for place in places
-        ],
-        "jobs": [{"name": name, "done": key} for name, key in done.items() if name not in named],
-        "layers": _add_layers(columns, names, tables, _add_tiles(columns, names, tables, places)),
-    }  # fmt: skip
-
-
-def _add_tiles(columns: Columns, names: Names, tables: Tables, places: Sequence[Place]) -> set[str]:
-    """Squares of all places one after the other, and when each was done in truth; returns the tables of that."""
-    parts = [place.tiles for place in places if place.tiles is not None]
-    columns.add("tiles.column", [column for tiles in parts for column, _ in tiles.squares], 1)
-    columns.add("tiles.row", [row for tiles in parts for _, row in tiles.squares], 1)
-    found: list[tuple[float, int, int]] = []
-    first = 0
-    for tiles in parts:
-        numbers = {square: first + number for number, square in enumerate(tiles.squares)}
-        first += len(tiles.squares)
-        table = tables.find(tiles.table, ("time_s", "vehicle", *tiles.columns))
-        if table is None:
-            continue
-        squares = zip(*(table[column].to_pylist() for column in tiles.columns), strict=True)
-        rows = zip(table["time_s"].to_pylist(), table["vehicle"].to_pylist(), squares, strict=True)
-        found += [
-            (time_s, numbers[square], names.vehicle(vehicle)) for time_s, vehicle, square in rows if square in numbers
-        ]
-    found.sort()
-    columns.add("done.time", [time_s for time_s, _, _ in found], 1, TIME_STEP_S)
-    columns.add("done.tile", [tile for _, tile, _ in found], 1)
-    columns.add("done.vehicle", [vehicle for _, _, vehicle in found])
-    return {tiles.table for tiles in parts}
-
-
-def _add_layers(columns: Columns, names: Names, tables: Tables, known: set[str]) -> list[dict[str, Any]]:
-    """Tables of the mission's own: what happened when, to whom and where, as far as they say so."""
-    layers = []
-    for name in tables.names:
-        table = None if name in OWN or name in known else tables.find(name, ("time_s",))
-        if table is None or not {"x_m", "y_m", "vehicle"} & {*table.column_names}:
-            continue
-        has_places = {"x_m", "y_m"} <= {*table.column_names}
-        rows = table.slice(0, MOST_ROWS).to_pylist()
-        told = [column for column in table.column_names if column not in ("time_s", "vehicle", "x_m", "y_m")]
-        columns.add(f"layer.{name}.time", [row["time_s"] for row in rows], 1, TIME_STEP_S)
-        columns.add(f"layer.{name}.vehicle", [names.vehicle(row.get("vehicle")) for row in rows])
-        for column in ("x_m", "y_m") if has_places else ():
-            columns.add(f"layer.{name}.{column}", [row[column] for row in rows], 1, PLACE_STEP_M)
-        texts = [", ".join(_said(row[column]) for column in told) for row in rows]
-        columns.add(f"layer.{name}.text", [names.text(text) for text in texts])
-        layers.append({"name": name, "n": len(rows), "has_places": has_places})
-    return layers
 
 
 def _said(value: Any) -> str:

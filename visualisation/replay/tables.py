@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -136,25 +137,46 @@ def add_tracks(columns: Columns, names: Names, table: Any) -> list[int]:
     return [int(count) for count in counts]
 
 
-def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]]) -> dict[str, int]:
-    """Columns of the items and their facts; returns the number of each item by its uid."""
-    found: dict[str, int] = {}
-    facts: list[list[Mapping[str, Any]]] = []
+@dataclass
+class Said:
+    """What is written of packets and items, on which later rows build.
+
+    Attributes:
+        items: number of each item by its uid.
+        sequences: sequence of the last item of each origin.
+        faults: what befell the vehicles.
+        first, last: slot and start (s) of the first and the last packet.
+    """
+
+    items: dict[str, int] = field(default_factory=dict)
+    sequences: dict[str, int] = field(default_factory=dict)
+    faults: list[Mapping[str, Any]] = field(default_factory=list)
+    first: tuple[int, float] | None = None
+    last: tuple[int, float] = (0, 0.0)
+
+    @property
+    def slot_s(self) -> float | None:
+        """Length of a TDMA slot, as the packets tell it; None without two of them."""
+        if self.first is None or self.last[0] <= self.first[0]:
+            return None
+        return (self.last[1] - self.first[1]) / (self.last[0] - self.first[0])
+
+
+def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
+    """Columns of the items and their facts; all facts of an item are among the rows."""
+    facts: dict[str, list[Mapping[str, Any]]] = {}
     for row in rows:
-        number = found.setdefault(row["uid"], len(found))
-        if number == len(facts):
-            facts.append([])
-        facts[number].append(row)
-    last: dict[str, int] = {}
+        facts.setdefault(row["uid"], []).append(row)
     steps: list[int] = []
     parts: list[int] = []
-    for uid, (first, *_) in zip(found, facts, strict=True):
+    for uid, (first, *_) in facts.items():
+        said.items[uid] = len(said.items)
         whole, _, part = uid.partition(".")
         sequence = int(whole.rpartition("-")[2])
-        steps.append(sequence - last.get(first["origin"], 0))
-        last[first["origin"]] = sequence
+        steps.append(sequence - said.sequences.get(first["origin"], 0))
+        said.sequences[first["origin"]] = sequence
         parts.append(int(part or 0))
-    heads = [of[0] for of in facts]
+    heads = [of[0] for of in facts.values()]
     columns.add("items.origin", [names.vehicle(row["origin"]) for row in heads])
     columns.add("items.sequence", steps)
     columns.add("items.part", parts)
@@ -163,9 +185,8 @@ def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]])
     recorded_s = np.array([row["recorded_s"] for row in heads], dtype=float)
     columns.add("items.late", recorded_s - times_s, 0, TIME_STEP_S)
     columns.add("items.kind", [names.text(row["kind"]) for row in heads])
-    columns.add("items.facts", [len(of) for of in facts])
-    _add_facts(columns, names, [fact for of in facts for fact in of])
-    return found
+    columns.add("items.facts", [len(of) for of in facts.values()])
+    _add_facts(columns, names, [fact for of in facts.values() for fact in of])
 
 
 def _add_facts(columns: Columns, names: Names, facts: Sequence[Mapping[str, Any]]) -> None:
@@ -200,7 +221,7 @@ UNREACHED, LOST, HEARD = range(3)
 """What became of a packet at a vehicle: out of reach, sent by itself or without energy; lost on the way; heard."""
 
 
-def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, items: Mapping[str, int]) -> None:
+def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, said: Said) -> None:
     """Columns of the packets. Delays are ordered by sender, receiver and time: so neighbours are alike.
 
     Args:
@@ -208,8 +229,9 @@ def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, items
         names: of the vehicles.
         packets: their table (Arrow); an older one has no ends, no contents and no times of arrival.
         faults: table of what befell the vehicles, or None.
-        items: numbers of items by uid.
+        said: items and faults so far.
     """
+    said.faults += [] if faults is None else faults.to_pylist()
     has_times = "arrivals_s" in packets.column_names
     start_s = packets["time_s"].to_numpy()
     end_s = packets["end_s"].to_numpy() if has_times else start_s
@@ -228,14 +250,17 @@ def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, items
     outcome[heard, numbered(by, names.vehicle)] = HEARD
     if has_times:
         arrival_s[heard, numbered(by, names.vehicle)] = _flat(packets["arrivals_s"])[1].to_numpy()
-        _leave_out(outcome, arrival_s, names, [] if faults is None else faults.to_pylist())
+        _leave_out(outcome, arrival_s, names, said.faults)
     columns.add("packets.outcome", outcome.ravel())
     packet, receiver = np.nonzero(outcome == HEARD)
     order = np.lexsort((packet, receiver, sender[packet]))
     packet, receiver = packet[order], receiver[order]
     columns.add("packets.delay", arrival_s[packet, receiver] - end_s[packet], 1, TIME_STEP_S)
     if has_times:
-        _add_contents(columns, names, packets, items)
+        _add_contents(columns, names, packets, said.items)
+    if packets.num_rows:
+        ends = [(int(packets["slot"][row].as_py()), float(start_s[row])) for row in (0, -1)]
+        said.first, said.last = said.first or ends[0], ends[1]
 
 
 def _leave_out(outcome: Ints, arrival_s: Floats, names: Names, faults: Iterable[Mapping[str, Any]]) -> None:
@@ -267,13 +292,13 @@ def _flat(column: Any) -> tuple[Ints, Any]:
     return np.repeat(np.arange(len(lengths)), lengths), lists.flatten()
 
 
-def add_heard(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]]) -> None:
+def add_heard(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
     """Items without content, and when who heard them: what an older run has recorded of its knowledge."""
     nothing = {"subject": "", "attribute": "", "value": "", "kind": "told"}
     born = [row for row in rows if row["event"] == "observed"]
     facts = [{"uid": row["item"], "recorded_s": row["time_s"], **row, **nothing} for row in born]
-    found = add_items(columns, names, facts)
-    heard = [row for row in rows if row["event"] == "received" and row["item"] in found]
+    add_items(columns, names, facts, said)
+    heard = [row for row in rows if row["event"] == "received" and row["item"] in said.items]
     columns.add("heard.vehicle", [names.vehicle(row["vehicle"]) for row in heard])
-    columns.add("heard.item", [found[row["item"]] for row in heard], 1)
+    columns.add("heard.item", [said.items[row["item"]] for row in heard], 1)
     columns.add("heard.time", [row["time_s"] for row in heard], 1, TIME_STEP_S)

@@ -31,18 +31,24 @@ def data_of(results: Results) -> bytes:
     return run_data(results, mission.places, mission.jobs.values(), strategy.declaration.is_bound)
 
 
-def asked(payloads: Sequence[bytes], function: str, folder: Path, given: object = None) -> Any:
-    """What a JavaScript function of (runs, given) returns, by node or else by Chromium.
+def asked(
+    payloads: Sequence[bytes], function: str, folder: Path, given: object = None, more: Sequence[str] = ()
+) -> Any:
+    """What a JavaScript function of (runs, given), or its promise, returns, by node or else by Chromium.
 
     Args:
         payloads: data of the runs.
         function: text of an arrow function; what it returns has to be JSON, where Infinity is null.
         folder: for the files of this.
         given: JSON for the function.
+        more: scripts that it needs beside those of the model.
     """
-    scripts = [asset(name) for name in MODEL]
+    scripts = [asset(name) for name in (*MODEL, *more)]
     texts = json.dumps([base64.b64encode(one).decode() for one in payloads])
-    call = f"Promise.all({texts}.map(R.decode)).then((runs) => JSON.stringify(({function})(runs, {json.dumps(given)})))"
+    call = (
+        f"Promise.all({texts}.map(R.decode)).then((runs) => ({function})(runs, {json.dumps(given)}))"
+        ".then((found) => JSON.stringify(found))"
+    )
     if NODE is not None:
         program = folder / "ask.js"
         program.write_text("\n".join([*scripts, f"{call}.then((text) => console.log(text));"]), encoding="utf-8")

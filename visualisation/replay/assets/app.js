@@ -42,6 +42,17 @@
       this.writeLink();
     }
 
+    /** Takes a run that has grown, or another one; a clock that follows is at its end within `lasts_s` seconds. */
+    feed(run, lasts_s) {
+      const { clock } = this, { end_s, slot_s, frame_s, is_underway } = run.header;
+      this.runs = [run];
+      Object.assign(clock, { slot_s: slot_s || clock.slot_s, frame_s: frame_s || clock.frame_s });
+      this.controls.scrub.max = end_s;
+      clock.grow(end_s, is_underway, lasts_s);
+      this.views[0].take(run);
+      this.resize();
+    }
+
     resize() { for (const view of this.views) view.resize(); this.controls.update(); }
 
     /* -- Where and whom -- */
@@ -144,11 +155,15 @@
     /* The address follows the clock, but browsers allow few changes a second. */
     writeLink() {
       clearTimeout(this.linkTimer);
-      if (this.clock.playing) return;
+      if (this.clock.playing || this.clock.following || !this.hasAddress) return;
       this.linkTimer = setTimeout(() => { if (location.hash !== this.link) history.replaceState(null, "", this.link); }, LINK_EVERY_MS);
     }
 
+    /** False inside a frame of a notebook, whose address is the notebook's. */
+    get hasAddress() { return location.protocol !== "about:"; }
+
     copyLink() {
+      if (!this.hasAddress) { this.say("The page has no address here; save it as a file with: remoras replay"); return; }
       const link = location.href.split("#")[0] + this.link;
       history.replaceState(null, "", this.link);
       const copied = navigator.clipboard ? navigator.clipboard.writeText(link) : Promise.reject(new Error("no clipboard"));
@@ -194,5 +209,5 @@
       throw error;
     }
   };
-  R.start();
+  if (document.querySelector("script.run")) R.start();
 })();

@@ -1,6 +1,7 @@
 "use strict";
 /* The clock of the page. Time in the mission goes on by a rate (seconds of mission per second of the reader), which the
-   chosen pace gives: slot by slot, frame by frame, or a multiple of real time. */
+   chosen pace gives: slot by slot, frame by frame, or a multiple of real time. The end of a run that grows (a live one)
+   may be followed: then the clock glides to it each time that it has moved. */
 (function () {
   /* A slot lasts about 4 s for the reader, so that the eye can follow a wave front, which crosses the area in 0.7 s. */
   const SLOT_LASTS_S = 4, FRAME_LASTS_S = 2, LONGEST_TICK_S = 0.1;
@@ -15,6 +16,8 @@
       this.playing = false;
       this.pace = "60";
       this.stop_s = null;
+      this.grows = this.following = false;
+      this.glide = 0;
       this.listeners = [];
       this.last_ms = null;
       this.tick = this.tick.bind(this);
@@ -22,6 +25,7 @@
 
     /** Mission seconds per second of the reader. */
     get rate() {
+      if (this.following) return this.glide;
       if (this.pace === "slot") return this.slot_s / SLOT_LASTS_S;
       if (this.pace === "frame") return this.frame_s / FRAME_LASTS_S;
       return Number(this.pace);
@@ -32,15 +36,17 @@
 
     seek(time_s) {
       this.stop_s = null;
+      this.following = this.grows && time_s >= this.end_s;
       this.t = Math.min(Math.max(time_s, 0), this.end_s);
       this.tell();
     }
 
     setPace(pace) { this.pace = pace; this.tell(); }
 
-    toggle() { if (this.playing) this.pause(); else this.play(); }
+    toggle() { if (this.playing || this.following) this.pause(); else this.play(); }
 
     play() {
+      if (this.t >= this.end_s && this.grows) { this.seek(this.end_s); return; }
       if (this.t >= this.end_s) this.t = 0;
       this.stop_s = null;
       this.start();
@@ -51,7 +57,19 @@
       this.tell();
     }
 
-    pause() { this.playing = false; this.stop_s = null; this.tell(); }
+    pause() { this.playing = this.following = false; this.stop_s = null; this.tell(); }
+
+    /** Takes the end of a run that may grow on; who follows it is there within `lasts_s` seconds of the reader. */
+    grow(end_s, grows, lasts_s) {
+      if (end_s < this.end_s) this.following = true; // the run was begun again
+      this.end_s = end_s;
+      this.grows = grows;
+      this.t = Math.min(this.t, end_s);
+      if (!this.following) return;
+      this.glide = (end_s - this.t) / lasts_s;
+      if (this.glide > 0) this.start();
+      else [this.playing, this.following] = [false, grows];
+    }
 
     /** Length of a step: a slot by slot, else a frame (s). */
     get step_s() { return this.pace === "slot" ? this.slot_s : this.frame_s; }
@@ -74,7 +92,11 @@
       this.last_ms = now_ms;
       const until_s = this.stop_s === null ? this.end_s : this.stop_s;
       this.t = Math.min(this.t + passed_s * this.rate, until_s);
-      if (this.t >= until_s) { this.playing = false; this.stop_s = null; }
+      if (this.t >= until_s) {
+        this.following = this.grows && this.t >= this.end_s;
+        this.playing = false;
+        this.stop_s = null;
+      }
       this.tell();
       if (this.playing) requestAnimationFrame(this.tick);
     }

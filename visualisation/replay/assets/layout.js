@@ -13,7 +13,8 @@
       fact.append(R.make("b", "", name), " " + value);
       line.append(fact);
     }
-    line.append(R.make("span", "verdict " + (header.completed ? "good" : "bad"), (header.completed ? "✓ " : "✕ ") + header.verdict));
+    const [look, mark] = header.is_underway ? ["", "… "] : header.completed ? ["good", "✓ "] : ["bad", "✕ "];
+    line.append(R.make("span", "verdict " + look, mark + header.verdict));
     return line;
   };
 
@@ -62,7 +63,7 @@
 
     update() {
       const { clock } = this.app;
-      this.play.textContent = clock.playing ? "❚❚ Pause" : "▶ Play";
+      this.play.textContent = clock.following ? "❚❚ Hold" : clock.playing ? "❚❚ Pause" : "▶ Play";
       if (this.pace.value !== clock.pace) this.pace.value = clock.pace;
       this.scrub.value = clock.t;
       const slot = Math.floor(clock.t / clock.slot_s + 1e-6);

@@ -20,6 +20,16 @@
 
     get selected() { return this.run.vehicles.findIndex((vehicle) => vehicle.name === this.app.selected); }
 
+    /** Shows a run that has grown. */
+    take(run) {
+      const end_s = Math.max(run.header.end_s, LEAST_SPAN_S);
+      const isWhole = this.window[0] === 0 && this.window[1] >= this.run.header.end_s;
+      Object.assign(this, { run, facts: new R.Facts(run), ground: new R.Ground(), laneKey: "", laidFor: "" });
+      if (isWhole || this.window[1] > end_s) this.window = [0, end_s];
+      this.body.dataset.shows = "";
+      this.root.firstChild.replaceWith(R.factsLine(run));
+    }
+
     build(parent) {
       this.root = R.make("section", "view" + (this.narrow ? " narrow" : ""));
       this.root.append(R.factsLine(this.run));

@@ -1,0 +1,100 @@
+"""CPU of a live run at full speed, watched by nobody and by one reader, against ``run`` of the same scenario.
+
+The ratio is to be at most 1.2.
+"""
+
+from __future__ import annotations
+
+import http.client
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+SCENARIOS = (
+    ("4 vehicles", ("mapping-rendezvous", "--per", "0.6")),
+    ("50 vehicles", ("mapping-patches", "--per", "0.6", "--set", "fleet.size=50", "--set", "scenario.duration_s=1200")),
+)
+REPEATS = 3
+
+
+def rows() -> list[dict[str, Any]]:
+    """Benchmark rows; none where starlette or uvicorn is missing."""
+    if find_spec("starlette") is None or find_spec("uvicorn") is None:
+        return []
+    found: list[dict[str, Any]] = []
+    for name, arguments in SCENARIOS:
+        usual_s = _least_s(partial(_run, arguments))
+        for who, is_read in (("unwatched", False), ("one reader", True)):
+            live_s = _least_s(partial(_live, arguments, is_read))
+            found.append({
+                "name": f"live, {name}, {who}", "value": live_s, "unit": "s CPU", "reference": "run",
+                "reference_value": usual_s, "ratio": live_s / usual_s,
+            })  # fmt: skip
+    return found
+
+
+def _least_s(work: Callable[[], None]) -> float:
+    """CPU time (s) of processes that ended during some work; the least of several times, which other work disturbs."""
+    spent_s = []
+    for _ in range(REPEATS):
+        before = os.times()
+        work()
+        after = os.times()
+        spent_s.append(after.children_user + after.children_system - before.children_user - before.children_system)
+    return min(spent_s)
+
+
+def _run(arguments: tuple[str, ...]) -> None:
+    with tempfile.TemporaryDirectory() as scratch:
+        out = str(Path(scratch) / "out")
+        subprocess.run([*_command("run"), *arguments, "--out", out], stdout=subprocess.DEVNULL, check=False)
+        assert Path(out).is_dir(), "the run wrote nothing"
+
+
+def _live(arguments: tuple[str, ...], is_read: bool) -> None:
+    """A live run at full speed from its start to its end, which writes its results as ``run`` does."""
+    with tempfile.TemporaryDirectory() as scratch:
+        out = str(Path(scratch) / "out")
+        process = subprocess.Popen(
+            [*_command("live"), *arguments, "--out", out, "--no-browser"],
+            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+        )  # fmt: skip
+        assert process.stdout is not None
+        host = process.stdout.readline().strip().removeprefix("http://").rstrip("/")
+        reader = None
+        if is_read:
+            reader = http.client.HTTPConnection(host)
+            reader.request("GET", "/events")
+            events = reader.getresponse()
+        _ask(host, {"do": "speed", "speed": "full"})
+        _ask(host, {"do": "play"})
+        if is_read:
+            while b'"phase": "finished"' not in events.readline():
+                pass
+        else:
+            while not Path(out).is_dir():
+                time.sleep(0.05)  # this process is not measured
+        process.send_signal(signal.SIGINT)
+        process.wait()
+        if reader is not None:
+            reader.close()
+
+
+def _command(name: str) -> list[str]:
+    return [sys.executable, "-c", "from remoras.cli import main; main()", name]
+
+
+def _ask(host: str, what: dict[str, Any]) -> None:
+    connection = http.client.HTTPConnection(host)
+    connection.request("POST", "/control", json.dumps(what), {"Content-Type": "application/json"})
+    connection.getresponse().read()
+    connection.close()

@@ -1,0 +1,164 @@
+"""A run that somebody steps: what ``run`` does at once, tick by tick, and what is new of it for who watches."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import pyarrow as pa
+import tomli_w
+
+from missions.errors import OutputError
+from missions.runs.results import RUN_ID
+from missions.runs.run import Run, result_of
+from missions.runs.setup import Setup, assemble
+from missions.runs.summary import identity
+from missions.runs.tables import arrow_table
+from remoras.recorder import PACKETS, Row
+from remoras.version import __version__
+
+IS_UNDERWAY = "is_underway"
+"""Key of a summary: the run goes on."""
+END, ARRIVALS = (PACKETS.column_names.index(name) for name in ("end_s", "arrivals_s"))
+
+
+class Underway:
+    """A run between its start and its end.
+
+    Args:
+        setup: the scenario resolved.
+        seed: root of all draws.
+
+    Attributes:
+        now_s: time of the mission (s).
+        is_running: True until the mission is complete or its time is over.
+        recorder: its rows so far.
+    """
+
+    def __init__(self, setup: Setup, seed: int) -> None:
+        self.setup = setup
+        self.seed = seed
+        self._spent_s = 0.0
+        self._is_closed = False
+        self._fleet = assemble(setup, seed)
+        self.recorder = self._fleet.recorder
+        self._truth = self._fleet.truth
+        self.now_s = self._fleet.now_s
+        self.is_running = bool(self._fleet.running)
+
+    def step(self) -> None:
+        """Let one tick of motion pass, and all that is said and heard before it."""
+        began = time.perf_counter()
+        self._fleet.step()
+        self.now_s, self.is_running = self._fleet.now_s, bool(self._fleet.running)
+        self._spent_s += time.perf_counter() - began
+
+    def finish(self) -> Run:
+        """The finished run, as ``run`` gives it; the vehicles are gone after that."""
+        result = result_of(self.setup, self.seed, self._fleet, self._spent_s)
+        self.close()
+        return result
+
+    def close(self) -> None:
+        """Let go of the vehicles; what was recorded stays."""
+        if not self._is_closed:
+            self._is_closed = True
+            self._fleet.close()
+
+    def rows(self, name: str) -> list[Row]:
+        """Rows of a table of which nothing will change: a packet is one once it has been heard by all who hear it."""
+        rows = self.recorder.rows(name)
+        if name != PACKETS.name or not self.is_running:
+            return rows
+        n = len(rows)
+        while n and max([rows[n - 1][END], *rows[n - 1][ARRIVALS]]) >= self.now_s:
+            n -= 1
+        return rows[:n]
+
+    def table(self, name: str, first: int = 0) -> pa.Table:
+        """An Arrow table of the rows from number ``first`` on."""
+        return arrow_table(self.recorder.tables[name], self.rows(name)[first:])
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """Names of the tables."""
+        return tuple(sorted(self.recorder.tables))
+
+    def summary(self, reason: str = "") -> dict[str, Any]:
+        """The figures that a run has before its end; ``reason`` says why there is no other end, if it is one."""
+        return {
+            **identity(self.setup.scenario, self.seed),
+            "completed": False,
+            "reason": reason,
+            IS_UNDERWAY: not reason,
+            "goal_fraction": self._truth.goal_fraction,
+            "mission_time_s": self.now_s,
+            "milestones": [
+                {"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": m.time_s}
+                for m in self._truth.milestones
+            ],
+        }
+
+    def manifest(self) -> dict[str, Any]:
+        """Version, seed and resolved scenario."""
+        scenario = self.setup.scenario.model_dump(mode="json", exclude_none=True)
+        return {"version": __version__, "seed": self.seed, "scenario": tomli_w.dumps(scenario)}
+
+
+class Watch:
+    """Reads a run that is underway, each time what has come since.
+
+    Args:
+        underway: the run.
+    """
+
+    def __init__(self, underway: Underway) -> None:
+        self._underway = underway
+        self._manifest = underway.manifest()
+        self._read: Counter[str] = Counter()
+
+    def news(self, summary: Mapping[str, Any]) -> News:
+        """The rows that are new.
+
+        Args:
+            summary: figures of the run as they are now; those of a finished run have its id.
+        """
+        found = {}
+        for name in self._underway.tables:
+            found[name] = self._underway.table(name, self._read[name])
+            self._read[name] += found[name].num_rows
+        named = {RUN_ID: summary[RUN_ID]} if RUN_ID in summary else {}
+        return News(dict(summary), {**self._manifest, **named}, found)
+
+
+@dataclass(frozen=True)
+class News:
+    """What is new of a run, read as results are (``missions.figure.RunResults``).
+
+    Attributes:
+        summary: the figures of the run.
+        manifest: version, seed and resolved scenario.
+        found: new rows, by table.
+    """
+
+    summary: dict[str, Any]
+    manifest: dict[str, Any]
+    found: Mapping[str, pa.Table]
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """Names of the tables."""
+        return tuple(self.found)
+
+    def has(self, name: str) -> bool:
+        """True if there is a table of that name."""
+        return name in self.found
+
+    def table(self, name: str) -> pa.Table:
+        """An Arrow table; raises OutputError if there is none of that name."""
+        if not self.has(name):
+            raise OutputError(f"no table {name!r}; there are {', '.join(self.tables)}")
+        return self.found[name]

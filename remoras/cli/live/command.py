@@ -1,0 +1,88 @@
+"""The command that shows a run while it goes: live."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import suppress
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from remoras.cli import completion
+from remoras.cli.app import command, fail
+from remoras.cli.runs import overrides_of
+
+NEEDED = ("starlette", "uvicorn")
+
+
+@command("live", "remoras live mapping-rendezvous --per 0.6")
+def live(
+    scenario: Annotated[
+        str,
+        typer.Argument(metavar="SCENARIO", help="Shipped scenario or TOML file.", autocompletion=completion.scenario),
+    ],
+    strategy: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Organisational strategy.", autocompletion=completion.strategy_name),
+    ] = None,
+    policy: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Exchange policy.", autocompletion=completion.policy)
+    ] = None,
+    channel: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Loss model of the channel.", autocompletion=completion.channel)
+    ] = None,
+    per: Annotated[
+        str | None, typer.Option(metavar="RATE", help="Packet error rate of bernoulli or matrix, 0 to below 1.")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Root of all random draws: 0, 1, 2, ...")] = 1,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="Override a key; see `explain`.", autocompletion=completion.setting
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for the results of the last run that finished.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace results that are already in --out.")] = False,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, metavar="PORT", help="Port of the page; 0 is any that is free.")
+    ] = 0,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
+) -> None:
+    """Watch a mission while it runs, and steer it, in a page that only this machine can open."""
+    from missions.files import SCENARIO, file_of, shipped
+
+    file_of(SCENARIO, scenario, shipped())  # a name that is mistyped is told before much is loaded
+    if missing := [name for name in NEEDED if find_spec(name) is None]:
+        fail(f"live needs {' and '.join(missing)}; install with: python -m pip install {' '.join(missing)}")
+    import webbrowser
+
+    from missions.runs.folder import check_output
+    from missions.runs.setup import resolved
+    from missions.scenarios import load
+    from remoras.cli.live.form import Form
+    from remoras.cli.live.server import LiveServer, listener
+    from remoras.cli.live.session import Session
+
+    overrides = overrides_of(strategy, policy, channel, per, settings or [])
+    setup = resolved(load(scenario, overrides))
+    if out is not None:
+        check_output(out, force)
+    try:
+        bound = listener(port)
+    except OSError as error:
+        fail(f"--port {port}: cannot be listened on: {error.strerror}; name another, or 0 for any that is free")
+    session = Session(setup, seed, out, force)
+    server = LiveServer(session, Form(scenario, overrides, setup.scenario), setup.scenario, bound)
+    print(server.url, flush=True)
+    print("remoras: Ctrl-C ends it", file=sys.stderr)
+    if not no_browser:
+        webbrowser.open(server.url)
+    with suppress(KeyboardInterrupt):  # the usual end
+        server.run()
+    session.close()
+    if session.state()["phase"] not in ("finished", "crashed") and out is not None:
+        print(f"remoras: the run was not over; nothing is written to {out}", file=sys.stderr)
