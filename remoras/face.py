@@ -259,8 +259,7 @@ class Run:
         """
         from visualisation.runs import picture
 
-        mission = self._mission
-        return picture(self._results, kind, mission.figures, mission.places, width_in).shown()
+        return picture(self._results, kind, self._mission.figures, self._mission.places, width_in).shown()
 
     def replay(self) -> Page:
         """The page in which the run can be watched; a notebook shows it.
