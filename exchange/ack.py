@@ -59,17 +59,21 @@ class Acknowledgement(NamedTuple):
     The functions run interpreted in vehicles and compiled in the policy study. So they are module-level functions of
     loops, integers and the arguments given, and call only functions of that kind, such as those of this module.
 
-    `name`: short, as in `m-ack`; policies, figures and messages use it.
-    `title`: a noun phrase for listings.
-    `carries(n_nodes, frame, sender, row, column)`: True if the header that `sender` sends in that TDMA frame has the
-        bit A[row][column]. Sender and receivers ask it alike, so that both know the header's layout and size.
-        `frame` is below `period_frames`. Nobody acknowledges itself: row and column differ.
-    `compose(state, n_nodes, frame, me, rows_out)`: write the bits of the own packet, one word per row. Called by
-        `exchange.ack.compose`, after the packet's content is noted in `state`. Rows without carried bits may be left.
-    `learn(state, n_nodes, frame, sender, rows)`: update `state.believes` by the bits of a packet received. Called by
-        `exchange.ack.absorb`, after the packet's items are noted. Bits that are not carried have no meaning.
-    `remembers_second_last`: nodes remember the content of second-last packets too; matrices need it.
-    `period_frames`: the layout of headers repeats after so many TDMA frames.
+    Attributes:
+        name: short, as in `m-ack`; policies, figures and messages use it.
+        title: a noun phrase for listings.
+        carries: called with ``(n_nodes, frame, sender, row, column)``.
+            True if the header that `sender` sends in that TDMA frame has the
+            bit A[row][column]. Sender and receivers ask it alike, so that both know the header's layout and size.
+            `frame` is below `period_frames`. Nobody acknowledges itself: row and column differ.
+        compose: called with ``(state, n_nodes, frame, me, rows_out)``.
+            Write the bits of the own packet, one word per row. Called by `exchange.ack.compose`, after the packet's
+            content is noted in `state`. Rows without carried bits may be left.
+        learn: called with ``(state, n_nodes, frame, sender, rows)``.
+            Update `state.believes` by the bits of a packet received. Called by
+            `exchange.ack.absorb`, after the packet's items are noted. Bits that are not carried have no meaning.
+        remembers_second_last: nodes remember the content of second-last packets too; matrices need it.
+        period_frames: the layout of headers repeats after so many TDMA frames.
 
     A kind of one's own that states every second frame only what the sender heard:
 

@@ -18,10 +18,10 @@ from missions.scenarios import Scenario
 from missions.scenarios import load as load_scenario
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    import matplotlib.figure
     from pandas import DataFrame
 
-    from missions.runs.known import Known
+    import missions.runs.known
     from missions.sweeps.folder import SweepResults
     from remoras.mission import Mission
     from remoras.strategy import Strategy
@@ -244,7 +244,7 @@ class Run:
 
         return mission_of(self.scenario)
 
-    def plot(self, kind: str = "trajectories", width_in: float | None = None) -> Figure:
+    def plot(self, kind: str = "trajectories", width_in: float | None = None) -> matplotlib.figure.Figure:
         """A figure of the run.
 
         Args:
@@ -252,17 +252,14 @@ class Run:
             width_in: of the figure; what suits its kind if left out.
 
         Returns:
-            A Matplotlib figure; ``.savefig(path)`` writes it, a notebook shows it by itself.
+            A Matplotlib figure with a ``.caption``; ``.savefig(path)`` writes it, a notebook shows it by itself.
 
         Raises:
             DrawingError: the kind is not known, or the run lacks its tables.
         """
         from visualisation.runs import picture
 
-        mission = self._mission
-        figure = picture(self._results, kind, mission.figures, mission.places, width_in).figure
-        figure._repr_png_ = lambda: _png(figure)  # type: ignore[attr-defined]  # IPython asks for it by this name
-        return figure
+        return picture(self._results, kind, self._mission.figures, self._mission.places, width_in).shown()
 
     def replay(self) -> Page:
         """The page in which the run can be watched; a notebook shows it.
@@ -277,7 +274,7 @@ class Run:
         data = run_data(self._results, mission.places, mission.jobs.values(), is_bound)
         return Page(page_text(title_of([self.summary]), [data]))
 
-    def known(self, vehicle: str, at_s: float) -> Known:
+    def known(self, vehicle: str, at_s: float) -> missions.runs.known.Known:
         """What a vehicle knew at a time of the run: its world model, and the organisation in its view.
 
         Args:
@@ -337,12 +334,6 @@ class Run:
         return Path(folder)
 
 
-def _png(figure: Figure) -> bytes:
-    from visualisation.style import rendered
-
-    return rendered(figure, "png")
-
-
 class Sweep:
     """The runs of a study, in their folder.
 
@@ -386,3 +377,24 @@ class Sweep:
         from missions.comparison import compare as compared
 
         return pd.DataFrame([asdict(row) for row in compared(self._results, metrics, baseline)])
+
+    def plot(
+        self, kind: str = "overview", metric: str = "mission_time_s", width_in: float | None = None
+    ) -> matplotlib.figure.Figure:
+        """A figure of the sweep.
+
+        Args:
+            kind: differences, ranking, trade-off, overview, or a metric by its field or the name of its chart.
+            metric: field of the summary whose differences or ranking are drawn.
+            width_in: of the figure; a column or a page of a paper if left out.
+
+        Returns:
+            A Matplotlib figure, see ``Run.plot``; its ``.caption`` has n, seeds and intervals.
+
+        Raises:
+            DrawingError: the kind is not known, has nothing to draw, or takes several figures.
+            OutputError: no run has finished, or the metric is not known.
+        """
+        from visualisation.sweeps import picture
+
+        return picture(self._results, kind, metric, width_in).shown()

@@ -214,3 +214,10 @@ class Picture(NamedTuple):
     figure: Figure
     caption: str
     notes: tuple[str, ...] = ()
+
+    def shown(self) -> Figure:
+        """The figure as notebooks show it by themselves, with its caption as ``.caption``."""
+        figure = self.figure
+        figure._repr_png_ = lambda: style.rendered(figure, "png")  # type: ignore[attr-defined]  # what IPython asks for
+        figure.caption = self.caption  # type: ignore[attr-defined]
+        return figure

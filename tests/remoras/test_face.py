@@ -107,6 +107,7 @@ def test_faults_name_the_argument() -> None:
 def test_a_run_is_drawn_from_memory(short: remoras.Run) -> None:
     figure = short.plot("trajectories")
     assert figure._repr_png_()[:4] == b"\x89PNG"  # type: ignore[attr-defined]
+    assert "seed" in figure.caption  # type: ignore[attr-defined]
     assert short.plot("coverage").axes  # a figure of the mission
     with pytest.raises(DrawingError, match="known"):
         short.plot("trajectory")
@@ -139,6 +140,9 @@ def test_a_sweep_is_made_opened_and_compared(tmp_path: Path) -> None:
     assert list(found["strategy"]) == ["central", "remoras"]
     assert found.equals(made.compare("mission_time_s"))
     assert len(made.runs()) == made.status["done"] == 4
+    figure = made.plot("differences")
+    assert figure._repr_png_()[:4] == b"\x89PNG"  # type: ignore[attr-defined]
+    assert "n = 2 runs per point, master seed" in figure.caption  # type: ignore[attr-defined]
 
 
 def test_a_notebook_shows_what_it_promises() -> None:

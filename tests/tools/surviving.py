@@ -105,6 +105,7 @@ def outcome(case: Case) -> Outcome:
         setup, case.seed, fleet.recorder, tuple(fleet.truth.milestones), fleet.truth.goal_fraction, fleet.completed,
         fleet.reason, fleet.now_s if fleet.completed else fleet.duration_s, fleet.n_false_beliefs, 0.0, 0.0,
     )  # fmt: skip
+    fleet.close()
     recovery = recovery_time_s(run)
     two_leases_s = 2.0 * scenario.communication.lease_frames * setup.schedule.frame_s
     why = [run.reason] if not run.completed else []

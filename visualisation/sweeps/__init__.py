@@ -1,5 +1,5 @@
 """Figures of a sweep; importing this does not load matplotlib."""
 
-from visualisation.sweeps.comparison import draw
+from visualisation.sweeps.comparison import draw, picture
 
-__all__ = ["draw"]
+__all__ = ["draw", "picture"]

@@ -91,7 +91,7 @@ def metric(
 ) -> Figure:
     """One metric along the axis, a panel for each combination."""
     with style.paper():
-        page, panels = _page(arrangement, [arrangement.titles[one] for one in combinations], BODY_IN, width_in)
+        page, panels = _page(arrangement, [arrangement.titles[c] for c in combinations], BODY_IN, width_in, rows=rows)
         shown = [arrangement.of(one, rows) for one in combinations]
         for axes, own in zip(panels, shown, strict=True):
             _curves(axes, arrangement, own, measure)
@@ -355,6 +355,7 @@ def _page(
     x_label: str | None = None,
     key_in: float = 0.0,
     columns: int = 2,
+    rows: Sequence[Comparison] = (),
 ) -> tuple[Page, list[Axes]]:
     """Panels with letters and titles, the legend of all series below; one panel is as wide as a column of text.
 
@@ -366,21 +367,21 @@ def _page(
         x_label: text of the horizontal axes; the axis of the arrangement if left out.
         key_in: height to leave below the legend.
         columns: most panels in a row.
+        rows: what is drawn, if the legend is to leave out series without rows, as the baseline of differences.
     """
     columns = min(columns, len(titles), *([] if wanted_in is None else [max(1, int(wanted_in / LEAST_PANEL_IN))]))
     width_in = wanted_in or (style.COLUMN_IN if columns == 1 else style.PAGE_IN)
     drawn_as = looks(arrangement.series)
     handles = [
         Line2D([], [], label=style.fitted(series.label, width_in - 0.7, style.SMALL_PT), **drawn_as[series])
-        for series in arrangement.series
+        for series in arrangement.curves(rows) or arrangement.series
     ]
-    legend = Legend(tuple(handles) if len(handles) > 1 else (), width_in - 0.1)
+    legend = Legend(tuple(handles) if len(arrangement.series) > 1 else (), width_in - 0.1)
     legend_in = legend.height_in + 0.08 if legend.entries else LEGEND_UP_IN
-    several = len(titles) > 1
-    top_in = TITLE_IN + TOP_IN if several else TOP_IN
+    top_in = TITLE_IN + TOP_IN if len(titles) > 1 else TOP_IN
     grid = Grid(len(titles), columns, width_in, LEFT_IN, RIGHT_IN, top_in, body_in, GAP_IN, ROW_GAP_IN)
     page = Page(width_in, grid.height_in + AXIS_IN + legend_in + key_in)
-    panels = page.open_panels(grid, titles if several else ())
+    panels = page.open_panels(grid, titles if len(titles) > 1 else ())
     name = style.fitted(arrangement.axis_label if x_label is None else x_label, grid.panel_in, style.TEXT_PT)
     for axes in panels[-columns:]:
         axes.set_xlabel(name, labelpad=2)

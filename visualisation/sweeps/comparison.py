@@ -28,6 +28,8 @@ from visualisation.sweeps.measures import MOST_IN_OVERVIEW, RANKED, TRADE_OFF, M
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from visualisation.page import Picture
+
 MOST_PANELS = 6
 DIRECTIONS = (Better.HIGHER, Better.LOWER)
 
@@ -87,6 +89,32 @@ class Chart:
     figure: Callable[[float | None], Figure]
 
 
+def picture(results: SweepResults, kind: str, ranked: str = RANKED, width_in: float | None = None) -> Picture:
+    """One figure of a sweep with its caption, in memory.
+
+    Args:
+        results: of the sweep.
+        kind: see ``draw``.
+        ranked: see ``draw``.
+        width_in: of the figure; a column or a page of a paper if left out.
+
+    Returns:
+        The Matplotlib figure, the caption, and notes for the user.
+
+    Raises:
+        DrawingError: as ``draw`` does, and for a kind of which this sweep has several figures.
+        OutputError: see ``draw``.
+    """
+    from visualisation.page import Picture
+
+    numbers, (asked,), notes = _prepared(results, [kind], ranked, width_in)
+    charts = list(_charts(asked, numbers))
+    if len(charts) != 1:
+        titles = "; ".join(chart.title for chart in charts)
+        raise DrawingError(f"{asked}: this sweep has {len(charts)} of it ({titles}); `remoras plot` writes them all")
+    return Picture(charts[0].figure(width_in), _caption(results, numbers, charts[0]), tuple(notes))
+
+
 def draw(
     results: SweepResults,
     kinds: Sequence[str],
@@ -114,6 +142,23 @@ def draw(
         DrawingError: a kind or the format is not known, or a kind that was named has nothing to draw.
         OutputError: no run has finished, or the metric of the ranking is not known.
     """
+    numbers, asked, notes = _prepared(results, kinds, ranked, width_in, progress, format)
+    files: list[Path] = []
+    for number, kind in enumerate(asked):
+        files += _written(results, kind, numbers, folder, format, width_in)
+        progress(len(numbers.rows) + number + 1, len(numbers.rows) + len(asked))
+    return Drawn(files, notes)
+
+
+def _prepared(
+    results: SweepResults,
+    kinds: Sequence[str],
+    ranked: str,
+    width_in: float | None,
+    progress: Callable[[float, float], None] = lambda done, total: None,
+    format: str = "png",
+) -> tuple[Numbers, list[str], list[str]]:
+    """The numbers behind figures, the kinds that can be drawn of them, and notes on what is missing."""
     charts = by_kind(list(results.metrics.values()))
     asked = _asked(kinds, charts)
     check_format(format)
@@ -129,11 +174,7 @@ def draw(
     notes = [f"{kind} is left out: {reason}" for kind, reason in missing.items()]
     if remaining := results.status().remaining:
         notes.append(f"the sweep is not finished, {remaining} runs are missing in the figures")
-    files: list[Path] = []
-    for number, kind in enumerate(kind for kind in asked if kind not in missing):
-        files += _written(results, kind, numbers, folder, format, width_in)
-        progress(len(numbers.rows) + number + 1, len(numbers.rows) + len(asked))
-    return Drawn(files, notes)
+    return numbers, [kind for kind in asked if kind not in missing], notes
 
 
 def _asked(kinds: Sequence[str], charts: Mapping[str, MetricRecord]) -> list[str]:
@@ -202,12 +243,17 @@ def _written(
     pictures = {name: style.rendered(chart.figure(width_in), format, said) for name, chart in charts.items()}
     files: list[Path] = []
     for name, chart in charts.items():
-        conditions = captions.conditions(results, numbers.arrangement, chart.rows)
-        text = f"{chart.title}{': ' * bool(chart.title)}{chart.caption} {conditions}\n"
-        picture, caption = write(folder, [(f"{name}.{format}", pictures[name]), (f"{name}.txt", text.encode())])
+        text = f"{_caption(results, numbers, chart)}\n".encode()
+        drawn, caption = write(folder, [(f"{name}.{format}", pictures[name]), (f"{name}.txt", text)])
         write_csv(chart.rows, folder / f"{name}.csv")
-        files += [picture, folder / f"{name}.csv", caption]
+        files += [drawn, folder / f"{name}.csv", caption]
     return files
+
+
+def _caption(results: SweepResults, numbers: Numbers, chart: Chart) -> str:
+    """What a figure shows, of which runs."""
+    conditions = captions.conditions(results, numbers.arrangement, chart.rows)
+    return f"{chart.title}{': ' * bool(chart.title)}{chart.caption} {conditions}"
 
 
 def _charts(kind: str, numbers: Numbers) -> Iterator[Chart]:

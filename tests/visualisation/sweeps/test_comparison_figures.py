@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from legibility import check_texts
 from matplotlib.figure import Figure
+from PIL import Image
 from synthetic_sweeps import FEW, METRICS, SEVEN, SWEEPS, TEN, Sweep, law
 
 from missions.comparison import compare, ranks
@@ -20,7 +21,7 @@ from missions.metric import Better, Metric, MetricRecord
 from missions.sweeps.folder import SweepResults
 from visualisation import SWEEP_KINDS, style
 from visualisation.errors import DrawingError
-from visualisation.sweeps import draw
+from visualisation.sweeps import draw, picture
 from visualisation.sweeps.comparison import _charts, _file_name, _numbers
 from visualisation.sweeps.measures import RANKED, by_kind
 
@@ -298,10 +299,29 @@ def test_differences_are_those_of_compare_and_the_baseline_has_none(tmp_path: Pa
     found = [row.diff_to_baseline for row in compare(results, [RANKED]) if row.diff_to_baseline is not None]
     assert shown == pytest.approx(sorted(found))
     assert len(found) == 2 * 3
+    legend = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    assert legend == list(SEVEN[1:3])  # the baseline is the line at zero
     draw(results, ["differences"], tmp_path / "out", ranked="n_bytes")
     caption = (tmp_path / "out" / "differences-n_bytes.txt").read_text(encoding="utf-8")
     assert caption.startswith("Bytes: mean differences to remoras over packet error rate")
     assert "Below zero is better." in caption
+
+
+def test_a_figure_in_memory_is_the_one_that_is_written(tmp_path: Path, seven: SweepResults) -> None:
+    drawn = picture(seven, "differences", "n_bytes", 5.0)
+    draw(seven, ["differences"], tmp_path, ranked="n_bytes", width_in=5.0)
+    assert f"{drawn.caption}\n" == (tmp_path / "differences-n_bytes.txt").read_text(encoding="utf-8")
+    written = Image.open(tmp_path / "differences-n_bytes.png")
+    assert written.size == pytest.approx(
+        [side_in * written.info["dpi"][0] for side_in in drawn.figure.get_size_inches()], abs=1
+    )
+    with pytest.raises(DrawingError, match="nearest: 'differences'"):
+        picture(seven, "diferences")
+    grown = Sweep(
+        ["remoras"], channels=[("bernoulli", [0.1, 0.2], {})], repeats=1, grid={"mission.mode": list(range(7))}
+    )
+    with pytest.raises(DrawingError, match="has 7 of it"):
+        picture(grown.write(tmp_path / "grown"), "bytes")
 
 
 def test_names_of_files_are_safe_and_differ() -> None:

@@ -1,0 +1,122 @@
+"""Settings of the documentation site, which is built and read offline: ``python -m sphinx -W -b html docs site``."""
+
+import inspect
+import os
+import sys
+from collections.abc import Collection, Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any, ClassVar
+
+from docutils import nodes
+from pydantic import BaseModel
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+# Kernels of notebooks are processes of their own, and document this checkout too.
+os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
+
+import remoras  # noqa: E402
+from missions.scenarios.explanations import explanations  # noqa: E402
+from missions.sweeps.study import study_explanations  # noqa: E402
+
+project = "REMORAS"
+author = "The REMORAS simulator authors"
+version = release = remoras.__version__
+language = "en"
+smartquotes = False  # quotes in the text are mostly TOML's
+
+extensions = ["sphinx.ext.autodoc", "sphinx.ext.napoleon", "myst_nb"]
+templates_path: list[str] = []
+exclude_patterns = ["jupyter_execute"]
+
+html_theme = "furo"
+html_title = f"REMORAS {release}"
+html_static_path = ["static"]
+html_css_files = ["tables.css"]
+html_copy_source = False
+html_show_sourcelink = False
+html_show_search_summary = False  # it would fetch each page found, which browsers refuse on a disk
+html_show_copyright = False
+
+# Equations are text, as they stand: MathJax would come from the network. Dollars stay dollars.
+myst_enable_extensions: list[str] = []
+myst_heading_anchors = 3
+
+nb_execution_mode = "force"
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 900  # seconds for a cell, on a busy machine
+nb_output_stderr = "remove"  # progress, for terminals
+
+# Several classes have a field "type", which annotations with the built-in type are then taken to mean.
+suppress_warnings = ["ref.python"]
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_default_options = {"members": True, "undoc-members": False}
+napoleon_numpy_docstring = False
+napoleon_use_rtype = False
+napoleon_use_ivar = True  # fields of dataclasses are listed once
+
+
+class Keys(SphinxDirective):
+    """A list of every key of scenarios or of studies, as ``remoras explain`` has it: type, range, default, meaning."""
+
+    required_arguments = 1
+    known: ClassVar = {"scenario": explanations, "study": study_explanations}
+
+    def run(self) -> list[nodes.Node]:
+        """A definition for each key; keys of one table stand together, in the order of the files."""
+        listed = nodes.definition_list()
+        for key, (kind, meaning) in self.known[self.arguments[0]]().items():
+            term = nodes.term("", "", nodes.literal("", key), nodes.Text(f"  ({kind})"))
+            said = nodes.paragraph()
+            for number, part in enumerate(meaning.split("`")):  # every second one stood between backticks
+                said += nodes.literal("", part) if number % 2 else nodes.Text(part)
+            listed += nodes.definition_list_item("", term, nodes.definition("", said))
+        return [listed]
+
+
+class Public(SphinxDirective):
+    """The documented names of a package's ``__all__`` that ``remoras`` does not offer itself."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """What autodoc makes of each: classes, then functions, then values."""
+        text = "\n".join(sorted(self.directives(), key=lambda lines: ("data::" in lines, "autofunction" in lines)))
+        return self.parse_text_to_nodes(f"```{{eval-rst}}\n.. py:currentmodule:: {self.arguments[0]}\n\n{text}\n```")
+
+    def directives(self) -> Iterator[str]:
+        """A directive for each name."""
+        package = self.arguments[0]
+        for name in import_module(package).__all__:
+            found: Any = getattr(import_module(package), name)
+            where = f"{package}.{name}"
+            if inspect.ismodule(found) or (name in remoras.__all__ and found is getattr(remoras, name)):
+                continue
+            if inspect.isclass(found):  # fields of models are keys, which have a list of their own
+                yield f".. autoclass:: {where}\n" + "   :no-members:\n" * issubclass(found, BaseModel)
+            elif inspect.isroutine(found):
+                yield f".. autofunction:: {where}\n"
+            else:
+                several = found if isinstance(found, Collection) and not isinstance(found, str) else [found]
+                names = [one if isinstance(one, str) else getattr(one, "name", repr(one)) for one in several]
+                yield f".. py:data:: {name}\n\n   {', '.join(f'``{one}``' for one in names)}\n"
+
+
+def keep_first_line(app: Sphinx, what: str, name: str, found: Any, options: Any, lines: list[str]) -> None:
+    """Keep napoleon from taking what stands before a colon for the type of an attribute or property."""
+    if what in ("attribute", "property") and lines:
+        lines[0] = lines[0].replace(": ", " – ")
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Add the directives ``keys`` and ``public``."""
+    app.add_directive("keys", Keys)
+    app.add_directive("public", Public)
+    app.connect("autodoc-process-docstring", keep_first_line, priority=400)  # napoleon has 500
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

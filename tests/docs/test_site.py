@@ -1,0 +1,179 @@
+"""The documentation builds as a site: without a warning, whole, with its notebooks executed, and readable offline."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import remoras
+from missions.scenarios.explanations import explanations
+from missions.sweeps.study import study_explanations
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGES = sorted(path.relative_to(DOCS).with_suffix("").as_posix() for path in DOCS.rglob("*.md"))
+NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.md"))
+PACKAGES = (
+    "remoras", "exchange", "worldmodel", "missions", "missions.mapping", "missions.scenarios", "missions.runs",
+    "missions.sweeps", "missions.comparison", "remoras.strategies", "visualisation", "visualisation.runs",
+    "visualisation.sweeps", "visualisation.replay", "visualisation.exports",
+)  # fmt: skip
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+PATIENCE_MS = 120_000.0
+"""A busy machine may take its time; nothing here is a measurement of speed."""
+FETCHED = re.compile(
+    r"""<(?:script|img|iframe|source)\b[^>]*\bsrc\s*=\s*["']?(?:https?:)?//|<link\b[^>]*\bhref\s*=\s*["']?(?:https?:)?//""",
+    re.IGNORECASE,
+)
+FETCHED_BY_STYLE = re.compile(r"""@import\s+["'](?:https?:)?//|url\(\s*["']?(?:https?:)?//""", re.IGNORECASE)
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The site, built as users are told to; -W makes every warning an error."""
+    pytest.importorskip("sphinx")
+    folder = tmp_path_factory.mktemp("documentation")
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"]
+    built = subprocess.run(
+        [*command, "-d", str(folder / "trees"), str(DOCS), str(folder / "site")],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
+    assert built.returncode == 0, built.stderr
+    return folder / "site"
+
+
+def test_nothing_is_fetched(site: Path) -> None:
+    assert FETCHED.search('<script async src="https://cdn.example/mathjax.js">') is not None
+    pages = list(site.rglob("*.html"))
+    assert len(pages) >= len(PAGES)
+    assert [page.name for page in pages if FETCHED.search(page.read_text(encoding="utf-8"))] == []
+    styles = list(site.rglob("*.css"))
+    assert styles
+    assert [style.name for style in styles if FETCHED_BY_STYLE.search(style.read_text(encoding="utf-8"))] == []
+
+
+def test_every_page_is_reached_from_the_contents(site: Path) -> None:
+    contents = (site / "index.html").read_text(encoding="utf-8")
+    assert len(PAGES) > 20
+    assert [page for page in PAGES if page != "index" and f'href="{page}.html"' not in contents] == []
+
+
+@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
+def test_every_notebook_was_executed(site: Path, notebook: Path) -> None:
+    html = (site / "notebooks" / f"{notebook.stem}.html").read_text(encoding="utf-8")
+    text = notebook.read_text(encoding="utf-8")
+    assert text.count("remove-cell") == 1  # its sentences, held to what came out
+    cells = text.count("```{code-cell}") - 1
+    assert cells >= 3
+    assert html.count("cell_input") >= cells
+    assert html.count("cell_output") >= cells - 1
+    assert "Traceback" not in html
+
+
+def test_the_reference_has_every_public_name(site: Path) -> None:
+    """By the package that promises it, or by `remoras`, which offers some of them."""
+    pages = [(site / f"{name}.html").read_text(encoding="utf-8") for name in ("reference", "packages")]
+    described = {name for page in pages for name in re.findall(r'id="([\w.]+)"', page)}
+    for package in PACKAGES:
+        for name in import_module(package).__all__:
+            found = getattr(import_module(package), name)
+            is_ours = name in remoras.__all__ and found is getattr(remoras, name)
+            assert f"{'remoras' if is_ours else package}.{name}" in described
+
+
+def test_the_reference_has_every_key(site: Path) -> None:
+    text = re.sub(r"<[^>]+>", "", (site / "keys.html").read_text(encoding="utf-8"))
+    known = explanations() | study_explanations()
+    assert len(known) > 100
+    assert [key for key in known if f"{key}  (" not in text] == []
+
+
+def test_pages_name_no_address_in_memory(site: Path) -> None:
+    """They would differ from build to build."""
+    assert [page.name for page in site.rglob("*.html") if re.search(r"0x[0-9a-f]{8,}", page.read_text("utf-8"))] == []
+
+
+@pytest.fixture(scope="module")
+def chrome() -> Iterator[Any]:
+    """A browser; tests are skipped where Playwright or Chromium is missing."""
+    playwright = pytest.importorskip("playwright.sync_api")
+    if CHROMIUM is None:
+        pytest.skip("chromium is not installed")
+    with playwright.sync_playwright() as play:
+        arguments = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking"]
+        found = play.chromium.launch(executable_path=CHROMIUM, args=arguments, timeout=PATIENCE_MS)
+        yield found
+        found.close()
+
+
+@pytest.fixture
+def opened(chrome: Any, site: Path) -> Iterator[Any]:
+    """Opens a page of the site from disk; at the end, no request left the disk and the console was silent."""
+    context = chrome.new_context(viewport={"width": 1280, "height": 720})
+    context.set_default_timeout(PATIENCE_MS)
+    page = context.new_page()
+    requests: list[str] = []
+    faults: list[str] = []
+    page.on("request", lambda request: requests.append(request.url))
+    page.on("console", lambda said: faults.append(said.text) if said.type in ("error", "warning") else None)
+    page.on("pageerror", lambda error: faults.append(str(error)))
+
+    def open_page(name: str) -> Any:
+        file, mark, query = name.partition("?")
+        page.goto((site / file).as_uri() + mark + query, wait_until="networkidle")
+        return page
+
+    yield open_page
+    assert requests
+    assert [url for url in requests if not url.startswith(("file:", "data:"))] == []
+    assert faults == []
+    context.close()
+
+
+@pytest.mark.parametrize(
+    ("name", "n_figures"),
+    [
+        ("index", 0),
+        ("tutorial", 0),
+        ("keys", 0),
+        ("reference", 0),
+        ("packages", 0),
+        ("notebooks/mission", 5),
+        ("notebooks/comparison", 2),
+    ],
+)
+def test_pages_show_their_figures_from_disk(opened: Any, name: str, n_figures: int) -> None:
+    page = opened(f"{name}.html")
+    widths = page.evaluate("() => [...document.images].map((image) => image.complete ? image.naturalWidth : 0)")
+    assert len(widths) >= n_figures
+    assert all(width > 0 for width in widths)
+    assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_equations_are_shown(opened: Any) -> None:
+    """As text: every line of every indented block of the page, as it was written."""
+    page = opened("model.html")
+    shown = page.locator("article pre").all_inner_texts()
+    lines = {" ".join(line.split()) for text in shown for line in text.splitlines()}
+    written = re.findall(r"^    +(\S.*)$", (DOCS / "model.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert len(written) > 15
+    assert [line for line in written if " ".join(line.split()) not in lines] == []
+    assert page.locator("article pre", has_text="M = importance * s").first.is_visible()
+
+
+def test_words_are_found_without_a_server(opened: Any) -> None:
+    page = opened("search.html?q=lease")
+    page.wait_for_selector("#search-results li a")
+    assert "The model" in page.locator("#search-results li a").all_inner_texts()
