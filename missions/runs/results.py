@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 
 LIBRARIES = ("mesa", "rdflib", "networkx", "numpy", "matplotlib", "pyarrow", "pydantic")
 NEEDED_KEY = {SUMMARY: "milestones", MANIFEST: "scenario"}
+MILESTONE_KEYS = ("name", "vehicle", "group", "time_s")
 RUN_ID = "run_id"
 """Key of the id of a run in summary, manifest and the metadata of every table."""
 
@@ -158,6 +159,10 @@ class MemoryResults:
         return self._memory.known(vehicle, at_s)
 
 
+def _is_milestone(found: Any) -> bool:
+    return isinstance(found, dict) and set(MILESTONE_KEYS) <= set(found) and isinstance(found["time_s"], int | float)
+
+
 def _run_id_of(table: pa.Table) -> str | None:
     found: bytes | None = (table.schema.metadata or {}).get(RUN_ID.encode())
     return None if found is None else found.decode()
@@ -193,8 +198,18 @@ class Results:
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """The figures of the run."""
-        return self._json(SUMMARY)
+        """The figures of the run.
+
+        Raises:
+            OutputError: it is damaged.
+        """
+        found = self._json(SUMMARY)
+        time_s, milestones = found.get("mission_time_s"), found["milestones"]
+        if isinstance(time_s, bool) or not isinstance(time_s, int | float):
+            raise OutputError(f"{self.folder / SUMMARY}: damaged: mission_time_s is no number")
+        if not isinstance(milestones, list) or not all(map(_is_milestone, milestones)):
+            raise OutputError(f"{self.folder / SUMMARY}: damaged: milestones need {', '.join(MILESTONE_KEYS)} each")
+        return found
 
     @cached_property
     def manifest(self) -> dict[str, Any]:
@@ -257,9 +272,9 @@ class Results:
         try:
             with pq.ParquetFile(path) as file:  # pq.read_table loads pandas
                 found = file.read()
-        except (OSError, pa.ArrowException) as error:
+            written_by = _run_id_of(found)
+        except (OSError, ValueError, pa.ArrowException) as error:  # of names that are no text Python says ValueError
             raise OutputError(f"{path}: damaged: {error}") from None
-        written_by = _run_id_of(found)
         if written_by is not None or any(table.name == name for table in TABLES):
             self._check_run(path.name, written_by)
         declared = next((table.column_names for table in TABLES if table.name == name), ())

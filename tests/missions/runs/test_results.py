@@ -403,3 +403,25 @@ def test_a_sensor_may_have_no_value_in_a_row() -> None:
     """Whether the unit of the column is one that is rounded or not."""
     table = Table("depths", (TIME, VEHICLE, Column("depth_m", "float", "m"), Column("salinity", "float", "PSU")))
     assert arrow_table(table, [(1.0, "A", None, None)]).to_pylist()[0]["depth_m"] is None
+
+
+def test_a_table_whose_names_are_no_text_is_damaged(folder: Path, tmp_path: Path) -> None:
+    broken = copy_of(folder, tmp_path / "broken")
+    path = broken / "roles.parquet"
+    path.write_bytes(path.read_bytes().replace(b"vehicle", b"vehi\xadle"))
+    with pytest.raises(OutputError, match=r"roles\.parquet: damaged"):
+        Results.read(broken).table("roles")
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("mission_time_s", None), ("mission_time_s", True), ("milestones", None), ("milestones", [["gathered", 3.0]])],
+)
+def test_a_summary_with_other_than_numbers_and_milestones_is_damaged(
+    folder: Path, tmp_path: Path, key: str, value: object
+) -> None:
+    broken = copy_of(folder, tmp_path / "broken")
+    summary = json.loads((broken / "summary.json").read_text(encoding="utf-8"))
+    (broken / "summary.json").write_text(json.dumps({**summary, key: value}), encoding="utf-8")
+    with pytest.raises(OutputError, match=rf"summary\.json: damaged: {key}"):
+        _ = Results.read(broken).summary

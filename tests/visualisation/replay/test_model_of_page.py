@@ -126,13 +126,62 @@ def roles_at(rows: list[dict[str, Any]], vehicle: str, at_s: float) -> tuple[set
     return held, driving
 
 
+def out_s(results: Results) -> dict[str, list[tuple[float, float]]]:
+    """From when to when each vehicle was lost, away or without energy, of the table of faults."""
+    spells: dict[str, list[tuple[float, float]]] = {vehicle.name: [] for vehicle in results.scenario.vehicle}
+    for row in results.table("faults").to_pylist():
+        if row["kind"] in ("lost", "joins", "energy"):
+            if row["detail"] == "over":
+                spells[row["vehicle"]].append((spells[row["vehicle"]].pop()[0], row["time_s"]))
+            else:
+                spells[row["vehicle"]].append((row["time_s"], math.inf))
+    return spells
+
+
+def is_out(spells: list[tuple[float, float]], at_s: float) -> bool:
+    return any(from_s <= at_s < to_s for from_s, to_s in spells)
+
+
+SILENCES = "([run]) => new R.Facts(run, new Map()).silences"
+
+
+def test_a_vehicle_that_is_out_of_the_mission_is_not_deaf(case: tuple[Results, bytes, Path]) -> None:
+    results, data, folder = case
+    told = asked([data], SILENCES, folder, more=("facts.js",))
+    assert len(told) == len(results.scenario.vehicle)
+    for vehicle, spells in zip(results.scenario.vehicle, told, strict=True):
+        for from_s, to_s in out_s(results)[vehicle.name]:
+            assert all(one["to_s"] <= from_s or to_s <= one["from_s"] for one in spells), vehicle.name
+
+
+TURNS = "([run]) => run.events.filter((one) => one.kind === 'role').map((one) => [one.time_s, one.vehicle, one.text])"
+
+
+def test_the_list_of_events_says_all_that_drives_a_vehicle(case: tuple[Results, bytes, Path]) -> None:
+    """The last of them says what does: of roles that begin and end the list has either."""
+    results, data, folder = case
+    roles, end_s = results.table("roles").to_pylist(), float(results.summary["mission_time_s"])
+    turns, spells = asked([data], TURNS, folder), out_s(results)
+    for at_s in (one for one in moments_s(results) if one < end_s):
+        for v, vehicle in enumerate(results.scenario.vehicle):
+            so = " + ".join(sorted(role for _, role in roles_at(roles, vehicle.name, at_s)[1]))
+            last = [text for time_s, of, text in turns if of == v and time_s <= at_s]
+            if is_out(spells[vehicle.name], at_s):
+                continue
+            if so:
+                assert last[-1] == f"{vehicle.name} is driven by {so}", at_s
+            else:
+                assert not last or last[-1].startswith("nothing drives"), at_s
+    assert len(turns) > 4
+
+
 def test_places_and_roles_are_those_of_the_tables(case: tuple[Results, bytes, Path]) -> None:
     """Positions within half a step of 1/32 m, headings within one of 1.4 degrees, at ticks of the motion."""
     results, data, folder = case
     tracks = {(row["vehicle"], row["time_s"]): row for row in results.table("trajectories").to_pylist()}
     last_s = max(at_s for _, at_s in tracks)
     times_s = [min(float(round(at_s)), last_s) for at_s in moments_s(results)]
-    roles = results.table("roles").to_pylist()
+    roles, out = results.table("roles").to_pylist(), out_s(results)
     for at_s, vehicles in zip(times_s, asked([data], WHERE, folder, times_s), strict=True):
         for vehicle, told in zip(results.scenario.vehicle, vehicles, strict=True):
             row = tracks[vehicle.name, at_s]
@@ -144,7 +193,8 @@ def test_places_and_roles_are_those_of_the_tables(case: tuple[Results, bytes, Pa
             held, driving = roles_at(roles, vehicle.name, at_s)
             if at_s < float(results.summary["mission_time_s"]):
                 assert {tuple(one) for one in told["held"]} == held
-                assert {tuple(one) for one in told["driving"]} == driving
+                drives = set() if is_out(out[vehicle.name], at_s) else driving
+                assert {tuple(one) for one in told["driving"]} == drives
 
 
 PACKETS = """([run]) => run.packets.map((p) => ({
@@ -183,7 +233,10 @@ COST = """([run], times) => times.map((t) => {
 
 
 def test_what_losses_cost_is_counted_from_the_tables(case: tuple[Results, bytes, Path]) -> None:
-    """Cells really covered, cells that vehicles knew of, and vehicles whose view is that of all holders of roles."""
+    """Cells really covered, cells that vehicles knew of, and vehicles whose view is that of all holders of roles.
+
+    Of the vehicles those count that are in the mission.
+    """
     results, data, folder = case
     names = [vehicle.name for vehicle in results.scenario.vehicle]
     n_tiles = sum(len(place.tiles.squares) for place in mission_of(results.scenario).places if place.tiles is not None)
@@ -192,8 +245,10 @@ def test_what_losses_cost_is_counted_from_the_tables(case: tuple[Results, bytes,
         at_s = told["t"]
         cells = {(row["cell_x"], row["cell_y"]) for row in covered if row["time_s"] <= at_s}
         assert told["truth"] == pytest.approx(len(cells) / n_tiles)
-        known = {name: known_by(results, name, at_s, names) for name in names}
+        inside = [name for name in names if not is_out(out_s(results)[name], at_s)]
+        known = {name: known_by(results, name, at_s, names) for name in inside}
         n_known = sum(len(one["tiles"]) for one in known.values())
-        assert told["known"] == pytest.approx(n_known / n_tiles / len(names))
-        so = {(*key, name) for name in names for key in roles_at(roles, name, at_s)[0]}
-        assert told["agree"] == pytest.approx(sum(one["roles"] == so for one in known.values()) / len(names))
+        assert told["known"] == pytest.approx(n_known / n_tiles / max(1, len(inside)))
+        so = {(*key, name) for name in inside for key in roles_at(roles, name, at_s)[0]}
+        agree = [{role for role in one["roles"] if role[2] in inside} == so for one in known.values()]
+        assert told["agree"] == pytest.approx(sum(agree) / max(1, len(inside)))

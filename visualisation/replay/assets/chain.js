@@ -187,7 +187,7 @@ globalThis.R = globalThis.R || {};
     return { text, time_s, vehicle, slot };
   }
 
-  // Milestones, roles that began to drive a vehicle, faults, and rows of the mission's own tables, in order of time.
+  // Milestones, what drives a vehicle whenever that changes, faults, and rows of the mission's own tables, in order of time.
   function eventsOf(run) {
     const found = [];
     const add = (time_s, kind, vehicle, text) => found.push({ time_s, kind, vehicle, text });
@@ -197,8 +197,14 @@ globalThis.R = globalThis.R || {};
       add(time_s, "milestone", vehicle, name.replaceAll("_", " ") + (whose ? ": " + whose : ""));
     }
     run.vehicles.forEach((vehicle, v) => {
-      for (const bar of run.bars(v)) {
-        if (bar.driving) add(bar.from_s, "role", v, `${vehicle.name} is driven by ${bar.role}`);
+      const bars = run.bars(v).filter((bar) => bar.driving);
+      let before = "";
+      for (const time_s of [...new Set(bars.flatMap((bar) => [bar.from_s, bar.to_s]))].sort((a, b) => a - b)) {
+        const now = bars.filter((bar) => bar.from_s <= time_s && time_s < bar.to_s).map((bar) => bar.role).sort().join(" + ");
+        if (now !== before && time_s < run.header.end_s && !run.outAt(v, time_s)) {
+          add(time_s, "role", v, now ? `${vehicle.name} is driven by ${now}` : `nothing drives ${vehicle.name}: it waits`);
+        }
+        before = now;
       }
     });
     for (const { time_s, vehicle, kind, detail } of run.faults) {

@@ -28,22 +28,18 @@
       this.flags = run.vehicles.map((_, v) => flagsOf(run, v));
     }
 
-    /** Spells in which packets were sent to `v` and none got through: {from_s, to_s, lost}. */
+    /** Spells in which packets were sent to `v`, in the mission, and none got through: {from_s, to_s, lost}. */
     silencesOf(v) {
       const { heard, lost } = this.receptions[v];
       /* Slots differ by fractions of a millisecond: so half of one is allowed for. */
       const least_s = SILENT_FRAMES * (this.run.header.frame_s || 10) - (this.run.header.slot_s || 0) / 2;
       const bounds = [0, ...heard.map((p) => this.run.packets[p].start_s), this.end_s];
       const lost_s = lost.map((p) => this.run.packets[p].start_s);
-      const spells = [];
-      let next = 0;
-      for (let n = 1; n < bounds.length; n += 1) {
-        const [from_s, to_s] = [bounds[n - 1], bounds[n]];
-        const first = next;
-        while (next < lost_s.length && lost_s[next] < to_s) next += 1;
-        if (to_s - from_s >= least_s && next > first) spells.push({ from_s, to_s, lost: next - first });
-      }
-      return spells;
+      const lostBefore = (time_s) => R.lastAt(lost_s, time_s) + 1;
+      return bounds.slice(1).flatMap((to_s, n) => R.within({ from_s: bounds[n], to_s }, this.run.vehicles[v].out))
+        .filter(({ from_s, to_s }) => to_s - from_s >= least_s)
+        .map((spell) => ({ ...spell, lost: lostBefore(spell.to_s) - lostBefore(spell.from_s) }))
+        .filter(({ lost }) => lost);
     }
 
     /** How long `v` was deaf in all (s). */

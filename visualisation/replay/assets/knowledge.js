@@ -69,10 +69,11 @@ globalThis.R = globalThis.R || {};
       return heldAt(this._absences[v], t).map((one) => one.v).sort((a, b) => a - b);
     },
 
-    // Where v errs on who plays what: {extra, lacking}, each [{v, group, role}].
+    // Where v errs on who plays what: {extra, lacking}, each [{v, group, role}]; those out of the mission play nothing.
     disagreements(v, t) {
       const key = (one) => one.v + "\n" + one.group + "\n" + one.role;
-      const own = heldAt(this._views[v], t), so = heldAt(this._truth, t);
+      const inside = (roles) => roles.filter((one) => !this.outAt(one.v, t));
+      const own = inside(heldAt(this._views[v], t)), so = inside(heldAt(this._truth, t));
       const ownKeys = new Set(own.map(key)), soKeys = new Set(so.map(key));
       return { extra: own.filter((one) => !soKeys.has(key(one))), lacking: so.filter((one) => !ownKeys.has(key(one))) };
     },

@@ -94,6 +94,11 @@ globalThis.R = globalThis.R || {};
       return this._tracks[v];
     }
 
+    // The spell {kind, from_s, to_s} in which a vehicle is out of the mission at t; null while it is in it.
+    outAt(v, t) {
+      return this.vehicles[v].out.find((spell) => spell.from_s <= t && t < spell.to_s) || null;
+    }
+
     // [{from_s, to_s, group, role, driving}]: a bar while a role is held, another one while it drives the vehicle.
     bars(v) {
       return this._bars[v];
@@ -151,14 +156,14 @@ globalThis.R = globalThis.R || {};
     });
   }
 
-  // out: [{from_s, to_s}] while a vehicle is lost, has not joined yet or has no energy; lost_s: since when for good.
+  // out: [{kind, from_s, to_s}] while a vehicle is lost, has not joined yet or has no energy; lost_s: since when for good.
   function markLost(run) {
     const since = new Map();
     for (const { kind, vehicle, detail, time_s } of run.faults) {
       const of = run.vehicles[vehicle], key = vehicle + kind;
       if (!of || !OUT.has(kind)) continue;
       if (detail !== OVER) {
-        since.set(key, { from_s: time_s, to_s: Infinity });
+        since.set(key, { kind, from_s: time_s, to_s: Infinity });
         of.out.push(since.get(key));
       } else if (since.has(key)) since.get(key).to_s = time_s;
     }
@@ -191,8 +196,16 @@ globalThis.R = globalThis.R || {};
         if (row.event === "left") close(row, false, key);
       }
     }
-    return bars;
+    return bars.map((of, v) => of.flatMap((bar) => (bar.driving ? R.within(bar, run.vehicles[v].out) : [bar])));
   }
+
+  // The parts of a spell {from_s, to_s} that lie outside of others: nothing drives a vehicle that is out of the mission.
+  R.within = function (spell, out) {
+    return out.reduce((parts, gap) => parts.flatMap((part) => {
+      const before = { ...part, to_s: Math.min(part.to_s, gap.from_s) }, after = { ...part, from_s: Math.max(part.from_s, gap.to_s) };
+      return gap.to_s <= part.from_s || part.to_s <= gap.from_s ? [part] : [before, after].filter((one) => one.from_s < one.to_s);
+    }), [spell]);
+  };
 
   function factsOf(run) {
     const { "facts.subject": subject, "facts.attribute": attribute } = run.columns;

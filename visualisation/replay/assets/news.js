@@ -17,7 +17,8 @@
 
   function summary(facts, v, mind, wrong, time_s) {
     const done = doneCells(facts, time_s), unheard = R.unheardTiles(facts, mind, time_s);
-    const parts = [];
+    const parts = [], out = facts.run.outAt(v, time_s);
+    if (out) parts.push(`It is out of the mission: ${outText(out)}.`);
     parts.push(...knownJobs(facts, v, time_s));
     if (done) parts.push(unheard.length ? `Of ${done} squares done it has not heard of ${unheard.length}: ${byPlace(facts, unheard)} (hatched on the map).` : `It knows of all ${done} squares done.`);
     parts.push(wrong.size ? `It has the roles of ${wrong.size} of ${facts.n - 1} peers wrong.` : "It has the roles of all peers right.");
@@ -85,9 +86,15 @@
       const off_m = ghost ? Math.hypot(so.x - ghost.x, so.y - ghost.y) : null;
       return [[run.vehicles[peer].name], [Number.isFinite(age_s[v][peer]) ? R.seconds(age_s[v][peer]) : "never heard"],
               [ghost ? `${Math.round(off_m)} m (said ${R.seconds(time_s - ghost.since_s)} ago)` : "unknown"],
-              [String(lacking[v][peer])], [mind.absent.includes(peer) ? "taken for absent" : [...believed[peer].values()].join(", ") || "none"], mistake(wrong.get(peer))];
+              [String(lacking[v][peer])], [mind.absent.includes(peer) ? "taken for absent" : [...believed[peer].values()].join(", ") || "none"],
+              run.outAt(peer, time_s) ? [outText(run.outAt(peer, time_s))] : mistake(wrong.get(peer))];
     });
     return R.table(["peer", "age of news", "place is off by", "items lacking", "roles as it believes", "truth"], rows);
+  }
+
+  /* Why a vehicle is out of the mission: "lost since 600 s". */
+  function outText({ kind, from_s, to_s }) {
+    return kind === "joins" ? `joins at ${R.seconds(to_s)}` : `${kind === "energy" ? "without energy" : R.words(kind)} since ${R.seconds(from_s)}`;
   }
 
   function mistake(entry) {
@@ -104,8 +111,8 @@
     const rows = run.vehicles.map((vehicle, v) => {
       const mind = run.mind(v, time_s), spell = facts.longestSilence(v), share = facts.heardShare(v);
       const wrong = R.disagreements(facts, v, time_s).length, times = facts.silences[v].length;
-      const bar = facts.drivingAt(v, time_s);
-      return [[vehicle.name, "", () => go(time_s, v)], [bar ? bar.text : "waits"], [share === null ? "nothing sent" : `${Math.round(100 * share)} %`],
+      const bar = facts.drivingAt(v, time_s), out = run.outAt(v, time_s);
+      return [[vehicle.name, "", () => go(time_s, v)], [out ? outText(out) : bar ? bar.text : "waits"], [share === null ? "nothing sent" : `${Math.round(100 * share)} %`],
               [spell ? `${R.seconds(spell.to_s - spell.from_s)} from ${R.seconds(spell.from_s)}` : "none", "", spell ? () => go(spell.from_s, v) : null],
               [times ? `${R.seconds(facts.deaf_s(v))}, ${times} ${times === 1 ? "time" : "times"}` : "never"],
               [wrong ? `≠ ${wrong}` : "✓ none", wrong ? "wrong" : ""], [String(R.unheardTiles(facts, mind, time_s).length)]];

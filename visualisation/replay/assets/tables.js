@@ -105,7 +105,7 @@
       const isShown = (row) => row.time_s <= time_s && (selected < 0 || row.vehicle < 0 || row.vehicle === selected);
       const rows = layer.rows.filter(isShown);
       const who = selected >= 0 && layer.rows.some((row) => row.vehicle >= 0) ? ` of ${run.vehicles[selected].name}` : "";
-      this.note.textContent = `${rows.length} rows${who} so far` + (layer.total > layer.rows.length ? `; the page holds the first ${layer.rows.length} of ${layer.total}` : "");
+      this.note.textContent = `${rows.length} ${rows.length === 1 ? "row" : "rows"}${who} so far` + (layer.total > layer.rows.length ? `; the page holds the first ${layer.rows.length} of ${layer.total}` : "");
       this.chartBox.hidden = !(lookOf(layer).low <= lookOf(layer).high);
       if (!this.chartBox.hidden) this.chart.paint();
       const go = (row) => () => view.app.go(row.time_s, row.vehicle < 0 ? null : run.vehicles[row.vehicle].name);

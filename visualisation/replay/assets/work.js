@@ -124,28 +124,35 @@ globalThis.R = globalThis.R || {};
     return { done_s: done_s === null ? Infinity : done_s, known_s };
   }
 
-  // {t, truth, known_mean, agree}: shares 0..1 over time; truth and known_mean are empty where no work is declared.
+  // {t, truth, known_mean, agree}: shares 0..1 over time; truth and known_mean are empty where no work is declared. Of
+  // the vehicles those count that are in the mission.
   function costOf(run) {
     const end_s = Math.max(run.header.end_s, 1);
     const t = Array.from({ length: SAMPLES + 1 }, (_, n) => (n * end_s) / SAMPLES);
-    const work = workOf(run), width = Math.max(1, run.vehicles.length);
+    const work = workOf(run), inside = t.map((at) => insideAt(run, at));
     const done_s = work.map((one) => one.done_s).sort((a, b) => a - b);
-    const known_s = work.flatMap((one) => Array.from(one.known_s)).sort((a, b) => a - b);
+    const known_s = run.vehicles.map((_, v) => work.map((one) => one.known_s[v]).sort((a, b) => a - b));
+    const mean = (at, those) => those.reduce((sum, v) => sum + R.lastAt(known_s[v], at) + 1, 0) / Math.max(1, those.length);
     const share = (sorted, total) => (total ? t.map((at) => (R.lastAt(sorted, at) + 1) / total) : []);
     return {
       t,
       n_work: work.length,
       truth: share(done_s, work.length),
-      known_mean: run.items.length ? share(known_s, work.length * width) : [],
-      agree: agreementOf(run, t),
+      known_mean: run.items.length && work.length ? t.map((at, n) => mean(at, inside[n]) / work.length) : [],
+      agree: agreementOf(run, t, inside),
     };
   }
 
-  // Share of the vehicles that see all roles as their holders do, at each of the times; a view is wrong by the number
-  // of assignments in which it differs, which changes by one with each event of either.
-  function agreementOf(run, t) {
+  // Vehicles that are in the mission at a time.
+  function insideAt(run, at) {
+    return run.vehicles.map((_, v) => v).filter((v) => !run.outAt(v, at));
+  }
+
+  // Share of the vehicles that see all roles as their holders do, at each of the times; a view is wrong of a holder by
+  // the number of assignments in which it differs, which changes by one with each event of either.
+  function agreementOf(run, t, inside) {
     if (!run.has("organisation")) return [];
-    const truth = new Set(), views = run.vehicles.map(() => new Set()), wrong = run.vehicles.map(() => 0);
+    const truth = new Set(), views = run.vehicles.map(() => new Set()), wrong = run.vehicles.map(() => run.vehicles.map(() => 0));
     const key = (row) => row.v + "\n" + row.group + "\n" + row.role;
     const set = (of, one, isHeld) => (isHeld ? of.add(one) : of.delete(one));
     const events = run._truth.rows.map((row) => ({ row, view: -1 }));
@@ -157,13 +164,14 @@ globalThis.R = globalThis.R || {};
       if (of.has(one) === row.isHeld) return;
       set(of, one, row.isHeld);
       run.vehicles.forEach((_, v) => {
-        if (view < 0 || view === v) wrong[v] += truth.has(one) === views[v].has(one) ? -1 : 1;
+        if (view < 0 || view === v) wrong[v][row.v] += truth.has(one) === views[v].has(one) ? -1 : 1;
       });
     };
     let next = 0;
-    return t.map((at) => {
+    return t.map((at, n) => {
       while (next < events.length && events[next].row.time_s <= at) apply(events[next++]);
-      return wrong.filter((n) => n === 0).length / Math.max(1, wrong.length);
+      const right = inside[n].filter((v) => inside[n].every((holder) => !wrong[v][holder]));
+      return right.length / Math.max(1, inside[n].length);
     });
   }
 })();
