@@ -18,12 +18,15 @@ from missions.errors import OutputError
 from missions.figure import Place
 from visualisation import about
 from visualisation.exports.geodesy import Datum, Floats
+from visualisation.outages import outages
 
 if TYPE_CHECKING:
     from missions.runs.results import MemoryResults, Results
 
 WAITING = "waiting"
 """State of a vehicle that no role drives."""
+OUT = "out"
+"""State of a vehicle that is lost, not there yet, or without energy."""
 
 
 class Track(NamedTuple):
@@ -44,20 +47,21 @@ class Track(NamedTuple):
 
 
 class State(NamedTuple):
-    """From then on, these roles drive a vehicle."""
+    """From then on, these roles drive a vehicle, or it is out of the mission."""
 
     time_s: float
     vehicle: str
     roles: tuple[str, ...]
+    is_out: bool = False
 
     @property
     def text(self) -> str:
-        """The roles, or ``waiting``.
+        """The roles, or ``waiting``, or ``out``.
 
         >>> State(0.0, "AUV00", ("Cartographer", "Midfield")).text
         'Cartographer, Midfield'
         """
-        return ", ".join(self.roles) or WAITING
+        return OUT if self.is_out else ", ".join(self.roles) or WAITING
 
 
 class Packet(NamedTuple):
@@ -172,6 +176,16 @@ class Voyage:
             else:
                 continue
             found[time_s, vehicle] = State(time_s, vehicle, tuple(sorted(own)))
+        for vehicle, spells in outages(self.results).items():
+            for start_s, end_s in spells:
+                before = [one for one in found.values() if one.vehicle == vehicle and one.time_s <= end_s]
+                inside = [one for one in before if start_s <= one.time_s]
+                for one in inside:
+                    del found[one.time_s, vehicle]
+                found[start_s, vehicle] = State(start_s, vehicle, (), is_out=True)
+                if before and end_s <= self.end_s:
+                    last = max(before, key=lambda state: state.time_s)
+                    found[end_s, vehicle] = State(end_s, vehicle, last.roles, last.is_out)
         return sorted(found.values(), key=lambda state: state.time_s)
 
     @cached_property

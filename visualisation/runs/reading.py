@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missions.figure import PointM, RunResults
+from visualisation.outages import OVER, outages, outside
 
 Floats = NDArray[np.float64]
 RoleKey = tuple[str, str]
 """Group and role."""
-OVER = "over"
-"""Detail in the table of faults when one is over."""
 
 
 class Track(NamedTuple):
@@ -128,20 +127,27 @@ def end_s(results: RunResults) -> float:
 
 
 def tenures(results: RunResults) -> dict[str, list[Tenure]]:
-    """Roles of every vehicle by group, in the order in which the groups, and in them the roles, were met."""
+    """Roles of every vehicle by group, in the order in which the groups, and in them the roles, were met.
+
+    No role drives a vehicle that is out of the mission.
+    """
     events: dict[str, dict[RoleKey, list[tuple[float, str]]]] = {name: {} for name in vehicles(results)}
     groups: dict[str, int] = {}
     for row in results.table("roles").to_pylist():
         groups.setdefault(row["group"], len(groups))
         of_role = events[row["vehicle"]].setdefault((row["group"], row["role"]), [])
         of_role.append((row["time_s"], row["event"]))
-    last_s = end_s(results)
+    last_s, out = end_s(results), outages(results)
+
+    def driven(vehicle: str, spans: tuple[Span, ...]) -> tuple[Span, ...]:
+        return tuple(Span(*part) for span in spans for part in outside(*span, out.get(vehicle, ())))
+
     return {
         vehicle: [
             Tenure(
                 *key,
                 _spans(of_role[key], "assigned", ("left",), last_s),
-                _spans(of_role[key], "active", ("inactive", "left"), last_s),
+                driven(vehicle, _spans(of_role[key], "active", ("inactive", "left"), last_s)),
             )
             for key in sorted(of_role, key=lambda key: groups[key[0]])
         ]

@@ -3,6 +3,8 @@
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from synthetic_runs import FICTIONS, Fiction
 
@@ -31,6 +33,20 @@ def test_events_without_a_beginning_or_told_twice_change_nothing(tmp_path: Path)
     (found,) = tenures_of(tmp_path, (5.0, "inactive"), (10.0, "assigned"), (15.0, "assigned"), (50.0, "left"))
     assert found.held == (Span(10.0, 50.0),)
     assert found.active == ()
+
+
+def test_no_role_drives_a_vehicle_that_is_out_of_the_mission(tmp_path: Path) -> None:
+    """It holds the role all the time; lost from 30 s to 50 s and for good at 70 s."""
+    rows = [(10.0, "A", "Team", "Diver", "assigned"), (20.0, "A", "Team", "Diver", "active")]
+    run = Fiction(vehicles=("A", "B"), roles=(), extra_roles=rows).write(tmp_path / "run")
+    faults = [(30.0, "lost", "until 50 s"), (50.0, "lost", "over"), (70.0, "energy", "for good")]
+    table = pa.Table.from_pylist(
+        [{"time_s": at_s, "vehicle": "A", "kind": kind, "detail": detail} for at_s, kind, detail in faults]
+    )
+    pq.write_table(table.replace_schema_metadata(run.table("roles").schema.metadata), run.folder / "faults.parquet")
+    (found,) = reading.tenures(run)["A"]
+    assert found.held == (Span(10.0, 1000.0),)
+    assert found.active == (Span(20.0, 30.0), Span(50.0, 70.0))
 
 
 def test_a_vehicle_without_roles_is_not_forgotten(tmp_path: Path) -> None:
