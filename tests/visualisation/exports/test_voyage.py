@@ -14,7 +14,7 @@ FAULTS = [
 
 
 def test_a_vehicle_that_is_out_of_the_mission_is_said_to_be_out(tmp_path: Path) -> None:
-    """From the second to the second that the scenario says; then it is driven by what drove it, or by what came since."""
+    """From the second to the second that the scenario says; then it is driven by what drove it before."""
     remoras.run("mapping-rendezvous", set={"scenario.duration_s": 120.0, "fault": FAULTS}).save(tmp_path / "run")
     states = Voyage(Results.read(tmp_path / "run"), ()).states
     out = {name: [one.time_s for one in states if one.vehicle == name and one.text == "out"] for name in

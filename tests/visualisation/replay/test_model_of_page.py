@@ -154,6 +154,19 @@ def test_a_vehicle_that_is_out_of_the_mission_is_not_deaf(case: tuple[Results, b
             assert all(one["to_s"] <= from_s or to_s <= one["from_s"] for one in spells), vehicle.name
 
 
+FLAGS = "([run]) => new R.Facts(run, new Map()).flags.map((of) => of.map((one) => [one.time_s, one.text]))"
+
+
+def test_a_flag_says_whether_a_fault_begins_or_is_over(case: tuple[Results, bytes, Path]) -> None:
+    results, data, folder = case
+    names = [vehicle.name for vehicle in results.scenario.vehicle]
+    told = dict(zip(names, asked([data], FLAGS, folder, more=("facts.js",)), strict=True))
+    for row in results.table("faults").to_pylist():
+        flags = [text for at_s, text in told[row["vehicle"]] if at_s == row["time_s"]]
+        began, over = ("away", "joins") if row["kind"] == "joins" else (row["kind"], f"{row['kind']} no more")
+        assert (over if row["detail"] == "over" else f"⚠ {began}") in flags
+
+
 TURNS = "([run]) => run.events.filter((one) => one.kind === 'role').map((one) => [one.time_s, one.vehicle, one.text])"
 
 

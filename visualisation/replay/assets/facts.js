@@ -100,13 +100,20 @@
   /* What happened to a vehicle, for its lane: milestones, faults, and rows of the mission's own tables: [{time_s, text}]. */
   function flagsOf(run, v) {
     const ofVehicle = (rows, text) => rows.filter((one) => one.vehicle === v).map((one) => ({ time_s: one.time_s, text: text(one) }));
-    const flags = [...ofVehicle(run.milestones, (one) => R.words(one.name)), ...ofVehicle(run.faults, (one) => "⚠ " + R.words(one.kind))];
+    const flags = [...ofVehicle(run.milestones, (one) => R.words(one.name)), ...ofVehicle(run.faults, faultText)];
     const noted = new Set(run.milestones.filter((one) => one.vehicle === v).map((one) => one.time_s));
     for (const layer of run.layers.filter((one) => one.isEvents)) {
       const rows = layer.rows.filter((row) => !noted.has(row.time_s));
       flags.push(...ofVehicle(rows, (row) => R.words(layer.name) + (row.text ? ": " + row.text : "")));
     }
     return flags.sort((a, b) => a.time_s - b.time_s);
+  }
+
+  /* A fault that is over is no alarm; what joins was away until then. */
+  function faultText({ kind, detail }) {
+    const isOver = detail === "over";
+    if (kind === "joins") return isOver ? "joins" : "⚠ away";
+    return isOver ? R.words(kind) + " no more" : "⚠ " + R.words(kind);
   }
 
   function topSpeed({ t, x, y }) {
