@@ -49,3 +49,12 @@ def outside(start_s: float, end_s: float, out: Iterable[Outage]) -> list[tuple[f
         cut = [[(start, min(end, gap.start_s)), (max(start, gap.end_s), end)] for start, end in parts]
         parts = [(start, end) for pair in cut for start, end in pair if start < end]
     return parts
+
+
+def within(out: Iterable[Outage], end_s: float) -> list[tuple[float, float]]:
+    """Outages as far as a run that ended at ``end_s`` shows them.
+
+    >>> within([Outage(2.0, 4.0), Outage(9.0, math.inf)], 10.0)
+    [(2.0, 4.0), (9.0, 10.0)]
+    """
+    return [(gap.start_s, min(gap.end_s, end_s)) for gap in out if gap.start_s < end_s]

@@ -52,7 +52,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
     text = words.joined(
         "Who heard whom: rows are receivers, columns senders, darker is worse.",
         f"(a) Share of the sender's packets that the receiver lost: {lost} of {heard + lost} in all.",
-        "(b) Time since the sender sent what the receiver heard last, as a mean over the mission.",
+        "(b) Time since the sender sent what the receiver heard last, as a mean while both were in the mission.",
         "Crossed: nothing was sent that could be heard.",
         captions.faults(results),
         captions.conditions(results),

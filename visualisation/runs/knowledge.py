@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from missions.figure import RunResults
-from visualisation import style, words
+from visualisation import outages, style, words
 from visualisation.page import Box, Page, Picture
 from visualisation.runs import captions, news, shades
 
@@ -28,9 +28,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
     row_in = min(HIGHEST_IN, max(LOWEST_IN, STRIPS_IN / max(1, len(names))))
     body_in = row_in * max(1, len(names))
     at_s = (np.arange(POINTS) + 0.5) * traffic.end_s / POINTS
-    ages_s = traffic.ages_s(at_s)
-    others = max(1, len(names) - 1)
-    ages_s = np.nansum(ages_s, axis=1) / others
+    ages_s = np.ma.masked_invalid(traffic.ages_s(at_s)).mean(axis=1).filled(np.nan)
     lacking = news.lacking(results, at_s)
     left_in = 0.08 + shades.names_in(names) + 0.06
     panel_in = width_in - left_in - RIGHT_IN
@@ -51,6 +49,8 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
             axes.set_xlim(0.0, traffic.end_s)
             shades.name_rows(axes, names, row_in)
             shades.part_rows(axes, len(names), row_in)
+            for row, name in enumerate(names):
+                shades.hatched(axes, row, outages.within(traffic.out.get(name, ()), traffic.end_s))
             axes.set_xlabel(words.axis("time", "s"), labelpad=1)
             key_in = min(1.6, panel_in)
             key_left_in = left_in + (panel_in - key_in) / 2
@@ -59,6 +59,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
         "Knowledge of the vehicles over mission time, darker is worse.",
         "(a) Time since a peer sent what the vehicle heard of it last, as a mean over its peers.",
         "(b) Items that others have told and the vehicle has not received.",
+        "Hatched: the vehicle is out of the mission." if traffic.out else "",
         captions.faults(results),
         captions.conditions(results),
     )

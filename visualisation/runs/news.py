@@ -1,12 +1,14 @@
 """What the vehicles heard of each other, read out of the tables of packets and of knowledge.
 
 The news that a vehicle has of a peer are as old as the last packet that it heard from it, counted from when that packet
-was sent; before the first, as old as the mission, for until then it knows what was agreed before.
+was sent; before the first, as old as the mission, for until then it knows what was agreed before. Nobody has news of a
+vehicle that is out of the mission, and it has none.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -14,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missions.figure import RunResults
+from visualisation.outages import Outage, outages, outside
 from visualisation.runs import reading
 from visualisation.runs.reading import Floats
 
@@ -38,6 +41,7 @@ class Traffic:
         sender: number of its sender among the vehicles.
         outcome: who heard it, and who lost it.
         end_s: when the run ended.
+        out: when vehicles were out of the mission, by name.
     """
 
     vehicles: tuple[str, ...]
@@ -46,6 +50,7 @@ class Traffic:
     sender: NDArray[np.int64]
     outcome: Outcome
     end_s: float
+    out: Mapping[str, Sequence[Outage]] = field(default_factory=dict)
 
     @cached_property
     def lost_shares(self) -> Floats:
@@ -61,38 +66,65 @@ class Traffic:
         return share(lost, heard)
 
     def ages_s(self, at_s: Floats) -> Floats:
-        """Ages of the news that receivers (rows) have of senders (columns), at each time (third axis)."""
+        """Ages of the news that receivers (rows) have of senders (columns), at each time (third axis).
+
+        It is not a number where one of the two is out of the mission.
+        """
         n = len(self.vehicles)
         found = np.full((n, n, at_s.size), np.nan)
-        for receiver in range(n):
-            for sender in range(n):
-                if receiver != sender:
-                    found[receiver, sender] = at_s - self._newest_s(receiver, sender, at_s)
+        for receiver, sender in self._pairs:
+            sent_s = self._news_s(receiver, sender)
+            found[receiver, sender] = at_s - sent_s[np.searchsorted(sent_s, at_s, side="right") - 1]
+        for vehicle, name in enumerate(self.vehicles):
+            gone = is_out(self.out.get(name, ()), at_s)
+            found[vehicle, :, gone] = np.nan
+            found[:, vehicle, gone] = np.nan
         return found
-
-    def _newest_s(self, receiver: int, sender: int, at_s: Floats) -> Floats:
-        """When the newest of what one has heard from the other was sent, at each time."""
-        sent_s = np.concatenate([[0.0], self.time_s[(self.sender == sender) & self.outcome.heard[:, receiver]]])
-        newest: Floats = sent_s[np.searchsorted(sent_s, at_s, side="right") - 1]
-        return newest
 
     @cached_property
     def mean_ages_s(self) -> Floats:
-        """Ages of news, receivers (rows) of senders (columns), as means over the mission."""
+        """Ages of news, receivers (rows) of senders (columns), as means over the time that both were in the mission."""
         n = len(self.vehicles)
         found = np.full((n, n), np.nan)
-        for receiver in range(n):
-            for sender in range(n):
-                if receiver != sender:
-                    heard_s = self.time_s[(self.sender == sender) & self.outcome.heard[:, receiver]]
-                    gaps_s = np.diff(np.concatenate([[0.0], heard_s, [self.end_s]]))
-                    found[receiver, sender] = float((gaps_s**2).sum() / 2.0 / self.end_s)
+        for receiver, sender in self._pairs:
+            gone = [gap for at in (receiver, sender) for gap in self.out.get(self.vehicles[at], ())]
+            spans = np.array(outside(0.0, self.end_s, gone)).reshape(-1, 2)
+            if spans.size:
+                sent_s = self._news_s(receiver, sender)
+                totals = _summed_ages(sent_s, spans)
+                found[receiver, sender] = (totals[:, 1] - totals[:, 0]).sum() / (spans[:, 1] - spans[:, 0]).sum()
         return found
+
+    @property
+    def _pairs(self) -> list[tuple[int, int]]:
+        """Receivers and senders."""
+        n = len(self.vehicles)
+        return [(receiver, sender) for receiver in range(n) for sender in range(n) if receiver != sender]
+
+    def _news_s(self, receiver: int, sender: int) -> Floats:
+        """When all was sent that one has heard from the other, after the start."""
+        return np.concatenate([[0.0], self.time_s[(self.sender == sender) & self.outcome.heard[:, receiver]]])
 
     @cached_property
     def frames(self) -> NDArray[np.int64]:
         """Number of the frame of each packet; every vehicle has one slot in a frame."""
         return self.slot // max(1, len(self.vehicles))
+
+
+def is_out(gaps: Sequence[Outage], at_s: Floats) -> Flags:
+    """At which times a vehicle with these outages was out of the mission."""
+    found: Flags = np.zeros(at_s.shape, dtype=bool)
+    for gap in gaps:
+        found |= (gap.start_s <= at_s) & (at_s < gap.end_s)
+    return found
+
+
+def _summed_ages(sent_s: Floats, at_s: Floats) -> Floats:
+    """The integral of the age of news from 0 to each time: half the square of each gap between what was sent."""
+    before = np.concatenate([[0.0], np.cumsum(np.diff(sent_s) ** 2 / 2.0)])
+    newest = np.searchsorted(sent_s, at_s, side="right") - 1
+    summed: Floats = before[newest] + (at_s - sent_s[newest]) ** 2 / 2.0
+    return summed
 
 
 def share(part: Floats, rest: Floats) -> Floats:
@@ -118,11 +150,13 @@ def traffic(results: RunResults) -> Traffic:
         np.array([number[row["sender"]] for row in rows], dtype=np.int64),
         Outcome(heard, lost),
         reading.end_s(results),
+        outages(results),
     )
 
 
 def lacking(results: RunResults, at_s: Floats) -> Floats:
-    """How many items of others each vehicle (row) lacks at each time (column)."""
+    """How many items of others each vehicle (row) lacks at each time (column); not a number while it is out."""
+    out = outages(results)
     vehicles = reading.vehicles(results)
     observed: dict[str, tuple[float, str]] = {}
     received: dict[str, dict[str, float]] = {name: {} for name in vehicles}
@@ -136,4 +170,7 @@ def lacking(results: RunResults, at_s: Floats) -> Floats:
         told_s = np.sort([time_s for time_s, origin in observed.values() if origin != name])
         held_s = np.sort([time_s for item, time_s in received[name].items() if item in observed])
         found[at] = np.searchsorted(told_s, at_s, side="right") - np.searchsorted(held_s, at_s, side="right")
-    return np.maximum(found, 0.0)
+    found = np.maximum(found, 0.0)
+    for at, name in enumerate(vehicles):
+        found[at, is_out(out.get(name, ()), at_s)] = np.nan
+    return found

@@ -47,6 +47,12 @@ def shown(axes: Axes, values: Floats, top: float, extent: tuple[float, float, fl
     )  # fmt: skip
 
 
+def hatched(axes: Axes, row: int, spans: Sequence[tuple[float, float]]) -> None:
+    """Spans of a row of which nothing can be said."""
+    for start, end in spans:
+        axes.barh(row, end - start, 1.0, start, facecolor="none", edgecolor=style.GREY, hatch="////", linewidth=0)
+
+
 def name_rows(axes: Axes, names: Sequence[str], row_in: float) -> None:
     """Names beside the rows, as many as have room."""
     axes.set_yticks(*_ticks(names, row_in))

@@ -1,11 +1,14 @@
 """What vehicles heard of each other, on traffic small enough to count by hand."""
 
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from synthetic_runs import Fiction
 
+from visualisation.outages import Outage
 from visualisation.runs import news, tdma
 from visualisation.runs.news import Outcome, Traffic
 
@@ -38,6 +41,17 @@ def test_the_mean_age_is_that_of_the_ages_over_the_mission() -> None:
     assert traffic().mean_ages_s[0, 1] == pytest.approx(9.0)
     at_s = (np.arange(5000) + 0.5) / 100.0
     assert traffic().ages_s(at_s).mean(axis=2)[1, 0] == pytest.approx(13.0, abs=1e-6)
+
+
+def test_who_is_out_of_the_mission_has_no_news_and_gives_none() -> None:
+    """B is out from 25 s: its news of A are 0 to 20 s old, then 0 to 5 s, a mean of (20**2 + 5**2) / 2 / 25 = 8.5 s."""
+    cut = replace(traffic(), out={"B": [Outage(25.0, math.inf)]})
+    ages_s = cut.ages_s(np.array([24.0, 25.0, 50.0]))
+    assert ages_s[1, 0, 0] == 4.0
+    assert np.isnan(ages_s[:, :, 1:]).all()
+    assert cut.mean_ages_s[1, 0] == pytest.approx(8.5)
+    never = replace(traffic(), out={"B": [Outage(0.0, math.inf)]})
+    assert np.isnan(never.mean_ages_s).all()
 
 
 def test_a_vehicle_lacks_what_was_told_and_not_received(tmp_path: Path) -> None:
