@@ -226,16 +226,18 @@ class Homing(Behaviour):
         self._group = group
         self._data = data
         self._approach = Approach(data.transit_speed_mps)
-        self._was_there = False
+        self._has_met = False
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due until the group is together and the vehicle has come; it advances while the vehicle comes nearer.
 
+        Who was there before, and was away when the group met, comes once more: others may have met without it.
         It answers calls as far as the group waits for this vehicle and for nobody else.
         """
         to_go_m = distance_m(motion, self._point_m)
-        self._was_there = self._was_there or to_go_m <= self._radius_m
-        if self._was_there and self._group in picture.groups.gathered:
+        is_gathered = self._group in picture.groups.gathered
+        self._has_met = is_gathered and (self._has_met or to_go_m <= self._radius_m)
+        if self._has_met:
             return IDLE
         advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
         return Perception(1.0, advance, answers=picture.groups.awaited.get(self._group, 1.0))

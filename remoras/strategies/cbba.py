@@ -63,6 +63,7 @@ class Bidder:
         self._bid_anew = True
         self._unclaimed: dict[str, int] = {}  # since when nobody claims an open role
         self._orphans: list[str] = []  # those that nobody has claimed for long
+        self._adopted: set[str] = set()  # jobs of the bundle that were such
 
     def negotiate(self, situation: Situation) -> Move:
         """Hear, give way, bid anew if something has changed, begin what has stood, tell what is new."""
@@ -223,7 +224,12 @@ class Bidder:
         """Bid for the own part of a plan for all; what others claim more strongly counts as theirs."""
         work = situation.work
         open_roles = self._open(work, claims)
-        orphans = [name for name in self._orphans if work.able(work.database[self._me], self._roles[name])]
+        orphans = [
+            name
+            for name in open_roles
+            if (name in self._orphans or name in self._adopted.intersection(self._bundle))
+            and work.able(work.database[self._me], self._roles[name])
+        ]
         engaged = {data.name: self._engaged(data.name, held, situation, claims) for data in work.workers}
         outlooks = {data.name: engaged[data.name].end(data, work) for data in work.workers}
         theirs: dict[str, list[RoleSpecification]] = {data.name: [] for data in work.workers}
@@ -246,6 +252,7 @@ class Bidder:
                 winner = claims.winner(name)
                 theirs[self._me if winner is None else winner].append(self._roles[name])
         self._lost = {role.name for roles in theirs.values() for role in roles}
+        self._adopted = set(mine).difference(planned_for_me)
         self._release([name for name in self._bundle if name not in mine], situation.round, claims)
         for name in mine:
             if name not in self._bundle:

@@ -62,11 +62,13 @@ class Dispatcher:
         self._expectations = Expectations()
         self._planned_on: object = None
         self._taken: dict[tuple[str, str], tuple[float, float]] = {}  # share left and time due, by (vehicle, role)
+        self._was_led = False
 
     def negotiate(self, situation: Situation) -> Move:
         """Plan anew if something has changed, and state what that changes."""
         work = situation.work
         if self._me not in work.heads:
+            self._was_led = True
             return Move()
         engaged = {
             data.name: self._expectations.of(
@@ -75,9 +77,22 @@ class Dispatcher:
             for data in work.workers
         }
         late = self._unacknowledged(situation)
-        said = self._revision(engaged, late, situation) if self._is_due(engaged, late, situation) else []
+        said = self._given_before(work)
+        said += self._revision(engaged, late, situation) if self._is_due(engaged, late, situation) else []
         statements = [Statement((fact, *self._common(fact, work))) for fact in said]
         return Move(tuple(statements), holding=self._holds(engaged, situation))
+
+    def _given_before(self, work: Work) -> list[Statable]:
+        """Roles that a former head gave, on succeeding it: who never heard of its own would be waited for in vain."""
+        if not self._was_led:
+            return []
+        self._was_led = False
+        return [
+            (name, "playsRole", self._group.path(role.name))
+            for role in work.unfinished
+            for name in work.holders(role)
+            if name != self._me
+        ]
 
     def _common(self, fact: Statable, work: Work) -> list[Statable]:
         """Roles without a job that a vehicle needs with a job which it is given."""
