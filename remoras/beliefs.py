@@ -78,6 +78,11 @@ class Beliefs:
         latest = self.model.latest(self.uid(key[1]), self._tbox.attribute_named(key[0]).uid)
         return None if latest is None else latest.time_s
 
+    def origin(self, key: Key) -> str | None:
+        """Who observed the latest value of a fact; None if it is not known."""
+        latest = self.model.latest(self.uid(key[1]), self._tbox.attribute_named(key[0]).uid)
+        return None if latest is None else self.name(latest.origin)
+
     def name(self, uid: int) -> str:
         """Name of an instance; those created in the mission are named by class and uid."""
         instance = self.model.instance(uid)

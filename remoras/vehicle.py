@@ -197,6 +197,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         seen = self.social.look_around(now_s)
         self._diary.peers(now_s, seen.events)
         self._conclude(seen.facts, now_s)
+        for fact in seen.passed_on:
+            self._conclude([fact], now_s)
         self._take_on(seen, now_s)
         return bool(seen.events)
 

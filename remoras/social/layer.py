@@ -66,6 +66,7 @@ class Review:
         facts: what this vehicle tells the others about itself on falling out and on coming back.
         assigned, left: roles that it plays again and no longer, now that it has come back.
         activities_due: True if its activities have to be chosen anew.
+        passed_on: what those who are absent now have told, and cannot repeat; each fact by itself.
     """
 
     events: tuple[tuple[str, str], ...] = ()
@@ -73,6 +74,7 @@ class Review:
     assigned: list[RoleAssignment] = field(default_factory=list)
     left: list[RoleAssignment] = field(default_factory=list)
     activities_due: bool = False
+    passed_on: list[Fact] = field(default_factory=list)
 
 
 class SocialLayer:
@@ -210,8 +212,8 @@ class SocialLayer:
             self.planner.replace_who_left(group)
         assigned = [one for one in undone.assigned if one.vehicle == self.me]
         left = [one for one in undone.left if one.vehicle == self.me]
-        due = stale or before != self.present.roles_of(self.me)
-        return Review(events, seen.facts, assigned, left, due)
+        passed_on = [] if self.standing.is_cut_off else self._workload.told_by(seen.changes.absent)
+        return Review(events, seen.facts, assigned, left, stale or before != self.present.roles_of(self.me), passed_on)
 
     @property
     def is_silent(self) -> bool:

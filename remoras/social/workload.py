@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
-from remoras.beliefs import Beliefs
+from remoras.beliefs import Beliefs, Fact
 from remoras.database import AUVDatabase
 from remoras.mission import SocialPart
 from remoras.organisation import Organisation
@@ -47,6 +47,19 @@ class Workload:
             for fact in change.block.facts:
                 if fact.subject in self._about:
                     self._stale |= self._about[fact.subject]
+
+    def told_by(self, vehicles: Collection[str]) -> list[Fact]:
+        """That jobs are done, where these vehicles were the last to say so.
+
+        They have fallen silent and cannot repeat it; who has heard it passes it on, or a head that has not would wait
+        for whoever it believes to be at the job.
+        """
+        keys = (job.done for job in self._jobs.values())
+        return [
+            self._beliefs.fact(key[1], key[0], self._beliefs.get(key))
+            for key in keys
+            if self._beliefs.origin(key) in vehicles
+        ]
 
     def of_groups(
         self, organisation: Organisation, takes_no_jobs: frozenset[str], alone: bool, positions_m: Mapping[str, Point]

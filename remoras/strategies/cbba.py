@@ -203,11 +203,7 @@ class Bidder:
 
     def _open(self, work: Work, claims: Claims) -> list[str]:
         """Open roles that nobody has begun."""
-        return [
-            role.name
-            for role in work.open
-            if BEGUN not in (claim.strength for claim in claims.standing(role.name).values())
-        ]
+        return [role.name for role in work.open if not claims.has(role.name, BEGUN)]
 
     def _found_orphans(self, work: Work, now: int, claims: Claims) -> list[str]:
         """Open roles that nobody has claimed for so long that whoever they are planned for does not know of it.
@@ -224,12 +220,8 @@ class Bidder:
         """Bid for the own part of a plan for all; what others claim more strongly counts as theirs."""
         work = situation.work
         open_roles = self._open(work, claims)
-        orphans = [
-            name
-            for name in open_roles
-            if (name in self._orphans or name in self._adopted.intersection(self._bundle))
-            and work.able(work.database[self._me], self._roles[name])
-        ]
+        adopted = self._adopted.intersection(self._bundle).union(self._orphans)
+        orphans = [n for n in open_roles if n in adopted and work.able(work.database[self._me], self._roles[n])]
         engaged = {data.name: self._engaged(data.name, held, situation, claims) for data in work.workers}
         outlooks = {data.name: engaged[data.name].end(data, work) for data in work.workers}
         theirs: dict[str, list[RoleSpecification]] = {data.name: [] for data in work.workers}

@@ -66,6 +66,10 @@ class Claims:
             if claim.strength > 0 and v in self._members and self._database[v].can_play(role)
         }
 
+    def has(self, role: str, strength: int) -> bool:
+        """True if a claim of that strength stands."""
+        return any(claim.strength == strength for claim in self.standing(role).values())
+
     def winner(self, role: str) -> str | None:
         """Who has the strongest claim."""
         if role not in self._winners:

@@ -77,22 +77,26 @@ class Dispatcher:
             for data in work.workers
         }
         late = self._unacknowledged(situation)
-        said = self._given_before(work)
-        said += self._revision(engaged, late, situation) if self._is_due(engaged, late, situation) else []
-        statements = [Statement((fact, *self._common(fact, work))) for fact in said]
+        said = self._revision(engaged, late, situation) if self._is_due(engaged, late, situation) else []
+        statements = self._given_before(work) + [Statement((fact, *self._common(fact, work))) for fact in said]
         return Move(tuple(statements), holding=self._holds(engaged, situation))
 
-    def _given_before(self, work: Work) -> list[Statable]:
-        """Roles that a former head gave, on succeeding it: who never heard of its own would be waited for in vain."""
+    def _given_before(self, work: Work) -> list[Statement]:
+        """Roles that a former head gave, on succeeding it: who never heard of its own would be waited for in vain.
+
+        A member may have heard that this vehicle has such a job, and would refuse it as taken.
+        """
         if not self._was_led:
             return []
         self._was_led = False
-        return [
-            (name, "playsRole", self._group.path(role.name))
-            for role in work.unfinished
-            for name in work.holders(role)
-            if name != self._me
-        ]
+        given = []
+        for role in self._group.roles:
+            path, is_job = self._group.path(role.name), role.job is not None
+            for name in work.holders(role) if not is_job or role in work.unfinished else ():
+                if name != self._me:
+                    left = [(self._me, "leftRole", path)] if is_job and self._me not in work.holders(role) else []
+                    given.append(Statement((*left, (name, "playsRole", path))))
+        return given
 
     def _common(self, fact: Statable, work: Work) -> list[Statable]:
         """Roles without a job that a vehicle needs with a job which it is given."""

@@ -87,8 +87,12 @@ def test_without_a_succession_a_group_waits_for_its_head() -> None:
         Case("mapping-patches", "rendezvous-sync", 0.4, "deaf", "ASV00", 1500.0, 1),
         # What the goal spares may stay undone; the head waits no longer for the deaf one, which is elsewhere.
         Case("mapping-patches", "remoras-planned", 0.0, "deaf", "AUV00", 1500.0, 6),
+        # Who claims a job that nobody claims keeps it; who was away when the group met comes once more; who succeeds says
+        # again which roles were given; who has heard of work done by the lost passes it on.
+        Case("mapping-patches", "cbba", 0.8, "lost", "any", 0.0, 1305378488804),
+        Case("mapping-patches", "central", 0.8, "lost", "any", 0.0, 34555051360347),
     ],
-    ids=lambda case: f"{case.strategy} {case.kind} {case.vehicle}",
+    ids=lambda case: f"{case.strategy} {case.kind} {case.vehicle} {case.seed}",
 )
 def test_the_survivors_finish(case: Case) -> None:
     """Each of these failed once; ``tests/tools/surviving.py`` makes all of them."""

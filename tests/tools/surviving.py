@@ -67,6 +67,8 @@ class Case(NamedTuple):
                 faults = [
                     f'kind="lost",vehicle="{name}",at_s={self.at_s}' for name in VEHICLES[1:] if name != self.vehicle
                 ]
+            case "lost" if self.vehicle == "any":  # at a time that is drawn
+                faults = ['kind="lost",vehicle="any",at_s=[300.0,1500.0]']
             case kind:
                 faults = [f'kind="{kind}",vehicle="{self.vehicle}",at_s={self.at_s}']
         return [*given, "fault=[" + ",".join(f"{{{fault}}}" for fault in faults) + "]"]
