@@ -87,8 +87,8 @@ def test_without_a_succession_a_group_waits_for_its_head() -> None:
         Case("mapping-patches", "rendezvous-sync", 0.4, "deaf", "ASV00", 1500.0, 1),
         # What the goal spares may stay undone; the head waits no longer for the deaf one, which is elsewhere.
         Case("mapping-patches", "remoras-planned", 0.0, "deaf", "AUV00", 1500.0, 6),
-        # Who claims a job that nobody claims keeps it; who was away when the group met comes once more; who succeeds says
-        # again which roles were given; who has heard of work done by the lost passes it on.
+        # Who takes up a job that nobody claims keeps it. Who succeeds a head says again which roles it gave, and who has
+        # heard from the lost that work is done passes it on.
         Case("mapping-patches", "cbba", 0.8, "lost", "any", 0.0, 1305378488804),
         Case("mapping-patches", "central", 0.8, "lost", "any", 0.0, 34555051360347),
     ],
