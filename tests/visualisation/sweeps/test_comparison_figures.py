@@ -311,10 +311,9 @@ def test_a_figure_in_memory_is_the_one_that_is_written(tmp_path: Path, seven: Sw
     drawn = picture(seven, "differences", "n_bytes", 5.0)
     draw(seven, ["differences"], tmp_path, ranked="n_bytes", width_in=5.0)
     assert f"{drawn.caption}\n" == (tmp_path / "differences-n_bytes.txt").read_text(encoding="utf-8")
-    written = Image.open(tmp_path / "differences-n_bytes.png")
-    assert written.size == pytest.approx(
-        [side_in * written.info["dpi"][0] for side_in in drawn.figure.get_size_inches()], abs=1
-    )
+    with Image.open(tmp_path / "differences-n_bytes.png") as written:
+        size, dpi = written.size, written.info["dpi"][0]
+    assert size == pytest.approx([side_in * dpi for side_in in drawn.figure.get_size_inches()], abs=1)
     with pytest.raises(DrawingError, match="nearest: 'differences'"):
         picture(seven, "diferences")
     grown = Sweep(
