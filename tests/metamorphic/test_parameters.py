@@ -18,6 +18,8 @@ WORST = ("mapping-patches", "channel.per=0.9")
 """Members take up to 300 TDMA frames to acknowledge a job and 20 to accept one, and are not heard for 40."""
 SLOW = ("mapping-patches", 'fault=[{kind="slow", vehicle="AUV02", at_s=300.0, factor=0.6}]')
 """The plan stops being a good one."""
+WORST_AND_SLOW = (*WORST, SLOW[1])
+"""The plan made before the dive has to be mended, by jobs that are told."""
 MUTE = ("mapping-patches", 'fault=[{kind="mute", vehicle="AUV00", at_s=60.0}]')
 """The head announces nothing that others hear."""
 OWN_GAIN = (*LOSSES, "strategy.parameters.plans_for_all=false")
@@ -29,6 +31,7 @@ CASE_OF = {
     "contract-net.margin": LOSSES,
     "doubt_rounds": WORST,
     "acknowledge_rounds": WORST,
+    "plan-and-dispatch.acknowledge_rounds": WORST_AND_SLOW,
     "accept_rounds": WORST,
     "initiative_rounds": MUTE,
 }
