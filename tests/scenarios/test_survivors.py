@@ -87,9 +87,9 @@ def test_without_a_succession_a_group_waits_for_its_head() -> None:
         Case("mapping-patches", "rendezvous-sync", 0.4, "deaf", "ASV00", 1500.0, 1),
         # What the goal spares may stay undone; the head waits no longer for the deaf one, which is elsewhere.
         Case("mapping-patches", "remoras-planned", 0.0, "deaf", "AUV00", 1500.0, 6),
-        # Who takes up a job that nobody claims keeps it. Who succeeds a head says again which roles it gave, and who has
-        # heard from the lost that work is done passes it on.
+        # Who takes up a job that nobody claims keeps it.
         Case("mapping-patches", "cbba", 0.8, "lost", "any", 0.0, 1305378488804),
+        # Who succeeds a head says again which roles it gave; what was heard of the lost is passed on.
         Case("mapping-patches", "central", 0.8, "lost", "any", 0.0, 34555051360347),
     ],
     ids=lambda case: f"{case.strategy} {case.kind} {case.vehicle} {case.seed}",
