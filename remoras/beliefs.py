@@ -22,6 +22,7 @@ from worldmodel import (
     ValueKind,
     WorldModel,
 )
+from worldmodel.facts import Observation as Latest
 from worldmodel.snapshot import as_text
 
 Key = tuple[str, str]
@@ -75,13 +76,16 @@ class Beliefs:
 
     def observed_s(self, key: Key) -> float | None:
         """When the latest value of a fact was observed; None if it is not known."""
-        latest = self.model.latest(self.uid(key[1]), self._tbox.attribute_named(key[0]).uid)
+        latest = self._latest(key)
         return None if latest is None else latest.time_s
 
     def origin(self, key: Key) -> str | None:
         """Who observed the latest value of a fact; None if it is not known."""
-        latest = self.model.latest(self.uid(key[1]), self._tbox.attribute_named(key[0]).uid)
+        latest = self._latest(key)
         return None if latest is None else self.name(latest.origin)
+
+    def _latest(self, key: Key) -> Latest | None:
+        return self.model.latest(self.uid(key[1]), self._tbox.attribute_named(key[0]).uid)
 
     def name(self, uid: int) -> str:
         """Name of an instance; those created in the mission are named by class and uid."""

@@ -21,6 +21,31 @@ if TYPE_CHECKING:
     from visualisation.files import Drawn
 
 
+ScenarioName = Annotated[
+    str, typer.Argument(metavar="SCENARIO", help="Shipped scenario or TOML file.", autocompletion=completion.scenario)
+]
+StrategyName = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", help="Organisational strategy.", autocompletion=completion.strategy_name),
+]
+PolicyName = Annotated[
+    str | None, typer.Option(metavar="NAME", help="Exchange policy.", autocompletion=completion.policy)
+]
+ChannelName = Annotated[
+    str | None, typer.Option(metavar="NAME", help="Loss model of the channel.", autocompletion=completion.channel)
+]
+ErrorRate = Annotated[
+    str | None, typer.Option(metavar="RATE", help="Packet error rate of bernoulli or matrix, 0 to below 1.")
+]
+Seed = Annotated[int, typer.Option(min=0, metavar="N", help="Root of all random draws: 0, 1, 2, ...")]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="KEY=VALUE", help="Override a key; see `explain`.", autocompletion=completion.setting
+    ),
+]
+
+
 def overrides_of(
     strategy: str | None, policy: str | None, channel: str | None, per: str | None, settings: Sequence[str]
 ) -> list[tuple[str, str]]:
@@ -37,30 +62,13 @@ def overrides_of(
 
 @command("run", "remoras run mapping-rendezvous --per 0.6 --seed 3 --out results/lossy")
 def run(
-    scenario: Annotated[
-        str,
-        typer.Argument(metavar="SCENARIO", help="Shipped scenario or TOML file.", autocompletion=completion.scenario),
-    ],
-    strategy: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Organisational strategy.", autocompletion=completion.strategy_name),
-    ] = None,
-    policy: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Exchange policy.", autocompletion=completion.policy)
-    ] = None,
-    channel: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Loss model of the channel.", autocompletion=completion.channel)
-    ] = None,
-    per: Annotated[
-        str | None, typer.Option(metavar="RATE", help="Packet error rate of bernoulli or matrix, 0 to below 1.")
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Root of all random draws: 0, 1, 2, ...")] = 1,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set", metavar="KEY=VALUE", help="Override a key; see `explain`.", autocompletion=completion.setting
-        ),
-    ] = None,
+    scenario: ScenarioName,
+    strategy: StrategyName = None,
+    policy: PolicyName = None,
+    channel: ChannelName = None,
+    per: ErrorRate = None,
+    seed: Seed = 1,
+    settings: Settings = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for summary, manifest and tables.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace results that are already in --out.")] = False,
     keep_models: Annotated[

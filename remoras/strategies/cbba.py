@@ -9,7 +9,8 @@ job, the one of the higher node gives it up on hearing of it. Claims of a vehicl
 
 A bundle is greedy: its bids leave out of account what the jobs that are left mean for all. With ``plans_for_all`` a
 vehicle bids instead for its part of a plan for all members, made of its own picture by the allocator that all
-strategies share; consensus settles where pictures differ.
+strategies share; consensus settles where pictures differ. A job that nobody has claimed for long each may expect of
+another: whoever is able bids for it too, and keeps the bid until it is lost.
 
 All claims of a vehicle are one message: whose they are and of which round, then each job with the strength of the
 claim; what is not named is claimed no longer. It is broadcast when it changes and every ``repeat_rounds``, those of
@@ -94,8 +95,9 @@ class Bidder:
         claims.members = tuple(name for name in work.database.names if name in others or name == self._me)
         for heard in situation.heard:
             self._hear(heard, claims)
-        self._orphans = self._found_orphans(work, situation.round, claims)
-        known = work.done, claims.members, self._open(work, claims), self._orphans
+        open_roles = self._open(work, claims)
+        self._orphans = self._found_orphans(open_roles, situation.round, claims)
+        known = work.done, claims.members, open_roles, self._orphans
         if known != self._known:
             self._known, self._bid_anew = known, True
 
@@ -205,12 +207,12 @@ class Bidder:
         """Open roles that nobody has begun."""
         return [role.name for role in work.open if not claims.has(role.name, BEGUN)]
 
-    def _found_orphans(self, work: Work, now: int, claims: Claims) -> list[str]:
+    def _found_orphans(self, open_roles: Sequence[str], now: int, claims: Claims) -> list[str]:
         """Open roles that nobody has claimed for so long that whoever they are planned for does not know of it.
 
         Vehicles that hear little of each other may each expect another one to do a job.
         """
-        unclaimed = [name for name in self._open(work, claims) if claims.winner(name) is None]
+        unclaimed = [name for name in open_roles if claims.winner(name) is None]
         self._unclaimed = {name: self._unclaimed.get(name, now) for name in unclaimed}
         return [name for name, since in self._unclaimed.items() if now - since >= 2 * self._with.repeat_rounds]
 

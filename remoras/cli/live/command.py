@@ -10,39 +10,30 @@ from typing import Annotated
 
 import typer
 
-from remoras.cli import completion
 from remoras.cli.app import command, fail
-from remoras.cli.runs import overrides_of
+from remoras.cli.runs import (
+    ChannelName,
+    ErrorRate,
+    PolicyName,
+    ScenarioName,
+    Seed,
+    Settings,
+    StrategyName,
+    overrides_of,
+)
 
 NEEDED = ("starlette", "uvicorn")
 
 
 @command("live", "remoras live mapping-rendezvous --per 0.6")
 def live(
-    scenario: Annotated[
-        str,
-        typer.Argument(metavar="SCENARIO", help="Shipped scenario or TOML file.", autocompletion=completion.scenario),
-    ],
-    strategy: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Organisational strategy.", autocompletion=completion.strategy_name),
-    ] = None,
-    policy: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Exchange policy.", autocompletion=completion.policy)
-    ] = None,
-    channel: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Loss model of the channel.", autocompletion=completion.channel)
-    ] = None,
-    per: Annotated[
-        str | None, typer.Option(metavar="RATE", help="Packet error rate of bernoulli or matrix, 0 to below 1.")
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Root of all random draws: 0, 1, 2, ...")] = 1,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set", metavar="KEY=VALUE", help="Override a key; see `explain`.", autocompletion=completion.setting
-        ),
-    ] = None,
+    scenario: ScenarioName,
+    strategy: StrategyName = None,
+    policy: PolicyName = None,
+    channel: ChannelName = None,
+    per: ErrorRate = None,
+    seed: Seed = 1,
+    settings: Settings = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for the results of the last run that finished.")
     ] = None,
