@@ -90,7 +90,7 @@ class Dispatcher:
             return []
         self._was_led = False
         given = []
-        for role in self._group.roles:
+        for role in (one for one in self._group.roles if not one.head):
             path, is_job = self._group.path(role.name), role.job is not None
             for name in work.holders(role) if not is_job or role in work.unfinished else ():
                 if name != self._me:

@@ -46,6 +46,16 @@ def test_homing_goes_waits_and_ends_when_the_group_is_together() -> None:
     assert homing.perceive(at(80.0), picture, True) == IDLE
 
 
+def test_who_was_away_when_the_group_met_comes_once_more_and_may_then_go() -> None:
+    homing, picture = Homing((100.0, 0.0), 20.0, "Operational", AUV), Picture()
+    homing.perceive(at(100.0), picture, True)  # it was there before
+    homing.perceive(at(0.0), picture, False)
+    picture.groups.gathered.add("Operational")
+    assert homing.perceive(at(0.0), picture, False).stimulus == 1.0
+    assert homing.perceive(at(90.0), picture, True) == IDLE
+    assert homing.perceive(at(0.0), picture, False) == IDLE
+
+
 # Leading and following ----------------------------------------------------------------------------
 
 
