@@ -26,15 +26,14 @@ EFFECTIVE = frozenset({ActivityType.GUIDANCE, ActivityType.PLANNING, ActivityTyp
 
 
 class ActivityKind(Enum):
-    """Where an activity's motivation comes from: own aims, aims shared in the group, own integrity."""
+    """Where an activity's motivation comes from: own aims, aims shared in the group, own integrity.
+
+    What is vital comes before the others, see ``remoras.executive.decision``.
+    """
 
     INDIVIDUAL = "individual"
     COLLECTIVE = "collective"
     VITAL = "vital"
-
-
-VITAL_IMPORTANCE = 4.0
-"""Importance of vital needs: above anything that objectives, continuing and influence signals may add up to."""
 
 
 @dataclass(frozen=True, slots=True)

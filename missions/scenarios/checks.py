@@ -19,7 +19,6 @@ from missions.scenarios.parts import database_of, groups_of, strategy_named
 from missions.scenarios.policy import policy_faults
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.tables import Raw, bounds_of, entries, list_of, names_of, one_of, point_of, table_of
-from remoras.activities import VITAL_IMPORTANCE
 from remoras.errors import PluginError, StrategyError
 from remoras.executive.satisfaction import DecisionConstants
 from remoras.mission import Mission
@@ -52,21 +51,19 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
 
 
 def _weights(raw: Raw) -> Iterator[ConfigurationFault]:
-    """Weights that would let an activity that is performed or called for keep a vehicle from what is vital."""
+    """Weights under which a vehicle could never leave what it performs, whatever is due and whoever calls."""
     constants = DecisionConstants()
-    given = {
-        key: table_of(raw, "decision").get(key, getattr(constants, key))
-        for key in ("weight_continuing", "weight_external")
-    }
+    keys = ("hysteresis", "weight_continuing", "weight_external")
+    given = {key: table_of(raw, "decision").get(key, getattr(constants, key)) for key in keys}
     if not all(isinstance(weight, int | float) for weight in given.values()):
         return
-    least = VITAL_IMPORTANCE - 1.0
-    if sum(given.values()) >= least:
-        key = max(given, key=lambda key: given[key] / getattr(constants, key))
+    *continuing, external = keys
+    most = 1.0 + given[external]
+    if sum(given[key] for key in continuing) >= most:
+        key = max(continuing, key=lambda key: given[key] / getattr(constants, key))
         allowed = (
-            f"with {' and '.join(f'{other} = {given[other]}' for other in given if other != key)} both together must "
-            f"be below {least:g}; else an activity that is performed or called for would keep a vehicle from evading "
-            "others and from coming home"
+            f"{' + '.join(continuing)} must be below {most:g} = 1 + {external}; else a vehicle could never leave what "
+            "it performs, whatever is due and whoever calls"
         )
         yield ConfigurationFault(f"decision.{key}", str(given[key]), allowed)
 

@@ -85,7 +85,8 @@ class DecisionTable(Section):
     """The table ``[decision]``."""
 
     period_s: Positive = Field(2.0, description="time between two decisions of the executive layer")
-    weight_continuing: NotNegative = Field(0.2, description="weight of the motivation to continue")
+    hysteresis: NotNegative = Field(0.1, description="motivation to go on with what is performed in a role")
+    weight_continuing: NotNegative = Field(0.1, description="weight of the motivation to continue")
     weight_external: NotNegative = Field(2.0, description="weight of the motivation to answer influence signals")
     gain_per_s: NotNegative = Field(1.0, description="satisfaction gained per second of progress")
     tedium_per_s: float = Field(-1.8, le=0.0, description="satisfaction change per second without progress")

@@ -1,91 +1,129 @@
 """The decision: the best combination of activities (REMORAS, section V.B, "decisional module").
 
-Activities that must be performed simultaneously come as an ``ActivitySet``. A combination holds at most one
-activity of each type, holds sets whole, and is *maximal*: nothing that is motivated could still be added.
-(Were it not, the single most motivated activity would have the best mean and nothing would ever be done at
-its side.) The combination with the best mean motivation over its activities is the decision.
+Activities that must be performed simultaneously come as an ``ActivitySet``. Vital needs come first, by their order and
+not by weight: a vital set with a stimulus is taken, and what goes together with it is decided among the others. A
+combination holds at most one activity of each type, holds sets whole, each with what it needs, and is *maximal*: no
+motivated set could still be added. (Were it not, the single most motivated activity would have the best mean and
+nothing would ever be done at its side.) The combination with the best mean motivation over its activities is the
+decision.
+
+The search is exact and short. As many activities are in a combination as types, so its mean is its sum over the number
+of types: of all combinations of the same types, of which there are at most 256, only the one with the best sum can win.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
-import networkx as nx
+from remoras.activities import ActivityKind, ActivitySet
 
-from remoras.activities import ActivitySet
+_TYPES = 0xFF
+"""Bits of a state that say which types it holds; above them what its sets provide, then what they need."""
 
 
-def combinations(sets: Sequence[ActivitySet], motivated: int) -> tuple[tuple[int, ...], ...]:
-    """All maximal combinations of the motivated sets, in ascending order of their indices.
+Sum = tuple[float, tuple[int, ...]]
+"""A sum of motivations, and the sets that make it."""
 
-    They are the maximal cliques of the graph whose edges join sets that can go together. A set that needs
-    another one goes only with those that leave room for it, and falls out of a combination without it.
+
+class Choice:
+    """The choice among activity sets, whatever moves them.
 
     Args:
         sets: what the vehicle could do.
-        motivated: bit word over ``sets``: those with a motivation above zero.
+
+    >>> from remoras.activities import Activity, ActivityType
+    >>> def one(name, *types):
+    ...     return ActivitySet(None, ActivityKind.INDIVIDUAL, tuple(Activity(name, t, (), ("s",)) for t in types), 1.0)
+    >>> sets = one("tow", ActivityType.GUIDANCE, ActivityType.PRODUCTIVE), one("look", ActivityType.PRODUCTIVE)
+    >>> Choice(sets).best([0.6, 0.9]), Choice(sets).best([0.6, 0.5])
+    ((1,), (0,))
     """
-    indices = [index for index in range(len(sets)) if motivated >> index & 1]
-    providers = _providers(sets, indices)
-    graph = _compatible(sets, indices, providers)
-    found = {
-        tuple(sorted(one for one in clique if one not in providers or not providers[one].isdisjoint(clique)))
-        for clique in nx.find_cliques(graph)
-    }
-    return tuple(sorted(one for one in found if not any(set(one) < set(other) for other in found)))
+
+    def __init__(self, sets: Sequence[ActivitySet]) -> None:
+        needed = sorted({one.needs for one in sets if one.needs is not None})
+        self._n_needed = len(needed)
+        self._sizes = [len(one.effective) for one in sets]
+        self._bits: list[int] = []
+        for one in sets:
+            names = {activity.name for activity in one.activities}
+            provided = sum(1 << bit for bit, name in enumerate(needed) if name in names)
+            asked = 0 if one.needs is None else 1 << needed.index(one.needs)
+            self._bits.append(one.types | (provided | asked << self._n_needed) << 8)
+        self._vital = [index for index, one in enumerate(sets) if one.kind is ActivityKind.VITAL]
+        self._others = [index for index, one in enumerate(sets) if one.kind is not ActivityKind.VITAL]
+
+    def best(self, motivations: Sequence[float]) -> tuple[int, ...]:
+        """Indices of the sets of the best combination, in ascending order; of equals the first.
+
+        Args:
+            motivations: of each set; its activities share it, and it takes no part unless that is above zero.
+        """
+        vital: tuple[int, ...] = ()
+        held = 0
+        for index in self._vital:
+            if motivations[index] > 0.0 and not held & self._bits[index] & _TYPES:
+                vital += (index,)
+                held |= self._bits[index]
+        fit = self._fit(motivations, held & _TYPES)
+        n_held = (held & _TYPES).bit_count()
+        highest = 0.0
+        winner: tuple[int, ...] = ()
+        for state, (total, summed) in self._sums(motivations, fit, held).items():
+            n = (state & _TYPES).bit_count() - n_held
+            mean = total / n if n else 0.0
+            if mean >= highest and n and self._is_met(state):
+                chosen = tuple(sorted(summed))
+                if (mean > highest or chosen < winner) and not self._takes_more(state, fit):
+                    highest, winner = mean, chosen
+        return tuple(sorted(vital + winner)) if vital else winner
+
+    def _fit(self, motivations: Sequence[float], types: int) -> list[int]:
+        """Motivated sets that leave ``types`` free; of those alike in types and needs the most motivated one."""
+        found: dict[int, int] = {}
+        for index in self._others:
+            bits = self._bits[index]
+            if motivations[index] > 0.0 and bits & _TYPES and not bits & types:
+                other = found.get(bits)
+                if other is None or motivations[index] > motivations[other]:
+                    found[bits] = index
+        return list(found.values())
+
+    def _sums(self, motivations: Sequence[float], fit: Sequence[int], held: int) -> dict[int, Sum]:
+        """The best sum of motivations for all that sets together may hold, type by type."""
+        beginning: dict[int, list[tuple[int, int, float]]] = {}  # by the first of their types
+        alone = 0  # types of sets that have one and need nothing: they are never left free
+        for index in fit:
+            bits = self._bits[index]
+            types = bits & _TYPES
+            first = types & -types
+            beginning.setdefault(first, []).append((index, bits, self._sizes[index] * motivations[index]))
+            if types == first and not bits >> 8 + self._n_needed:
+                alone |= first
+        states: dict[int, Sum] = {held: (0.0, ())}
+        for first, group in sorted(beginning.items()):
+            before, states = states, {}
+            for state, sum_ in before.items():
+                if state & first:
+                    _keep(states, state, *sum_)
+                    continue
+                if not alone & first:
+                    _keep(states, state, *sum_)
+                for index, bits, value in group:
+                    if not state & bits & _TYPES:
+                        _keep(states, state | bits, sum_[0] + value, (*sum_[1], index))
+        return states
+
+    def _is_met(self, state: int) -> bool:
+        """True if what the sets of ``state`` need is provided by them."""
+        return not state >> 8 + self._n_needed & ~(state >> 8)
+
+    def _takes_more(self, state: int, fit: Sequence[int]) -> bool:
+        """True if one more set could be added to ``state``."""
+        return any(not state & self._bits[one] & _TYPES and self._is_met(state | self._bits[one]) for one in fit)
 
 
-def _providers(sets: Sequence[ActivitySet], indices: Sequence[int]) -> dict[int, frozenset[int]]:
-    """For each set that needs an activity of another one, the sets that have it."""
-    return {
-        needy: frozenset(one for one in indices if any(a.name == sets[needy].needs for a in sets[one].activities))
-        for needy in indices
-        if sets[needy].needs is not None
-    }
-
-
-def _compatible(sets: Sequence[ActivitySet], indices: Sequence[int], providers: Mapping[int, frozenset[int]]) -> Any:
-    """The graph whose edges join sets that can go together; sets whose need nobody meets are left out."""
-    types = {index: sets[index].types for index in indices}
-
-    def leaves_room(needy: int, other: int) -> bool:
-        """True unless ``other`` takes the place of every set that ``needy`` needs."""
-        if needy not in providers or other in providers[needy]:
-            return True
-        return any(not types[other] & types[provider] for provider in providers[needy])
-
-    graph: Any = nx.Graph()
-    graph.add_nodes_from(index for index in indices if providers.get(index, True))
-    graph.add_edges_from(
-        (one, other)
-        for one in graph
-        for other in graph
-        if one < other and not types[one] & types[other] and leaves_room(one, other) and leaves_room(other, one)
-    )
-    return graph
-
-
-def best(candidates: Sequence[tuple[int, ...]], sizes: Sequence[int], motivations: Sequence[float]) -> tuple[int, ...]:
-    """The combination with the best mean motivation over its activities; of equals the first.
-
-    Args:
-        candidates: combinations of set indices.
-        sizes: number of activities in each set.
-        motivations: motivation of each set; its activities share it.
-
-    >>> best([(0,), (1, 2)], [2, 1, 1], [0.6, 0.9, 0.1])
-    (0,)
-    """
-    winner: tuple[int, ...] = ()
-    highest = 0.0
-    for candidate in candidates:
-        total = 0.0
-        n = 0
-        for index in candidate:
-            total += sizes[index] * motivations[index]
-            n += sizes[index]
-        if n and total / n > highest:
-            highest = total / n
-            winner = candidate
-    return winner
+def _keep(states: dict[int, Sum], state: int, total: float, chosen: tuple[int, ...]) -> None:
+    """Keep the best sum of a state; of equals the first."""
+    known = states.get(state)
+    if known is None or total > known[0] or (total == known[0] and sorted(chosen) < sorted(known[1])):
+        states[state] = total, chosen

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from remoras.activities import ActivityKind, ActivitySet, ActivityType, Candidate
 from remoras.behaviours import Perception
-from remoras.executive.decision import best, combinations
+from remoras.executive.decision import Choice
 from remoras.executive.satisfaction import (
     DecisionConstants,
     answered,
@@ -61,7 +61,7 @@ class ExecutiveLayer:
     def __init__(self, constants: DecisionConstants) -> None:
         self._constants = constants
         self.period_s = constants.period_s
-        self._combinations: dict[int, tuple[tuple[int, ...], ...]] = {}
+        self._choice = Choice(())
         self._importance: list[float] = []
         self._sizes: list[int] = []
         self._role_of: list[RoleKey | None] = []
@@ -80,7 +80,7 @@ class ExecutiveLayer:
         """Consider ``sets`` from now on, in ``roles``; satisfaction in a role that is kept is kept too."""
         going_on = {self.sets[index] for index in self.decision.chosen}
         self.sets = tuple(sets)
-        self._combinations = {}
+        self._choice = Choice(sets)
         self._importance = [activity_set.importance for activity_set in sets]
         self._sizes = [len(activity_set.effective) for activity_set in sets]
         self._role_of = [(s.objective.group, s.objective.role) if s.objective is not None else None for s in sets]
@@ -131,7 +131,6 @@ class ExecutiveLayer:
         own = self._contentment(stimuli) if calls else 0.0
         motivations, external = self.motivations, self._external
         performed = self.decision.chosen
-        motivated = 0
         for index, perception in enumerate(perceptions):
             stimulus = stimuli[index]
             if stimulus <= 0.0 or not self._sizes[index]:
@@ -141,7 +140,7 @@ class ExecutiveLayer:
             heeded = 0.0
             if calls and role in calls and self._listens[index]:
                 heeded = answered(calls[role], perception.answers, own)
-            motivations[index] = value = motivation(
+            motivations[index] = motivation(
                 self._importance[index],
                 stimulus,
                 None if role is None or index not in performed else self.satisfaction[role],
@@ -149,12 +148,7 @@ class ExecutiveLayer:
                 constants,
             )
             external[index] = constants.weight_external * heeded
-            if value > 0.0:
-                motivated |= 1 << index
-        candidates = self._combinations.get(motivated)
-        if candidates is None:
-            candidates = self._combinations[motivated] = combinations(self.sets, motivated)
-        chosen = best(candidates, self._sizes, motivations)
+        chosen = self._choice.best(motivations)
         if chosen != performed:
             self.decision = self._decision(chosen)
         if dt_s > 0.0:
@@ -177,10 +171,11 @@ class ExecutiveLayer:
         return found
 
     def _stimuli_of(self, perceptions: Sequence[Perception]) -> list[float]:
-        """Stimulus of every set; what needs another activity is worth as much as that one at the most."""
+        """Stimulus of every set; what needs another activity is worth as much as that one, and all that it needs."""
         stimuli = [perception.stimulus for perception in perceptions]
-        for needy, providers in self._providers.items():
-            stimuli[needy] = min(stimuli[needy], max((stimuli[index] for index in providers), default=0.0))
+        for _ in self._providers:  # as often as the longest chain of needs takes
+            for needy, providers in self._providers.items():
+                stimuli[needy] = min(stimuli[needy], max((stimuli[index] for index in providers), default=0.0))
         return stimuli
 
     def _contentment(self, stimuli: Sequence[float]) -> float:

@@ -1,8 +1,8 @@
 """What a vehicle needs to live: it keeps its distance, comes home on its last energy and stays where it operates.
 
-These activities are the vehicle's own, whatever its mission: it considers them before those of its objectives, and
-their importance is above anything that objectives, continuing and influence signals add up to. So a mission can neither
-forget nor override them. Sending influence signals belongs here too, as what a vehicle does in any case.
+These activities are the vehicle's own, whatever its mission, and come before all others: while one of them has a
+stimulus it is performed, the first of them in this order, whatever objectives and influence signals weigh. So a mission
+can neither forget nor override them. Sending influence signals belongs here too, as what a vehicle does in any case.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from remoras.activities import VITAL_IMPORTANCE, Activity, ActivityKind, ActivitySet, ActivityType
+from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
 from remoras.behaviours import CAPTURE_M, DUE, IDLE, Behaviour, Perception, Reference, Standing, distance_m
 from remoras.database import VehicleData
 from remoras.motion import Motion
@@ -137,7 +137,7 @@ class ReturningToArea(Behaviour):
 
 
 def _vital(name: str) -> ActivitySet:
-    return ActivitySet(None, ActivityKind.VITAL, (Activity(name, ActivityType.GUIDANCE),), VITAL_IMPORTANCE)
+    return ActivitySet(None, ActivityKind.VITAL, (Activity(name, ActivityType.GUIDANCE),), 1.0)
 
 
 VITAL_SETS = (

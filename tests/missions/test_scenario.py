@@ -476,6 +476,17 @@ def test_a_bad_setting_is_told_by_the_name_of_its_option(setting: str, says: str
 # explain ------------------------------------------------------------------------------------------
 
 
+def test_weights_under_which_nothing_performed_is_ever_left_are_refused():
+    """0.1 + 2.9 is as much as an importance of 1 and the loudest call, 2.0; a little less is allowed."""
+    refused = ("--set", "decision.weight_continuing=2.9")
+    with pytest.raises(ConfigurationError, match=r"weight_continuing.*hysteresis \+ weight_continuing must be below 3"):
+        load("mapping-rendezvous", [refused])
+    with pytest.raises(ConfigurationError, match=r"decision\.hysteresis.*must be below 1 = 1 \+ weight_external"):
+        load("mapping-rendezvous", [("--set", "decision.hysteresis=1"), ("--set", "decision.weight_external=0")])
+    load("mapping-rendezvous", [("--set", "decision.weight_continuing=2.89")])
+    load("mapping-rendezvous", [("--set", "decision.weight_external=50")])
+
+
 def test_every_key_of_the_shipped_scenario_is_explained():
     known = explanations()
     assert all(meaning for _, meaning in known.values())

@@ -15,6 +15,7 @@ from remoras.executive.satisfaction import DecisionConstants
 CARTOGRAPHER, PERFORMER = ("Operational", "Cartographer"), ("Operational", "Performer")
 ROLES = (CARTOGRAPHER, PERFORMER)
 CONSTANTS = DecisionConstants(
+    hysteresis=0.0,
     weight_continuing=0.2,
     weight_external=1.0,
     gain_per_s=1.0,
@@ -66,6 +67,43 @@ def test_a_vital_need_comes_before_everything() -> None:
     assert chosen(executive) == {"Evading"}
     executive.decide([ADVANCING, DUE, DUE, IDLE], 2.0, 1.0)
     assert chosen(executive) == {"ZigzagExploring", "Mapping"}
+
+
+@given(st.lists(st.tuples(*2 * [st.floats(-0.05, 0.05)]), min_size=20), st.floats(-128.0, 127.0))
+def test_equal_activities_whose_stimuli_tremble_do_not_take_turns(
+    noise: list[tuple[float, float]], satisfaction: float
+) -> None:
+    """Of importance 1, by 5 % to both sides: they differ by 0.1 at most, and so much is the hysteresis."""
+    one = activity_set(("One", ActivityType.GUIDANCE), importance=1.0, role="Cartographer")
+    other = activity_set(("Other", ActivityType.GUIDANCE), importance=1.0, role="Performer")
+    executive = layer(one, other, constants=DecisionConstants(hysteresis=0.1 + 1e-9, weight_continuing=0.1))
+    executive.satisfaction = dict.fromkeys(ROLES, satisfaction)
+    taken = set()
+    for trembles in noise:
+        executive.decide([Perception(0.95 + by) for by in trembles], 0.0, 0.0)
+        taken.add(executive.decision.chosen)
+    assert len(taken) == 1
+
+
+def test_without_hysteresis_who_is_dissatisfied_takes_turns() -> None:
+    one = activity_set(("One", ActivityType.GUIDANCE), importance=1.0, role="Cartographer")
+    other = activity_set(("Other", ActivityType.GUIDANCE), importance=1.0, role="Performer")
+    executive = layer(one, other, constants=CONSTANTS)
+    executive.satisfaction = dict.fromkeys(ROLES, -128.0)
+    taken = []
+    for number in range(10):
+        executive.decide([Perception(0.95 + 0.05 * (-1) ** number), Perception(0.95)], 0.0, 0.0)
+        taken.append(executive.decision.chosen)
+    assert taken == 5 * [(0,), (1,)]
+
+
+def test_a_chain_of_needs_is_worth_as_much_as_what_it_hangs_on() -> None:
+    """Listed from its end: mapping needs exploring, which needs a fix."""
+    fix = activity_set(("Fixing", ActivityType.NAVIGATION), importance=0.6, sensors=("gps",))
+    exploring = activity_set(("ZigzagExploring", ActivityType.GUIDANCE), importance=0.6, needs="Fixing")
+    executive = layer(MAPPING, exploring, fix, constants=CONSTANTS)
+    executive.decide([DUE, DUE, Perception(0.25)], 0.0, 0.0)
+    assert executive.motivations == pytest.approx(3 * [0.15])
 
 
 def test_nothing_to_do_is_an_empty_decision() -> None:

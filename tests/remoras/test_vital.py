@@ -5,13 +5,13 @@ import math
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from samples import AUV, auv
+from samples import AUV, activity_set, auv
 
-from remoras.activities import ActivityType
-from remoras.behaviours import DUE, IDLE, Reference
-from remoras.executive.satisfaction import HIGHEST, DecisionConstants, motivation
+from remoras.activities import ActivityKind, ActivityType
+from remoras.behaviours import DUE, IDLE, Perception, Reference
+from remoras.executive.layer import ExecutiveLayer
+from remoras.executive.satisfaction import DecisionConstants
 from remoras.functional.vital import (
-    VITAL_IMPORTANCE,
     VITAL_NAMES,
     VITAL_SETS,
     Evading,
@@ -120,10 +120,20 @@ def test_a_vehicle_outside_the_area_comes_back() -> None:
 
 
 def test_what_is_vital_comes_before_anything_of_a_mission() -> None:
-    """An objective of importance 1, performed in perfect satisfaction and called for as loudly as can be: 3.2 < 4."""
-    constants = DecisionConstants()
-    assert motivation(1.0, 1.0, HIGHEST, 1.0, constants) == pytest.approx(3.2)
-    assert motivation(VITAL_IMPORTANCE, 0.81, None, 0.0, constants) > 3.2
+    """The faintest stimulus is enough against what is performed in perfect satisfaction, and called for."""
+    working = activity_set(("Homing", ActivityType.GUIDANCE), importance=1.0, role="Performer")
+    executive = ExecutiveLayer(DecisionConstants(weight_continuing=1e6, weight_external=1e6))
+    executive.adopt([*VITAL_SETS, working], [("Operational", "Performer")])
+    executive.satisfaction["Operational", "Performer"] = 127.0
+    executive.hear(("Operational", "Performer"), "AUV01", "Performer", -128, 0.0)
+    quiet = [IDLE] * len(VITAL_SETS)
+    executive.decide([*quiet, DUE], 0.0, 0.0)
+    assert executive.decision.chosen == (len(VITAL_SETS),)
+    for index, one in enumerate(VITAL_SETS):
+        if one.kind is ActivityKind.VITAL:
+            executive.decide([*quiet[:index], Perception(1e-6), *quiet[index + 1 :], DUE], 0.0, 0.0)
+            assert executive.decision.chosen == (index,)
+            assert executive.motivations[-1] > 1e6 > executive.motivations[index]
 
 
 def test_every_vital_need_guides() -> None:
