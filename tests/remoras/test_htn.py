@@ -64,9 +64,10 @@ def test_every_step_knows_where_it_came_from() -> None:
     found = plan(SURVEY, {"charged": True}, Task("survey"))
     assert isinstance(found, Plan)
     dive, mapping = found.steps[0], found.steps[1]
-    assert [task.name for task in dive.ancestors] == ["survey", "descend"]
-    assert dive.methods == ("dive for it", "dive")
-    assert [task.name for task in mapping.ancestors] == ["survey"]
+    above = list(found.ancestors(dive.place))
+    assert [node.task.name for node in above] == ["descend", "survey"]
+    assert [node.method for node in above] == ["dive", "dive for it"]
+    assert [node.task.name for node in found.ancestors(mapping.place)] == ["survey"]
 
 
 def test_arguments_reach_methods_and_operators() -> None:

@@ -1,0 +1,347 @@
+"""The search: depth first, left to right, with backtracking; where that loses plans, again with bounded depth.
+
+**One loop in place of recursion**, since a plan may be deeper than Python's stack. Tasks still to be done are a linked
+list of cells. Every task that is taken from it becomes a node of the plan, so the list of nodes is the tree in
+preorder, and going back cuts it. A trail holds what was there before each change, as in a Prolog machine.
+
+**Loops.** A task that has itself among its ancestors, in the same state, can go round for ever, so it is given up
+there. Entered tasks are found by task and state; one that is found is an ancestor if the way up from here meets it.
+This loses plans in which a task must repeat in one state. So if it has given something up and found nothing, or has
+used half of the expansions, the search starts again without this rule and with bounded depth: 8, 16, 32 levels, ...
+
+**No work twice.** Which plans complete a cell depends on the state alone, as its ancestors do not change. Whoever comes
+to the same cell in the same state a second time has failed there before, and turns back. Where the cheapest plan is
+sought, this holds for whoever comes at no lower cost.
+
+**Cheapest.** Costs are not negative, so a plan in the making that costs as much as the best one found is given up.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from remoras.errors import PlanningError
+from remoras.htn.domain import GOAL, Decomposition, Domain, Method, Operator, Task, always, goal_methods, nothing
+from remoras.htn.facts import Facts, FactsLike, Key
+from remoras.htn.plans import ROOT, Node, NoPlan, Plan
+
+FIRST_DEPTH = 8
+MAX_DEAD_ENDS = 100
+MAX_CHAIN = 8
+NO_OTHERS: Iterator[Decomposition] = iter(())
+
+Cell = list[Any]
+"""A task to be done: [task, place of the task above, depth, cell behind it, costs by word at which it was met]."""
+DEAD_END: Cell = []
+_Choice = tuple[Cell, int, Iterator[Decomposition], int, int, int, float]
+"""Another way after a dead end: cell, next method, other decompositions of the last one; lengths of nodes, trail and
+entered tasks, and the cost, as they were."""
+
+
+@dataclass
+class _Known:
+    """What all searches for one plan have found out."""
+
+    is_cheapest: bool
+    nodes: list[tuple[Task, str | None, int]] | None = None
+    cost: float = math.inf
+    dead_ends: list[Task] = field(default_factory=list)
+    loop: tuple[Task, ...] = ()
+
+
+class _Search:
+    """One search; it can be stopped and resumed.
+
+    Args:
+        domain: operators and methods.
+        facts: that hold at first, and again when the search has ended without a plan.
+        tasks: to be done.
+        depth_limit: tasks that lie deeper are given up; None: loops are given up.
+        known: is added to.
+    """
+
+    def __init__(
+        self, domain: Domain, facts: Facts, tasks: Sequence[Task], depth_limit: int | None, known: _Known
+    ) -> None:
+        self.has_ended = False
+        self.has_given_up = False
+        self._domain = domain
+        self._methods = domain.methods
+        self._goal: tuple[Method, ...] = ()
+        self._facts = facts
+        self._known = known
+        self._depth_limit = depth_limit
+        self._nodes: list[tuple[Task, str | None, int]] = []
+        self._first: dict[Task, tuple[int, int]] = {}
+        self._open: dict[tuple[Task, int], int] = {}
+        self._entered: list[tuple[dict[Any, Any], Any, Any]] = []
+        self._choices: list[_Choice] = []
+        self._cost = 0.0
+        self._cell = _cells(tasks, ROOT, 0, None)
+
+    def run(self, max_expansions: int) -> int:
+        """Search to the first plan, or to the end if the cheapest is sought; returns the expansions that it took."""
+        operators = self._domain.operators
+        cell = self._cell
+        for n_expansions in range(max_expansions):
+            if cell is None:
+                self._known.nodes, self._known.cost = self._nodes.copy(), self._cost
+                cell = DEAD_END
+                if not self._known.is_cheapest:
+                    self.has_ended = True
+                    return n_expansions
+            elif (operator := operators.get(cell[0][0])) is not None:
+                cell = self._perform(cell, operator)
+            else:
+                cell = self._enter(cell)
+            if cell is DEAD_END:
+                cell = self._turn_back()
+                if cell is DEAD_END:
+                    self.has_ended = True
+                    return n_expansions + 1
+        self._cell = cell
+        return max_expansions
+
+    def chain(self) -> tuple[Task, ...]:
+        """The task at which the search stands, below the abstract tasks that it came from."""
+        if not self._cell:
+            return ()
+        return (*reversed([task for task, _ in self._above(self._cell[1])]), self._cell[0])
+
+    def may_have_missed(self) -> bool:
+        """True unless it went through everything."""
+        return self.has_given_up or not self.has_ended
+
+    def take_back(self) -> None:
+        """Leave the facts as they were at first."""
+        self._facts.undo(0)
+
+    def _perform(self, cell: Cell, operator: Operator) -> Cell | None:
+        task, parent, _, behind, _ = cell
+        facts = self._facts
+        if operator.applicable is not always and not operator.applicable(facts, *task[1]):
+            return self._dead_end(task)
+        price = operator.cost
+        self._cost += price if price.__class__ is float else operator.cost_of(facts, task)
+        if self._cost >= self._known.cost:
+            return self._dead_end(task)
+        if operator.effects is not nothing:
+            facts.make_true(operator.effects(facts, *task[1]))
+        self._nodes.append((task, None, parent))
+        return behind if not self._known.dead_ends or behind is None or self._is_new(behind) else DEAD_END
+
+    def _enter(self, cell: Cell) -> Cell | None:
+        """Decompose a task that is met for the first time."""
+        task, parent, depth, _, _ = cell
+        if self._depth_limit is not None:
+            if depth >= self._depth_limit:
+                self.has_given_up = True
+                return self._dead_end(task)
+            return self._decompose(cell, 0, NO_OTHERS)
+        place, n_trail = len(self._nodes), len(self._facts.trail)
+        try:
+            first = self._first.get(task)
+        except TypeError:  # an argument that cannot be compared by hash
+            return self._decompose(cell, 0, NO_OTHERS)
+        if first is None:
+            self._note(self._first, task, (place, n_trail))
+            return self._decompose(cell, 0, NO_OTHERS)
+        # States are compared only for a task that comes again.
+        key = task, self._facts.word(first[1])
+        if key not in self._open:
+            self._note(self._open, key, first[0])
+        key = task, self._facts.word(n_trail)
+        before = self._open.get(key)
+        if before is not None and any(above == before for _, above in self._above(parent, before)):
+            self.has_given_up = True
+            if not self._known.loop:
+                self._known.loop = (*reversed([above for above, _ in self._above(parent, before)]), task)
+            return self._dead_end(task)
+        self._note(self._open, key, place)
+        return self._decompose(cell, 0, NO_OTHERS)
+
+    def _note(self, where: dict[Any, Any], key: Any, value: Any) -> None:
+        """Enter a task, until the search turns back behind this."""
+        self._entered.append((where, key, where.get(key)))
+        where[key] = value
+
+    def _decompose(self, cell: Cell, next_method: int, others: Iterator[Decomposition]) -> Cell | None:
+        """Take the next decomposition of a task: another of the same method, or one of the methods after it."""
+        task, parent, depth, behind, _ = cell
+        facts = self._facts
+        methods = self._methods.get(task[0])
+        if methods is None and task[0] == GOAL:
+            methods = self._goal = self._goal or goal_methods(self._domain)
+        if methods is None:
+            known = ", ".join(self._domain.tasks())
+            raise PlanningError(f"task {task} is not in the domain, which has: {known}")
+        while (subtasks := next(others, None)) is None:
+            if next_method == len(methods):
+                return self._dead_end(task)
+            method = methods[next_method]
+            next_method += 1
+            if method.applicable is always or method.applicable(facts, *task[1]):
+                found = method.subtasks(facts, *task[1])
+                others = iter((found,)) if isinstance(found, list | tuple) else _decompositions(method, found, task)
+        method = methods[next_method - 1]
+        place = len(self._nodes)
+        self._choices.append(
+            (cell, next_method, others, place, len(facts.trail), len(self._entered), self._cost)
+        )
+        self._nodes.append((task, method.name, parent))
+        if not subtasks:
+            return behind if not self._known.dead_ends or behind is None or self._is_new(behind) else DEAD_END
+        depth += 1
+        for subtask in reversed(subtasks):
+            if not isinstance(subtask, Task) or (method.uses is not None and subtask[0] not in method.uses):
+                raise _wrong_subtasks(method, task, subtasks)
+            behind = [subtask, place, depth, behind, None]
+        return behind
+
+    def _turn_back(self) -> Cell | None:
+        """Go on with the last choice that has another way; DEAD_END if there is none."""
+        while self._choices:
+            cell, next_method, others, n_nodes, n_trail, n_entered, self._cost = self._choices.pop()
+            del self._nodes[n_nodes:]
+            self._facts.undo(n_trail)
+            while len(self._entered) > n_entered:
+                where, key, before = self._entered.pop()
+                if before is None:
+                    del where[key]
+                else:
+                    where[key] = before
+            found = self._decompose(cell, next_method, others)
+            if found is not DEAD_END:
+                return found
+        return DEAD_END
+
+    def _is_new(self, cell: Cell) -> bool:
+        """True unless the search came to this cell in this state before, at no higher cost."""
+        cost = self._cost if self._known.is_cheapest else 0.0
+        word = self._facts.word(len(self._facts.trail))
+        if cell[4] is None:
+            cell[4] = {word: cost}
+        elif cell[4].get(word, math.inf) <= cost:
+            return False
+        else:
+            cell[4][word] = cost
+        return True
+
+    def _above(self, place: int, highest: int = 0) -> Iterator[tuple[Task, int]]:
+        """The task at ``place`` and the abstract tasks above it, with their places, as far up as ``highest``."""
+        while place >= highest:
+            task, _, parent = self._nodes[place]
+            yield task, place
+            place = parent
+
+    def _dead_end(self, task: Task) -> Cell:
+        if len(self._known.dead_ends) < MAX_DEAD_ENDS:
+            self._known.dead_ends.append(task)
+        return DEAD_END
+
+
+def _cells(tasks: Sequence[Task], place: int, depth: int, behind: Cell | None) -> Cell | None:
+    for task in reversed(tasks):
+        behind = [task, place, depth, behind, None]
+    return behind
+
+
+def _wrong_subtasks(method: Method, task: Task, subtasks: Any) -> PlanningError:
+    if isinstance(subtasks, list | tuple) and all(isinstance(one, Task) for one in subtasks):
+        undeclared = sorted({one.name for one in subtasks} - set(method.uses or ()))
+        return PlanningError(
+            f"method {method.name!r} of task {task} uses {', '.join(undeclared)}, and declares only: "
+            f"{', '.join(method.uses or ()) or 'nothing'}"
+        )
+    return PlanningError(
+        f"method {method.name!r} of task {task} must return a list of tasks, or an iterator over such lists, "
+        f"not {subtasks!r}"
+    )
+
+
+def _decompositions(method: Method, found: Any, task: Task) -> Iterator[Decomposition]:
+    if not isinstance(found, Iterator):
+        raise _wrong_subtasks(method, task, found)
+    for subtasks in found:
+        if not isinstance(subtasks, list | tuple) or isinstance(subtasks, Task):
+            raise _wrong_subtasks(method, task, subtasks)
+        yield subtasks
+
+
+def plan(
+    domain: Domain,
+    facts: FactsLike,
+    tasks: Task | Sequence[Task] = (),
+    *,
+    goal: Mapping[Key, Any] | None = None,
+    cheapest: bool = False,
+    max_expansions: int = 100_000,
+) -> Plan | NoPlan:
+    """Decompose tasks into elementary tasks.
+
+    Args:
+        domain: operators and methods.
+        facts: what is known; only looked up, never changed. To be asked by pattern they are a mapping; a ``FactIndex``
+            is sorted once for any number of plans.
+        tasks: to be done, one or several in order.
+        goal: facts that hold after the tasks. Those that do not are achieved by the domain's methods for
+            ``Achieve(key, value)``; without such methods the tasks alone must bring them about.
+        cheapest: seek the plan of least cost, not the first; ``Plan.is_cheapest`` says whether that was shown.
+        max_expansions: bound on the tasks looked at; if it is reached without a plan, that is a PlanningError.
+
+    Returns:
+        The first plan found, methods and decompositions in their order, or the cheapest; or NoPlan.
+
+    Raises:
+        PlanningError: a task is not in the domain, or the bound is reached; with the chain of an endless recursion.
+
+    >>> domain = Domain.of([Operator("dive"), Operator("map")], {"survey": [
+    ...     Method("deep", lambda facts: [Task("dive"), Task("map")], lambda facts: facts.get("deep"))]})
+    >>> [str(task) for task in plan(domain, {"deep": True}, Task("survey")).tasks]
+    ['dive()', 'map()']
+    >>> plan(domain, {}, Task("survey")).rests_on
+    frozenset({'deep'})
+    """
+    wanted = (tasks,) if isinstance(tasks, Task) else tuple(tasks)
+    if goal is not None:
+        wanted = (*wanted, Task(GOAL, (tuple(goal.items()),)))
+    view = Facts(facts)
+    known = _Known(cheapest)
+    search = _Search(domain, view, wanted, None, known)
+    left = max_expansions - search.run(max_expansions - max_expansions // 2)
+    if known.nodes is not None and not search.has_ended:
+        left -= search.run(left)
+    chain = search.chain()
+    depth_limit = FIRST_DEPTH
+    while search.may_have_missed() and left > 0 and (cheapest or known.nodes is None):
+        search.take_back()
+        search = _Search(domain, view, wanted, depth_limit, known)
+        left -= search.run(left)
+        depth_limit *= 2
+    is_complete = not search.may_have_missed()
+    if known.nodes is None and not is_complete:
+        raise PlanningError(_endless(wanted, max_expansions, known.loop, chain))
+    rests_on, patterns = frozenset(view.read | view.compared), frozenset(view.patterns)
+    if known.nodes is None:
+        return NoPlan(wanted[0], rests_on, tuple(known.dead_ends), patterns)
+    return Plan(tuple(map(Node._make, known.nodes)), rests_on, patterns, known.cost, cheapest and is_complete)
+
+
+def _endless(tasks: Sequence[Task], max_expansions: int, loop: Sequence[Task], chain: Sequence[Task]) -> str:
+    text = f"no plan for {', '.join(map(str, tasks))} within {max_expansions} expansions"
+    if loop:
+        return f"{text}; endless recursion without any change: {_arrows(loop)}"
+    again = next((i for i in range(len(chain) - 2, -1, -1) if chain[i].name == chain[-1].name), None) if chain else None
+    if again is not None:
+        return f"{text}; recursion: {_arrows(chain[again:])}, {len(chain)} levels deep"
+    return f"{text}; the search stood at {_arrows(chain)}" if chain else text
+
+
+def _arrows(chain: Sequence[Task]) -> str:
+    names = [str(task) for task in chain]
+    if len(names) > MAX_CHAIN:
+        names[MAX_CHAIN // 2 : -MAX_CHAIN // 2] = ["..."]
+    return " > ".join(names)
