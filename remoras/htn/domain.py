@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from remoras.errors import PlanningError
@@ -146,7 +146,9 @@ def _faults(domain: Domain) -> Iterator[str]:
     for operator in domain.operators.values():
         if not callable(operator.cost) and not 0.0 <= operator.cost < math.inf:
             yield f"task {operator.name} costs {operator.cost!r}; a cost is a number of at least 0"
-    yield from (f"endless recursion: every method of {chain[0]} leads to {' > '.join(chain)}" for chain in _rings(domain))
+    yield from (
+        f"endless recursion: every method of {chain[0]} leads to {' > '.join(chain)}" for chain in _rings(domain)
+    )
 
 
 def _rings(domain: Domain) -> Iterator[tuple[str, ...]]:

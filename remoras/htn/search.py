@@ -36,9 +36,9 @@ NO_OTHERS: Iterator[Decomposition] = iter(())
 Cell = list[Any]
 """A task to be done: [task, place of the task above, depth, cell behind it, costs by word at which it was met]."""
 DEAD_END: Cell = []
-_Choice = tuple[Cell, int, Iterator[Decomposition], int, int, int, float]
-"""Another way after a dead end: cell, next method, other decompositions of the last one; lengths of nodes, trail and
-entered tasks, and the cost, as they were."""
+CHOICE = 7
+"""Entries of a choice, another way after a dead end: cell, next method, other decompositions of the last one; lengths
+of nodes, trail and entered tasks, and the cost, as they were."""
 
 
 @dataclass
@@ -46,7 +46,7 @@ class _Known:
     """What all searches for one plan have found out."""
 
     is_cheapest: bool
-    nodes: list[tuple[Task, str | None, int]] | None = None
+    nodes: tuple[Node, ...] | None = None
     cost: float = math.inf
     dead_ends: list[Task] = field(default_factory=list)
     loop: tuple[Task, ...] = ()
@@ -74,11 +74,14 @@ class _Search:
         self._facts = facts
         self._known = known
         self._depth_limit = depth_limit
-        self._nodes: list[tuple[Task, str | None, int]] = []
+        # Nodes, entered tasks and choices lie flat: the fewer objects, the less Python's collector goes through.
+        self._tasks: list[Task] = []
+        self._taken: list[str | None] = []
+        self._parents: list[int] = []
         self._first: dict[Task, tuple[int, int]] = {}
         self._open: dict[tuple[Task, int], int] = {}
-        self._entered: list[tuple[dict[Any, Any], Any, Any]] = []
-        self._choices: list[_Choice] = []
+        self._entered: list[Any] = []
+        self._choices: list[Any] = []
         self._cost = 0.0
         self._cell = _cells(tasks, ROOT, 0, None)
 
@@ -88,7 +91,7 @@ class _Search:
         cell = self._cell
         for n_expansions in range(max_expansions):
             if cell is None:
-                self._known.nodes, self._known.cost = self._nodes.copy(), self._cost
+                self._known.nodes, self._known.cost = self._tree(), self._cost
                 cell = DEAD_END
                 if not self._known.is_cheapest:
                     self.has_ended = True
@@ -120,7 +123,8 @@ class _Search:
         self._facts.undo(0)
 
     def _perform(self, cell: Cell, operator: Operator) -> Cell | None:
-        task, parent, _, behind, _ = cell
+        task, parent, _, _, _ = cell
+        behind: Cell | None = cell[3]
         facts = self._facts
         if operator.applicable is not always and not operator.applicable(facts, *task[1]):
             return self._dead_end(task)
@@ -130,7 +134,9 @@ class _Search:
             return self._dead_end(task)
         if operator.effects is not nothing:
             facts.make_true(operator.effects(facts, *task[1]))
-        self._nodes.append((task, None, parent))
+        self._tasks.append(task)
+        self._taken.append(None)
+        self._parents.append(parent)
         return behind if not self._known.dead_ends or behind is None or self._is_new(behind) else DEAD_END
 
     def _enter(self, cell: Cell) -> Cell | None:
@@ -141,7 +147,7 @@ class _Search:
                 self.has_given_up = True
                 return self._dead_end(task)
             return self._decompose(cell, 0, NO_OTHERS)
-        place, n_trail = len(self._nodes), len(self._facts.trail)
+        place, n_trail = len(self._tasks), len(self._facts.trail)
         try:
             first = self._first.get(task)
         except TypeError:  # an argument that cannot be compared by hash
@@ -165,12 +171,13 @@ class _Search:
 
     def _note(self, where: dict[Any, Any], key: Any, value: Any) -> None:
         """Enter a task, until the search turns back behind this."""
-        self._entered.append((where, key, where.get(key)))
+        self._entered += (where, key, where.get(key))
         where[key] = value
 
     def _decompose(self, cell: Cell, next_method: int, others: Iterator[Decomposition]) -> Cell | None:
         """Take the next decomposition of a task: another of the same method, or one of the methods after it."""
-        task, parent, depth, behind, _ = cell
+        task, parent, depth, _, _ = cell
+        behind: Cell | None = cell[3]
         facts = self._facts
         methods = self._methods.get(task[0])
         if methods is None and task[0] == GOAL:
@@ -178,20 +185,27 @@ class _Search:
         if methods is None:
             known = ", ".join(self._domain.tasks())
             raise PlanningError(f"task {task} is not in the domain, which has: {known}")
-        while (subtasks := next(others, None)) is None:
+        subtasks = next(others, None)
+        while subtasks is None:
             if next_method == len(methods):
                 return self._dead_end(task)
             method = methods[next_method]
             next_method += 1
             if method.applicable is always or method.applicable(facts, *task[1]):
                 found = method.subtasks(facts, *task[1])
-                others = iter((found,)) if isinstance(found, list | tuple) else _decompositions(method, found, task)
+                if isinstance(found, list | tuple):
+                    subtasks, others = found, NO_OTHERS
+                else:
+                    others = _decompositions(method, found, task)
+                    subtasks = next(others, None)
         method = methods[next_method - 1]
-        place = len(self._nodes)
-        self._choices.append(
-            (cell, next_method, others, place, len(facts.trail), len(self._entered), self._cost)
-        )
-        self._nodes.append((task, method.name, parent))
+        place = len(self._tasks)
+        if others is not NO_OTHERS or next_method < len(methods):
+            lengths = place, len(facts.trail), len(self._entered)
+            self._choices += (cell, next_method, others, *lengths, self._cost)
+        self._tasks.append(task)
+        self._taken.append(method.name)
+        self._parents.append(parent)
         if not subtasks:
             return behind if not self._known.dead_ends or behind is None or self._is_new(behind) else DEAD_END
         depth += 1
@@ -203,12 +217,14 @@ class _Search:
 
     def _turn_back(self) -> Cell | None:
         """Go on with the last choice that has another way; DEAD_END if there is none."""
-        while self._choices:
-            cell, next_method, others, n_nodes, n_trail, n_entered, self._cost = self._choices.pop()
-            del self._nodes[n_nodes:]
+        choices, entered = self._choices, self._entered
+        while choices:
+            cell, next_method, others, n_nodes, n_trail, n_entered, self._cost = choices[-CHOICE:]
+            del choices[-CHOICE:], self._tasks[n_nodes:], self._taken[n_nodes:], self._parents[n_nodes:]
             self._facts.undo(n_trail)
-            while len(self._entered) > n_entered:
-                where, key, before = self._entered.pop()
+            while len(entered) > n_entered:
+                where, key, before = entered[-3:]
+                del entered[-3:]
                 if before is None:
                     del where[key]
                 else:
@@ -233,9 +249,11 @@ class _Search:
     def _above(self, place: int, highest: int = 0) -> Iterator[tuple[Task, int]]:
         """The task at ``place`` and the abstract tasks above it, with their places, as far up as ``highest``."""
         while place >= highest:
-            task, _, parent = self._nodes[place]
-            yield task, place
-            place = parent
+            yield self._tasks[place], place
+            place = self._parents[place]
+
+    def _tree(self) -> tuple[Node, ...]:
+        return tuple(map(Node, self._tasks, self._taken, self._parents))
 
     def _dead_end(self, task: Task) -> Cell:
         if len(self._known.dead_ends) < MAX_DEAD_ENDS:
@@ -327,7 +345,7 @@ def plan(
     rests_on, patterns = frozenset(view.read | view.compared), frozenset(view.patterns)
     if known.nodes is None:
         return NoPlan(wanted[0], rests_on, tuple(known.dead_ends), patterns)
-    return Plan(tuple(map(Node._make, known.nodes)), rests_on, patterns, known.cost, cheapest and is_complete)
+    return Plan(known.nodes, rests_on, patterns, known.cost, cheapest and is_complete)
 
 
 def _endless(tasks: Sequence[Task], max_expansions: int, loop: Sequence[Task], chain: Sequence[Task]) -> str:

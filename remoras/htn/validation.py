@@ -133,7 +133,7 @@ def _below(nodes: Sequence[Node]) -> dict[int, list[Task]]:
 
 
 def _unlike(methods: Sequence[Method], name: str, task: Task, below: Sequence[Task], state: _State) -> str:
-    """Why the tasks ``below`` are no decomposition of ``task`` by the method of that ``name``; empty if they are one."""
+    """Why the tasks ``below`` are no decomposition of ``task`` by method ``name``; empty if they are one."""
     named = [method for method in methods if method.name == name]
     if not named:
         return f"{task} has no method {name!r}, it has: {', '.join(repr(one.name) for one in methods) or 'none'}"
