@@ -68,10 +68,13 @@ class FactIndex(Mapping[Any, Any]):
     def __init__(self, given: Mapping[Any, Any]) -> None:
         self._given = dict(given)
         self._buckets: dict[Shape, dict[tuple[Any, ...], tuple[tuple[Any, ...], ...]]] = {}
-        self.get = self._given.get  # type: ignore[method-assign]  # the shortest way
 
     def __getitem__(self, key: Any) -> Any:
         return self._given[key]
+
+    def get(self, key: Any, default: Any = None, /) -> Any:
+        """The value of a fact, or ``default`` if it was not given."""
+        return self._given.get(key, default)
 
     def __iter__(self) -> Iterator[Any]:
         return iter(self._given)

@@ -31,6 +31,7 @@ from remoras.htn.plans import ROOT, Node, NoPlan, Plan
 FIRST_DEPTH = 8
 MAX_DEAD_ENDS = 100
 MAX_CHAIN = 8
+SEQUENCE = (list, tuple)
 NO_OTHERS: Iterator[Decomposition] = iter(())
 
 Cell = list[Any]
@@ -185,7 +186,7 @@ class _Search:
         if methods is None:
             known = ", ".join(self._domain.tasks())
             raise PlanningError(f"task {task} is not in the domain, which has: {known}")
-        subtasks = next(others, None)
+        subtasks = None if others is NO_OTHERS else next(others, None)
         while subtasks is None:
             if next_method == len(methods):
                 return self._dead_end(task)
@@ -193,7 +194,7 @@ class _Search:
             next_method += 1
             if method.applicable is always or method.applicable(facts, *task[1]):
                 found = method.subtasks(facts, *task[1])
-                if isinstance(found, list | tuple):
+                if isinstance(found, SEQUENCE):
                     subtasks, others = found, NO_OTHERS
                 else:
                     others = _decompositions(method, found, task)

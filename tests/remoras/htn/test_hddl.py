@@ -251,7 +251,7 @@ ONE = """(define (problem p) (:domain d) (:objects x - place)
         (":ordered-subtasks (and (sail ?p))",
          ":subtasks (and (t1 (sail ?p)) (t2 (sail ?p))) :ordering (and (< t1 t2) (< t2 t1))",
          r"domain:6: subtasks t1, t2 go round in a circle"),
-        (":effect (not (at ?p))", ":effect (increase (total-cost) 1)", 
+        (":effect (not (at ?p))", ":effect (increase (total-cost) 1)",
          r"domain:4: \(increase .* is no effect; allowed: and"),
         ("(and (sail ?p))", "(and (go ?p))", r"endless recursion: every method of go leads to go > go"),
         ("(at x)", "(at y)", r"problem:3: object y is not declared; declared: x"),
