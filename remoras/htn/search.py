@@ -1,7 +1,7 @@
 """The search: depth first, left to right, with backtracking; where that loses plans, again with bounded depth.
 
 **One loop in place of recursion**, since a plan may be deeper than Python's stack. Tasks still to be done are a linked
-list of cells. Every task that is taken from it becomes a node of the plan, so the list of nodes is the tree in
+list, the agenda. Every task that is taken from it becomes a node of the plan, so the list of nodes is the tree in
 preorder, and going back cuts it. A trail holds what was there before each change, as in a Prolog machine.
 
 **Loops.** A task that has itself among its ancestors, in the same state, can go round for ever, so it is given up
@@ -9,9 +9,9 @@ there. Entered tasks are found by task and state; one that is found is an ancest
 This loses plans in which a task must repeat in one state. So if it has given something up and found nothing, or has
 used half of the expansions, the search starts again without this rule and with bounded depth: 8, 16, 32 levels, ...
 
-**No work twice.** Which plans complete a cell depends on the state alone, as its ancestors do not change. Whoever comes
-to the same cell in the same state a second time has failed there before, and turns back. Where the cheapest plan is
-sought, this holds for whoever comes at no lower cost.
+**No work twice.** Which plans complete an agenda depends on the state alone, as its ancestors do not change. Whoever
+comes to the same agenda in the same state a second time has failed there before, and turns back. Where the cheapest
+plan is sought, this holds for whoever comes at no lower cost.
 
 **Cheapest.** Costs are not negative, so a plan in the making that costs as much as the best one found is given up.
 """
@@ -34,11 +34,11 @@ MAX_CHAIN = 8
 SEQUENCE = (list, tuple)
 NO_OTHERS: Iterator[Decomposition] = iter(())
 
-Cell = list[Any]
-"""A task to be done: [task, place of the task above, depth, cell behind it, costs by word at which it was met]."""
-DEAD_END: Cell = []
+Agenda = list[Any]
+"""A task to be done: [task, place of the task above, depth, agenda behind it, costs by word at which it was met]."""
+DEAD_END: Agenda = []
 CHOICE = 7
-"""Entries of a choice, another way after a dead end: cell, next method, other decompositions of the last one; lengths
+"""Entries of a choice, another way after a dead end: agenda, next method, other decompositions of the last one; lengths
 of nodes, trail and entered tasks, and the cost, as they were."""
 
 
@@ -84,36 +84,36 @@ class _Search:
         self._entered: list[Any] = []
         self._choices: list[Any] = []
         self._cost = 0.0
-        self._cell = _cells(tasks, ROOT, 0, None)
+        self._agenda = _agenda(tasks, ROOT, 0, None)
 
     def run(self, max_expansions: int) -> int:
         """Search to the first plan, or to the end if the cheapest is sought; returns the expansions that it took."""
         operators = self._domain.operators
-        cell = self._cell
+        agenda = self._agenda
         for n_expansions in range(max_expansions):
-            if cell is None:
+            if agenda is None:
                 self._known.nodes, self._known.cost = self._tree(), self._cost
-                cell = DEAD_END
+                agenda = DEAD_END
                 if not self._known.is_cheapest:
                     self.has_ended = True
                     return n_expansions
-            elif (operator := operators.get(cell[0][0])) is not None:
-                cell = self._perform(cell, operator)
+            elif (operator := operators.get(agenda[0][0])) is not None:
+                agenda = self._perform(agenda, operator)
             else:
-                cell = self._enter(cell)
-            if cell is DEAD_END:
-                cell = self._turn_back()
-                if cell is DEAD_END:
+                agenda = self._enter(agenda)
+            if agenda is DEAD_END:
+                agenda = self._turn_back()
+                if agenda is DEAD_END:
                     self.has_ended = True
                     return n_expansions + 1
-        self._cell = cell
+        self._agenda = agenda
         return max_expansions
 
     def chain(self) -> tuple[Task, ...]:
         """The task at which the search stands, below the abstract tasks that it came from."""
-        if not self._cell:
+        if not self._agenda:
             return ()
-        return (*reversed([task for task, _ in self._above(self._cell[1])]), self._cell[0])
+        return (*reversed([task for task, _ in self._above(self._agenda[1])]), self._agenda[0])
 
     def may_have_missed(self) -> bool:
         """True unless it went through everything."""
@@ -123,9 +123,9 @@ class _Search:
         """Leave the facts as they were at first."""
         self._facts.undo(0)
 
-    def _perform(self, cell: Cell, operator: Operator) -> Cell | None:
-        task, parent, _, _, _ = cell
-        behind: Cell | None = cell[3]
+    def _perform(self, agenda: Agenda, operator: Operator) -> Agenda | None:
+        task, parent, _, _, _ = agenda
+        behind: Agenda | None = agenda[3]
         facts = self._facts
         if operator.applicable is not always and not operator.applicable(facts, *task[1]):
             return self._dead_end(task)
@@ -140,22 +140,22 @@ class _Search:
         self._parents.append(parent)
         return behind if not self._known.dead_ends or behind is None or self._is_new(behind) else DEAD_END
 
-    def _enter(self, cell: Cell) -> Cell | None:
+    def _enter(self, agenda: Agenda) -> Agenda | None:
         """Decompose a task that is met for the first time."""
-        task, parent, depth, _, _ = cell
+        task, parent, depth, _, _ = agenda
         if self._depth_limit is not None:
             if depth >= self._depth_limit:
                 self.has_given_up = True
                 return self._dead_end(task)
-            return self._decompose(cell, 0, NO_OTHERS)
+            return self._decompose(agenda, 0, NO_OTHERS)
         place, n_trail = len(self._tasks), len(self._facts.trail)
         try:
             first = self._first.get(task)
         except TypeError:  # an argument that cannot be compared by hash
-            return self._decompose(cell, 0, NO_OTHERS)
+            return self._decompose(agenda, 0, NO_OTHERS)
         if first is None:
             self._note(self._first, task, (place, n_trail))
-            return self._decompose(cell, 0, NO_OTHERS)
+            return self._decompose(agenda, 0, NO_OTHERS)
         # States are compared only for a task that comes again.
         key = task, self._facts.word(first[1])
         if key not in self._open:
@@ -168,17 +168,17 @@ class _Search:
                 self._known.loop = (*reversed([above for above, _ in self._above(parent, before)]), task)
             return self._dead_end(task)
         self._note(self._open, key, place)
-        return self._decompose(cell, 0, NO_OTHERS)
+        return self._decompose(agenda, 0, NO_OTHERS)
 
     def _note(self, where: dict[Any, Any], key: Any, value: Any) -> None:
         """Enter a task, until the search turns back behind this."""
         self._entered += (where, key, where.get(key))
         where[key] = value
 
-    def _decompose(self, cell: Cell, next_method: int, others: Iterator[Decomposition]) -> Cell | None:
+    def _decompose(self, agenda: Agenda, next_method: int, others: Iterator[Decomposition]) -> Agenda | None:
         """Take the next decomposition of a task: another of the same method, or one of the methods after it."""
-        task, parent, depth, _, _ = cell
-        behind: Cell | None = cell[3]
+        task, parent, depth, _, _ = agenda
+        behind: Agenda | None = agenda[3]
         facts = self._facts
         methods = self._methods.get(task[0])
         if methods is None and task[0] == GOAL:
@@ -203,7 +203,7 @@ class _Search:
         place = len(self._tasks)
         if others is not NO_OTHERS or next_method < len(methods):
             lengths = place, len(facts.trail), len(self._entered)
-            self._choices += (cell, next_method, others, *lengths, self._cost)
+            self._choices += (agenda, next_method, others, *lengths, self._cost)
         self._tasks.append(task)
         self._taken.append(method.name)
         self._parents.append(parent)
@@ -216,11 +216,11 @@ class _Search:
             behind = [subtask, place, depth, behind, None]
         return behind
 
-    def _turn_back(self) -> Cell | None:
+    def _turn_back(self) -> Agenda | None:
         """Go on with the last choice that has another way; DEAD_END if there is none."""
         choices, entered = self._choices, self._entered
         while choices:
-            cell, next_method, others, n_nodes, n_trail, n_entered, self._cost = choices[-CHOICE:]
+            agenda, next_method, others, n_nodes, n_trail, n_entered, self._cost = choices[-CHOICE:]
             del choices[-CHOICE:], self._tasks[n_nodes:], self._taken[n_nodes:], self._parents[n_nodes:]
             self._facts.undo(n_trail)
             while len(entered) > n_entered:
@@ -230,21 +230,21 @@ class _Search:
                     del where[key]
                 else:
                     where[key] = before
-            found = self._decompose(cell, next_method, others)
+            found = self._decompose(agenda, next_method, others)
             if found is not DEAD_END:
                 return found
         return DEAD_END
 
-    def _is_new(self, cell: Cell) -> bool:
-        """True unless the search came to this cell in this state before, at no higher cost."""
+    def _is_new(self, agenda: Agenda) -> bool:
+        """True unless the search came to this agenda in this state before, at no higher cost."""
         cost = self._cost if self._known.is_cheapest else 0.0
         word = self._facts.word(len(self._facts.trail))
-        if cell[4] is None:
-            cell[4] = {word: cost}
-        elif cell[4].get(word, math.inf) <= cost:
+        if agenda[4] is None:
+            agenda[4] = {word: cost}
+        elif agenda[4].get(word, math.inf) <= cost:
             return False
         else:
-            cell[4][word] = cost
+            agenda[4][word] = cost
         return True
 
     def _above(self, place: int, highest: int = 0) -> Iterator[tuple[Task, int]]:
@@ -256,13 +256,13 @@ class _Search:
     def _tree(self) -> tuple[Node, ...]:
         return tuple(map(Node, self._tasks, self._taken, self._parents))
 
-    def _dead_end(self, task: Task) -> Cell:
+    def _dead_end(self, task: Task) -> Agenda:
         if len(self._known.dead_ends) < MAX_DEAD_ENDS:
             self._known.dead_ends.append(task)
         return DEAD_END
 
 
-def _cells(tasks: Sequence[Task], place: int, depth: int, behind: Cell | None) -> Cell | None:
+def _agenda(tasks: Sequence[Task], place: int, depth: int, behind: Agenda | None) -> Agenda | None:
     for task in reversed(tasks):
         behind = [task, place, depth, behind, None]
     return behind
