@@ -7,8 +7,10 @@ places which a pattern gives are made when they are first asked for, so an answe
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from enum import Enum
+from functools import cache
+from operator import itemgetter
 from typing import Any, Final, Protocol
 
 from remoras.errors import PlanningError
@@ -50,11 +52,14 @@ def fits(pattern: Pattern, key: Key) -> bool:
 
 
 def _shape(pattern: Pattern) -> Shape:
-    return (len(pattern), *(place for place, wanted in enumerate(pattern) if wanted is not ANY))
+    """The length of a pattern, and the places that it gives."""
+    return (len(pattern), *[place for place, wanted in enumerate(pattern) if wanted is not ANY])
 
 
-def _values(shape: Shape, key: tuple[Any, ...]) -> tuple[Any, ...]:
-    return tuple([key[place] for place in shape[1:]])
+@cache
+def _reader(shape: Shape) -> Callable[[tuple[Any, ...]], Hashable]:
+    """The function that reads what stands in the places of ``shape``."""
+    return itemgetter(*shape[1:]) if len(shape) > 1 else lambda key: None
 
 
 class FactIndex(Mapping[Any, Any]):
@@ -67,7 +72,7 @@ class FactIndex(Mapping[Any, Any]):
 
     def __init__(self, given: Mapping[Any, Any]) -> None:
         self._given = dict(given)
-        self._buckets: dict[Shape, dict[tuple[Any, ...], tuple[tuple[Any, ...], ...]]] = {}
+        self._buckets: dict[Shape, dict[Hashable, tuple[tuple[Any, ...], ...]]] = {}
 
     def __getitem__(self, key: Any) -> Any:
         return self._given[key]
@@ -85,20 +90,21 @@ class FactIndex(Mapping[Any, Any]):
     def match(self, pattern: Pattern) -> tuple[tuple[Any, ...], ...]:
         """Keys of the facts that hold and fit ``pattern``, in the order in which they were given."""
         shape = _shape(pattern)
-        return self.bucket(shape, _values(shape, pattern))
+        return self.bucket(shape, _reader(shape)(pattern))
 
-    def bucket(self, shape: Shape, values: tuple[Any, ...]) -> tuple[tuple[Any, ...], ...]:
+    def bucket(self, shape: Shape, values: Hashable) -> tuple[tuple[Any, ...], ...]:
         """Keys of the facts that hold and have ``values`` in the places of ``shape``."""
         buckets = self._buckets.get(shape)
         if buckets is None:
             buckets = self._buckets[shape] = self._sorted(shape)
         return buckets.get(values, ())
 
-    def _sorted(self, shape: Shape) -> dict[tuple[Any, ...], tuple[tuple[Any, ...], ...]]:
-        found: dict[tuple[Any, ...], list[tuple[Any, ...]]] = {}
+    def _sorted(self, shape: Shape) -> dict[Hashable, tuple[tuple[Any, ...], ...]]:
+        read = _reader(shape)
+        found: dict[Hashable, list[tuple[Any, ...]]] = {}
         for key, value in self._given.items():
             if isinstance(key, tuple) and len(key) == shape[0] and value is not None and value is not False:
-                found.setdefault(_values(shape, key), []).append(key)
+                found.setdefault(read(key), []).append(key)
         return {values: tuple(keys) for values, keys in found.items()}
 
 
@@ -132,8 +138,8 @@ class Facts:
         self._words_at = [0]
         self._words = _Words()
         self._index: FactIndex | None = None
-        self._buckets: dict[Shape, dict[tuple[Any, ...], dict[tuple[Any, ...], None]]] = {}
-        self._shapes: dict[int, list[Shape]] = {}
+        self._buckets: dict[tuple[Shape, Any], dict[Hashable, dict[tuple[Any, ...], None]]] = {}
+        self._shapes: dict[tuple[int, Any], list[Shape]] = {}  # of patterns, by their length and what they begin with
 
     def get(self, key: Key, default: Any = None) -> Any:
         """The value of a fact; a key that is not made true on the way is noted as read."""
@@ -151,19 +157,22 @@ class Facts:
         """
         self.patterns.add(pattern)
         shape = _shape(pattern)
-        if shape not in self._buckets:
-            self._open(shape)
-        values = _values(shape, pattern)
-        bucket = self._buckets[shape].get(values)
+        first = pattern[0] if pattern else ANY
+        buckets = self._buckets.get((shape, first))
+        if buckets is None:
+            buckets = self._open(shape, first)
+        values = _reader(shape)(pattern)
+        bucket = buckets.get(values)
         return self._indexed().bucket(shape, values) if bucket is None else tuple(bucket)
 
-    def _open(self, shape: Shape) -> None:
-        """From now on facts made true are sorted by ``shape``; where there are none the facts given are the answer."""
-        self._buckets[shape] = {}
-        self._shapes.setdefault(shape[0], []).append(shape)
+    def _open(self, shape: Shape, first: Any) -> dict[Hashable, dict[tuple[Any, ...], None]]:
+        """From now on facts made true that begin with ``first`` are sorted; where there are none those given answer."""
+        self._buckets[shape, first] = {}
+        self._shapes.setdefault((shape[0], first), []).append(shape)
         for key, value in self._values.items():
-            if isinstance(key, tuple) and len(key) == shape[0]:
-                self._sort_in(shape, key, value)
+            if isinstance(key, tuple) and len(key) == shape[0] and (first is ANY or key[0] == first):
+                self._put(shape, first, key, value)
+        return self._buckets[shape, first]
 
     def _indexed(self) -> FactIndex:
         if self._index is None:
@@ -182,8 +191,7 @@ class Facts:
             self.trail.append((key, values.get(key, MISSING), value))
             values[key] = value
             if self._shapes and isinstance(key, tuple):
-                for shape in self._shapes.get(len(key), ()):
-                    self._sort_in(shape, key, value)
+                self._sort_in(key, value)
 
     def undo(self, length: int) -> None:
         """Take back all changes in the trail behind ``length``, the last first."""
@@ -196,8 +204,7 @@ class Facts:
                 values[key] = before
             if self._shapes and isinstance(key, tuple):
                 value = self._given.get(key) if before is MISSING else before
-                for shape in self._shapes.get(len(key), ()):
-                    self._sort_in(shape, key, value)
+                self._sort_in(key, value)
         del self._words_at[length + 1 :]
 
     def word(self, length: int) -> int:
@@ -222,11 +229,18 @@ class Facts:
         except TypeError:  # a value that cannot be compared by hash equals no other
             return self._words[len(self._words)]
 
-    def _sort_in(self, shape: Shape, key: tuple[Any, ...], value: Any) -> None:
-        values = _values(shape, key)
-        bucket = self._buckets[shape].get(values)
+    def _sort_in(self, key: tuple[Any, ...], value: Any) -> None:
+        for first in (key[0], ANY) if key else (ANY,):
+            for shape in self._shapes.get((len(key), first), ()):
+                self._put(shape, first, key, value)
+
+    def _put(self, shape: Shape, first: Any, key: tuple[Any, ...], value: Any) -> None:
+        """Add a fact to its bucket, or take it out; a bucket begins with the facts given."""
+        buckets = self._buckets[shape, first]
+        values = _reader(shape)(key)
+        bucket = buckets.get(values)
         if bucket is None:
-            bucket = self._buckets[shape][values] = dict.fromkeys(self._indexed().bucket(shape, values))
+            bucket = buckets[values] = dict.fromkeys(self._indexed().bucket(shape, values))
         if value is None or value is False:
             bucket.pop(key, None)
         else:

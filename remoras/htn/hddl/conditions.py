@@ -6,6 +6,7 @@ A slot of a variable that is not bound holds ``ANY``, so the key of an atom is a
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from operator import itemgetter
 from typing import Any
 
@@ -66,18 +67,25 @@ class Slots:
                 return lambda facts, env: not holds(facts, env)
             case Several(formulas, is_all):
                 tests = tuple(self.test(one) for one in formulas)
-                if is_all:
-                    return lambda facts, env: all(test(facts, env) for test in tests)
-                return lambda facts, env: any(test(facts, env) for test in tests)
-            case Quantified(parameters, inner, is_all):
-                with_all = self.quantified(parameters)
-                holds = self.test(inner)
-                if is_all:
-                    return lambda facts, env: all(holds(facts, bound) for bound in with_all(env))
-                return lambda facts, env: any(holds(facts, bound) for bound in with_all(env))
 
-    def quantified(self, parameters: Sequence[Parameter]) -> Callable[[Env], Iterator[Env]]:
-        """The function that goes through all values of ``parameters``; an inner variable hides an outer one."""
+                def several(facts: Facts, env: Env) -> bool:
+                    for test in tests:
+                        if test(facts, env) is not is_all:
+                            return not is_all
+                    return is_all
+
+                return tests[0] if len(tests) == 1 else several
+            case Quantified(parameters, inner, is_all):
+                with self.scope(parameters) as every:
+                    holds = self.test(inner)
+                if is_all:
+                    return lambda facts, env: all(holds(facts, bound) for bound in every(env))
+                return lambda facts, env: any(holds(facts, bound) for bound in every(env))
+
+    @contextmanager
+    def scope(self, parameters: Sequence[Parameter]) -> Iterator[Callable[[Env], Iterator[Env]]]:
+        """Where quantified variables are known, and hide outer ones; yields the way through their values."""
+        outer = {one.name: self.of.get(one.name) for one in parameters}
         slots = []
         for one in parameters:
             self.of[one.name] = len(self._blank)
@@ -90,7 +98,12 @@ class Slots:
                 found = [[*one[:slot], value, *one[slot + 1 :]] for one in found for value in values]
             return iter(found)
 
-        return every
+        yield every
+        for name, before in outer.items():
+            if before is None:
+                del self.of[name]
+            else:
+                self.of[name] = before
 
 
 def simplified(formula: Formula, objects: Objects, names: Mapping[str, str]) -> Iterator[tuple[Atom, bool]]:

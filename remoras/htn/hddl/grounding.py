@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from remoras.htn.domain import Decomposition, Domain, Method, Operator, Task
@@ -58,18 +58,18 @@ def _operator(action: Action, objects: ObjectsByType) -> Operator:
     slots = Slots(action.parameters, objects)
     kinds = [objects.frozen(one.types) for one in action.parameters]
     test = slots.test(action.precondition)
-    effects = [
-        (
-            slots.quantified(one.parameters) if one.parameters else None,
-            slots.test(one.condition) if conjuncts(one.condition) else None,
-            slots.key(one.atom),
-            True if one.is_added else None,
-        )
-        for one in sorted(action.effects, key=lambda one: one.is_added)  # what is added stays, where both is said
-    ]
+    effects = []
+    for one in sorted(action.effects, key=lambda one: one.is_added):  # what is added stays, where both is said
+        with slots.scope(one.parameters) as every:
+            condition = slots.test(one.condition) if conjuncts(one.condition) else None
+            value = True if one.is_added else None
+            effects.append((every if one.parameters else None, condition, slots.key(one.atom), value))
 
     def applicable(facts: Facts, *args: str) -> bool:
-        return all(arg in kind for arg, kind in zip(args, kinds, strict=True)) and test(facts, slots.env(args))
+        for arg, kind in zip(args, kinds, strict=True):
+            if arg not in kind:
+                return False
+        return test(facts, slots.env(args))
 
     def changes(facts: Facts, *args: str) -> dict[Any, Any]:
         env = slots.env(args)
@@ -114,15 +114,9 @@ class _Enumerate:
             yield now
 
 
-class _Check:
-    """Lets an environment pass that meets a condition."""
-
-    def __init__(self, test: Test) -> None:
-        self._test = test
-
-    def __call__(self, facts: Facts, env: Env) -> Iterator[Env]:
-        if self._test(facts, env):
-            yield env
+Source = Callable[[Facts, Env], Iterable[Env]]
+_Stage = tuple[Source, tuple[Test, ...]]
+"""Binds one variable or several; and what can be tested then."""
 
 
 class _Binding:
@@ -168,28 +162,34 @@ class _Binding:
             yield tasks
 
     def _bound(self, facts: Facts, env: Env, stage: int) -> Iterator[Env]:
-        if stage == len(self._stages):
-            yield env
-            return
-        for now in self._stages[stage](facts, env):
-            yield from self._bound(facts, now, stage + 1)
+        source, tests = self._stages[stage]
+        is_last = stage + 1 == len(self._stages)
+        for now in source(facts, env):
+            for test in tests:
+                if not test(facts, now):
+                    break
+            else:
+                if is_last:
+                    yield now
+                else:
+                    yield from self._bound(facts, now, stage + 1)
 
-    def _in_order(self, conditions: list[Formula]) -> list[_Match | _Enumerate | _Check]:
+    def _in_order(self, conditions: list[Formula]) -> list[_Stage]:
         bound = {term for term in self._spec.task.terms if term.startswith("?")}
-        stages: list[_Match | _Enumerate | _Check] = []
+        stages: list[_Stage] = []
+        source: Source = lambda facts, env: (env,)  # noqa: E731
         left = conditions
         while True:
-            for one in [one for one in left if self._free(one) <= bound]:
-                stages.append(_Check(self._slots.test(one)))
-                left = [other for other in left if other is not one]
+            stages.append((source, tuple(self._slots.test(one) for one in left if self._free(one) <= bound)))
+            left = [one for one in left if not self._free(one) <= bound]
             atoms = [one for one in left if isinstance(one, Atom) and one.predicate != EQUAL]
             if atoms:
                 atom = min(atoms, key=lambda one: len(self._free(one) - bound))
-                stages.append(self._match(atom, bound))
+                source = self._match(atom, bound)
                 left = [one for one in left if one is not atom]
                 bound |= self._free(atom)
             elif (missing := next((one for one in self._spec.parameters if one.name not in bound), None)) is not None:
-                stages.append(_Enumerate(self._slots.slot(missing.name), self._objects(missing.types)))
+                source = _Enumerate(self._slots.slot(missing.name), self._objects(missing.types))
                 bound.add(missing.name)
             else:
                 return stages
