@@ -297,7 +297,7 @@ def plan(
     *,
     goal: Mapping[Key, Any] | None = None,
     cheapest: bool = False,
-    max_expansions: int = 100_000,
+    max_expansions: int = 200_000,
 ) -> Plan | NoPlan:
     """Decompose tasks into elementary tasks.
 

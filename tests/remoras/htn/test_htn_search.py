@@ -321,3 +321,11 @@ def test_where_the_search_turned_back_is_noted_a_hundred_times() -> None:
         Domain.of([Operator("fail", lambda facts, number: False)], {"try": [Method("count", count)]}), {}, Task("try")
     )
     assert [task.args for task in found.dead_ends] == [(number,) for number in range(100)]
+
+
+def test_a_plan_that_takes_most_of_the_first_half_of_the_expansions_is_found() -> None:
+    """Nine in ten of the 100,000 expansions of the first search; it does not start again."""
+    count = Domain.of([Operator("step")], {"all": [Method("steps", lambda facts: [Task("step")] * 90_000)]})
+    found = plan(count, {}, Task("all"))
+    assert isinstance(found, Plan)
+    assert len(found.steps) == 90_000
