@@ -37,6 +37,8 @@ NO_OTHERS: Iterator[Decomposition] = iter(())
 Agenda = list[Any]
 """A task to be done: [task, place of the task above, depth, agenda behind it, costs by word at which it was met]."""
 DEAD_END: Agenda = []
+_Open = tuple[int, int, Any]
+"""A task that was entered: its place, the length of the trail, and an earlier one of the same name and arguments."""
 CHOICE = 7
 """Entries of a choice, another way after a dead end: agenda, next method, other decompositions of the last one; lengths
 of nodes, trail and entered tasks, and the cost, as they were."""
@@ -79,8 +81,8 @@ class _Search:
         self._tasks: list[Task] = []
         self._taken: list[str | None] = []
         self._parents: list[int] = []
-        self._first: dict[Task, tuple[int, int]] = {}
-        self._open: dict[tuple[Task, int], int] = {}
+        self._open: dict[Task, _Open] = {}
+        self._open_in: dict[tuple[Task, int], int] = {}
         self._entered: list[Any] = []
         self._choices: list[Any] = []
         self._cost = 0.0
@@ -150,25 +152,34 @@ class _Search:
             return self._decompose(agenda, 0, NO_OTHERS)
         place, n_trail = len(self._tasks), len(self._facts.trail)
         try:
-            first = self._first.get(task)
+            above = self._open.get(task)
         except TypeError:  # an argument that cannot be compared by hash
             return self._decompose(agenda, 0, NO_OTHERS)
-        if first is None:
-            self._note(self._first, task, (place, n_trail))
-            return self._decompose(agenda, 0, NO_OTHERS)
-        # States are compared only for a task that comes again.
-        key = task, self._facts.word(first[1])
-        if key not in self._open:
-            self._note(self._open, key, first[0])
-        key = task, self._facts.word(n_trail)
-        before = self._open.get(key)
-        if before is not None and any(above == before for _, above in self._above(parent, before)):
-            self.has_given_up = True
-            if not self._known.loop:
-                self._known.loop = (*reversed([above for above, _ in self._above(parent, before)]), task)
-            return self._dead_end(task)
-        self._note(self._open, key, place)
+        while above is not None and not self._is_above(above[0], parent):
+            above = above[2]  # it is done
+        if above is not None:  # States are compared only where a task has itself among its ancestors.
+            if above[2] is None:
+                self._note(self._open_in, (task, self._facts.word(above[1])), above[0])
+            key = task, self._facts.word(n_trail)
+            before = self._open_in.get(key)
+            if before is not None and self._is_above(before, parent):
+                return self._give_up(before, parent, task)
+            self._note(self._open_in, key, place)
+        self._note(self._open, task, (place, n_trail, above))
         return self._decompose(agenda, 0, NO_OTHERS)
+
+    def _give_up(self, before: int, parent: int, task: Task) -> Agenda:
+        """``task`` is that at place ``before``, in the same state."""
+        self.has_given_up = True
+        if not self._known.loop:
+            self._known.loop = (*reversed([above for above, _ in self._above(parent, before)]), task)
+        return self._dead_end(task)
+
+    def _is_above(self, place: int, parent: int) -> bool:
+        """True if the way up from ``parent`` meets ``place``."""
+        while parent > place:
+            parent = self._parents[parent]
+        return parent == place
 
     def _note(self, where: dict[Any, Any], key: Any, value: Any) -> None:
         """Enter a task, until the search turns back behind this."""
