@@ -163,8 +163,9 @@ def broken_rules(found: Import) -> Iterator[str]:
             yield "in remoras only the fleet knows the sea"
     elif other not in ROOMS[room] and not any(within(target, door) for door in DOORS.get(room, ())):
         yield f"{room} may import {', '.join(sorted(ROOMS[room] | DOORS.get(room, set())))}"
-    if module in STAND_ALONE and target not in STAND_ALONE[module]:
-        yield f"{module} stands alone"
+    for alone, allowed in STAND_ALONE.items():
+        if within(module, alone) and not within(target, alone) and target not in allowed:
+            yield f"{alone} stands alone"
 
 
 def words_in(source: str) -> Iterator[tuple[int, str]]:

@@ -260,7 +260,8 @@ class MappingMission(Mission):
             raise PlanningError(f"{data.name} has no way to pursue {objective}")
         together: dict[tuple[Any, ...], list[str]] = {}
         for step in found.steps:
-            together.setdefault(tuple(task.name for task in step.ancestors), []).append(step.task.name)
+            above = tuple(node.task.name for node in found.ancestors(step.place))
+            together.setdefault(above, []).append(step.task.name)
         rests_on: set[Key] = set(found.rests_on)
         sets = []
         for names in together.values():

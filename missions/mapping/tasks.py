@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 
 from missions.mapping.sensors import swath_m
 from missions.mapping.unfinished import is_to_be_inspected
-from missions.meeting.meeting import Meeting
+from missions.meeting.meeting import ALLOCATED, ASSIGNED, Meeting
 from remoras.activities import Objective
 from remoras.database import VehicleData
 from remoras.htn import Domain, FactsLike, Method, Operator, Task
@@ -29,7 +29,7 @@ def supervision_methods(groups: Sequence[Group], meeting: Meeting) -> list[Metho
         others = [g for g in groups if g.name != group]
         return [*(Task("GiveMission", (g.name, "AreaMapping")) for g in others), *meeting.tasks(own)]
 
-    return [Method("delegate the mapping", delegate)]
+    return [Method("delegate the mapping", delegate, uses=("GiveMission", *ASSIGNED))]
 
 
 def mapping_methods(groups: Sequence[Group], meeting: Meeting, finds: Collection[str] = ()) -> list[Method]:
@@ -71,17 +71,20 @@ def mapping_methods(groups: Sequence[Group], meeting: Meeting, finds: Collection
         return [*tasks, *meeting.tasks(by_name[group])]
 
     return [
-        Method("stay together", lambda facts, group: [], together),
-        Method("explore, then meet", explore, has_work),
-        Method("meet", lambda facts, group: meeting.tasks(by_name[group])),
+        Method("stay together", lambda facts, group: [], together, ()),
+        Method("explore, then meet", explore, has_work, ALLOCATED),
+        Method("meet", lambda facts, group: meeting.tasks(by_name[group]), uses=ASSIGNED),
     ]
 
 
 def activity_domain(activity_names: Iterable[str]) -> Domain:
     """Objectives into activities; every method sees the facts, its vehicle's data and where it is."""
 
-    def activities(*names: str) -> Callable[..., list[Task]]:
-        return lambda facts, *args: [Task(name, args) for name in names]
+    def always(facts: FactsLike, context: Context) -> bool:
+        return True
+
+    def method(name: str, *activities: str, when: Callable[[FactsLike, Context], bool] = always) -> Method:
+        return Method(name, lambda facts, *args: [Task(one, args) for one in activities], when, activities)
 
     def is_open(facts: FactsLike, context: Context) -> bool:
         objective = context.objective
@@ -97,24 +100,21 @@ def activity_domain(activity_names: Iterable[str]) -> Domain:
 
     methods: dict[str, list[Method]] = {
         "PursueExploring": [
-            Method(
-                "zigzag",
-                activities("ZigzagExploring"),
-                lambda facts, context: has_sensor(facts, context) and is_open(facts, context),
-            ),
-            Method("nothing left to explore", activities()),
+            method("zigzag", "ZigzagExploring",
+                   when=lambda facts, context: has_sensor(facts, context) and is_open(facts, context)),
+            method("nothing left to explore"),
         ],
         "PursueMapping": [
-            Method("map what is explored", activities("Mapping"),
-                   lambda facts, context: has_sensor(facts, context) and apart(facts, context)),
-            Method("nothing left to map", activities()),
+            method("map what is explored", "Mapping",
+                   when=lambda facts, context: has_sensor(facts, context) and apart(facts, context)),
+            method("nothing left to map"),
         ],
         "PursueInspecting": [
-            Method("closer pass", activities("Inspecting"),
-                   lambda facts, context: has_sensor(facts, context) and apart(facts, context)
+            method("closer pass", "Inspecting",
+                   when=lambda facts, context: has_sensor(facts, context) and apart(facts, context)
                    and is_to_be_inspected(facts, context.objective.argument)),
-            Method("nothing to inspect", activities()),
+            method("nothing to inspect"),
         ],
-        "PursuePositioning": [Method("take place", activities("Positioning"))],
+        "PursuePositioning": [method("take place", "Positioning")],
     }  # fmt: skip
     return Domain.of([Operator(name) for name in activity_names], methods)

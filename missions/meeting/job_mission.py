@@ -26,7 +26,17 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import Field, field_validator
 
 from missions.figure import Place
-from missions.meeting.meeting import GATHERING, NEEDS, OBJECTIVES, RENDEZ_VOUS, SUPERVISION, Meeting, Pursuit
+from missions.meeting.meeting import (
+    ALLOCATED,
+    ASSIGNED,
+    GATHERING,
+    NEEDS,
+    OBJECTIVES,
+    RENDEZ_VOUS,
+    SUPERVISION,
+    Meeting,
+    Pursuit,
+)
 from missions.meeting.meeting import importance_of as importance_in
 from missions.meeting.settings import MEETING_DEADLINE
 from missions.meeting.truth import JOBS, JobTruth
@@ -168,9 +178,9 @@ class JobMission(Mission):
             return [Task("AllocateRoles", (group,)), *given, *self.meeting.tasks(self._groups[group])]
 
         return [
-            Method("stay together", lambda facts, group: [], together),
-            Method("work, then meet", work, lambda facts, group: bool(unfinished(facts, group))),
-            Method("meet", lambda facts, group: self.meeting.tasks(self._groups[group])),
+            Method("stay together", lambda facts, group: [], together, ()),
+            Method("work, then meet", work, lambda facts, group: bool(unfinished(facts, group)), ALLOCATED),
+            Method("meet", lambda facts, group: self.meeting.tasks(self._groups[group]), uses=ASSIGNED),
         ]
 
     def _unfinished(self, facts: FactsLike, group: Group) -> list[tuple[str, str]]:

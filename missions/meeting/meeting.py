@@ -45,6 +45,10 @@ NEEDS = (
     "playsRole", "leftRole", "position", "gatheredAt", *(f"objective{name}" for name in OBJECTIVES)
 )  # fmt: skip
 """Attributes without which a group does not come together."""
+ASSIGNED = ("AssignObjective",)
+"""Tasks by which a group meets."""
+ALLOCATED = ("AllocateRoles", *ASSIGNED)
+"""Tasks by which a group works, then meets."""
 HEARD_TOLERANCE_M = 1.0
 """A position heard is rounded on the wire."""
 NEWS_FRAMES = 20.0

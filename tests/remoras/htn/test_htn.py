@@ -64,9 +64,10 @@ def test_every_step_knows_where_it_came_from() -> None:
     found = plan(SURVEY, {"charged": True}, Task("survey"))
     assert isinstance(found, Plan)
     dive, mapping = found.steps[0], found.steps[1]
-    assert [task.name for task in dive.ancestors] == ["survey", "descend"]
-    assert dive.methods == ("dive for it", "dive")
-    assert [task.name for task in mapping.ancestors] == ["survey"]
+    above = list(found.ancestors(dive.place))
+    assert [node.task.name for node in above] == ["descend", "survey"]
+    assert [node.method for node in above] == ["dive", "dive for it"]
+    assert [node.task.name for node in found.ancestors(mapping.place)] == ["survey"]
 
 
 def test_arguments_reach_methods_and_operators() -> None:
@@ -127,7 +128,7 @@ def test_no_plan_says_where_the_search_turned_back() -> None:
     )
     found = plan(domain, {"charged": False}, Task("move"))
     assert isinstance(found, NoPlan)
-    assert [task.name for task in found.dead_ends] == ["dive", "sail", "move"]
+    assert [task.name for task in found.dead_ends] == ["dive", "sail"]
     assert found.task == Task("move")
     assert found.rests_on == {"charged", "wind"}
 
@@ -348,11 +349,11 @@ def test_planners_in_two_threads_do_not_disturb_each_other() -> None:
 
 def test_endless_recursion_is_an_error_that_takes_no_memory() -> None:
     endless = Domain.of([], {"a": [Method("again", lambda facts: [Task("a")])]})
-    with pytest.raises(PlanningError, match="within 100000 expansions"):
+    with pytest.raises(PlanningError, match="within 200000 expansions"):
         plan(endless, {}, Task("a"))
 
 
-@pytest.mark.parametrize("wrong", [None, "map", iter([]), ["map"]])
+@pytest.mark.parametrize("wrong", [None, "map", ["map"], iter(["map"]), iter([Task("map")])])
 def test_a_method_that_returns_no_list_of_tasks_is_an_error(wrong: object) -> None:
     broken = Domain.of([], {"a": [Method("broken", lambda facts: wrong)]})  # type: ignore[arg-type,return-value]
     with pytest.raises(PlanningError, match="'broken' of task a"):

@@ -1,0 +1,296 @@
+"""The HTN planner: actions per second against GTPyhop, the cost of other facts, and of depth.
+
+The rows against GTPyhop are left out where it is not installed (``pip install gtpyhop``); its fastest strategy, the
+recursive one, is taken, with the same tests and effects. Goals: 3 times its actions per second; at most 1.2 with
+10,000 more facts; at most 1.5 per level at 10,000 levels, in time and in memory. Time grows with depth by what Python's
+collector takes to go through the growing tree; a row with the collector off shows what the planner takes.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import importlib
+import io
+import time
+import tracemalloc
+from collections.abc import Callable
+from importlib.util import find_spec
+from typing import Any
+
+from remoras.htn import ANY, Domain, FactIndex, FactsLike, Method, Operator, Plan, Task, plan
+
+REPEATS = 7
+N_FACTS = 10_000
+LEVELS = 1_000, 10_000
+DISTANCES = {
+    ("home_a", "park"): 8, ("home_b", "park"): 2, ("station", "home_a"): 1, ("station", "home_b"): 7,
+    ("home_a", "home_b"): 7, ("station", "park"): 9,
+}  # fmt: skip
+START: dict[str, dict[str, Any]] = {
+    "loc": {"alice": "home_a", "bob": "home_b", "taxi1": "park", "taxi2": "station"},
+    "cash": {"alice": 20, "bob": 15},
+    "owe": {"alice": 0, "bob": 0},
+}
+FACTS = {(name, of): value for name, table in START.items() for of, value in table.items()}
+TRIPS = (("alice", "park"), ("bob", "park"))
+N_DISCS = 7
+
+
+def distance(origin: str, target: str) -> int:
+    """Between two places of Nau's travel domain."""
+    return DISTANCES.get((origin, target)) or DISTANCES[target, origin]
+
+
+def fare(length: float) -> float:
+    """Of a taxi."""
+    return 1.5 + 0.5 * length
+
+
+def travel() -> Domain:
+    """Nau's travel domain: walk if it is near, else take a taxi."""
+
+    def ride(facts: FactsLike, who: str, target: str) -> dict[Any, Any]:
+        taxi = facts.get(("loc", who))
+        return {("loc", taxi): target, ("owe", who): fare(distance(facts.get(("loc", taxi)), target))}
+
+    def pay(facts: FactsLike, who: str, target: str) -> dict[Any, Any]:
+        left = facts.get(("cash", who)) - facts.get(("owe", who))
+        return {("cash", who): left, ("owe", who): 0, ("loc", who): target}
+
+    def walk(facts: FactsLike, who: str, target: str) -> list[Task]:
+        return [Task("walk", (who, facts.get(("loc", who)), target))]
+
+    def by_taxi(facts: FactsLike, who: str, target: str) -> list[Task]:
+        at = facts.get(("loc", who))
+        return [Task("call_taxi", (who, at)), Task("ride_taxi", (who, target)), Task("pay_driver", (who, target))]
+
+    return Domain.of(
+        [
+            Operator("walk", lambda facts, who, origin, target: facts.get(("loc", who)) == origin,
+                     lambda facts, who, origin, target: {("loc", who): target}),
+            Operator("call_taxi", effects=lambda facts, who, at: {("loc", "taxi1"): at, ("loc", who): "taxi1"}),
+            Operator("ride_taxi", lambda facts, who, to: facts.get(("loc", facts.get(("loc", who)))) != to, ride),
+            Operator("pay_driver", lambda facts, who, target: facts.get(("cash", who)) >= facts.get(("owe", who)), pay),
+        ],
+        {
+            "travel": [
+                Method("stay", lambda facts, who, target: [],
+                       lambda facts, who, target: facts.get(("loc", who)) == target),
+                Method("on foot", walk, lambda facts, who, target: distance(facts.get(("loc", who)), target) <= 2),
+                Method("by taxi", by_taxi, lambda facts, who, target:
+                       facts.get(("cash", who)) >= fare(distance(facts.get(("loc", who)), target))),
+            ]
+        },
+    )  # fmt: skip
+
+
+def towers() -> Domain:
+    """Towers of Hanoi: 2^n - 1 moves."""
+
+    def carry(facts: FactsLike, n: int, origin: str, target: str, spare: str) -> list[Task]:
+        return [
+            Task("tower", (n - 1, origin, spare, target)),
+            Task("move", (n, origin, target)),
+            Task("tower", (n - 1, spare, target, origin)),
+        ]
+
+    return Domain.of(
+        [
+            Operator("move", lambda facts, disc, origin, target: facts.get(("on", disc)) == origin,
+                     lambda facts, disc, origin, target: {("on", disc): target}),
+        ],
+        {
+            "tower": [
+                Method("none", lambda facts, *args: [], lambda facts, n, *pegs: n == 0),
+                Method("carry", carry),
+            ]
+        },
+    )  # fmt: skip
+
+
+def _gtpyhop() -> Any:
+    """GTPyhop, without what it says of itself; it speaks on the output that --json is to have alone."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        found = importlib.import_module("gtpyhop")
+        found.set_verbose_level(0)
+        found.set_recursive_planning(True)
+    return found
+
+
+def _their_travel(gtpyhop: Any) -> Callable[[], Any]:
+    with contextlib.redirect_stdout(io.StringIO()):
+        gtpyhop.Domain("travel")
+
+    def walk(state: Any, who: str, origin: str, target: str) -> Any:
+        if state.loc[who] != origin:
+            return None
+        state.loc[who] = target
+        return state
+
+    def call_taxi(state: Any, who: str, at: str) -> Any:
+        state.loc["taxi1"] = at
+        state.loc[who] = "taxi1"
+        return state
+
+    def ride_taxi(state: Any, who: str, target: str) -> Any:
+        taxi = state.loc[who]
+        if state.loc[taxi] == target:
+            return None
+        state.owe[who] = fare(distance(state.loc[taxi], target))
+        state.loc[taxi] = target
+        return state
+
+    def pay_driver(state: Any, who: str, target: str) -> Any:
+        if state.cash[who] < state.owe[who]:
+            return None
+        state.cash[who] -= state.owe[who]
+        state.owe[who] = 0
+        state.loc[who] = target
+        return state
+
+    def stay(state: Any, who: str, target: str) -> Any:
+        return [] if state.loc[who] == target else None
+
+    def on_foot(state: Any, who: str, target: str) -> Any:
+        at = state.loc[who]
+        return [("walk", who, at, target)] if distance(at, target) <= 2 else None
+
+    def by_taxi(state: Any, who: str, target: str) -> Any:
+        if state.cash[who] < fare(distance(state.loc[who], target)):
+            return None
+        return [("call_taxi", who, state.loc[who]), ("ride_taxi", who, target), ("pay_driver", who, target)]
+
+    gtpyhop.declare_actions(walk, call_taxi, ride_taxi, pay_driver)
+    gtpyhop.declare_task_methods("travel", stay, on_foot, by_taxi)
+    state = gtpyhop.State("start", **START)
+    todo = [("travel", *trip) for trip in TRIPS]
+    return lambda: gtpyhop.find_plan(state, todo)
+
+
+def _their_towers(gtpyhop: Any) -> Callable[[], Any]:
+    with contextlib.redirect_stdout(io.StringIO()):
+        gtpyhop.Domain("towers")
+
+    def move(state: Any, disc: int, origin: str, target: str) -> Any:
+        if state.on[disc] != origin:
+            return None
+        state.on[disc] = target
+        return state
+
+    def none(state: Any, n: int, *pegs: str) -> Any:
+        return [] if n == 0 else None
+
+    def carry(state: Any, n: int, origin: str, target: str, spare: str) -> Any:
+        return [("tower", n - 1, origin, spare, target), ("move", n, origin, target),
+                ("tower", n - 1, spare, target, origin)]  # fmt: skip
+
+    gtpyhop.declare_actions(move)
+    gtpyhop.declare_task_methods("tower", none, carry)
+    state = gtpyhop.State("start", on=dict.fromkeys(range(1, N_DISCS + 1), "a"))
+    return lambda: gtpyhop.find_plan(state, [("tower", N_DISCS, "a", "c", "b")])
+
+
+def _lengths(found: Any) -> int:
+    return len(found.tasks) if isinstance(found, Plan) else len(getattr(found, "plan", found))
+
+
+def _least_s(*ways: Callable[[], Any], calls: int) -> list[float]:
+    """CPU seconds of one call of each, the best of some repeats, in turn."""
+    best = [float("inf")] * len(ways)
+    for _ in range(REPEATS):
+        for number, way in enumerate(ways):
+            began = time.process_time()
+            for _ in range(calls):
+                way()
+            best[number] = min(best[number], (time.process_time() - began) / calls)
+    return best
+
+
+def _against_gtpyhop() -> list[dict[str, Any]]:
+    if find_spec("gtpyhop") is None:
+        return []
+    gtpyhop = _gtpyhop()
+    by_travel, by_towers = travel(), towers()
+    trips = [Task("travel", trip) for trip in TRIPS]
+    pegs = {("on", disc): "a" for disc in range(1, N_DISCS + 1)}
+    whole = Task("tower", (N_DISCS, "a", "c", "b"))
+    found = []
+    compared: tuple[tuple[str, Callable[[], Any], Callable[[Any], Callable[[], Any]], int], ...] = (
+        ("travel", lambda: plan(by_travel, FACTS, trips), _their_travel, 200),
+        (f"towers, {N_DISCS} discs", lambda: plan(by_towers, pegs, whole), _their_towers, 3),
+    )
+    for name, ours, their, calls in compared:
+        theirs: Callable[[], Any] = their(gtpyhop)  # which makes its domain the one that is planned with
+        n_actions = _lengths(ours())
+        if _lengths(theirs()) != n_actions:
+            raise AssertionError(f"{name}: the plans differ in length")
+        ours_s, theirs_s = _least_s(ours, theirs, calls=calls)
+        found.append({
+            "name": f"htn, {name}", "value": n_actions / ours_s, "unit": "1/s", "reference": "GTPyhop",
+            "reference_value": n_actions / theirs_s, "ratio": theirs_s / ours_s,
+        })  # fmt: skip
+    return found
+
+
+def _with_more_facts() -> list[dict[str, Any]]:
+    """One domain asks key by key, the other by pattern; the indices are made once, before."""
+
+    def moor(facts: Any) -> Any:
+        return ([Task("moor", key[1:])] for key in facts.match(("loc", ANY)))
+
+    by_pattern = Domain.of([Operator("moor")], {"any": [Method("moor", moor)]})
+    more: dict[Any, Any] = {("cell", number): True for number in range(N_FACTS)}
+    found = []
+    by_key = travel()
+    trips = [Task("travel", trip) for trip in TRIPS]
+    few, many = FactIndex(FACTS), FactIndex({**FACTS, **more})
+    for name, domain, tasks in (("keys", by_key, trips), ("patterns", by_pattern, [Task("any")])):
+        few_s, many_s = _least_s(
+            lambda domain=domain, tasks=tasks: plan(domain, few, tasks),  # type: ignore[misc]
+            lambda domain=domain, tasks=tasks: plan(domain, many, tasks),  # type: ignore[misc]
+            calls=200,
+        )
+        found.append({
+            "name": f"htn, {N_FACTS} more facts, {name}", "value": 1e6 * many_s, "unit": "us", "reference": "without",
+            "reference_value": 1e6 * few_s, "ratio": many_s / few_s,
+        })  # fmt: skip
+    return found
+
+
+def _by_depth() -> list[dict[str, Any]]:
+    def down(facts: FactsLike, n: int) -> list[Task]:
+        return [Task("look"), Task("down", (n - 1,)), Task("up")]
+
+    domain = Domain.of(
+        [Operator("up")],
+        {
+            "down": [Method("floor", lambda facts, n: [], lambda facts, n: n == 0), Method("down", down)],
+            "look": [Method("look", lambda facts: [])],
+        },
+    )
+    times, without, peaks = [], [], []
+    for levels in LEVELS:
+        task = Task("down", (levels,))
+        times.append(1e6 * _least_s(lambda task=task: plan(domain, {}, task), calls=1)[0] / levels)  # type: ignore[misc]
+        gc.disable()
+        without.append(1e6 * _least_s(lambda task=task: plan(domain, {}, task), calls=1)[0] / levels)  # type: ignore[misc]
+        gc.enable()
+        tracemalloc.start()
+        plan(domain, {}, task)
+        peaks.append(tracemalloc.get_traced_memory()[1] / levels)
+        tracemalloc.stop()
+    return [
+        {
+            "name": f"htn, {LEVELS[1]} levels, {name}", "value": values[1], "unit": unit,
+            "reference": f"{LEVELS[0]} levels", "reference_value": values[0], "ratio": values[1] / values[0],
+        }
+        for name, unit, values in (
+            ("per level", "us", times), ("collector off", "us", without), ("per level", "B", peaks),
+        )
+    ]  # fmt: skip
+
+
+def rows() -> list[dict[str, Any]]:
+    """Benchmark rows; the two of one row are measured in turn in this process."""
+    return [*_against_gtpyhop(), *_with_more_facts(), *_by_depth()]

@@ -1,0 +1,38 @@
+"""Hierarchical task networks: missions, objectives and activities as tasks (Erol, Hendler, Nau 1994).
+
+An *abstract* task has methods, tried in the order in which the domain lists them; a method turns it into a sequence of
+tasks, or into one sequence after another if it leaves something open. An *elementary* task has an operator: a test,
+the facts that it makes true, and a cost. ``plan`` searches depth first, left to right, and backtracks; it returns a
+``Plan``, which is the tree of its tasks, or a ``NoPlan``. ``check`` says whether a plan is legal, on its own.
+
+Facts are a read-only mapping from keys to values (``facts.get(key)``); those whose keys are tuples can be asked for by
+pattern (``facts.match(("road", "A", ANY))``). The planner notes every key and pattern that the search looked up: those
+are the facts the plan *rests on*. If one of them changes, another plan may come out; if none does, the same plan does.
+
+There is no global domain and no state between calls: any number of planners may run side by side.
+"""
+
+from remoras.htn.domain import ACHIEVE, Domain, Method, Operator, Task
+from remoras.htn.facts import ANY, FactIndex, Facts, FactsLike
+from remoras.htn.plans import Node, NoPlan, Plan, Step
+from remoras.htn.search import plan
+from remoras.htn.validation import Verdict, check
+
+__all__ = [
+    "ACHIEVE",
+    "ANY",
+    "Domain",
+    "FactIndex",
+    "Facts",
+    "FactsLike",
+    "Method",
+    "NoPlan",
+    "Node",
+    "Operator",
+    "Plan",
+    "Step",
+    "Task",
+    "Verdict",
+    "check",
+    "plan",
+]

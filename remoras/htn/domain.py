@@ -1,0 +1,186 @@
+"""Domains: elementary tasks with an operator, abstract tasks with methods, and what is wrong with them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from remoras.errors import PlanningError
+from remoras.htn.facts import FactsLike, Key, is_met
+
+ACHIEVE = "Achieve"
+"""Abstract task that makes one fact true: ``Achieve(key, value)``; a domain that plans for goals has methods for it."""
+GOAL = "Goal"
+"""Abstract task that makes all facts of a goal true at once; the planner brings its methods."""
+
+
+class Task(NamedTuple):
+    """A task: its name and its arguments, for example ``Task("Exploring", ("left",))``."""
+
+    name: str
+    args: tuple[Any, ...] = ()
+
+    def __str__(self) -> str:
+        return f"{self.name}({', '.join(str(argument) for argument in self.args)})"
+
+
+Decomposition = Sequence[Task]
+
+
+def always(facts: FactsLike, *args: Any) -> bool:
+    """The test of what is always possible."""
+    return True
+
+
+def nothing(facts: FactsLike, *args: Any) -> Mapping[Key, Any]:
+    """The effects of what changes no fact."""
+    return {}
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """Ways to achieve an abstract task, if ``applicable(facts, *args)``.
+
+    Attributes:
+        name: of the method, as it stands in plans.
+        subtasks: ``subtasks(facts, *args)`` returns a list of tasks, or an iterator over such lists, one for each way
+            to bind what the arguments leave open; the next is asked for only after a dead end.
+        applicable: test on the facts.
+        uses: names of all the tasks that it may return; None if they are not declared. What is declared is checked
+            when the domain is made.
+    """
+
+    name: str
+    subtasks: Callable[..., Decomposition | Iterator[Decomposition]]
+    applicable: Callable[..., bool] = always
+    uses: tuple[str, ...] | None = None
+
+    @classmethod
+    def fixed(cls, name: str, *subtasks: Task | str, applicable: Callable[..., bool] = always) -> Method:
+        """A method whose tasks do not depend on facts or arguments; a task without arguments may be given by name."""
+        tasks = [Task(one) if isinstance(one, str) else one for one in subtasks]
+        return cls(name, lambda facts, *args: tasks, applicable, tuple(task.name for task in tasks))
+
+
+@dataclass(frozen=True, slots=True)
+class Operator:
+    """An elementary task: possible if ``applicable(facts, *args)``, makes ``effects(facts, *args)`` true.
+
+    Attributes:
+        name: of the task.
+        applicable: test on the facts.
+        effects: facts by key; one that becomes None is not known any more.
+        cost: of one execution, at least 0; a number, or ``cost(facts, *args)``.
+    """
+
+    name: str
+    applicable: Callable[..., bool] = always
+    effects: Callable[..., Mapping[Key, Any]] = nothing
+    cost: float | Callable[..., float] = 1.0
+
+    def cost_of(self, facts: FactsLike, task: Task) -> float:
+        """The cost of carrying out ``task`` here.
+
+        Raises:
+            PlanningError: it is negative or no number.
+        """
+        cost = self.cost(facts, *task.args) if callable(self.cost) else self.cost
+        if not cost >= 0.0:
+            raise PlanningError(f"task {task} costs {cost!r}; a cost is a number of at least 0")
+        return cost
+
+
+@dataclass(frozen=True)
+class Domain:
+    """Operators and methods by task name.
+
+    Raises:
+        PlanningError: names everything that is wrong: tasks that are both elementary and abstract, or without a
+            method; methods that use a task which is not in the domain; tasks that go round in a circle for ever.
+    """
+
+    operators: Mapping[str, Operator]
+    methods: Mapping[str, tuple[Method, ...]]
+
+    def __post_init__(self) -> None:
+        if faults := list(_faults(self)):
+            raise PlanningError("; ".join(faults))
+
+    @classmethod
+    def of(cls, operators: Sequence[Operator], methods: Mapping[str, Sequence[Method]]) -> Domain:
+        """A domain of operators and of methods by task; raises PlanningError if a task has two operators."""
+        names = [operator.name for operator in operators]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise PlanningError(f"an elementary task has one operator, these have several: {', '.join(twice)}")
+        return cls(
+            {operator.name: operator for operator in operators},
+            {name: tuple(alternatives) for name, alternatives in methods.items()},
+        )
+
+    def tasks(self) -> list[str]:
+        """Names of all its tasks, sorted."""
+        return sorted(self.operators.keys() | self.methods.keys())
+
+
+def _faults(domain: Domain) -> Iterator[str]:
+    both = sorted(domain.operators.keys() & domain.methods.keys())
+    if both:
+        yield f"tasks are elementary or abstract, these are both: {', '.join(both)}"
+    empty = sorted(name for name, methods in domain.methods.items() if not methods)
+    if empty:
+        yield f"abstract tasks need a method, these have none: {', '.join(empty)}"
+    if GOAL in domain.methods or GOAL in domain.operators:
+        yield f"task {GOAL} is the planner's own; name yours otherwise, and give methods for {ACHIEVE}(key, value)"
+    known = set(domain.tasks())
+    for task, methods in domain.methods.items():
+        for method in methods:
+            unknown = sorted(set(method.uses or ()) - known)
+            if unknown:
+                yield (
+                    f"method {method.name!r} of task {task} uses {', '.join(unknown)}, not in the domain, "
+                    f"which has: {', '.join(sorted(known))}"
+                )
+    for operator in domain.operators.values():
+        if not callable(operator.cost) and not 0.0 <= operator.cost < math.inf:
+            yield f"task {operator.name} costs {operator.cost!r}; a cost is a number of at least 0"
+    yield from (
+        f"endless recursion: every method of {chain[0]} leads to {' > '.join(chain)}" for chain in _rings(domain)
+    )
+
+
+def _rings(domain: Domain) -> Iterator[tuple[str, ...]]:
+    """For the tasks that no sequence of methods ends, a chain from each ring of them; of undeclared methods all end."""
+    ends = {name for name, methods in domain.methods.items() if any(method.uses is None for method in methods)}
+    ends |= domain.operators.keys()
+    left = {name: methods for name, methods in domain.methods.items() if methods and name not in ends}
+    while found := [
+        name for name, methods in left.items() if any(ends.issuperset(method.uses or ()) for method in methods)
+    ]:
+        ends.update(found)
+        for name in found:
+            del left[name]
+    told: set[str] = set()
+    for start in left:
+        chain: list[str] = []
+        name = start
+        while name in left and name not in chain and name not in told:
+            chain.append(name)
+            name = next((one for one in left[name][0].uses or () if one not in ends), "")
+        if name in chain:
+            yield (*chain[chain.index(name) :], name)
+        told.update(chain)
+
+
+def goal_methods(domain: Domain) -> tuple[Method, ...]:
+    """The methods of ``Goal``: it is met, or one of the facts that lack is achieved and the rest after it."""
+
+    def achieve(facts: FactsLike, wanted: tuple[tuple[Key, Any], ...]) -> Iterator[Decomposition]:
+        for fact in wanted:
+            if not is_met(facts, (fact,)):
+                yield [Task(ACHIEVE, fact), Task(GOAL, (wanted,))]
+
+    met = Method("met", lambda facts, wanted: [], is_met, ())
+    return (met, Method("achieve", achieve, uses=(ACHIEVE, GOAL))) if ACHIEVE in domain.methods else (met,)

@@ -1,0 +1,126 @@
+"""Text of HDDL into nested forms, each with the line in which it begins; and the faults that are found in them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from remoras.errors import PlanningError
+
+TOKEN = re.compile(r";[^\n]*|\n|[()]|[^\s();]+")
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """A name, variable or keyword, in lower case, as HDDL does not tell cases apart."""
+
+    text: str
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """What stands between two parentheses."""
+
+    items: tuple[Form | Word, ...]
+    line: int
+
+    @property
+    def head(self) -> str:
+        """The first word, or nothing."""
+        first = self.items[0] if self.items else None
+        return first.text if isinstance(first, Word) else ""
+
+
+class Faults:
+    """Faults of one file, collected so that all are told at once."""
+
+    def __init__(self, file: str) -> None:
+        self.file = file
+        self._found: list[str] = []
+
+    def add(self, line: int, text: str) -> None:
+        """Note a fault."""
+        self._found.append(f"{self.file}:{line}: {text}")
+
+    def fatal(self, line: int, text: str) -> PlanningError:
+        """The error of a fault behind which nothing can be read."""
+        self.add(line, text)
+        return PlanningError("\n".join(self._found))
+
+    def end(self) -> None:
+        """Raise PlanningError if there are faults."""
+        if self._found:
+            raise PlanningError("\n".join(self._found))
+
+
+def read_forms(text: str, faults: Faults) -> Form:
+    """The one form that a file consists of.
+
+    Raises:
+        PlanningError: parentheses that do not match, or text outside them.
+    """
+    line = 1
+    open_forms: list[tuple[list[Form | Word], int]] = []
+    whole: Form | None = None
+    for token in TOKEN.findall(text):
+        if token == "\n":
+            line += 1
+        elif token.startswith(";"):
+            continue
+        elif whole is not None:
+            raise faults.fatal(line, f"{token!r} stands behind the end of the definition")
+        elif token == "(":
+            open_forms.append(([], line))
+        elif not open_forms:
+            raise faults.fatal(line, f"a file begins with (define, not with {token!r}")
+        elif token == ")":
+            items, begun = open_forms.pop()
+            form = Form(tuple(items), begun)
+            if open_forms:
+                open_forms[-1][0].append(form)
+            else:
+                whole = form
+        else:
+            open_forms[-1][0].append(Word(token.lower(), line))
+    if whole is None:
+        raise faults.fatal(open_forms[-1][1] if open_forms else line, "this parenthesis is never closed")
+    return whole
+
+
+def sections(whole: Form, kind: str, faults: Faults) -> Iterator[Form]:
+    """The sections of ``(define (kind name) ...)`` behind its name."""
+    if whole.head != "define" or len(whole.items) < 2 or not isinstance(whole.items[1], Form):
+        raise faults.fatal(whole.line, f"a file begins with (define ({kind} NAME)")
+    if whole.items[1].head != kind:
+        raise faults.fatal(whole.items[1].line, f"this defines a {whole.items[1].head}, expected was a {kind}")
+    for item in whole.items[2:]:
+        if isinstance(item, Form) and item.head.startswith(":"):
+            yield item
+        else:
+            faults.add(item.line, f"expected a section (:keyword ...), not {shown(item)}")
+
+
+def keywords(form: Form, skip: int, allowed: Sequence[str], faults: Faults) -> dict[str, Form | Word]:
+    """Values by keyword, as in ``:parameters (...) :task (...)``, behind the first ``skip`` items of ``form``."""
+    found: dict[str, Form | Word] = {}
+    items = form.items[skip:]
+    for keyword, value in zip(items[::2], items[1::2], strict=False):
+        if not isinstance(keyword, Word) or keyword.text not in allowed:
+            faults.add(keyword.line, f"{shown(keyword)} is not known here; allowed: {', '.join(allowed)}")
+        elif keyword.text in found:
+            faults.add(keyword.line, f"{keyword.text} stands here twice")
+        else:
+            found[keyword.text] = value
+    if len(items) % 2:
+        faults.add(items[-1].line, f"{shown(items[-1])} has no value")
+    return found
+
+
+def shown(item: Form | Word) -> str:
+    """The item as it is written, cut after a few words."""
+    if isinstance(item, Word):
+        return item.text
+    inner = " ".join(shown(one) if isinstance(one, Word) else "(...)" for one in item.items[:4])
+    return f"({inner}{' ...' if len(item.items) > 4 else ''})"

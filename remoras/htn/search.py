@@ -1,0 +1,377 @@
+"""The search: depth first, left to right, with backtracking; where that loses plans, again with bounded depth.
+
+**One loop in place of recursion**, since a plan may be deeper than Python's stack. Tasks still to be done are a linked
+list, the agenda. Every task that is taken from it becomes a node of the plan, so the list of nodes is the tree in
+preorder, and going back cuts it. A trail holds what was there before each change, as in a Prolog machine.
+
+**Loops.** A task that has itself among its ancestors, in the same state, can go round for ever, so it is given up
+there. Entered tasks are found by task and state; one that is found is an ancestor if the way up from here meets it.
+This loses plans in which a task must repeat in one state. So if it has given something up and found nothing, or has
+used half of the expansions, the search starts again without this rule and with bounded depth: 8, 16, 32 levels, ...
+
+**No work twice.** Which plans complete an agenda depends on the state alone, as its ancestors do not change. Whoever
+comes to the same agenda in the same state a second time has failed there before, and turns back. Where the cheapest
+plan is sought, this holds for whoever comes at no lower cost.
+
+**Cheapest.** Costs are not negative, so a plan in the making that costs as much as the best one found is given up.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from remoras.errors import PlanningError
+from remoras.htn.domain import GOAL, Decomposition, Domain, Method, Operator, Task, always, goal_methods, nothing
+from remoras.htn.facts import Facts, FactsLike, Key
+from remoras.htn.plans import ROOT, Node, NoPlan, Plan
+
+FIRST_DEPTH = 8
+MAX_DEAD_ENDS = 100
+MAX_CHAIN = 8
+SEQUENCE = (list, tuple)
+NO_OTHERS: Iterator[Decomposition] = iter(())
+
+Agenda = list[Any]
+"""A task to be done: [task, place of the task above, depth, agenda behind it, costs by word at which it was met]."""
+DEAD_END: Agenda = []
+_Open = tuple[int, int, Any]
+"""A task that was entered: its place, the length of the trail, and an earlier one of the same name and arguments."""
+CHOICE = 7
+"""Entries of a choice, another way after a dead end: agenda, next method, other decompositions of the last one; lengths
+of nodes, trail and entered tasks, and the cost, as they were."""
+
+
+@dataclass
+class _Known:
+    """What all searches for one plan have found out."""
+
+    is_cheapest: bool
+    nodes: tuple[Node, ...] | None = None
+    cost: float = math.inf
+    dead_ends: list[Task] = field(default_factory=list)
+    loop: tuple[Task, ...] = ()
+
+
+class _Search:
+    """One search; it can be stopped and resumed.
+
+    Args:
+        domain: operators and methods.
+        facts: that hold at first, and again when the search has ended without a plan.
+        tasks: to be done.
+        depth_limit: tasks that lie deeper are given up; None: loops are given up.
+        known: is added to.
+    """
+
+    def __init__(
+        self, domain: Domain, facts: Facts, tasks: Sequence[Task], depth_limit: int | None, known: _Known
+    ) -> None:
+        self.has_ended = False
+        self.has_given_up = False
+        self._domain = domain
+        self._methods = domain.methods
+        self._goal: tuple[Method, ...] = ()
+        self._facts = facts
+        self._known = known
+        self._depth_limit = depth_limit
+        # Nodes, entered tasks and choices lie flat: the fewer objects, the less Python's collector goes through.
+        self._tasks: list[Task] = []
+        self._taken: list[str | None] = []
+        self._parents: list[int] = []
+        self._open: dict[Task, _Open] = {}
+        self._open_in: dict[tuple[Task, int], int] = {}
+        self._entered: list[Any] = []
+        self._choices: list[Any] = []
+        self._cost = 0.0
+        self._agenda = _agenda(tasks, ROOT, 0, None)
+
+    def run(self, max_expansions: int) -> int:
+        """Search to the first plan, or to the end if the cheapest is sought; returns the expansions that it took."""
+        operators = self._domain.operators
+        agenda = self._agenda
+        for n_expansions in range(max_expansions):
+            if agenda is None:
+                self._known.nodes, self._known.cost = self._tree(), self._cost
+                agenda = DEAD_END
+                if not self._known.is_cheapest:
+                    self.has_ended = True
+                    return n_expansions
+            elif (operator := operators.get(agenda[0][0])) is not None:
+                agenda = self._perform(agenda, operator)
+            else:
+                agenda = self._enter(agenda)
+            if agenda is DEAD_END:
+                agenda = self._turn_back()
+                if agenda is DEAD_END:
+                    self.has_ended = True
+                    return n_expansions + 1
+        self._agenda = agenda
+        return max_expansions
+
+    def chain(self) -> tuple[Task, ...]:
+        """The task at which the search stands, below the abstract tasks that it came from."""
+        if not self._agenda:
+            return ()
+        return (*reversed([task for task, _ in self._above(self._agenda[1])]), self._agenda[0])
+
+    def may_have_missed(self) -> bool:
+        """True unless it went through everything."""
+        return self.has_given_up or not self.has_ended
+
+    def take_back(self) -> None:
+        """Leave the facts as they were at first."""
+        self._facts.undo(0)
+
+    def _perform(self, agenda: Agenda, operator: Operator) -> Agenda | None:
+        task, parent, _, _, _ = agenda
+        behind: Agenda | None = agenda[3]
+        facts = self._facts
+        if operator.applicable is not always and not operator.applicable(facts, *task[1]):
+            return self._dead_end(task)
+        price = operator.cost
+        self._cost += price if price.__class__ is float else operator.cost_of(facts, task)
+        if self._cost >= self._known.cost:
+            return self._dead_end(task)
+        if operator.effects is not nothing:
+            facts.make_true(operator.effects(facts, *task[1]))
+        self._tasks.append(task)
+        self._taken.append(None)
+        self._parents.append(parent)
+        return behind if not self._known.dead_ends or behind is None or self._is_new(behind) else DEAD_END
+
+    def _enter(self, agenda: Agenda) -> Agenda | None:
+        """Decompose a task that is met for the first time."""
+        task, parent, depth, _, _ = agenda
+        if self._depth_limit is not None:
+            if depth >= self._depth_limit:
+                self.has_given_up = True
+                return self._dead_end(task)
+            return self._decompose(agenda, 0, NO_OTHERS)
+        place, n_trail = len(self._tasks), len(self._facts.trail)
+        try:
+            above = self._open.get(task)
+        except TypeError:  # an argument that cannot be compared by hash
+            return self._decompose(agenda, 0, NO_OTHERS)
+        while above is not None and not self._is_above(above[0], parent):
+            above = above[2]  # it is done
+        if above is not None:  # States are compared only where a task has itself among its ancestors.
+            if above[2] is None:
+                self._note(self._open_in, (task, self._facts.word(above[1])), above[0])
+            key = task, self._facts.word(n_trail)
+            before = self._open_in.get(key)
+            if before is not None and self._is_above(before, parent):
+                return self._give_up(before, parent, task)
+            self._note(self._open_in, key, place)
+        self._note(self._open, task, (place, n_trail, above))
+        return self._decompose(agenda, 0, NO_OTHERS)
+
+    def _give_up(self, before: int, parent: int, task: Task) -> Agenda:
+        """``task`` is that at place ``before``, in the same state."""
+        self.has_given_up = True
+        if not self._known.loop:
+            self._known.loop = (*reversed([above for above, _ in self._above(parent, before)]), task)
+        return self._dead_end(task)
+
+    def _is_above(self, place: int, parent: int) -> bool:
+        """True if the way up from ``parent`` meets ``place``."""
+        while parent > place:
+            parent = self._parents[parent]
+        return parent == place
+
+    def _note(self, where: dict[Any, Any], key: Any, value: Any) -> None:
+        """Enter a task, until the search turns back behind this."""
+        self._entered += (where, key, where.get(key))
+        where[key] = value
+
+    def _decompose(self, agenda: Agenda, next_method: int, others: Iterator[Decomposition]) -> Agenda | None:
+        """Take the next decomposition of a task: another of the same method, or one of the methods after it."""
+        task, parent, depth, _, _ = agenda
+        behind: Agenda | None = agenda[3]
+        facts = self._facts
+        methods = self._methods.get(task[0])
+        if methods is None and task[0] == GOAL:
+            methods = self._goal = self._goal or goal_methods(self._domain)
+        if methods is None:
+            known = ", ".join(self._domain.tasks())
+            raise PlanningError(f"task {task} is not in the domain, which has: {known}")
+        subtasks = None if others is NO_OTHERS else next(others, None)
+        while subtasks is None:
+            if next_method == len(methods):
+                return self._dead_end(task)
+            method = methods[next_method]
+            next_method += 1
+            if method.applicable is always or method.applicable(facts, *task[1]):
+                found = method.subtasks(facts, *task[1])
+                if isinstance(found, SEQUENCE):
+                    subtasks, others = found, NO_OTHERS
+                else:
+                    others = _decompositions(method, found, task)
+                    subtasks = next(others, None)
+        method = methods[next_method - 1]
+        place = len(self._tasks)
+        if others is not NO_OTHERS or next_method < len(methods):
+            lengths = place, len(facts.trail), len(self._entered)
+            self._choices += (agenda, next_method, others, *lengths, self._cost)
+        self._tasks.append(task)
+        self._taken.append(method.name)
+        self._parents.append(parent)
+        if not subtasks:
+            return behind if not self._known.dead_ends or behind is None or self._is_new(behind) else DEAD_END
+        depth += 1
+        for subtask in reversed(subtasks):
+            if not isinstance(subtask, Task) or (method.uses is not None and subtask[0] not in method.uses):
+                raise _wrong_subtasks(method, task, subtasks)
+            behind = [subtask, place, depth, behind, None]
+        return behind
+
+    def _turn_back(self) -> Agenda | None:
+        """Go on with the last choice that has another way; DEAD_END if there is none."""
+        choices, entered = self._choices, self._entered
+        while choices:
+            agenda, next_method, others, n_nodes, n_trail, n_entered, self._cost = choices[-CHOICE:]
+            del choices[-CHOICE:], self._tasks[n_nodes:], self._taken[n_nodes:], self._parents[n_nodes:]
+            self._facts.undo(n_trail)
+            while len(entered) > n_entered:
+                where, key, before = entered[-3:]
+                del entered[-3:]
+                if before is None:
+                    del where[key]
+                else:
+                    where[key] = before
+            found = self._decompose(agenda, next_method, others)
+            if found is not DEAD_END:
+                return found
+        return DEAD_END
+
+    def _is_new(self, agenda: Agenda) -> bool:
+        """True unless the search came to this agenda in this state before, at no higher cost."""
+        cost = self._cost if self._known.is_cheapest else 0.0
+        word = self._facts.word(len(self._facts.trail))
+        if agenda[4] is None:
+            agenda[4] = {word: cost}
+        elif agenda[4].get(word, math.inf) <= cost:
+            return False
+        else:
+            agenda[4][word] = cost
+        return True
+
+    def _above(self, place: int, highest: int = 0) -> Iterator[tuple[Task, int]]:
+        """The task at ``place`` and the abstract tasks above it, with their places, as far up as ``highest``."""
+        while place >= highest:
+            yield self._tasks[place], place
+            place = self._parents[place]
+
+    def _tree(self) -> tuple[Node, ...]:
+        return tuple(map(Node, self._tasks, self._taken, self._parents))
+
+    def _dead_end(self, task: Task) -> Agenda:
+        if len(self._known.dead_ends) < MAX_DEAD_ENDS:
+            self._known.dead_ends.append(task)
+        return DEAD_END
+
+
+def _agenda(tasks: Sequence[Task], place: int, depth: int, behind: Agenda | None) -> Agenda | None:
+    for task in reversed(tasks):
+        behind = [task, place, depth, behind, None]
+    return behind
+
+
+def _wrong_subtasks(method: Method, task: Task, subtasks: Any) -> PlanningError:
+    if isinstance(subtasks, list | tuple) and all(isinstance(one, Task) for one in subtasks):
+        undeclared = sorted({one.name for one in subtasks} - set(method.uses or ()))
+        return PlanningError(
+            f"method {method.name!r} of task {task} uses {', '.join(undeclared)}, and declares only: "
+            f"{', '.join(method.uses or ()) or 'nothing'}"
+        )
+    return PlanningError(
+        f"method {method.name!r} of task {task} must return a list of tasks, or an iterator over such lists, "
+        f"not {subtasks!r}"
+    )
+
+
+def _decompositions(method: Method, found: Any, task: Task) -> Iterator[Decomposition]:
+    if not isinstance(found, Iterator):
+        raise _wrong_subtasks(method, task, found)
+    for subtasks in found:
+        if not isinstance(subtasks, list | tuple) or isinstance(subtasks, Task):
+            raise _wrong_subtasks(method, task, subtasks)
+        yield subtasks
+
+
+def plan(
+    domain: Domain,
+    facts: FactsLike,
+    tasks: Task | Sequence[Task] = (),
+    *,
+    goal: Mapping[Key, Any] | None = None,
+    cheapest: bool = False,
+    max_expansions: int = 200_000,
+) -> Plan | NoPlan:
+    """Decompose tasks into elementary tasks.
+
+    Args:
+        domain: operators and methods.
+        facts: what is known; only looked up, never changed. To be asked by pattern they are a mapping; a ``FactIndex``
+            is sorted once for any number of plans.
+        tasks: to be done, one or several in order.
+        goal: facts that hold after the tasks. Those that do not are achieved by the domain's methods for
+            ``Achieve(key, value)``; without such methods the tasks alone must bring them about.
+        cheapest: seek the plan of least cost, not the first; ``Plan.is_cheapest`` says whether that was shown.
+        max_expansions: bound on the tasks looked at; if it is reached without a plan, that is a PlanningError.
+
+    Returns:
+        The first plan found, methods and decompositions in their order, or the cheapest; or NoPlan.
+
+    Raises:
+        PlanningError: a task is not in the domain, or the bound is reached; with the chain of an endless recursion.
+
+    >>> domain = Domain.of([Operator("dive"), Operator("map")], {"survey": [
+    ...     Method("deep", lambda facts: [Task("dive"), Task("map")], lambda facts: facts.get("deep"))]})
+    >>> [str(task) for task in plan(domain, {"deep": True}, Task("survey")).tasks]
+    ['dive()', 'map()']
+    >>> plan(domain, {}, Task("survey")).rests_on
+    frozenset({'deep'})
+    """
+    wanted = (tasks,) if isinstance(tasks, Task) else tuple(tasks)
+    if goal is not None:
+        wanted = (*wanted, Task(GOAL, (tuple(goal.items()),)))
+    view = Facts(facts)
+    known = _Known(cheapest)
+    search = _Search(domain, view, wanted, None, known)
+    left = max_expansions - search.run(max_expansions - max_expansions // 2)
+    if known.nodes is not None and not search.has_ended:
+        left -= search.run(left)
+    chain = search.chain()
+    depth_limit = FIRST_DEPTH
+    while search.may_have_missed() and left > 0 and (cheapest or known.nodes is None):
+        search.take_back()
+        search = _Search(domain, view, wanted, depth_limit, known)
+        left -= search.run(left)
+        depth_limit *= 2
+    is_complete = not search.may_have_missed()
+    if known.nodes is None and not is_complete:
+        raise PlanningError(_endless(wanted, max_expansions, known.loop, chain))
+    rests_on, patterns = frozenset(view.read | view.compared), frozenset(view.patterns)
+    if known.nodes is None:
+        return NoPlan(wanted[0], rests_on, tuple(known.dead_ends), patterns)
+    return Plan(known.nodes, rests_on, patterns, known.cost, cheapest and is_complete)
+
+
+def _endless(tasks: Sequence[Task], max_expansions: int, loop: Sequence[Task], chain: Sequence[Task]) -> str:
+    text = f"no plan for {', '.join(map(str, tasks))} within {max_expansions} expansions"
+    if loop:
+        return f"{text}; endless recursion without any change: {_arrows(loop)}"
+    again = next((i for i in range(len(chain) - 2, -1, -1) if chain[i].name == chain[-1].name), None) if chain else None
+    if again is not None:
+        return f"{text}; recursion: {_arrows(chain[again:])}, {len(chain)} levels deep"
+    return f"{text}; the search stood at {_arrows(chain)}" if chain else text
+
+
+def _arrows(chain: Sequence[Task]) -> str:
+    names = [str(task) for task in chain]
+    if len(names) > MAX_CHAIN:
+        names[MAX_CHAIN // 2 : -MAX_CHAIN // 2] = ["..."]
+    return " > ".join(names)

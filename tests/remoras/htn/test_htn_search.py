@@ -1,0 +1,331 @@
+"""Loops, depth, cost, goals and task networks, and the faults of domains."""
+
+import pickle
+import tracemalloc
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from remoras.errors import PlanningError
+from remoras.htn import ACHIEVE, Domain, Facts, Method, NoPlan, Operator, Plan, Task, check, plan
+
+
+def steps(found: Plan | NoPlan) -> list[str]:
+    assert isinstance(found, Plan)
+    return [str(task) for task in found.tasks]
+
+
+# Loops and depth --------------------------------------------------------------------------------
+
+WAIT = Domain.of(
+    [Operator("wait", effects=lambda facts: {"n": facts.get("n", 0) + 1}), Operator("go", lambda f: f.get("n") == 3)],
+    {
+        "idle": [Method("again", lambda facts: [Task("idle"), Task("wait")]), Method("enough", lambda facts: [])],
+        "all": [Method("idle, then go", lambda facts: [Task("idle"), Task("go")])],
+    },
+)
+
+
+def test_a_task_in_the_state_of_its_ancestor_is_given_up_first_and_tried_by_depth_after() -> None:
+    """``idle`` must be its own ancestor three times, each time in the first state, for three waits to follow."""
+    found = plan(WAIT, {}, Task("all"))
+    assert steps(found) == ["wait()", "wait()", "wait()", "go()"]
+    assert isinstance(found, Plan)
+    assert check(WAIT, {}, Task("all"), found).is_valid
+
+
+def test_a_walk_to_and_fro_is_a_loop_though_facts_change_on_the_way() -> None:
+    """Left-first: to be at B go to A and over; at A the state is as before, so the way by A is given up there."""
+
+    def over(facts: Facts, goal: str) -> list[Task]:
+        return [Task("walk"), Task("be at", (goal,))]
+
+    domain = Domain.of(
+        [
+            Operator("walk", effects=lambda facts: {"at": "B" if facts.get("at") == "A" else "A"}),
+            Operator("swim", effects=lambda facts: {"at": "C"}),
+        ],
+        {
+            "be at": [
+                Method("here", lambda facts, goal: [], lambda facts, goal: facts.get("at") == goal),
+                Method("walk on", over),
+                Method("swim", lambda facts, goal: [Task("swim"), Task("be at", (goal,))]),
+            ]
+        },
+    )
+    assert steps(plan(domain, {"at": "A"}, Task("be at", ("C",)))) == ["walk()", "swim()"]
+
+
+def test_a_recursion_that_changes_facts_for_ever_is_shown_with_its_chain() -> None:
+    domain = Domain.of(
+        [Operator("count", effects=lambda facts: {"n": facts.get("n", 0) + 1})],
+        {
+            "a": [Method("on", lambda facts: [Task("count"), Task("b")])],
+            "b": [Method("on", lambda facts: [Task("a")])],
+        },
+    )
+    message = r"no plan for a\(\) within 300 expansions; recursion: [ab]\(\) > [ab]\(\) > [ab]\(\), \d+ levels deep"
+    with pytest.raises(PlanningError, match=message):
+        plan(domain, {}, Task("a"), max_expansions=300)
+
+
+def test_arguments_that_cannot_be_hashed_are_planned_with_though_not_compared() -> None:
+    domain = Domain.of([Operator("go")], {"visit": [Method("go", lambda facts, places: [Task("go", (places,))])]})
+    assert steps(plan(domain, {}, Task("visit", (["A", "B"],)))) == ["go(['A', 'B'])"]
+
+
+def down(facts: Facts, n: int) -> list[Task]:
+    return [Task("look"), Task("down", (n - 1,)), Task("up")]
+
+
+DEEP = Domain.of(
+    [Operator("up")],
+    {
+        "down": [Method("floor", lambda facts, n: [], lambda facts, n: n == 0), Method("down", down)],
+        "look": [Method("look", lambda facts: [])],
+    },
+)
+
+
+def test_ten_thousand_levels_take_ten_times_the_memory_of_a_thousand() -> None:
+    """Linear; at each level also a task that stood there before in the same state. It was 64 times for 8 times."""
+    peaks = []
+    for levels in (1000, 10_000):
+        tracemalloc.start()
+        found = plan(DEEP, {}, Task("down", (levels,)))
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        assert isinstance(found, Plan)
+        assert len(found.nodes) == 3 * levels + 1
+    assert peaks[1] < 15 * peaks[0]
+    assert peaks[1] < 40e6
+
+
+def test_a_deep_plan_is_compared_copied_shown_and_checked_without_recursion() -> None:
+    found = plan(DEEP, {}, Task("down", (5000,)))
+    assert isinstance(found, Plan)
+    assert pickle.loads(pickle.dumps(found)) == found
+    assert check(DEEP, {}, Task("down", (5000,)), found).is_valid
+    assert str(plan(DEEP, {}, Task("down", (1,)))).splitlines() == [
+        "down(1) by down", "  look() by look", "  down(0) by floor", "  up()",
+    ]  # fmt: skip
+    assert len(list(found.ancestors(len(found.nodes) // 2))) > 2000
+
+
+def test_equal_siblings_and_empty_branches_are_told_apart() -> None:
+    domain = Domain.of(
+        [Operator("p")],
+        {
+            "A": [Method("p", lambda facts: [Task("p")])],
+            "E": [Method("nothing", lambda facts: [])],
+            "X": [Method("x", lambda facts: [Task("A"), Task("A"), Task("E")])],
+        },
+    )
+    found = plan(domain, {}, Task("X"))
+    assert isinstance(found, Plan)
+    assert found.children == ((1, 3, 5), (2,), (), (4,), (), ())
+    assert [found.nodes[place].task.name for place in found.children[0]] == ["A", "A", "E"]
+
+
+def test_coming_to_one_place_in_one_state_by_other_ways_is_tried_once() -> None:
+    """Twenty choices that make no difference, then a task that fails: 2^20 ways without the memory of failures."""
+    domain = Domain.of(
+        [Operator("p"), Operator("fail", lambda facts: False)],
+        {"any": [Method(name, lambda facts: [Task("p")]) for name in ("one", "two")]},
+    )
+    assert isinstance(plan(domain, {}, [*[Task("any")] * 20, Task("fail")], max_expansions=500), NoPlan)
+
+
+# Cost -------------------------------------------------------------------------------------------
+
+PRICES = {("A", "B"): 5.0, ("A", "C"): 1.0, ("C", "B"): 2.0, ("C", "D"): 9.0, ("B", "D"): 1.0}
+
+
+def legs(facts: Facts, goal: str) -> Iterator[list[Task]]:
+    for origin, target in PRICES:
+        if origin == facts.get("at"):
+            yield [Task("sail", (origin, target)), Task("reach", (goal,))]
+
+
+SEA = Domain.of(
+    [
+        Operator(
+            "sail",
+            effects=lambda facts, origin, target: {"at": target},
+            cost=lambda facts, origin, target: PRICES[origin, target],
+        )
+    ],
+    {
+        "reach": [
+            Method("there", lambda facts, goal: [], lambda facts, goal: facts.get("at") == goal),
+            Method("by sea", legs),
+        ]
+    },
+)
+
+
+def test_the_cheapest_plan_is_the_shortest_way() -> None:
+    """From A to D: A-B-D costs 6, A-C-B-D 1 + 2 + 1 = 4, A-C-D 10; the first plan is the first in the table."""
+    first = plan(SEA, {"at": "A"}, Task("reach", ("D",)))
+    assert steps(first) == ["sail(A, B)", "sail(B, D)"]
+    cheapest = plan(SEA, {"at": "A"}, Task("reach", ("D",)), cheapest=True)
+    assert steps(cheapest) == ["sail(A, C)", "sail(C, B)", "sail(B, D)"]
+    assert isinstance(first, Plan)
+    assert isinstance(cheapest, Plan)
+    assert (first.cost, first.is_cheapest) == (6.0, False)
+    assert (cheapest.cost, cheapest.is_cheapest) == (4.0, True)
+
+
+def test_without_expansions_enough_the_best_plan_so_far_is_given_and_says_so() -> None:
+    found = plan(SEA, {"at": "A"}, Task("reach", ("D",)), cheapest=True, max_expansions=12)
+    assert isinstance(found, Plan)
+    assert (found.cost, found.is_cheapest) == (6.0, False)
+
+
+@pytest.mark.parametrize("cost", [-1.0, float("nan")])
+def test_costs_are_not_negative(cost: float) -> None:
+    with pytest.raises(PlanningError, match="a cost is a number of at least 0"):
+        Domain.of([Operator("earn", cost=cost)], {})
+    with pytest.raises(PlanningError, match=r"task earn\(\) costs (-1.0|nan); a cost is"):
+        plan(Domain.of([Operator("earn", cost=lambda facts: cost)], {}), {}, Task("earn"))
+
+
+# Networks and goals -----------------------------------------------------------------------------
+
+
+def test_tasks_in_order_are_one_plan_with_several_roots() -> None:
+    found = plan(SEA, {"at": "A"}, [Task("reach", ("C",)), Task("reach", ("B",))])
+    assert isinstance(found, Plan)
+    assert [node.task.args for node in found.nodes if node.parent == -1] == [("C",), ("B",)]
+    assert steps(plan(SEA, {}, [])) == []
+
+
+BLOCKS = Domain.of(
+    [
+        Operator(
+            "put",
+            lambda facts, block, on: (
+                facts.get(("under", block)) is None
+                and (on == "table" or facts.get(("under", on)) is None)
+                and facts.get(("on", block)) != on
+            ),
+            lambda facts, block, on: {
+                ("on", block): on,
+                ("under", facts.get(("on", block))): None,
+                **({("under", on): block} if on != "table" else {}),
+            },
+        )
+    ],
+    {
+        "clear": [
+            Method("is", lambda facts, block: [], lambda facts, block: facts.get(("under", block)) is None),
+            Method(
+                "take off",
+                lambda facts, block: [
+                    Task("clear", (facts.get(("under", block)),)),
+                    Task("put", (facts.get(("under", block)), "table")),
+                ],
+            ),
+        ],
+        ACHIEVE: [
+            Method(
+                "stack",
+                lambda facts, key, on: [
+                    Task("clear", (key[1],)),
+                    *([Task("clear", (on,))] if on != "table" else []),
+                    Task("put", (key[1], on)),
+                ],
+            )
+        ],
+    },
+)
+
+
+def test_a_goal_is_a_set_of_facts_that_hold_together_in_the_end() -> None:
+    """Sussman's anomaly: C on A, B on the table; A on B and B on C. Fact by fact in either order undoes the first.
+
+    A first: C off A, A on B, and to put B on C, A off B; then A on B again: 5 moves. B first: B on C, and to put A on
+    B, B off C and C off A; A on B, then A off B, B on C, A on B: 7 moves. (Three moves need both in mind at once.)
+    """
+    facts = {("on", "C"): "A", ("under", "A"): "C", ("on", "A"): "table", ("on", "B"): "table"}
+    goal = {("on", "A"): "B", ("on", "B"): "C"}
+    found = plan(BLOCKS, facts, goal=goal)
+    assert isinstance(found, Plan)
+    assert check(BLOCKS, facts, [], found, goal=goal).is_valid
+    cheapest = plan(BLOCKS, facts, goal=goal, cheapest=True)
+    assert steps(cheapest) == ["put(C, table)", "put(A, B)", "put(A, table)", "put(B, C)", "put(A, B)"]
+
+
+def test_without_methods_for_goals_the_tasks_must_bring_them_about() -> None:
+    """The first way to leave goes to B; the goal is C, so another is taken."""
+    leave = Domain.of(
+        [Operator("sail", effects=lambda facts, target: {"at": target})],
+        {"leave": [Method(target, lambda facts, target=target: [Task("sail", (target,))]) for target in "BC"]},  # type: ignore[misc]
+    )
+    assert steps(plan(leave, {}, Task("leave"), goal={"at": "C"})) == ["sail(C)"]
+    assert isinstance(plan(leave, {}, Task("leave"), goal={"at": "D"}), NoPlan)
+    assert steps(plan(leave, {"at": "C"}, goal={"at": "C", "flooded": False})) == []
+
+
+# Faults of domains ------------------------------------------------------------------------------
+
+
+def test_all_faults_of_a_domain_are_told_at_once() -> None:
+    with pytest.raises(PlanningError) as caught:
+        Domain(
+            {"dive": Operator("dive"), "pay": Operator("pay", cost=-1)},
+            {
+                "dive": (Method.fixed("itself"),),
+                "survey": (),
+                "explore": (Method.fixed("misspelt", "dvie"),),
+                "a": (Method.fixed("on", "dive", "b"),),
+                "b": (Method.fixed("back", "a"),),
+            },
+        )
+    text = str(caught.value)
+    for part in (
+        "these are both: dive",
+        "these have none: survey",
+        "method 'misspelt' of task explore uses dvie, not in the domain, which has: a, b, dive",
+        "task pay costs -1",
+        "endless recursion: every method of a leads to a > b > a",
+    ):
+        assert part in text
+
+
+def test_a_recursion_that_can_end_is_no_fault() -> None:
+    Domain.of([Operator("step")], {"walk": [Method.fixed("on", "step", "walk"), Method.fixed("stay")]})
+    Domain.of([], {"walk": [Method("may end", lambda facts: [Task("walk")])]})  # nothing is declared
+
+
+def test_a_method_keeps_to_what_it_declares() -> None:
+    domain = Domain.of(
+        [Operator("dive"), Operator("climb")],
+        {"move": [Method("down", lambda facts: [Task("climb")], uses=("dive",))]},
+    )
+    with pytest.raises(PlanningError, match=r"'down' of task move\(\) uses climb, and declares only: dive"):
+        plan(domain, {}, Task("move"))
+
+
+def test_the_name_of_the_planners_own_task_is_taken() -> None:
+    with pytest.raises(PlanningError, match="task Goal is the planner's own"):
+        Domain.of([Operator("Goal")], {})
+
+
+def test_where_the_search_turned_back_is_noted_a_hundred_times() -> None:
+    def count(facts: Facts) -> Iterator[list[Task]]:
+        yield from ([Task("fail", (number,))] for number in range(1000))
+
+    found: Any = plan(
+        Domain.of([Operator("fail", lambda facts, number: False)], {"try": [Method("count", count)]}), {}, Task("try")
+    )
+    assert [task.args for task in found.dead_ends] == [(number,) for number in range(100)]
+
+
+def test_a_plan_that_takes_most_of_the_first_half_of_the_expansions_is_found() -> None:
+    """Nine in ten of the 100,000 expansions of the first search; it does not start again."""
+    count = Domain.of([Operator("step")], {"all": [Method("steps", lambda facts: [Task("step")] * 90_000)]})
+    found = plan(count, {}, Task("all"))
+    assert isinstance(found, Plan)
+    assert len(found.steps) == 90_000

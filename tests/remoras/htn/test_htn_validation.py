@@ -1,0 +1,106 @@
+"""A wrong plan is caught, and the verdict says why."""
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from remoras.htn import Domain, Method, Node, Operator, Plan, Task, check, plan
+
+FACTS = {"at": "base"}
+TASK = Task("survey", ("reef",))
+GOAL = {("mapped", "reef"): True, "at": "base"}
+DOMAIN = Domain.of(
+    [
+        Operator(
+            "sail",
+            lambda facts, origin, target: facts.get("at") == origin,
+            lambda facts, origin, target: {"at": target},
+            2.0,
+        ),
+        Operator(
+            "map", lambda facts, place: facts.get("at") == place, lambda facts, place: {("mapped", place): True}
+        ),
+    ],
+    {
+        "survey": [Method("there and back", lambda facts, place: [
+            Task("go", (place,)), Task("map", (place,)), Task("go", ("base",))])],
+        "go": [
+            Method("be there", lambda facts, place: [], lambda facts, place: facts.get("at") == place),
+            Method("sail", lambda facts, place: iter([[Task("sail", ("harbour", place))],
+                                                      [Task("sail", (facts.get("at"), place))]])),
+        ],
+    },
+)  # fmt: skip
+FOUND = plan(DOMAIN, FACTS, TASK, goal=GOAL)
+assert isinstance(FOUND, Plan)
+NODES = FOUND.nodes
+SURVEY, GO, OUT, MAP, BACK, HOME = range(6)
+
+
+def changed(place: int, **parts: object) -> Plan:
+    """The plan with one node changed."""
+    assert isinstance(FOUND, Plan)
+    nodes = list(NODES)
+    nodes[place] = nodes[place]._replace(**parts)  # type: ignore[arg-type]
+    return replace(FOUND, nodes=tuple(nodes))
+
+
+def verdict(found: object) -> str:
+    assert isinstance(found, Plan)
+    return str(check(DOMAIN, FACTS, TASK, found, goal=GOAL))
+
+
+def test_the_plan_itself_is_valid() -> None:
+    assert [str(node.task) for node in NODES[:6]] == [
+        "survey(reef)", "go(reef)", "sail(base, reef)", "map(reef)", "go(base)", "sail(reef, base)",
+    ]  # fmt: skip
+    assert isinstance(FOUND, Plan)
+    assert FOUND.cost == 2.0 + 1.0 + 2.0
+    assert verdict(FOUND) == "valid"
+
+
+@pytest.mark.parametrize(
+    ("place", "parts", "reason"),
+    [
+        (OUT, {"task": Task("sail", ("reef", "base"))}, r"node 2: sail\(reef, base\) is not possible where it stands"),
+        (OUT, {"task": Task("fly")}, r"node 2: fly\(\) is no elementary task of the domain"),
+        (OUT, {"task": Task("sail", ("base", "reef", ))}, "valid"),
+        (HOME, {"task": Task("map", ("reef",))}, r"in the end the goal is not met: at = base"),
+        (HOME, {"task": Task("map", ("reef",))}, r"method 'sail' does not turn go\(base\) into map\(reef\)"),
+        (GO, {"method": "swim"}, r"node 1: go\(reef\) has no method 'swim', it has: 'be there', 'sail'"),
+        (GO, {"method": "be there"}, r"node 1: method 'be there' of go\(reef\) is not possible where it stands"),
+        (SURVEY, {"task": Task("survey", ("wreck",))}, r"for survey\(wreck\), .*asked for was survey\(reef\)"),
+        (MAP, {"parent": OUT}, r"map\(reef\) stands below the elementary task sail\(base, reef\)"),
+        (HOME, {"parent": GO}, r"node 5: sail\(reef, base\) does not follow the task above it, node 1"),
+        (MAP, {"parent": GO}, r"method 'sail' does not turn go\(reef\) into sail\(base, reef\), map\(reef\)"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_a_plan_is_said(place: int, parts: dict[str, object], reason: str) -> None:
+    assert re.search(reason, verdict(changed(place, **parts)))
+
+
+def test_a_step_left_out_breaks_the_tree_and_what_comes_after() -> None:
+    assert isinstance(FOUND, Plan)
+    nodes = [node._replace(parent=node.parent - (node.parent > OUT)) for node in NODES[:OUT] + NODES[OUT + 1 :]]
+    found = check(DOMAIN, FACTS, TASK, replace(FOUND, nodes=tuple(nodes)), goal=GOAL)
+    assert "method 'sail' does not turn go(reef) into nothing" in str(found)
+    assert "map(reef) is not possible where it stands" in str(found)
+    assert not found.is_valid
+
+
+def test_a_plan_for_other_facts_is_caught() -> None:
+    assert isinstance(FOUND, Plan)
+    found = check(DOMAIN, {"at": "reef"}, TASK, FOUND, goal=GOAL)
+    assert "sail(base, reef) is not possible where it stands" in str(found)
+
+
+def test_a_wrong_cost_is_caught() -> None:
+    assert isinstance(FOUND, Plan)
+    assert "says that it costs 4, its steps cost 5" in verdict(replace(FOUND, cost=4.0))
+
+
+def test_a_step_too_many_is_no_subtask_of_anything() -> None:
+    assert isinstance(FOUND, Plan)
+    more = replace(FOUND, nodes=(*NODES, Node(Task("map", ("base",)), None, -1)), cost=6.0)
+    assert "the plan is for" in verdict(more)
