@@ -120,6 +120,8 @@ class Candidate(NamedTuple):
         external: the part of it that an influence signal makes.
         source, slot: vehicle that sent that signal, and the slot in which it did; empty and None without one.
         chosen: it is performed.
+        best_mean: mean motivation of the best combination with it, of which the highest is performed; None for what is
+            vital, and for what no combination holds.
     """
 
     of: ActivitySet
@@ -129,6 +131,7 @@ class Candidate(NamedTuple):
     source: str
     slot: int | None
     chosen: bool
+    best_mean: float | None
 
     @property
     def own(self) -> float:

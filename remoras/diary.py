@@ -85,4 +85,4 @@ class Diary:
             aim = one.of.objective
             about = ("", "", "", "") if aim is None else (aim.group, aim.role, aim.name, aim.argument)
             motives = (one.stimulus, one.own, one.external, one.source, one.slot)
-            self._recorder.decisions.append((now_s, self._me, *about, list(of), *motives, one.chosen))
+            self._recorder.decisions.append((now_s, self._me, *about, list(of), *motives, one.chosen, one.best_mean))

@@ -248,7 +248,7 @@ class Run:
         """A figure of the run.
 
         Args:
-            kind: trajectories, roles, satisfaction, knowledge, delivery, tdma, or one that its mission declares.
+            kind: trajectories, roles, satisfaction, motivation, knowledge, delivery, tdma, or one that the mission has.
             width_in: of the figure; what suits its kind if left out.
 
         Returns:

@@ -97,12 +97,13 @@ DECISIONS = Table("decisions", (
     TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("objective", "str"),
     Column("argument", "str"), Column("activities", "list"), Column("stimulus", "float", "1"),
     Column("own", "float", "1"), Column("external", "float", "1"), Column("source", "str"), Column("slot", "int"),
-    Column("chosen", "bool"),
+    Column("chosen", "bool"), Column("best_mean", "float", "1"),
 ))  # fmt: skip
 """Every set of activities that a vehicle could choose from, written when its choice or these sets change. Its
 motivation is ``own`` and ``external`` together; ``external`` is owed to the influence signal that ``source`` sent in
 ``slot``. Group, role and objective are empty for what the vehicle does in any case; source is empty and slot null where
-no signal is heeded."""
+no signal is heeded. ``best_mean`` is the mean motivation of the best combination with the set: what is chosen has the
+highest. It is null for what is vital, which comes first, and for what goes together with nothing that is needed."""
 SATISFACTION = Table("satisfaction", (
     TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("value", "int", "-128..127"),
 ))  # fmt: skip

@@ -8,6 +8,7 @@ KINDS: Mapping[str, tuple[str, ...]] = {
     "trajectories": ("trajectories",),
     "roles": ("roles",),
     "satisfaction": ("satisfaction", "roles"),
+    "motivation": ("decisions",),
     "knowledge": ("packets", "knowledge"),
     "delivery": ("packets",),
     "tdma": ("packets",),

@@ -58,24 +58,43 @@ class Choice:
         Args:
             motivations: of each set; its activities share it, and it takes no part unless that is above zero.
         """
+        vital, held = self._needed_to_live(motivations)
+        _, winner = self._most(motivations, held, held, (0.0, ()))
+        return tuple(sorted(vital + winner)) if vital else winner
+
+    def best_mean(self, motivations: Sequence[float], index: int) -> float | None:
+        """Mean motivation of the best combination with set ``index``; None if there is none, or the set is vital."""
+        _, held = self._needed_to_live(motivations)
+        bits = self._bits[index]
+        if index in self._vital or not motivations[index] > 0.0 or bits & held & _TYPES:
+            return None
+        mean, _ = self._most(motivations, held, held | bits, (self._sizes[index] * motivations[index], (index,)))
+        return mean or None
+
+    def _needed_to_live(self, motivations: Sequence[float]) -> tuple[tuple[int, ...], int]:
+        """The vital sets that are taken, and what they hold."""
         vital: tuple[int, ...] = ()
         held = 0
         for index in self._vital:
             if motivations[index] > 0.0 and not held & self._bits[index] & _TYPES:
                 vital += (index,)
                 held |= self._bits[index]
-        fit = self._fit(motivations, held & _TYPES)
+        return vital, held
+
+    def _most(self, motivations: Sequence[float], held: int, begun: int, sum_: Sum) -> Sum:
+        """The best mean, and its sets, beside vital sets that hold ``held``, and with what makes ``begun`` of it."""
+        fit = self._fit(motivations, begun & _TYPES)
         n_held = (held & _TYPES).bit_count()
         highest = 0.0
         winner: tuple[int, ...] = ()
-        for state, (total, summed) in self._sums(motivations, fit, held).items():
+        for state, (total, summed) in self._sums(motivations, fit, begun, sum_).items():
             n = (state & _TYPES).bit_count() - n_held
             mean = total / n if n else 0.0
             if mean >= highest and n and self._is_met(state):
                 chosen = tuple(sorted(summed))
                 if (mean > highest or chosen < winner) and not self._takes_more(state, fit):
                     highest, winner = mean, chosen
-        return tuple(sorted(vital + winner)) if vital else winner
+        return highest, winner
 
     def _fit(self, motivations: Sequence[float], types: int) -> list[int]:
         """Motivated sets that leave ``types`` free; of those alike in types and needs the most motivated one."""
@@ -88,7 +107,7 @@ class Choice:
                     found[bits] = index
         return list(found.values())
 
-    def _sums(self, motivations: Sequence[float], fit: Sequence[int], held: int) -> dict[int, Sum]:
+    def _sums(self, motivations: Sequence[float], fit: Sequence[int], begun: int, sum_: Sum) -> dict[int, Sum]:
         """The best sum of motivations for all that sets together may hold, type by type."""
         beginning: dict[int, list[tuple[int, int, float]]] = {}  # by the first of their types
         alone = 0  # types of sets that have one and need nothing: they are never left free
@@ -99,18 +118,18 @@ class Choice:
             beginning.setdefault(first, []).append((index, bits, self._sizes[index] * motivations[index]))
             if types == first and not bits >> 8 + self._n_needed:
                 alone |= first
-        states: dict[int, Sum] = {held: (0.0, ())}
+        states = {begun: sum_}
         for first, group in sorted(beginning.items()):
             before, states = states, {}
-            for state, sum_ in before.items():
+            for state, (total, summed) in before.items():
                 if state & first:
-                    _keep(states, state, *sum_)
+                    _keep(states, state, total, summed)
                     continue
                 if not alone & first:
-                    _keep(states, state, *sum_)
+                    _keep(states, state, total, summed)
                 for index, bits, value in group:
                     if not state & bits & _TYPES:
-                        _keep(states, state | bits, sum_[0] + value, (*sum_[1], index))
+                        _keep(states, state | bits, total + value, (*summed, index))
         return states
 
     def _is_met(self, state: int) -> bool:

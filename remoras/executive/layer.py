@@ -167,7 +167,8 @@ class ExecutiveLayer:
                 key = max(heard, key=lambda of: call(heard[of].value, now_s - heard[of].heard_s, self._constants))
                 source, slot = key[0], heard[key].slot
             motivation, chosen = self.motivations[index], index in self.decision.chosen
-            found.append(Candidate(one, self._stimuli[index], motivation, external, source, slot, chosen))
+            mean = self._choice.best_mean(self.motivations, index)
+            found.append(Candidate(one, self._stimuli[index], motivation, external, source, slot, chosen, mean))
         return found
 
     def _stimuli_of(self, perceptions: Sequence[Perception]) -> list[float]:

@@ -156,3 +156,18 @@ def test_twelve_sets_of_any_types_are_searched_exactly() -> None:
         sets = [one(*((f"A{n}", t) for t in draw.sample(TYPES, draw.randint(1, 3)))) for n in range(12)]
         motivations = [draw.randint(0, 64) / 64 for _ in sets]
         assert Choice(sets).best(motivations) == by_definition(sets, motivations)
+
+
+@given(drawn_sets(), st.data())
+def test_what_is_performed_has_the_best_mean_of_all(sets: list[ActivitySet], data: st.DataObject) -> None:
+    """The mean with each set is that of a best combination with it; what is performed and not vital has the highest."""
+    motivations = [data.draw(st.integers(0, 16)) / 16 for _ in sets]
+    choice = Choice(sets)
+    chosen = choice.best(motivations)
+    means = [choice.best_mean(motivations, index) for index in range(len(sets))]
+    known = [mean for mean in means if mean is not None]
+    for index in chosen:
+        if sets[index].kind is not ActivityKind.VITAL:
+            assert means[index] == max(known)
+        else:
+            assert means[index] is None

@@ -22,9 +22,9 @@ NAMES = ("AUV02", "AUV01")
 
 def candidates(*chosen: ActivitySet, stimulus: float = 0.5) -> list[Candidate]:
     return [
-        Candidate(EVADE, 0.0, 0.0, 0.0, "", None, EVADE in chosen),
-        Candidate(SURVEY, stimulus, 0.7, 0.0, "", None, SURVEY in chosen),
-        Candidate(HOMING, 1.0, 0.9, 0.5, "AUV02", 17, HOMING in chosen),
+        Candidate(EVADE, 0.0, 0.0, 0.0, "", None, EVADE in chosen, None),
+        Candidate(SURVEY, stimulus, 0.7, 0.0, "", None, SURVEY in chosen, 0.7),
+        Candidate(HOMING, 1.0, 0.9, 0.5, "AUV02", 17, HOMING in chosen, 0.5),
     ]
 
 
@@ -32,11 +32,11 @@ def test_a_choice_is_written_with_all_that_stood_to_choice() -> None:
     recorder = Recorder()
     Diary("AUV01", NAMES, recorder).weighs(8.0, candidates(SURVEY))
     assert recorder.decisions == [
-        (8.0, "AUV01", "", "", "", "", ["Evade"], 0.0, 0.0, 0.0, "", None, False),
+        (8.0, "AUV01", "", "", "", "", ["Evade"], 0.0, 0.0, 0.0, "", None, False, None),
         (8.0, "AUV01", "Operational", "LeftWinger", "Exploring", "left", ["Zigzag", "Mapping"], 0.5, 0.7, 0.0, "",
-         None, True),
+         None, True, 0.7),
         (8.0, "AUV01", "Operational", "Performer", "RendezVous", "rally", ["Homing"], 1.0, 0.9 - 0.5, 0.5, "AUV02",
-         17, False),
+         17, False, 0.5),
     ]  # fmt: skip
 
 

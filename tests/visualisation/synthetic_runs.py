@@ -28,9 +28,16 @@ COLUMNS = {
     "faults": ("time_s", "vehicle", "kind", "detail"),
     "packets": ("slot", "time_s", "sender", "size_bits", "items", "acks", "receivers", "lost_by"),
     "knowledge": ("time_s", "vehicle", "item", "origin", "event"),
-}
-TEXTS = {"vehicle", "group", "role", "event", "kind", "detail", "sender", "item", "origin"}
-LISTS = {"receivers", "lost_by"}
+    "decisions": (
+        "time_s", "vehicle", "group", "role", "objective", "argument", "activities", "stimulus", "own", "external",
+        "source", "slot", "chosen", "best_mean",
+    ),
+}  # fmt: skip
+TEXTS = {
+    "vehicle", "group", "role", "event", "kind", "detail", "sender", "item", "origin", "objective", "argument", "source"
+}  # fmt: skip
+LISTS = {"receivers", "lost_by", "activities"}
+FLAGS = {"chosen"}
 SLOT_S = 10.0
 
 
@@ -84,9 +91,10 @@ class Fiction:
         for name, columns in COLUMNS.items():
             values = list(zip(*rows.get(name, []), strict=True)) or [()] * len(columns)
             kinds = [
-                pa.string() if column in TEXTS else pa.list_(pa.string()) if column in LISTS else pa.float64()
+                pa.string() if column in TEXTS else pa.list_(pa.string()) if column in LISTS
+                else pa.bool_() if column in FLAGS else pa.float64()
                 for column in columns
-            ]
+            ]  # fmt: skip
             arrays = [pa.array(value, kind) for value, kind in zip(values, kinds, strict=True)]
             pq.write_table(pa.table(arrays, names=list(columns)), folder / f"{name}.parquet")
         faults = [{"kind": kind} for _, _, kind, _ in self.faults if kind != "energy"]
@@ -149,7 +157,18 @@ class Fiction:
             for packet in packets
             for receiver in packet[6]
         ]
+        leader, diver = self.roles[0][1], self.roles[-1][1]
+        weighed = [
+            ("", "Evading", 1.0, True, None), (leader, LONG, 0.5, True, 0.4), (diver, "Homing", 0.3, False, 0.3)
+        ]  # fmt: skip
+        decisions = [
+            (0.1 * self.end_s * (at + 1), name, "", role, "", "", [aim, "Logging"], 1.0, own, 0.25 * at, "", None,
+             chosen, mean)
+            for at, name in enumerate(self.vehicles)
+            for role, aim, own, chosen, mean in weighed
+        ]  # fmt: skip
         return {
+            "decisions": decisions,
             "trajectories": tracks, "roles": sorted([*roles, *self.extra_roles]), "satisfaction": values,
             "finds": finds, "faults": list(self.faults), "packets": packets, "knowledge": sorted([*told, *heard]),
         }  # fmt: skip

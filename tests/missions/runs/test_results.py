@@ -43,7 +43,7 @@ COLUMNS = {
     "objectives": "time_s, vehicle, group, role, objective, argument",
     "activities": "time_s, vehicle, type, name, role, motivation",
     "decisions": "time_s, vehicle, group, role, objective, argument, activities, stimulus, own, external, "
-    "source, slot, chosen",
+    "source, slot, chosen, best_mean",
     "satisfaction": "time_s, vehicle, group, role, value",
     "coverage": "time_s, vehicle, cell_x, cell_y",
     "goal": "time_s, goal_fraction",

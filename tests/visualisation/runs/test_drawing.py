@@ -12,7 +12,7 @@ import visualisation
 from missions.runs.results import Results
 from visualisation import FORMATS, KINDS, DrawingError, style
 from visualisation.page import Picture
-from visualisation.runs import draw, picture
+from visualisation.runs import draw, motivation, picture
 
 ALL_KINDS = [*KINDS, FINDS.name]
 
@@ -116,7 +116,14 @@ def test_a_figure_without_its_table_is_left_out_with_a_note_or_refused(tmp_path:
     (run.folder / "satisfaction.parquet").unlink()
     (run.folder / "finds.parquet").unlink()
     written = draw(run, [], tmp_path / "all", "svg", DECLARED, fiction.places)
-    assert [path.stem for path in written.files[::2]] == ["trajectories", "roles", "knowledge", "delivery", "tdma"]
+    assert [path.stem for path in written.files[::2]] == [
+        "trajectories",
+        "roles",
+        "motivation",
+        "knowledge",
+        "delivery",
+        "tdma",
+    ]
     assert written.notes == [
         "satisfaction is left out: these results have no table satisfaction",
         "finds is left out: these results have no table finds",
@@ -137,3 +144,20 @@ def test_importing_the_package_loads_no_matplotlib() -> None:
     code = "import visualisation, sys; sys.exit('matplotlib' in sys.modules or 'pyarrow' in sys.modules)"
     root = Path(visualisation.__file__).parents[1]
     assert subprocess.run([sys.executable, "-c", code], check=False, cwd=root).returncode == 0
+
+
+def test_contested_choices_are_drawn_with_what_was_left_aside(tmp_path: Path) -> None:
+    """A and B leave homing aside, by 0.4 against 0.3; the evasion has no mean, and half of B's motives are signals."""
+    run = Fiction().write(tmp_path / "run")
+    found = motivation.contested(run)
+    assert [(one.vehicle, one.time_s, len(one.rows)) for one in found] == [("A", 100.0, 3), ("B", 200.0, 3)]
+    assert [one.margin for one in found] == pytest.approx([0.1, 0.1])
+    figure = picture(run, "motivation").figure
+    hatched = [[bar.get_width() for bar in axes.patches if bar.get_hatch()] for axes in figure.axes]
+    assert hatched == [[], pytest.approx([0.25] * 3)]
+    assert "All such choices" in picture(run, "motivation").caption
+
+
+def test_a_run_without_a_contested_choice_says_so(tmp_path: Path) -> None:
+    drawn = picture(Fiction(recorded=False).write(tmp_path / "run"), "motivation")
+    assert [text.get_text() for text in drawn.figure.texts] == ["no choice was contested"]

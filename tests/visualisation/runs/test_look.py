@@ -42,6 +42,7 @@ def colours(figure: Figure) -> set[str]:
             found |= {to_hex(line.get_color())} if line.get_linestyle() != "None" else set()
         for collection in axes.collections:
             found |= {to_hex(one) for one in collection.get_facecolor()}
+        found |= {to_hex(patch.get_facecolor()) for patch in axes.patches}
     return {one for one in found if len({one[1:3], one[3:5], one[5:]}) > 1}
 
 
@@ -52,7 +53,7 @@ def test_a_colour_is_a_vehicle_in_all_figures(runs: dict[str, Results], kind: st
     own = [style.vehicle_look(number).colour for number in range(2)]
     allowed = {to_hex(style.tint(one, strength)) for one in own for strength in (1.0, 0.4, 0.25)}
     assert colours(figure) <= allowed
-    assert bool(colours(figure)) == (kind in ("trajectories", "roles", "satisfaction"))
+    assert bool(colours(figure)) == (kind in ("trajectories", "roles", "satisfaction", "motivation"))
 
 
 def test_files_say_what_run_they_show(tmp_path: Path, runs: dict[str, Results]) -> None:

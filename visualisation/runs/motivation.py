@@ -1,0 +1,131 @@
+"""Why vehicles chose what they did: the motivations of all that they could do, at the moments that were contested."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import Any, NamedTuple
+
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from missions.figure import RunResults
+from visualisation import style, words
+from visualisation.page import Grid, Legend, Page, Picture
+from visualisation.runs import captions
+from visualisation.runs.declared import Kit
+
+COLUMN_IN, HIGHEST_IN = 3.2, 9.0
+"""Least width of a column of panels; height of a page."""
+MOMENTS, BARS = 9, 9
+"""Most panels, and most sets of activities in one: those of the best combinations."""
+BAR_IN, TITLE_IN, AXIS_IN, GAP_IN = 0.145, 0.2, 0.34, 0.12
+NAME_SHARE = 0.42
+"""Share of a column for names."""
+HATCH = "//////"
+
+
+class Moment(NamedTuple):
+    """What a vehicle weighed, strongest combination first; ``margin`` is by how much the one that is performed won."""
+
+    time_s: float
+    vehicle: str
+    rows: list[dict[str, Any]]
+    margin: float
+
+
+def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
+    """A panel for each of the most closely contested choices, a bar for each set of activities.
+
+    Args:
+        results: of the run.
+        width_in: of the page.
+    """
+    found = contested(results)
+    closest = sorted(found, key=lambda one: one.margin)[:MOMENTS]
+    columns = max(1, min(int(width_in / COLUMN_IN), len(closest)))
+    n_bars = max((len(moment.rows) for moment in closest), default=1)
+    body_in = BAR_IN * (n_bars + 0.4)
+    n_rows = int((HIGHEST_IN - 0.5) / (TITLE_IN + body_in + AXIS_IN))
+    shown = sorted(closest[: columns * n_rows], key=lambda one: (one.time_s, one.vehicle))
+    colours = {vehicle: look.colour for vehicle, look in Kit(results).looks.items()}
+    names_in = NAME_SHARE * width_in / columns
+    n = max(1, len(shown))
+    grid = Grid(n, columns, width_in, names_in, 0.12, TITLE_IN, body_in, names_in + GAP_IN, AXIS_IN)
+    most = max((value for moment in shown for row in moment.rows for value in _ends(row)), default=1.0)
+    legend = Legend(_legend(), width_in - 0.2)
+    with style.paper():
+        page = Page(width_in, grid.height_in + AXIS_IN + legend.height_in + 0.1)
+        for at, (box, moment) in enumerate(zip(grid.boxes, shown, strict=False)):
+            title = style.fitted(f"{moment.vehicle}, {words.time(moment.time_s)}", grid.panel_in, style.TEXT_PT)
+            axes = page.panel(box, title)
+            _bars(axes, moment, colours[moment.vehicle], names_in - 0.1)
+            axes.set_xlim(0.0, 1.05 * most)
+            axes.set_ylim(n_bars - 0.3, -0.7)
+            if at + columns >= len(shown):
+                axes.set_xlabel(words.axis("motivation"), labelpad=1)
+        if not shown:
+            page.text(0.1, 0.1, "no choice was contested", fontsize=style.TEXT_PT, va="top")
+        page.legend(legend)
+    return Picture(page.figure, _caption(results, len(shown), len(found)))
+
+
+def contested(results: RunResults) -> list[Moment]:
+    """Moments at which a vehicle left something aside that it was moved to, for want of room."""
+    weighed: dict[tuple[float, str], list[dict[str, Any]]] = defaultdict(list)
+    for row in results.table("decisions").to_pylist():
+        weighed[row["time_s"], row["vehicle"]].append(row)
+    found = []
+    for (time_s, vehicle), rows in weighed.items():
+        rivals = [row for row in rows if not row["chosen"] and row["own"] + row["external"] > 0.0]
+        if rivals:
+            moved = [row for row in rows if row["chosen"] or row in rivals]
+            moved.sort(key=lambda row: (not row["chosen"], -(row["best_mean"] or 0.0)))
+            won = max((row["best_mean"] or 0.0 for row in moved if row["chosen"]), default=0.0)
+            found.append(Moment(time_s, vehicle, moved[:BARS], won - max(row["best_mean"] or 0.0 for row in rivals)))
+    return found
+
+
+def _ends(row: dict[str, Any]) -> tuple[float, float]:
+    return row["own"] + row["external"], row["best_mean"] or 0.0
+
+
+def _bars(axes: Axes, moment: Moment, colour: str, room_in: float) -> None:
+    names = []
+    for at, row in enumerate(moment.rows):
+        look: dict[str, Any] = {
+            "facecolor": style.tint(colour, 1.0 if row["chosen"] else 0.25),
+            "edgecolor": colour,
+            "linewidth": 0.5,
+        }
+        axes.barh(at, row["own"], 0.66, **look)
+        if row["external"]:
+            axes.barh(at, row["external"], 0.66, row["own"], hatch=HATCH, **{**look, "edgecolor": style.BLACK})
+        if row["best_mean"] is not None:
+            axes.plot(row["best_mean"], at, "D", color=style.BLACK, markersize=3.0, markeredgecolor="white",
+                      markeredgewidth=0.4)  # fmt: skip
+        name = " + ".join(row["activities"]) + (f" ({row['role']})" if row["role"] else "")
+        names.append(style.fitted(name, room_in, style.TINY_PT))
+    axes.set_yticks(range(len(names)), names)
+    axes.tick_params(axis="y", length=0, labelsize=style.TINY_PT, pad=2)
+
+
+def _legend() -> tuple[Line2D | Patch, ...]:
+    return (
+        Patch(facecolor=style.GREY, linewidth=0, label="performed"),
+        Patch(facecolor=style.tint(style.GREY, 0.25), edgecolor=style.GREY, linewidth=0.5, label="left aside"),
+        Patch(facecolor="white", edgecolor=style.BLACK, hatch=HATCH, linewidth=0.5, label="by an influence signal"),
+        Line2D([], [], marker="D", linestyle="none", color=style.BLACK, markersize=3.0, label="mean with it"),
+    )
+
+
+def _caption(results: RunResults, n_shown: int, n_found: int) -> str:
+    which = "All" if n_shown == n_found else f"The {n_shown} most closely contested of {n_found}"
+    return words.joined(
+        "Motivation of what vehicles could do when they chose anew, where something had to be left aside.",
+        f"{which} such choices, in the order of time; colours are those of the vehicles.",
+        "A diamond is the mean motivation of the best combination with the activities; the highest is performed, after "
+        "what is vital.",
+        captions.faults(results),
+        captions.conditions(results),
+    )
