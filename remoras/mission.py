@@ -12,7 +12,8 @@ loading a scenario        ``Scenario``, ``completed``, ``check``, ``sensors``, `
 setting a run up          ``from_scenario``, ``jobs``, ``world``, ``founding_objectives``, ``truth``, ``tables``,
                           ``instances``, ``instances_found_per_vehicle``, ``most_observations``,
                           ``vocabulary_used``
-social layer, at sea      ``social_domain``, ``is_individual``, ``activity_sets``, ``findings``, ``completion``
+social layer, at sea      ``social_domain``, ``is_individual``, ``activity_domain``, ``activities``,
+                          ``activity_sets``, ``findings``, ``completion``
 functional layer, at sea  ``behaviour_for``
 after a run               ``metrics``, ``figures``, ``places``
 ========================  ===========================================================================================
@@ -36,7 +37,7 @@ from remoras.activities import Activity, ActivitySet, Objective
 from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs, Key
 from remoras.database import VehicleData
-from remoras.htn import Domain, FactsLike
+from remoras.htn import Domain, FactsLike, Task
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
@@ -44,8 +45,12 @@ from remoras.recorder import Recorder, Table
 from remoras.sensor import SensorSettings
 from remoras.work import Job, Known, Point
 
-ELEMENTARY_TASKS = ("AllocateRoles", "GiveMission", "AssignObjective")
-"""What the plan of a group's mission is made of; see ``SocialPart.social_domain``."""
+ALLOCATE_ROLES, GIVE_MISSION, ASSIGN_OBJECTIVE = "AllocateRoles", "GiveMission", "AssignObjective"
+ELEMENTARY_TASKS = (ALLOCATE_ROLES, GIVE_MISSION, ASSIGN_OBJECTIVE)
+"""What carries out the elementary tasks of a group's mission; see ``SocialPart.social_domain``."""
+PURSUE = "Pursue"
+"""The task by which an objective is pursued is called so, with the name of the objective behind; see
+``SocialPart.activity_domain``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,8 +202,20 @@ class SocialPart(Protocol):
     @property
     @abstractmethod
     def social_domain(self) -> Domain:
-        """HTN that turns missions of groups into ``AllocateRoles(group)``, ``GiveMission(group, mission)`` and
-        ``AssignObjective(group, role, objective, argument)``."""
+        """HTN that turns missions of groups into elementary tasks, each carried out by the handler that it names.
+
+        Handlers are ``AllocateRoles(group, ...)``, ``GiveMission(group, mission)`` and ``AssignObjective(group, role,
+        objective, argument)``; a task that names none is carried out by the one of its own name. Beside what the
+        head of the group believes, tests and effects may be of these facts:
+
+        * ``("members", "Group.Role")``: who plays the role and is there;
+        * ``("lost", "Group.Role")``: who has left the role or fallen silent in it, as often as that happened;
+        * ``("allocated", group)``: the strategy has allocated the roles, and nobody has left since;
+        * ``("objective", "Group.Role.Objective")``: its argument, once it counts;
+        * ``("hasMission", group)``: its mission; ``("data", vehicle)``: static data of a vehicle.
+
+        A step ``AssignObjective`` runs until its effects hold. If nobody plays its role any more, it has failed.
+        """
         ...
 
     @property
@@ -213,7 +230,8 @@ class SocialPart(Protocol):
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
         """Activities by which a vehicle pursues ``objective``, and the facts that this choice rests on.
 
-        Called when the vehicle gets the objective, and again when one of those facts has changed.
+        Called when the vehicle gets the objective, and again when one of those facts has changed; for an objective that
+        ``activity_domain`` plans, ``activities`` is asked in its place.
 
         Args:
             data: of the vehicle that plans.
@@ -221,6 +239,32 @@ class SocialPart(Protocol):
             position_m: where the vehicle is.
         """
         ...
+
+    @property
+    def activity_domain(self) -> Domain | None:
+        """HTN that turns objectives into activities; None by default: ``activity_sets`` alone says what to do.
+
+        The task for an objective is called ``Pursue`` with its name behind, and has the objective and the
+        ``VehicleData`` as arguments. A vehicle carries the plan out as a tree: all steps that may start do, and stand
+        to choice as activities. A step ends when its effects hold; it has failed when its behaviour says so.
+        """
+        return None
+
+    def activities(
+        self,
+        steps: Sequence[Sequence[Task]],
+        objective: Objective,
+        data: VehicleData,
+        facts: FactsLike,
+        position_m: Point,
+    ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
+        """Activities for the running steps of the plan for ``objective``, and the facts that they rest on.
+
+        Args:
+            steps: each with those that stand beside it under one task: they are performed simultaneously.
+            data, facts, position_m: as of ``activity_sets``.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has an activity_domain, so it must have activities too")
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Objectives that roles have from the start; none by default."""

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import mesa
 
 from exchange.manager import Reception, Transmission
-from remoras.activities import ActivitySet, ActivityType
+from remoras.activities import ActivitySet, ActivityType, Objective
 from remoras.behaviours import Perception
 from remoras.beliefs import Beliefs, Fact
 from remoras.database import VehicleData
@@ -163,14 +163,24 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         """Make known the first objective for which all has been done, or that cannot be done; True if there was one."""
         for index, perception in enumerate(perceptions):
             objective = self.executive.sets[index].objective
-            if perception.failed and objective is not None and (facts := self.social.standing.give_up(objective)):
-                self._diary.fault(now_s, "cannot", str(objective))
-                self._conclude(facts, now_s)
+            if perception.failed and objective is not None and self._cope(objective, self.executive.sets[index], now_s):
                 return True
             if perception.done and objective is not None and (facts := self.social.completed(objective)):
                 self._conclude(facts, now_s)
                 return True
         return False
+
+    def _cope(self, objective: Objective, failed: ActivitySet, now_s: float) -> bool:
+        """An activity cannot be done: go another way, or give its objective up. True if something has changed."""
+        if self.social.mend(objective, [activity.name for activity in failed.activities]):
+            self._diary.fault(now_s, "failed step", f"{failed.name} of {objective}")
+            self._adopt()
+            return True
+        facts = self.social.standing.give_up(objective)
+        if facts:
+            self._diary.fault(now_s, "cannot", str(objective))
+            self._conclude(facts, now_s)
+        return bool(facts)
 
     def _plan(self, now_s: float) -> None:
         deliberation = self.social.plan_missions()

@@ -47,7 +47,7 @@ from missions.mapping.metrics import METRICS
 from missions.mapping.scenario import NEEDED_OBJECTIVES, FindsTable, MappingScenario, MappingSettings
 from missions.mapping.sensors import COVERAGE, Seabed, SwathSettings, seabed_of, swath_m
 from missions.mapping.survey import contains
-from missions.mapping.tasks import Context, activity_domain, mapping_methods, supervision_methods
+from missions.mapping.tasks import activity_domain, social_domain
 from missions.mapping.truth import GOAL, MappingTruth
 from missions.mapping.unfinished import AfterWork, Unfinished, is_to_be_inspected
 from missions.meeting.meeting import OBJECTIVES, Meeting, importance_of
@@ -58,12 +58,11 @@ from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
 from remoras.behaviours import (
     Behaviour,
     Positioning,
-    Standing,
 )
 from remoras.beliefs import Beliefs, Key
 from remoras.database import VehicleData
 from remoras.errors import PlanningError
-from remoras.htn import Domain, FactsLike, Operator, Plan, Task, plan
+from remoras.htn import Domain, FactsLike, Task
 from remoras.mission import Finding, Mission
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
@@ -153,12 +152,8 @@ class MappingMission(Mission):
             settings.meeting_deadline_s,
             settings.importance,
         )
-        methods = supervision_methods(groups, self.meeting), mapping_methods(groups, self.meeting, self._inspections)
-        self._social_domain = Domain.of(
-            [Operator("GiveMission"), Operator("AllocateRoles"), Operator("AssignObjective")],
-            dict(zip(self.group_missions, methods, strict=True)),
-        )
-        self._activity_domain = activity_domain(ACTIVITY_TYPES)
+        self._social_domain = social_domain(self.group_missions, groups, self.meeting, self.jobs, self._inspections)
+        self._activity_domain = activity_domain(self.jobs)
 
     @classmethod
     def from_scenario(cls, scenario: MappingScenario) -> Self:
@@ -252,19 +247,27 @@ class MappingMission(Mission):
     def activity_sets(
         self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
-        """Activities of Table II, by HTN and with the vehicle's own characteristics."""
-        if objective.name in OBJECTIVES:
-            return self.meeting.activity_sets(objective, data.name, facts)
-        found = plan(self._activity_domain, facts, Task(f"Pursue{objective.name}", (Context(objective, data),)))
-        if not isinstance(found, Plan):
-            raise PlanningError(f"{data.name} has no way to pursue {objective}")
-        together: dict[tuple[Any, ...], list[str]] = {}
-        for step in found.steps:
-            above = tuple(node.task.name for node in found.ancestors(step.place))
-            together.setdefault(above, []).append(step.task.name)
-        rests_on: set[Key] = set(found.rests_on)
+        """Those of the meeting; the others are planned, see ``activities``."""
+        return self.meeting.activity_sets(objective, data.name, facts)
+
+    @property
+    def activity_domain(self) -> Domain:
+        """Exploring, mapping, inspecting and positioning into activities."""
+        return self._activity_domain
+
+    def activities(
+        self,
+        steps: Sequence[Sequence[Task]],
+        objective: Objective,
+        data: VehicleData,
+        facts: FactsLike,
+        position_m: Point,
+    ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
+        """Activities of Table II, with the vehicle's own characteristics."""
+        rests_on: set[Key] = set()
         sets = []
-        for names in together.values():
+        for together in steps:
+            names = [step.name for step in together]
             activities = []
             for name in names:
                 parameters, keys = self._parameters(name, objective, data, facts, position_m)
@@ -299,7 +302,7 @@ class MappingMission(Mission):
             case "Positioning":
                 place = self._formation.get((group.name, objective.role), ("top", "middle"))
                 return (place, facts.get(head_key), group.name), {head_key}
-        return (), set()
+        raise PlanningError(f"activity {name} is none of {', '.join(ACTIVITY_TYPES)}")
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """The behaviour that carries out the set which ``activity`` leads."""
@@ -317,7 +320,7 @@ class MappingMission(Mission):
             case "Positioning":
                 place, leaders, group = parameters
                 return _positioning(place, leaders, group, data, settings.formation_spacing_m)
-        return Standing()
+        raise PlanningError(f"activity {activity.name} is none of the mission's: {', '.join(ACTIVITY_TYPES)}")
 
     def is_enough(self, facts: Known) -> bool:
         """True if no more is left than the goal spares, and every find is inspected."""

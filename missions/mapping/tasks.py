@@ -2,44 +2,68 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
+from typing import Any
 
+from missions.mapping.finds import INSPECTING
 from missions.mapping.sensors import swath_m
 from missions.mapping.unfinished import is_to_be_inspected
-from missions.meeting.meeting import ALLOCATED, ASSIGNED, Meeting
+from missions.meeting.meeting import MEET, Meeting
+from missions.meeting.orders import entrusted, expected_of
 from remoras.activities import Objective
 from remoras.database import VehicleData
-from remoras.htn import Domain, FactsLike, Method, Operator, Task
+from remoras.htn import ANY, Domain, Expected, FactsLike, Method, Operator, Task
+from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, GIVE_MISSION, PURSUE
 from remoras.organisation import Group
+from remoras.work import Job
+
+EXPLORE = "Explore"
+"""Task of a group, one of its roles and the role's area."""
 
 
-class Context:
-    """What the activity domain's methods know of the vehicle that plans."""
+def social_domain(
+    missions: Sequence[str], groups: Sequence[Group], meeting: Meeting, jobs: Mapping[str, Job], finds: Collection[str]
+) -> Domain:
+    """Missions of groups into orders.
 
-    def __init__(self, objective: Objective, data: VehicleData) -> None:
-        self.objective = objective
-        self.data = data
+    Args:
+        missions: names of supervision and of mapping.
+        groups: with their roles; meeting: of the groups.
+        jobs: by name.
+        finds: names of those of them that may be found.
+    """
+    by_name = {group.name: group for group in groups}
+
+    def orders(group: str, role: str) -> list[Task]:
+        of = by_name[group].role(role)
+        area = None if of is None else of.job
+        names = () if area is None else ("Positioning", "Exploring")
+        return [Task(ASSIGN_OBJECTIVE, (group, role, name, area)) for name in names]
+
+    methods = (supervision_methods(groups), mapping_methods(by_name, finds))
+    return Domain.of(
+        meeting.operators(jobs, "Exploring"),
+        {**dict(zip(missions, methods, strict=True)), EXPLORE: entrusted(orders), **meeting.methods()},
+    )
 
 
-def supervision_methods(groups: Sequence[Group], meeting: Meeting) -> list[Method]:
+def supervision_methods(groups: Sequence[Group]) -> list[Method]:
     """Supervision: the other groups get their missions, then the own group meets."""
 
     def delegate(facts: FactsLike, group: str) -> list[Task]:
-        own = next(g for g in groups if g.name == group)
         others = [g for g in groups if g.name != group]
-        return [*(Task("GiveMission", (g.name, "AreaMapping")) for g in others), *meeting.tasks(own)]
+        return [*(Task(GIVE_MISSION, (g.name, "AreaMapping")) for g in others), Task(MEET, (group,))]
 
-    return [Method("delegate the mapping", delegate, uses=("GiveMission", *ASSIGNED))]
+    return [Method("delegate the mapping", delegate, uses=(GIVE_MISSION, MEET))]
 
 
-def mapping_methods(groups: Sequence[Group], meeting: Meeting, finds: Collection[str] = ()) -> list[Method]:
+def mapping_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> list[Method]:
     """AreaMapping: roles are allocated, every area is explored and every find inspected, then the group meets.
 
     Args:
-        groups: with their roles; meeting: of the groups.
+        by_name: groups with their roles.
         finds: names of what may be found; a plan rests on what has been.
     """
-    by_name = {group.name: group for group in groups}
 
     def unfinished(facts: FactsLike, group: Group) -> list[tuple[str, str]]:
         return [
@@ -61,60 +85,83 @@ def mapping_methods(groups: Sequence[Group], meeting: Meeting, finds: Collection
         return facts.get(("gatheredAt", group)) is not None
 
     def explore(facts: FactsLike, group: str) -> list[Task]:
-        tasks = [Task("AllocateRoles", (group,))]
-        for name, area in unfinished(facts, by_name[group]):
-            tasks.append(Task("AssignObjective", (group, name, "Positioning", area)))
-            tasks.append(Task("AssignObjective", (group, name, "Exploring", area)))
-        for role in by_name[group].roles:
-            if not role.founding and role.job is None:
-                tasks.append(Task("AssignObjective", (group, role.name, "Mapping", group)))
-        return [*tasks, *meeting.tasks(by_name[group])]
+        explored = [Task(EXPLORE, (group, name, area)) for name, area in unfinished(facts, by_name[group])]
+        mapped = [
+            Task(ASSIGN_OBJECTIVE, (group, role.name, "Mapping", group))
+            for role in by_name[group].roles
+            if not role.founding and role.job is None
+        ]
+        return [Task(ALLOCATE_ROLES, (group,)), *explored, *mapped, Task(MEET, (group,))]
 
     return [
         Method("stay together", lambda facts, group: [], together, ()),
-        Method("explore, then meet", explore, has_work, ALLOCATED),
-        Method("meet", lambda facts, group: meeting.tasks(by_name[group]), uses=ASSIGNED),
+        Method("explore, then meet", explore, has_work, (ALLOCATE_ROLES, EXPLORE, ASSIGN_OBJECTIVE, MEET)),
+        Method("meet", lambda facts, group: [Task(MEET, (group,))], uses=(MEET,)),
     ]
 
 
-def activity_domain(activity_names: Iterable[str]) -> Domain:
-    """Objectives into activities; every method sees the facts, its vehicle's data and where it is."""
+def activity_domain(jobs: Mapping[str, Job]) -> Domain:
+    """Objectives into activities; every task has the objective and the data of its vehicle as arguments.
 
-    def always(facts: FactsLike, context: Context) -> bool:
-        return True
+    ==================  ====================  ==========================  ============================
+    elementary task     test                  effect                      expected
+    ==================  ====================  ==========================  ============================
+    ZigzagExploring     a mapping sensor      the area is explored        way and work, as of its job
+    Inspecting          the find is known     it is inspected             way and work, as of its job
+    Mapping             a mapping sensor      the group has met           nobody can tell
+    Positioning         none                  none: it goes on            nobody can tell
+    ==================  ====================  ==========================  ============================
 
-    def method(name: str, *activities: str, when: Callable[[FactsLike, Context], bool] = always) -> Method:
-        return Method(name, lambda facts, *args: [Task(one, args) for one in activities], when, activities)
+    Args:
+        jobs: of the mission, by name.
+    """
 
-    def is_open(facts: FactsLike, context: Context) -> bool:
-        objective = context.objective
-        return (
-            facts.get(("gatheredAt", objective.group)) is None and facts.get(("areaDone", objective.argument)) is None
-        )
+    def has_sensor(facts: FactsLike, objective: Objective, data: VehicleData) -> bool:
+        return swath_m(data) > 0.0
 
-    def apart(facts: FactsLike, context: Context) -> bool:
-        return facts.get(("gatheredAt", context.objective.group)) is None
+    def apart(facts: FactsLike, objective: Objective, data: VehicleData) -> bool:
+        return has_sensor(facts, objective, data) and facts.get(("gatheredAt", objective.group)) is None
 
-    def has_sensor(facts: FactsLike, context: Context) -> bool:
-        return swath_m(context.data) > 0.0
+    def explorable(facts: FactsLike, objective: Objective, data: VehicleData) -> bool:
+        return apart(facts, objective, data) and facts.get(("areaDone", objective.argument)) is None
 
-    methods: dict[str, list[Method]] = {
-        "PursueExploring": [
-            method("zigzag", "ZigzagExploring",
-                   when=lambda facts, context: has_sensor(facts, context) and is_open(facts, context)),
-            method("nothing left to explore"),
+    def inspectable(facts: FactsLike, objective: Objective, data: VehicleData) -> bool:
+        return apart(facts, objective, data) and is_to_be_inspected(facts, objective.argument)
+
+    def is_found(facts: FactsLike, objective: Objective, data: VehicleData) -> bool:
+        return facts.get(("foundAt", objective.argument)) is not None
+
+    def done(facts: FactsLike, objective: Objective, data: VehicleData) -> Mapping[Hashable, Any]:
+        return {jobs[objective.argument].done: ANY}
+
+    def met(facts: FactsLike, objective: Objective, data: VehicleData) -> Mapping[Hashable, Any]:
+        return {("gatheredAt", objective.group): ANY}
+
+    def job(facts: FactsLike, objective: Objective, data: VehicleData) -> Expected | None:
+        return expected_of(jobs[objective.argument], data, facts.get(("position", data.name)) or data.start_m)
+
+    def unknown(facts: FactsLike, objective: Objective, data: VehicleData) -> None:
+        return None
+
+    def either(name: str, activity: str, when: Callable[..., bool], otherwise: str) -> list[Method]:
+        return [
+            Method(name, lambda facts, *args: [Task(activity, args)], when, (activity,)),
+            Method(otherwise, lambda facts, *args: [], lambda facts, *args: not when(facts, *args), ()),
+        ]
+
+    return Domain.of(
+        [
+            Operator("ZigzagExploring", has_sensor, done, expected=job),
+            Operator("Inspecting", is_found, done, expected=job),
+            Operator("Mapping", has_sensor, met, expected=unknown),
+            Operator("Positioning", expected=unknown, lasts=True),
         ],
-        "PursueMapping": [
-            method("map what is explored", "Mapping",
-                   when=lambda facts, context: has_sensor(facts, context) and apart(facts, context)),
-            method("nothing left to map"),
-        ],
-        "PursueInspecting": [
-            method("closer pass", "Inspecting",
-                   when=lambda facts, context: has_sensor(facts, context) and apart(facts, context)
-                   and is_to_be_inspected(facts, context.objective.argument)),
-            method("nothing to inspect"),
-        ],
-        "PursuePositioning": [method("take place", "Positioning")],
-    }  # fmt: skip
-    return Domain.of([Operator(name) for name in activity_names], methods)
+        {
+            f"{PURSUE}Exploring": either("zigzag", "ZigzagExploring", explorable, "nothing left to explore"),
+            f"{PURSUE}Mapping": either("map what is explored", "Mapping", apart, "nothing left to map"),
+            f"{PURSUE}{INSPECTING}": either("closer pass", "Inspecting", inspectable, "nothing to inspect"),
+            f"{PURSUE}Positioning": [
+                Method("take place", lambda facts, *args: [Task("Positioning", args)], uses=("Positioning",))
+            ],
+        },
+    )

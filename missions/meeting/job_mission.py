@@ -27,9 +27,8 @@ from pydantic import Field, field_validator
 
 from missions.figure import Place
 from missions.meeting.meeting import (
-    ALLOCATED,
-    ASSIGNED,
     GATHERING,
+    MEET,
     NEEDS,
     OBJECTIVES,
     RENDEZ_VOUS,
@@ -38,6 +37,7 @@ from missions.meeting.meeting import (
     Pursuit,
 )
 from missions.meeting.meeting import importance_of as importance_in
+from missions.meeting.orders import entrusted
 from missions.meeting.settings import MEETING_DEADLINE
 from missions.meeting.truth import JOBS, JobTruth
 from missions.scenarios.parts import groups_of
@@ -48,8 +48,8 @@ from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs
 from remoras.database import VehicleData
 from remoras.errors import PluginError
-from remoras.htn import Domain, FactsLike, Method, Operator, Task
-from remoras.mission import Finding, Mission
+from remoras.htn import Domain, FactsLike, Method, Task
+from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, Finding, Mission
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
@@ -57,7 +57,10 @@ from remoras.recorder import Recorder
 from remoras.work import Job, Point
 
 WORK = "Work"
-"""Key of an importance: of every job's objective, unless its own name is listed."""
+"""Key of an importance: of every job's objective, unless its own name is listed. Task of a group, one of its roles and
+the role's job."""
+WORKING = (ALLOCATE_ROLES, WORK, MEET)
+"""Tasks by which a group works, then meets."""
 IMPORTANCE = {WORK: 0.6, RENDEZ_VOUS: 0.3, GATHERING: 0.18, SUPERVISION: 0.1}
 
 
@@ -117,8 +120,11 @@ class JobMission(Mission):
             settings.meeting_deadline_s,
             settings.importance,
         )
-        operators = [Operator("GiveMission"), Operator("AllocateRoles"), Operator("AssignObjective")]
-        self._domain = Domain.of(operators, dict.fromkeys(self.group_missions, self._methods()))
+        self._domain = Domain.of(
+            self.meeting.operators(self._jobs, self.objective),
+            {**dict.fromkeys(self.group_missions, self._methods()), WORK: entrusted(self._orders)}
+            | self.meeting.methods(),
+        )
 
     # What a subclass says ------------------------------------------------------------------------
 
@@ -172,16 +178,19 @@ class JobMission(Mission):
             return facts.get(("gatheredAt", group)) is not None
 
         def work(facts: FactsLike, group: str) -> list[Task]:
-            given = [
-                Task("AssignObjective", (group, role, self.objective, job)) for role, job in unfinished(facts, group)
-            ]
-            return [Task("AllocateRoles", (group,)), *given, *self.meeting.tasks(self._groups[group])]
+            given = [Task(WORK, (group, role, job)) for role, job in unfinished(facts, group)]
+            return [Task(ALLOCATE_ROLES, (group,)), *given, Task(MEET, (group,))]
 
         return [
             Method("stay together", lambda facts, group: [], together, ()),
-            Method("work, then meet", work, lambda facts, group: bool(unfinished(facts, group)), ALLOCATED),
-            Method("meet", lambda facts, group: self.meeting.tasks(self._groups[group]), uses=ASSIGNED),
+            Method("work, then meet", work, lambda facts, group: bool(unfinished(facts, group)), WORKING),
+            Method("meet", lambda facts, group: [Task(MEET, (group,))], uses=(MEET,)),
         ]
+
+    def _orders(self, group: str, role: str) -> list[Task]:
+        of = self._groups[group].role(role)
+        job = None if of is None else of.job
+        return [] if job is None else [Task(ASSIGN_OBJECTIVE, (group, role, self.objective, job))]
 
     def _unfinished(self, facts: FactsLike, group: Group) -> list[tuple[str, str]]:
         """(role, job) for each job of the group that is not known to be done."""

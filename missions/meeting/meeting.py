@@ -11,7 +11,7 @@ The table's PerformerSubordination and its ways of navigating would change nothi
 a role obeys it in any case, and all vehicles know where they are. LeaderInformationGathering is perceived, not
 performed: by it a head is content or not.
 
-The head of a group has the first from the start; the mission's plan assigns the others, see ``Meeting.tasks``.
+The head of a group has the first from the start; the mission's plan assigns the others, see ``Meeting.methods``.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from missions.meeting.orders import entrusted, operators
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import (
     Behaviour,
@@ -31,12 +32,12 @@ from remoras.behaviours import (
 )
 from remoras.beliefs import Beliefs, Key
 from remoras.database import VehicleData
-from remoras.htn import FactsLike, Task
-from remoras.mission import Finding
+from remoras.htn import FactsLike, Method, Operator, Task
+from remoras.mission import ASSIGN_OBJECTIVE, Finding
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
-from remoras.work import Point
+from remoras.work import Job, Point
 
 SUPERVISION, GATHERING, RENDEZ_VOUS = "GroupSupervision", "MissionGathering", "RendezVous"
 OBJECTIVES = (SUPERVISION, GATHERING, RENDEZ_VOUS)
@@ -45,10 +46,10 @@ NEEDS = (
     "playsRole", "leftRole", "position", "gatheredAt", *(f"objective{name}" for name in OBJECTIVES)
 )  # fmt: skip
 """Attributes without which a group does not come together."""
-ASSIGNED = ("AssignObjective",)
-"""Tasks by which a group meets."""
-ALLOCATED = ("AllocateRoles", *ASSIGNED)
-"""Tasks by which a group works, then meets."""
+MEET = "Meet"
+"""Task of a group that is to come together."""
+GATHER = "Gather"
+"""Task of a group and one of its founding roles: to come to the meeting."""
 HEARD_TOLERANCE_M = 1.0
 """A position heard is rounded on the wire."""
 NEWS_FRAMES = 20.0
@@ -96,16 +97,28 @@ class Meeting:
             if role.head
         ]
 
-    def tasks(self, group: Group) -> list[Task]:
-        """Objectives by which a group comes together: its founding roles follow the head and go to the rally point."""
-        tasks = []
-        for role in group.roles:
-            if role.founding:
-                if not role.head:
-                    tasks.append(Task("AssignObjective", (group.name, role.name, GATHERING, group.name)))
-                if group.rally_point is not None:
-                    tasks.append(Task("AssignObjective", (group.name, role.name, RENDEZ_VOUS, group.rally_point)))
-        return tasks
+    def methods(self) -> dict[str, list[Method]]:
+        """How a group comes together: its founding roles follow the head and go to the rally point."""
+
+        def meet(facts: FactsLike, group: str) -> list[Task]:
+            return [Task(GATHER, (group, role.name)) for role in self.groups[group].roles if role.founding]
+
+        return {MEET: [Method("at the rally point", meet, uses=(GATHER,))], GATHER: entrusted(self._orders)}
+
+    def _orders(self, group: str, role: str) -> list[Task]:
+        head = self.groups[group].role(role)
+        follow = [] if head is None or head.head else [Task(ASSIGN_OBJECTIVE, (group, role, GATHERING, group))]
+        point = self.groups[group].rally_point
+        return follow if point is None else [*follow, Task(ASSIGN_OBJECTIVE, (group, role, RENDEZ_VOUS, point))]
+
+    def operators(self, jobs: Mapping[str, Job], *working: str) -> list[Operator]:
+        """Elementary tasks of the groups' missions, see ``missions.meeting.orders``.
+
+        Args:
+            jobs: of the mission, by name.
+            working: names of the objectives by which they are done.
+        """
+        return operators(self.groups, jobs, working, self.rally_points_m, RENDEZ_VOUS)
 
     def activity_sets(self, objective: Objective, vehicle: str, facts: FactsLike) -> Pursuit:
         """Activities of a vehicle for one of the three objectives, and the facts that this choice rests on."""

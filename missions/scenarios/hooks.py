@@ -90,8 +90,8 @@ def _is_count(found: Any) -> bool:
 
 
 def _allowed_domain() -> str:
-    return f"a remoras.htn.Domain whose elementary tasks are among {', '.join(ELEMENTARY_TASKS)}"
+    return f"a remoras.htn.Domain whose elementary tasks have a handler among {', '.join(ELEMENTARY_TASKS)}"
 
 
 def _is_domain(found: Any) -> bool:
-    return isinstance(found, Domain) and found.operators.keys() <= set(ELEMENTARY_TASKS)
+    return isinstance(found, Domain) and all(one.handled_by in ELEMENTARY_TASKS for one in found.operators.values())

@@ -3,7 +3,8 @@
 An *abstract* task has methods, tried in the order in which the domain lists them; a method turns it into a sequence of
 tasks, or into one sequence after another if it leaves something open. An *elementary* task has an operator: a test,
 the facts that it makes true, and a cost. ``plan`` searches depth first, left to right, and backtracks; it returns a
-``Plan``, which is the tree of its tasks, or a ``NoPlan``. ``check`` says whether a plan is legal, on its own.
+``Plan``, which is the tree of its tasks, or a ``NoPlan``. ``check`` says whether a plan is legal, on its own. An
+``Execution`` carries a plan out, and plans the branch anew in which a step fails.
 
 Facts are a read-only mapping from keys to values (``facts.get(key)``); those whose keys are tuples can be asked for by
 pattern (``facts.match(("road", "A", ANY))``). The planner notes every key and pattern that the search looked up: those
@@ -12,7 +13,8 @@ are the facts the plan *rests on*. If one of them changes, another plan may come
 There is no global domain and no state between calls: any number of planners may run side by side.
 """
 
-from remoras.htn.domain import ACHIEVE, Domain, Method, Operator, Task
+from remoras.htn.domain import ACHIEVE, Domain, Expected, Method, Operator, Task
+from remoras.htn.execution import Branch, Execution, Status
 from remoras.htn.facts import ANY, FactIndex, Facts, FactsLike
 from remoras.htn.plans import Node, NoPlan, Plan, Step
 from remoras.htn.search import plan
@@ -21,7 +23,10 @@ from remoras.htn.validation import Verdict, check
 __all__ = [
     "ACHIEVE",
     "ANY",
+    "Branch",
     "Domain",
+    "Execution",
+    "Expected",
     "FactIndex",
     "Facts",
     "FactsLike",
@@ -30,6 +35,7 @@ __all__ = [
     "Node",
     "Operator",
     "Plan",
+    "Status",
     "Step",
     "Task",
     "Verdict",

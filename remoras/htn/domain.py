@@ -64,21 +64,50 @@ class Method:
         return cls(name, lambda facts, *args: tasks, applicable, tuple(task.name for task in tasks))
 
 
+class Expected(NamedTuple):
+    """What carrying out an elementary task is expected to take: time (s) and energy (J)."""
+
+    time_s: float = 0.0
+    energy_j: float = 0.0
+
+
+def at_once(facts: FactsLike, *args: Any) -> Expected:
+    """The expectation of what takes neither time nor energy worth counting."""
+    return Expected()
+
+
 @dataclass(frozen=True, slots=True)
 class Operator:
     """An elementary task: possible if ``applicable(facts, *args)``, makes ``effects(facts, *args)`` true.
 
     Attributes:
         name: of the task.
-        applicable: test on the facts.
-        effects: facts by key; one that becomes None is not known any more.
+        applicable: test on the facts; asked by the planner, and again when the task starts.
+        effects: facts by key; one that becomes None is not known any more, one that becomes ANY has some value. The
+            task has ended when they hold; one without effects ends as it is carried out.
         cost: of one execution, at least 0; a number, or ``cost(facts, *args)``.
+        handler: name of what carries it out; that of the task if left out.
+        expected: ``expected(facts, *args)``, time and energy, asked when the task starts; None where nobody can tell.
+        lasts: True if it goes on as long as the plan has it, whatever its effects.
     """
 
     name: str
     applicable: Callable[..., bool] = always
     effects: Callable[..., Mapping[Key, Any]] = nothing
     cost: float | Callable[..., float] = 1.0
+    handler: str = ""
+    expected: Callable[..., Expected | None] = at_once
+    lasts: bool = False
+
+    @property
+    def handled_by(self) -> str:
+        """Name of what carries it out."""
+        return self.handler or self.name
+
+    @property
+    def has_effects(self) -> bool:
+        """True unless it changes no fact."""
+        return self.effects is not nothing
 
     def cost_of(self, facts: FactsLike, task: Task) -> float:
         """The cost of carrying out ``task`` here.

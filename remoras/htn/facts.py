@@ -248,5 +248,9 @@ class Facts:
 
 
 def is_met(facts: FactsLike, wanted: Iterable[tuple[Key, Any]]) -> bool:
-    """True if every fact has the value that is wanted; False is wanted of a fact that does not hold."""
-    return all(not facts.get(key) if value is False else facts.get(key) == value for key, value in wanted)
+    """True if every fact has the value that is wanted; False is wanted of what does not hold, ANY of what is known."""
+    for key, value in wanted:
+        found = facts.get(key)
+        if (found is None) if value is ANY else found if value is False else found != value:
+            return False
+    return True

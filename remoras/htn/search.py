@@ -19,7 +19,7 @@ plan is sought, this holds for whoever comes at no lower cost.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -37,6 +37,8 @@ NO_OTHERS: Iterator[Decomposition] = iter(())
 Agenda = list[Any]
 """A task to be done: [task, place of the task above, depth, agenda behind it, costs by word at which it was met]."""
 DEAD_END: Agenda = []
+Way = tuple[str | None, tuple[Task, ...]]
+"""How a task is decomposed: the name of a method, and the subtasks that it gave."""
 _Open = tuple[int, int, Any]
 """A task that was entered: its place, the length of the trail, and an earlier one of the same name and arguments."""
 CHOICE = 7
@@ -64,10 +66,17 @@ class _Search:
         tasks: to be done.
         depth_limit: tasks that lie deeper are given up; None: loops are given up.
         known: is added to.
+        without: ways that are not to be gone by the tasks asked for.
     """
 
     def __init__(
-        self, domain: Domain, facts: Facts, tasks: Sequence[Task], depth_limit: int | None, known: _Known
+        self,
+        domain: Domain,
+        facts: Facts,
+        tasks: Sequence[Task],
+        depth_limit: int | None,
+        known: _Known,
+        without: Collection[Way] = (),
     ) -> None:
         self.has_ended = False
         self.has_given_up = False
@@ -77,6 +86,7 @@ class _Search:
         self._facts = facts
         self._known = known
         self._depth_limit = depth_limit
+        self._without = without
         # Nodes, entered tasks and choices lie flat: the fewer objects, the less Python's collector goes through.
         self._tasks: list[Task] = []
         self._taken: list[str | None] = []
@@ -197,8 +207,12 @@ class _Search:
         if methods is None:
             known = ", ".join(self._domain.tasks())
             raise PlanningError(f"task {task} is not in the domain, which has: {known}")
+        barred = self._without if parent == ROOT else ()
         subtasks = None if others is NO_OTHERS else next(others, None)
-        while subtasks is None:
+        while subtasks is None or (barred and (methods[next_method - 1].name, tuple(subtasks)) in barred):
+            subtasks = None if others is NO_OTHERS else next(others, None)
+            if subtasks is not None:
+                continue
             if next_method == len(methods):
                 return self._dead_end(task)
             method = methods[next_method]
@@ -309,6 +323,7 @@ def plan(
     goal: Mapping[Key, Any] | None = None,
     cheapest: bool = False,
     max_expansions: int = 200_000,
+    without: Collection[Way] = (),
 ) -> Plan | NoPlan:
     """Decompose tasks into elementary tasks.
 
@@ -321,6 +336,8 @@ def plan(
             ``Achieve(key, value)``; without such methods the tasks alone must bring them about.
         cheapest: seek the plan of least cost, not the first; ``Plan.is_cheapest`` says whether that was shown.
         max_expansions: bound on the tasks looked at; if it is reached without a plan, that is a PlanningError.
+        without: ways, each a method's name and the subtasks that it gave, by which the tasks asked for are not to be
+            decomposed, though tasks below them may be.
 
     Returns:
         The first plan found, methods and decompositions in their order, or the cheapest; or NoPlan.
@@ -340,7 +357,7 @@ def plan(
         wanted = (*wanted, Task(GOAL, (tuple(goal.items()),)))
     view = Facts(facts)
     known = _Known(cheapest)
-    search = _Search(domain, view, wanted, None, known)
+    search = _Search(domain, view, wanted, None, known, without)
     left = max_expansions - search.run(max_expansions - max_expansions // 2)
     if known.nodes is not None and not search.has_ended:
         left -= search.run(left)
@@ -348,7 +365,7 @@ def plan(
     depth_limit = FIRST_DEPTH
     while search.may_have_missed() and left > 0 and (cheapest or known.nodes is None):
         search.take_back()
-        search = _Search(domain, view, wanted, depth_limit, known)
+        search = _Search(domain, view, wanted, depth_limit, known, without)
         left -= search.run(left)
         depth_limit *= 2
     is_complete = not search.may_have_missed()

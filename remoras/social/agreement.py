@@ -14,8 +14,8 @@ from remoras.activities import Objective
 from remoras.beliefs import Key
 from remoras.database import AUVDatabase
 from remoras.errors import PlanningError
-from remoras.htn import NoPlan, Task, plan
-from remoras.mission import SocialPart
+from remoras.htn import NoPlan, Plan, Task, plan
+from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, GIVE_MISSION, SocialPart
 from remoras.organisation import Group, Organisation
 from remoras.strategy import Strategy, adapt_roles, form_groups
 from remoras.work import NOTHING_KNOWN, jobs_left, precedence, works
@@ -28,14 +28,14 @@ class Agreement:
     Attributes:
         organisation: groups with the missions they have, and who plays which role.
         objectives: of roles.
-        rests_on: for each group whose mission is planned, the facts that its plan rests on.
+        plans: of the groups whose missions are planned; all their steps have been said.
         meets_after: for each group, those that meet before it: a group that has its mission from the start
             supervises the others.
     """
 
     organisation: Organisation
     objectives: tuple[Objective, ...]
-    rests_on: Mapping[str, frozenset[Key]] = field(default_factory=dict)
+    plans: Mapping[str, Plan] = field(default_factory=dict)
     meets_after: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
@@ -59,23 +59,25 @@ def agree(strategy: Strategy, mission: SocialPart, database: AUVDatabase, groups
     if not strategy.declaration.planned_before:
         return Agreement(organisation, tuple(objectives), meets_after=meets_after)
     missions = {group.name: group.mission for group in groups if group.mission is not None}
-    rests_on: dict[str, frozenset[Key]] = {}
+    plans: dict[str, Plan] = {}
     starts = {name: data.start_m for name, data in database.items()}
     nothing: dict[Key, object] = {}
-    while due := [name for name in missions if name not in rests_on]:
+    while due := [name for name in missions if name not in plans]:
         for name in due:
             found = plan(mission.social_domain, nothing, Task(missions[name], (name,)))
             if isinstance(found, NoPlan):
                 raise PlanningError(f"there is no plan for mission {missions[name]} of {name}: {found.task}")
-            rests_on[name] = found.rests_on | precedence(organisation.groups[name], mission.jobs)
+            opens = precedence(organisation.groups[name], mission.jobs)
+            plans[name] = replace(found, rests_on=found.rests_on | opens)
             for task in found.tasks:
-                if task.name == "GiveMission":
+                handler = mission.social_domain.operators[task.name].handled_by
+                if handler == GIVE_MISSION:
                     missions[task.args[0]] = task.args[1]
-                elif task.name == "AssignObjective":
+                elif handler == ASSIGN_OBJECTIVE:
                     objectives.append(Objective(*task.args))
-                else:
+                elif handler == ALLOCATE_ROLES:
                     work = works(organisation, database, *jobs_left(mission.jobs, NOTHING_KNOWN), starts)[name]
                     for one in adapt_roles(strategy, work):
                         organisation, _ = organisation.assign(one.vehicle, one.group, one.role)
     given = {group.name: replace(group, mission=missions.get(group.name)) for group in groups}
-    return Agreement(replace(organisation, groups=given), tuple(objectives), rests_on, meets_after)
+    return Agreement(replace(organisation, groups=given), tuple(objectives), plans, meets_after)

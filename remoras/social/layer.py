@@ -18,10 +18,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 from remoras.activities import ActivitySet, Objective
-from remoras.beliefs import Beliefs, Fact, Key
+from remoras.beliefs import Beliefs, Fact
 from remoras.database import AUVDatabase
 from remoras.mission import SocialPart
 from remoras.motion import Motion
@@ -31,6 +30,7 @@ from remoras.social.agreement import Agreement
 from remoras.social.conclusions import Conclusions
 from remoras.social.gatherings import Gatherings
 from remoras.social.negotiation import ROLE_ATTRIBUTES, Negotiation
+from remoras.social.own_facts import OwnFacts
 from remoras.social.planning import Deliberation, MissionPlanner, missions_of
 from remoras.social.pursuit import Pursuit
 from remoras.social.receivers import aims
@@ -124,8 +124,10 @@ class SocialLayer:
         self.standing = Standing(me, database, beliefs, agreement.organisation, lease_s, picture.frame_s)
         self._workload = Workload(me, database, mission, beliefs)
         self._led = self.standing.led
-        planned = {group: agreement.rests_on[group] for group in self._led if group in agreement.rests_on}
+        planned = {group: agreement.plans[group] for group in self._led if group in agreement.plans}
         self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned)
+        self._facts = OwnFacts(beliefs, database, self.standing, self._gatherings, self.planner, self.objectives)
+        self.planner.resume(self._facts)
         self.planner.take_on(group for group in self._led if group in self.missions)
         self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, self._jobs)
         if strategy.declaration.meets and not self._negotiation.takes_part:
@@ -183,10 +185,10 @@ class SocialLayer:
             if alone:
                 self._gatherings.note_alone(keys, changes[0].block.time_s)
             self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
-        self.planner.reconsider(keys, self._led)
+        self.planner.reconsider(keys, self._led, self._facts)
         if self.standing.is_cut_off and any(job.done in keys for job in self._jobs.values()):
             for group in self._led:  # it is free for what others have left
-                self.planner.replace_who_left(group)
+                self.planner.plan_again(group)
         return self._pursuit.let_go(keys)
 
     # Who is there --------------------------------------------------------------------------------
@@ -208,8 +210,11 @@ class SocialLayer:
         keys = {("members", f"{one.group}.{one.role}") for one in [*roles, *undone.assigned, *undone.left]}
         stale = self._pursuit.let_go(keys | self._gatherings.concluded_alone)
         self._renew_leads()
-        for group in {one.group for one in roles}.intersection(self._led):
-            self.planner.replace_who_left(group)
+        for one in roles:
+            if one.group in self._led and one.vehicle in seen.changes.absent:
+                self.planner.lose(one)
+            elif one.group in self._led:
+                self.planner.plan_again(one.group)
         assigned = [one for one in undone.assigned if one.vehicle == self.me]
         left = [one for one in undone.left if one.vehicle == self.me]
         passed_on = [] if self.standing.is_cut_off else self._workload.told_by(seen.changes.absent)
@@ -238,12 +243,12 @@ class SocialLayer:
         """End of a round: what was said in it of roles and objectives counts from now on."""
         agreed = self.standing.agree()
         self.objectives |= {(one.group, one.role, one.name): one for one in agreed.objectives}
-        self.planner.end_round()
+        self.planner.end_round(self._facts)
         self._renew_leads()
         self.planner.issued.difference_update(agreed.left)
         for one in agreed.left:
             if self.leads(one.group):
-                self.planner.replace_who_left(one.group)
+                self.planner.lose(one)
         stale = self._pursuit.let_go({("members", f"{a.group}.{a.role}") for a in [*agreed.assigned, *agreed.left]})
         assigned = [one for one in agreed.assigned if one.vehicle == self.me]
         left = [one for one in agreed.left if one.vehicle == self.me]
@@ -278,7 +283,7 @@ class SocialLayer:
     def plan_missions(self) -> Deliberation:
         """Plan the missions that are due, and let the strategy allocate what the plans ask for."""
         work = self._work(dict(self._picture.peers.positions_m))
-        planned = self.planner.plan(self, self.missions, work, self.objectives.values())
+        planned = self.planner.plan(self._facts, self.missions, work, self.objectives.values())
         facts = self.standing.in_place_of_the_absent(planned.facts)
         return replace(planned, facts=facts, parts=self.standing.by_receiver(facts, self._mission.is_individual))
 
@@ -316,14 +321,10 @@ class SocialLayer:
             self.finished.append(objective)
         return facts
 
-    def get(self, key: Key, default: Any = None, /) -> Any:
-        """A fact for planning: ``("members", "Group.Role")`` from the organisation, others from the beliefs."""
-        if key[0] == "members":
-            return self.present.members(*key[1].split("."))
-        if self._gatherings.is_undone(key, self.standing.is_cut_off):
-            return default
-        return self._beliefs.get(key, default)
+    def mend(self, objective: Objective, activities: Sequence[str]) -> bool:
+        """A behaviour has failed: mend the plan for ``objective``. True if its activities are to be chosen anew."""
+        return self._pursuit.fail(objective, activities, self._facts)
 
     def activity_sets(self, position_m: Point) -> tuple[ActivitySet, ...]:
         """Activities by which it pursues its objectives; those under way stay while the facts do that they rest on."""
-        return self._pursuit.sets(self.objectives_of(self.me), self, position_m)
+        return self._pursuit.sets(self.objectives_of(self.me), self._facts, position_m)

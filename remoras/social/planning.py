@@ -1,17 +1,21 @@
 """Planning: the missions of the groups that a vehicle leads become roles and objectives, by HTN.
 
-A plan rests on the facts that its search looked up. When one of them changes, or when somebody leaves the group, the
-mission is planned again; what was proposed or counts already is not said twice.
+A plan is carried out as the tree that it is (``remoras.htn.execution``): its steps allocate roles, give missions and
+assign objectives, and an objective that is a step of it runs until its effects hold. When nobody plays a role any more
+for which a step is running, that step has failed, and its branch is planned anew. When a fact changes that the plan
+rests on, or somebody comes or leaves whom no running step needs, the whole mission is. What was proposed or counts
+already is not said twice.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact, Key
-from remoras.htn import Domain, FactsLike, NoPlan, Task, plan
+from remoras.htn import Domain, Execution, FactsLike, NoPlan, Plan, Task, plan
+from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, GIVE_MISSION
 from remoras.organisation import Group, RoleAssignment
 from remoras.social.consultation import OBJECTIVE_PREFIX
 from remoras.strategy import Strategy, adapt_roles
@@ -48,22 +52,42 @@ class MissionPlanner:
         domain: HTN of the mission, from missions of groups to elementary tasks.
         beliefs: of the vehicle.
         strategy: allocates roles.
-        rests_on: for each group whose mission was planned before, the facts that its plan rests on.
+        planned: plans of the groups whose missions were planned before, all of whose steps have been said.
+
+    Attributes:
+        executions: the plans of the groups, as far as they are carried out.
+        allocated: groups whose roles the strategy has allocated since their missions were last planned anew.
+        lost: who has left a role or fallen silent in it, as often as that happened, by ``Group.Role``.
     """
 
     def __init__(
-        self, me: str, domain: Domain, beliefs: Beliefs, strategy: Strategy, rests_on: Mapping[str, frozenset[Key]]
+        self, me: str, domain: Domain, beliefs: Beliefs, strategy: Strategy, planned: Mapping[str, Plan]
     ) -> None:
         self._me = me
         self._domain = domain
         self._beliefs = beliefs
         self._strategy = strategy
-        self._rests_on = dict(rests_on)
+        self.executions = {group: Execution(domain, plan) for group, plan in planned.items()}
+        self.allocated = set(planned)
+        self.lost: dict[str, tuple[str, ...]] = {}
+        self._impossible: dict[str, NoPlan] = {}
         self._due: set[str] = set()
+        self._anew: set[str] = set()  # of those due, whose whole mission is planned
+        self._vacated: dict[str, set[str]] = {}  # roles that somebody has left, by group
         self._proposed: dict[RoleAssignment | Objective, None] = {}  # said in this round, not yet counting
         self._awaited: set[tuple[str, str]] = set()  # (vehicle, job) given to it, of which nothing has come back
         self.issued: set[RoleAssignment] = set()
         self.issued_objectives: set[Objective] = set()
+
+    def resume(self, known: FactsLike) -> None:
+        """Begin with the plans that were made before, whose steps need not be said.
+
+        Args:
+            known: facts.
+        """
+        for execution in self.executions.values():
+            for _ in execution.advance(known):
+                pass
 
     # What is due ---------------------------------------------------------------------------------
 
@@ -74,11 +98,13 @@ class MissionPlanner:
 
     def has_planned(self, group: str) -> bool:
         """True once the mission of ``group`` has been planned."""
-        return group in self._rests_on
+        return group in self.executions or group in self._impossible
 
     def take_on(self, groups: Iterable[str]) -> None:
         """Missions of these groups are due unless they have been planned."""
-        self._due.update(group for group in groups if group not in self._rests_on)
+        for group in groups:
+            if not self.has_planned(group):
+                self._plan_anew(group)
 
     def note(self, change: Change) -> None:
         """Whoever says something about a job has heard that it is his."""
@@ -86,11 +112,30 @@ class MissionPlanner:
             issuer = self._beliefs.name(change.block.origin)
             self._awaited -= {(issuer, self._beliefs.name(fact.subject)) for fact in change.block.facts}
 
-    def reconsider(self, keys: Collection[Key], led: Iterable[str]) -> None:
-        """Of the groups led, those whose mission or plan rests on one of the changed facts ``keys`` are due."""
+    def reconsider(self, keys: Collection[Key], led: Iterable[str], facts: FactsLike) -> None:
+        """Facts have changed: steps may have ended, and plans may have to be made anew.
+
+        Args:
+            keys: of the facts.
+            led: groups that this vehicle leads.
+            facts: that it knows now.
+        """
         for group in led:
-            if ("hasMission", group) in keys or not self._rests_on.get(group, frozenset()).isdisjoint(keys):
-                self._due.add(group)
+            execution = self.executions.get(group)
+            if execution is not None and execution.awaits(keys):
+                self._settle(group, execution, facts)
+            found = self._impossible.get(group) or execution
+            if ("hasMission", group) in keys or (found is not None and found.is_touched(keys)):
+                self._plan_anew(group)
+
+    def _settle(self, group: str, execution: Execution, facts: FactsLike) -> None:
+        """End the steps whose effects hold; if others have waited for that, the mission is due."""
+        if execution.settle(facts) and execution.is_waiting:
+            self._due.add(group)
+
+    def _plan_anew(self, group: str) -> None:
+        self._due.add(group)
+        self._anew.add(group)
 
     def lead(self, groups: Collection[str], taken_over: Collection[str]) -> None:
         """Missions of these groups are this vehicle's to plan; of those taken over they are due.
@@ -100,59 +145,108 @@ class MissionPlanner:
             taken_over: those of them that it did not lead before.
         """
         self._due.intersection_update(groups)
-        self._due.update(taken_over)
+        for group in taken_over:
+            self._plan_anew(group)
 
-    def replace_who_left(self, group: str) -> None:
-        """Somebody left the group or came back, whose mission is due again if it has been planned here."""
-        if group in self._rests_on:
-            self._due.add(group)
+    def plan_again(self, group: str) -> None:
+        """Somebody of the group has come back or is free again: its mission is due if it has been planned here."""
+        if self.has_planned(group):
+            self._plan_anew(group)
+
+    def lose(self, one: RoleAssignment) -> None:
+        """Somebody has left a role or fallen silent in it."""
+        if self.has_planned(one.group):
+            path = f"{one.group}.{one.role}"
+            self.lost[path] = (*self.lost.get(path, ()), one.vehicle)
+            self._vacated.setdefault(one.group, set()).add(one.role)
+            self._due.add(one.group)
 
     def waits_for(self, peers: Collection[str], done: Collection[str]) -> bool:
         """True while one of ``peers`` was given a job that is not done and of which nothing has come back."""
         return any(vehicle in peers and job not in done for vehicle, job in self._awaited)
 
-    def end_round(self) -> None:
-        """What was proposed in this round has been said."""
+    def end_round(self, facts: FactsLike) -> None:
+        """What was proposed in this round has been said, and counts unless somebody has refused it.
+
+        Args:
+            facts: that the vehicle knows now.
+        """
         self._proposed.clear()
+        for group, execution in self.executions.items():
+            self._settle(group, execution, facts)
 
     # Planning ------------------------------------------------------------------------------------
 
     def plan(
         self,
-        facts_known: FactsLike,
+        known: FactsLike,
         missions: Mapping[str, str],
         work: Mapping[str, Work],
         objectives: Collection[Objective],
     ) -> Deliberation:
-        """Plan the missions that are due.
+        """Plan the missions that are due, or only the branches of them that have failed, and carry the plans on.
 
         Args:
-            facts_known: what the plans rest on.
+            known: facts that the plans rest on, and that tests and effects are asked of.
             missions: of the groups, by name.
             work: of the groups, by name.
             objectives: that count already.
         """
+        handlers: dict[str, Callable[..., list[Fact]]] = {
+            ALLOCATE_ROLES: lambda of, *lost: self._allocate(work[of]),
+            GIVE_MISSION: lambda of, given: self._give_mission(of, given, missions),
+            ASSIGN_OBJECTIVE: lambda *args: self._give(Objective(*args), objectives),
+        }
         facts: list[Fact] = []
         impossible: list[NoPlan] = []
         for group in sorted(self._due):
-            mission = missions.get(group)
+            mission, vacated = missions.get(group), self._vacated.pop(group, set())
             if mission is None:
                 continue
-            found = plan(self._domain, facts_known, Task(mission, (group,)))
-            self._rests_on[group] = found.rests_on | precedence(work[group].group, work[group].jobs)
-            if isinstance(found, NoPlan):
-                impossible.append(found)
-                continue
-            for task in found.tasks:
-                match task.name, task.args:
-                    case "AllocateRoles", (of,):
-                        facts += self._allocate(work[of])
-                    case "GiveMission", (of, given):
-                        facts += [] if missions.get(of) == given else [self._beliefs.fact(of, "hasMission", given)]
-                    case _, args:
-                        facts += self._give(Objective(*args), objectives)
+            if group in self._anew or (vacated and not self._mend(work[group], vacated, known)):
+                self._plan_whole(work[group], Task(mission, (group,)), known)
+            if group not in self._impossible:
+                execution = self.executions[group]
+                for step in execution.advance(known):
+                    facts += handlers[self._domain.operators[step.task.name].handled_by](*step.task.args)
+                if execution.has_failed:
+                    self._impossible[group] = NoPlan(Task(mission, (group,)), execution.rests_on, ())
+            if group in self._impossible:
+                impossible.append(self._impossible[group])
         self._due.clear()
+        self._anew.clear()
         return Deliberation(facts, impossible)
+
+    def _plan_whole(self, work: Work, task: Task, known: FactsLike) -> None:
+        """Plan the mission of a group anew; what is done of it stays done."""
+        group = work.group.name
+        self.allocated.discard(group)
+        self._impossible.pop(group, None)
+        execution = self.executions.get(group)
+        found = plan(self._domain, known, task) if execution is None else execution.plan_anew(known, task)
+        found = replace(found, rests_on=found.rests_on | precedence(work.group, work.jobs))
+        if isinstance(found, NoPlan):
+            self._impossible[group] = found
+        elif execution is None:
+            self.executions[group] = Execution(self._domain, found)
+        else:
+            execution.settle(known)
+            execution.renew(found)
+
+    def _mend(self, work: Work, vacated: Collection[str], known: FactsLike) -> bool:
+        """Roles have been left: steps that run for one which nobody plays now have failed. True if there were some."""
+        group = work.group.name
+        left = {(group, role) for role in vacated if not work.organisation.members(group, role)}
+        execution = self.executions.get(group)
+        if execution is None or not any(step.task.args[:2] in left for step in execution.running):
+            return False
+        self.allocated.discard(group)
+        while lost := [step.place for step in execution.running if step.task.args[:2] in left]:
+            execution.fail(lost[0], known)
+        return True
+
+    def _give_mission(self, group: str, mission: str, missions: Mapping[str, str]) -> list[Fact]:
+        return [] if missions.get(group) == mission else [self._beliefs.fact(group, "hasMission", mission)]
 
     def _give(self, objective: Objective, objectives: Collection[Objective]) -> list[Fact]:
         if objective in self._proposed or objective in objectives:
@@ -164,6 +258,7 @@ class MissionPlanner:
 
     def _allocate(self, work: Work) -> list[Fact]:
         """Let the strategy allocate roles to members of the group, on top of what was proposed in this round."""
+        self.allocated.add(work.group.name)
         expected = work.organisation
         for one in self._proposed:
             if isinstance(one, RoleAssignment):

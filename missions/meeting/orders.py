@@ -1,0 +1,117 @@
+"""Orders: what the head of a group plans with, for missions whose groups work and then meet.
+
+Elementary tasks, with what they need, bring about and are expected to take:
+
+=================  ==========================  =======================================  ==============================
+task               test                        effects                                  expected
+=================  ==========================  =======================================  ==============================
+GiveMission        the group exists            the group has the mission                at once
+AllocateRoles      the group exists            its roles are allocated                  at once
+AssignObjective    roles are allocated, or     the objective counts; and, for a job,    way and work of who plays the
+                   this one from the start     it is done, for a rally point, the       role, at its survey speed; or
+                                               group has met                            the way at its transit speed
+=================  ==========================  =======================================  ==============================
+
+A role is entrusted with its objectives. If nobody plays it any more before they are reached, it is to another: the
+roles are allocated once more, and nothing else of the mission is planned.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Hashable, Mapping
+from typing import Any
+
+from remoras.database import VehicleData
+from remoras.htn import ANY, Expected, FactsLike, Method, Operator, Task
+from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, GIVE_MISSION
+from remoras.organisation import Group
+from remoras.work import Job, Outlook, Point
+
+ASSIGNED = (ASSIGN_OBJECTIVE,)
+"""Tasks by which a role is entrusted with objectives."""
+ALLOCATED = (ALLOCATE_ROLES, *ASSIGNED)
+"""Tasks by which it is entrusted with them after it was left."""
+
+
+def entrusted(orders: Callable[[str, str], list[Task]]) -> list[Method]:
+    """Methods of a task with group and role as its first arguments: the role gets objectives, whoever plays it.
+
+    Args:
+        orders: tasks ``AssignObjective`` for a group and a role.
+    """
+
+    def is_left(facts: FactsLike, group: str, role: str, *of: str) -> bool:
+        return bool(facts.get(("lost", f"{group}.{role}")))
+
+    def to_another(facts: FactsLike, group: str, role: str, *of: str) -> list[Task]:
+        return [Task(ALLOCATE_ROLES, (group, *facts.get(("lost", f"{group}.{role}")))), *orders(group, role)]
+
+    return [
+        Method("to who plays it", lambda facts, group, role, *of: orders(group, role), uses=ASSIGNED),
+        Method("to another", to_another, is_left, ALLOCATED),
+    ]
+
+
+def operators(
+    groups: Mapping[str, Group],
+    jobs: Mapping[str, Job],
+    working: Collection[str],
+    rally_points_m: Mapping[str, Point],
+    rendez_vous: str,
+) -> list[Operator]:
+    """The elementary tasks of a group's mission.
+
+    Args:
+        groups: by name.
+        jobs: by name.
+        working: objectives, with a job as argument, by which it is done.
+        rally_points_m: by name.
+        rendez_vous: the objective, with a rally point as argument, by which a group meets.
+    """
+    founding = {(group.name, role.name) for group in groups.values() for role in group.roles if role.founding}
+
+    def exists(facts: FactsLike, group: str, *args: str) -> bool:
+        return group in groups
+
+    def has_role(facts: FactsLike, group: str, role: str, *args: str) -> bool:
+        return (group, role) in founding or facts.get(("allocated", group)) is not None
+
+    def assigned(facts: FactsLike, group: str, role: str, objective: str, argument: str) -> Mapping[Hashable, Any]:
+        counts: dict[Hashable, Any] = {("objective", f"{group}.{role}.{objective}"): argument}
+        if objective in working:
+            return {**counts, jobs[argument].done: ANY}
+        return {**counts, ("gatheredAt", group): argument} if objective == rendez_vous else counts
+
+    def expected(facts: FactsLike, group: str, role: str, objective: str, argument: str) -> Expected | None:
+        if objective not in working and objective != rendez_vous:
+            return Expected()
+        holders = facts.get(("members", f"{group}.{role}"))
+        if not holders:
+            return None
+        data: VehicleData = facts.get(("data", holders[0]))
+        at_m: Point = facts.get(("position", holders[0])) or data.start_m
+        if objective == rendez_vous:
+            time_s = math.dist(at_m, rally_points_m[argument]) / data.transit_speed_mps
+            return Expected(time_s, time_s * _power_w(data, data.transit_speed_mps))
+        return expected_of(jobs[argument], data, at_m)
+
+    return [
+        Operator(GIVE_MISSION, exists, lambda facts, group, mission: {("hasMission", group): mission}),
+        Operator(ALLOCATE_ROLES, exists, lambda facts, group, *lost: {("allocated", group): True}),
+        Operator(ASSIGN_OBJECTIVE, has_role, assigned, expected=expected),
+    ]
+
+
+def expected_of(job: Job, data: VehicleData, at_m: Point) -> Expected | None:
+    """What way and work of a job take, at survey speed; None for a vehicle that is not able to do it.
+
+    Args:
+        job: to be done; data: of the vehicle; at_m: where it is.
+    """
+    after = job.after(Outlook(0.0, at_m), data)
+    return None if after is None else Expected(after.free_s, after.free_s * _power_w(data, data.survey_speed_mps))
+
+
+def _power_w(data: VehicleData, speed_mps: float) -> float:
+    return data.hotel_w + data.drag_w_per_mps3 * speed_mps**3
