@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from remoras.activities import Candidate, Objective
+from remoras.htn import Execution, Task
 from remoras.organisation import Organisation, RoleAssignment
-from remoras.recorder import Recorder
+from remoras.recorder import Recorder, Row
 
 RoleKey = tuple[str, str]
 
@@ -27,6 +28,7 @@ class Diary:
         self._assignments: frozenset[RoleAssignment] = frozenset()
         self._objectives: frozenset[Objective] = frozenset()
         self._driving: frozenset[RoleKey] = frozenset()
+        self._plans: dict[tuple[str, str, str, str], tuple[int, list[Row]]] = {}
         self._weighed: list[tuple[Objective | None, tuple[str, ...], bool]] = []
 
     def fault(self, now_s: float, kind: str, *details: str) -> None:
@@ -55,6 +57,30 @@ class Diary:
             for one in sorted(set(objectives) - self._objectives, key=lambda one: (one.group, one.role, one.name))
         )
         self._objectives = frozenset(objectives)
+
+    def plans(self, now_s: float, of_groups: Mapping[str, Execution], own: Mapping[Objective, Execution]) -> None:
+        """How far the plans are that the vehicle carries out.
+
+        Args:
+            of_groups: of the missions of groups, by name; own: of its objectives.
+        """
+        for group, execution in of_groups.items():
+            self._plan(now_s, (group, "", "", ""), execution)
+        for one, execution in own.items():
+            self._plan(now_s, (one.group, one.role, one.name, one.argument), execution)
+
+    def _plan(self, now_s: float, about: tuple[str, str, str, str], execution: Execution) -> None:
+        version, before = self._plans.get(about, (None, []))
+        if version == execution.version:
+            return
+        rows: list[Row] = []
+        for node, (branch, status) in enumerate(zip(execution.branches, execution.statuses(), strict=True)):
+            expected = (None, None) if branch.expected is None else branch.expected
+            rows.append((node, branch.parent, _named(branch.task), branch.method or "", status.value, *expected))
+        self._recorder.plans.extend(
+            (now_s, self._me, *about, *row) for at, row in enumerate(rows) if row not in before[at : at + 1]
+        )
+        self._plans[about] = execution.version, rows
 
     def drives(self, now_s: float, driving: frozenset[RoleKey], candidates: Sequence[Candidate]) -> None:
         """The vehicle has chosen anew.
@@ -86,3 +112,9 @@ class Diary:
             about = ("", "", "", "") if aim is None else (aim.group, aim.role, aim.name, aim.argument)
             motives = (one.stimulus, one.own, one.external, one.source, one.slot)
             self._recorder.decisions.append((now_s, self._me, *about, list(of), *motives, one.chosen, one.best_mean))
+
+
+def _named(task: Task) -> str:
+    """A task with those of its arguments that are texts."""
+    texts = [argument for argument in task.args if isinstance(argument, str)]
+    return f"{task.name}({', '.join(texts)})" if texts else task.name

@@ -133,12 +133,23 @@ the time of observation as vehicles hold it, ``recorded_s`` when it went into th
 text: names of instances, classes and symbols, numbers, true or false, ``POINT (east north)``."""
 MEMBERSHIP = Table("membership", (TIME, VEHICLE, Column("peer", "str"), Column("event", "str")))
 """Peers that a vehicle takes for absent from then on, and for present again."""
+PLANS = Table("plans", (
+    TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("objective", "str"),
+    Column("argument", "str"), Column("node", "int"), Column("parent", "int"), Column("task", "str"),
+    Column("method", "str"), Column("status", "str"), Column("expected_time_s", "float", "s"),
+    Column("expected_energy_j", "float", "J"),
+))  # fmt: skip
+"""Tasks of the plans that a vehicle carries out, each written when it changes. A plan is of the mission of a group
+(role, objective and argument are empty) or of an objective of the vehicle. ``node`` numbers its tasks, ``parent`` is
+the one above, or -1. ``method`` is empty for an elementary task. ``status`` is waiting, running, done, failed or
+dropped (the plan has the task no longer). What an elementary task is expected to take from then on is null where nobody
+can tell."""
 FAULTS = Table("faults", (TIME, VEHICLE, Column("kind", "str"), Column("detail", "str")))
 """What went wrong, and what befell a vehicle."""
 
 TABLES = (
     TRAJECTORIES, ROLES, MEMBERSHIP, ORGANISATION, OBJECTIVES, ACTIVITIES, DECISIONS, SATISFACTION, PACKETS, KNOWLEDGE,
-    ITEMS, FAULTS,
+    ITEMS, PLANS, FAULTS,
 )  # fmt: skip
 """Tables of every run."""
 
@@ -181,6 +192,7 @@ class Recorder:
         self.packets = self._rows["packets"]
         self.knowledge = self._rows["knowledge"]
         self.items = self._rows["items"]
+        self.plans = self._rows["plans"]
         self.faults = self._rows["faults"]
 
     def declare(self, table: Table) -> None:

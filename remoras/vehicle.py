@@ -26,7 +26,7 @@ from remoras.diary import Diary
 from remoras.errors import PluginError
 from remoras.executive.layer import ExecutiveLayer
 from remoras.faults import SOUND, Condition
-from remoras.functional.layer import FunctionalLayer
+from remoras.functional.layer import FunctionalLayer, Sensed
 from remoras.functional.vital import Neighbour
 from remoras.radio import Radio
 from remoras.recorder import Recorder
@@ -123,14 +123,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
                 self._recorder.rows(sensed.table_of(self.name).name).append((now_s, self.name, *observation.row))
             if not (observation.facts or observation.found):
                 continue
-            try:
-                change = self.beliefs.model.record(self.beliefs.facts_of(observation), now_s)
-            except (WorldModelError, TypeError, ValueError) as error:
-                hint = "; the mission's instances_found_per_vehicle says how many" if observation.found else ""
-                raise PluginError(
-                    f"sensor {sensed.sensor} of {self.name}: its observation cannot be recorded: {error}{hint}"
-                ) from error
-            self._share(change, now_s)
+            self._share(_recorded(sensed, self.name, self.beliefs, now_s), now_s)
         self._note_exhaustion(now_s)
 
     def _note_exhaustion(self, now_s: float) -> None:
@@ -158,6 +151,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if decision.has(ActivityType.PLANNING) and self.social.planner.is_due:
             self._plan(now_s)
         self._conclude(self.social.findings(functional.motion), now_s, not self.social.standing.is_cut_off)
+        self._diary.plans(now_s, self.social.planner.executions, self.social.pursuit.executions)
 
     def _note_what_is_done(self, perceptions: Sequence[Perception], now_s: float) -> bool:
         """Make known the first objective for which all has been done, or that cannot be done; True if there was one."""
@@ -172,7 +166,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _cope(self, objective: Objective, failed: ActivitySet, now_s: float) -> bool:
         """An activity cannot be done: go another way, or give its objective up. True if something has changed."""
-        if self.social.mend(objective, [activity.name for activity in failed.activities]):
+        if self.social.pursuit.fail(objective, [one.name for one in failed.activities], self.social.facts):
             self._diary.fault(now_s, "failed step", f"{failed.name} of {objective}")
             self._adopt()
             return True
@@ -292,9 +286,22 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         else:
             self.radio.keep(change, now_s)
         self._consider([change], told)
+        self._diary.plans(now_s, self.social.planner.executions, self.social.pursuit.executions)
 
     def _consider(self, changes: Sequence[Change], told: bool = True) -> None:
         self.beliefs.note(changes)
         self.radio.note(changes)
         if self.social.consider(changes, told):
             self._adopt()
+
+
+def _recorded(sensed: Sensed, vehicle: str, beliefs: Beliefs, now_s: float) -> Change:
+    """What an observation changes in a vehicle's world model; raises PluginError if it cannot be recorded."""
+    observation = sensed.observation
+    try:
+        return beliefs.model.record(beliefs.facts_of(observation), now_s)
+    except (WorldModelError, TypeError, ValueError) as error:
+        hint = "; the mission's instances_found_per_vehicle says how many" if observation.found else ""
+        raise PluginError(
+            f"sensor {sensed.sensor} of {vehicle}: its observation cannot be recorded: {error}{hint}"
+        ) from error

@@ -152,8 +152,6 @@ class MappingMission(Mission):
             settings.meeting_deadline_s,
             settings.importance,
         )
-        self._social_domain = social_domain(self.group_missions, groups, self.meeting, self.jobs, self._inspections)
-        self._activity_domain = activity_domain(self.jobs)
 
     @classmethod
     def from_scenario(cls, scenario: MappingScenario) -> Self:
@@ -194,10 +192,10 @@ class MappingMission(Mission):
         """What is wrong with areas, with the roles that explore them, and with importances."""
         return mapping_faults(raw, cls.group_missions)
 
-    @property
+    @cached_property
     def social_domain(self) -> Domain:
         """Supervision and AreaMapping into objectives of roles."""
-        return self._social_domain
+        return social_domain(self.group_missions, self.groups, self.meeting, self.jobs, self._inspections)
 
     @property
     def jobs(self) -> Mapping[str, SurveyJob | InspectionJob]:
@@ -250,10 +248,10 @@ class MappingMission(Mission):
         """Those of the meeting; the others are planned, see ``activities``."""
         return self.meeting.activity_sets(objective, data.name, facts)
 
-    @property
+    @cached_property
     def activity_domain(self) -> Domain:
         """Exploring, mapping, inspecting and positioning into activities."""
-        return self._activity_domain
+        return activity_domain(self.jobs)
 
     def activities(
         self,
@@ -266,8 +264,7 @@ class MappingMission(Mission):
         """Activities of Table II, with the vehicle's own characteristics."""
         rests_on: set[Key] = set()
         sets = []
-        for together in steps:
-            names = [step.name for step in together]
+        for names in ([step.name for step in together] for together in steps):
             activities = []
             for name in names:
                 parameters, keys = self._parameters(name, objective, data, facts, position_m)
@@ -302,7 +299,7 @@ class MappingMission(Mission):
             case "Positioning":
                 place = self._formation.get((group.name, objective.role), ("top", "middle"))
                 return (place, facts.get(head_key), group.name), {head_key}
-        raise PlanningError(f"activity {name} is none of {', '.join(ACTIVITY_TYPES)}")
+        raise _unknown(name)
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """The behaviour that carries out the set which ``activity`` leads."""
@@ -320,7 +317,7 @@ class MappingMission(Mission):
             case "Positioning":
                 place, leaders, group = parameters
                 return _positioning(place, leaders, group, data, settings.formation_spacing_m)
-        raise PlanningError(f"activity {activity.name} is none of the mission's: {', '.join(ACTIVITY_TYPES)}")
+        raise _unknown(activity.name)
 
     def is_enough(self, facts: Known) -> bool:
         """True if no more is left than the goal spares, and every find is inspected."""
@@ -345,6 +342,10 @@ class MappingMission(Mission):
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
         """An area that is explored is done."""
         return Finding(objective.argument, "areaDone", vehicle) if objective.name == "Exploring" else None
+
+
+def _unknown(activity: str) -> PlanningError:
+    return PlanningError(f"activity {activity!r} has no behaviour; allowed: {', '.join(ACTIVITY_TYPES)}")
 
 
 def _inspecting(groups: Iterable[Group], inspections: Collection[str]) -> list[Objective]:

@@ -22,37 +22,42 @@ EXPLORE = "Explore"
 
 
 def social_domain(
-    missions: Sequence[str], groups: Sequence[Group], meeting: Meeting, jobs: Mapping[str, Job], finds: Collection[str]
+    missions: Sequence[str],
+    groups: Mapping[str, Group],
+    meeting: Meeting,
+    jobs: Mapping[str, Job],
+    finds: Collection[str],
 ) -> Domain:
     """Missions of groups into orders.
 
     Args:
         missions: names of supervision and of mapping.
-        groups: with their roles; meeting: of the groups.
+        groups: by name; meeting: of the groups.
         jobs: by name.
         finds: names of those of them that may be found.
     """
-    by_name = {group.name: group for group in groups}
 
     def orders(group: str, role: str) -> list[Task]:
-        of = by_name[group].role(role)
+        of = groups[group].role(role)
         area = None if of is None else of.job
         names = () if area is None else ("Positioning", "Exploring")
         return [Task(ASSIGN_OBJECTIVE, (group, role, name, area)) for name in names]
 
-    methods = (supervision_methods(groups), mapping_methods(by_name, finds))
+    methods = (supervision_methods(groups), mapping_methods(groups, finds))
     return Domain.of(
         meeting.operators(jobs, "Exploring"),
         {**dict(zip(missions, methods, strict=True)), EXPLORE: entrusted(orders), **meeting.methods()},
     )
 
 
-def supervision_methods(groups: Sequence[Group]) -> list[Method]:
+def supervision_methods(groups: Collection[str]) -> list[Method]:
     """Supervision: the other groups get their missions, then the own group meets."""
 
     def delegate(facts: FactsLike, group: str) -> list[Task]:
-        others = [g for g in groups if g.name != group]
-        return [*(Task(GIVE_MISSION, (g.name, "AreaMapping")) for g in others), Task(MEET, (group,))]
+        return [
+            *(Task(GIVE_MISSION, (other, "AreaMapping")) for other in groups if other != group),
+            Task(MEET, (group,)),
+        ]
 
     return [Method("delegate the mapping", delegate, uses=(GIVE_MISSION, MEET))]
 

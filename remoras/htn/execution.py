@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
-from remoras.htn.domain import Domain, Expected, Task
+from remoras.htn.domain import Domain, Expected, Operator, Task
 from remoras.htn.facts import FactsLike, Key, is_met
 from remoras.htn.plans import ROOT, NoPlan, Plan, Step, is_touched
 from remoras.htn.search import Way, plan
@@ -108,7 +108,7 @@ class Execution:
     def renew(self, plan: Plan) -> None:
         """Go over to a plan for the whole; tasks that it shares with the one before stay where they are.
 
-        Steps that have not ended, or whose effects hold no longer, are carried out once more when their turn comes.
+        Every step has its turn once more; those whose effects hold are done without being carried out.
         """
         self._running, self._waiting, self._roots = {}, [], []
         self.rests_on = self.patterns = frozenset()
@@ -120,8 +120,9 @@ class Execution:
         Args:
             plan: made anew, for the whole or for a branch.
             former: places of the tasks that it replaces.
-            places: of its first nodes, where they have one.
+            places: of its first node, if it has one: that of the branch which is mended.
         """
+        mended = bool(places)
         shared: dict[tuple[int, Any], list[int]] = {}
         for place in reversed(former := list(former)):
             shared.setdefault((self.branches[place].parent, _same(self.branches[place].task)), []).append(place)
@@ -134,7 +135,8 @@ class Execution:
                 (self._roots if parent == ROOT else self.branches[parent].children).append(places[-1])
             branch = self.branches[places[number]]
             branch.method, branch.children = node.method, []
-            if branch.status is not Status.DONE or self._is_open(branch.task):
+            is_for_good = mended and node.method is None and not self._operator(branch).has_effects
+            if branch.status is not Status.DONE or not is_for_good:
                 branch.status = Status.WAITING
         for place in sorted(set(former).difference(places), reverse=True):
             if self.branches[place].status not in FINAL:
@@ -148,10 +150,8 @@ class Execution:
         self.branches.append(Branch(task, None, parent))
         return len(self.branches) - 1
 
-    def _is_open(self, task: Task) -> bool:
-        """True unless it is done for good, once it is done: an elementary task without effects."""
-        operator = self._domain.operators.get(task.name)
-        return operator is None or operator.has_effects
+    def _operator(self, branch: Branch) -> Operator:
+        return self._domain.operators[branch.task.name]
 
     def _last(self, place: int) -> Status:
         """What becomes of a task that the plan has no longer: an abstract one whose steps are done is done."""
@@ -208,7 +208,7 @@ class Execution:
         """Ask what a step is expected to take, until somebody can tell."""
         branch = self.branches[place]
         if branch.expected is None:
-            branch.expected = self._domain.operators[branch.task.name].expected(facts, *branch.task.args)
+            branch.expected = self._operator(branch).expected(facts, *branch.task.args)
             self.version += branch.expected is not None
 
     def _end(self, place: int) -> None:
@@ -222,7 +222,7 @@ class Execution:
         while self._waiting:
             place = self._waiting[-1]
             branch = self.branches[place]
-            operator = self._domain.operators[branch.task.name]
+            operator = self._operator(branch)
             if not operator.applicable(facts, *branch.task.args):
                 if self._running or not self.fail(place, facts):
                     return
@@ -233,7 +233,7 @@ class Execution:
             if effects and is_met(facts, effects):
                 self._end(place)
                 continue
-            branch.status, branch.expected = Status.RUNNING, None
+            branch.status = Status.RUNNING
             self._expect(place, facts)
             self.version += 1
             yield Step(branch.task, place)
@@ -252,7 +252,7 @@ class Execution:
         Returns:
             True if there is another way, which ``advance`` goes; False if the whole has failed.
         """
-        self.branches[place].status = Status.FAILED
+        self.branches[place].status, self.branches[place].expected = Status.FAILED, None
         self._running.pop(place, None)
         while (place := self.branches[place].parent) != ROOT:
             branch = self.branches[place]

@@ -80,7 +80,8 @@ class Review:
 class SocialLayer:
     """Organisation, missions and objectives as one vehicle sees them.
 
-    ``organisation`` is what was agreed, ``present``, by which the vehicle acts, the same without the absent.
+    ``organisation`` is what was agreed, ``present``, by which the vehicle acts, the same without the absent. ``facts``
+    are what its plans are made of; ``planner`` and ``pursuit`` carry out those of its groups and its own.
 
     Args:
         me: own name.
@@ -118,7 +119,7 @@ class SocialLayer:
         self.objectives = {(one.group, one.role, one.name): one for one in agreement.objectives}
         self._founding = frozenset(agreement.objectives)
         self._jobs = mission.jobs
-        self._pursuit = Pursuit(database[me], mission, self._mission_name)
+        self.pursuit = Pursuit(database[me], mission, self._mission_name)
         self._conclusions = Conclusions(me, mission, self._mission_name, beliefs)
         self._gatherings = Gatherings(beliefs, agreement.organisation.groups, agreement.meets_after)
         self.standing = Standing(me, database, beliefs, agreement.organisation, lease_s, picture.frame_s)
@@ -126,8 +127,8 @@ class SocialLayer:
         self._led = self.standing.led
         planned = {group: agreement.plans[group] for group in self._led if group in agreement.plans}
         self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned)
-        self._facts = OwnFacts(beliefs, database, self.standing, self._gatherings, self.planner, self.objectives)
-        self.planner.resume(self._facts)
+        self.facts = OwnFacts(beliefs, database, self.standing, self._gatherings, self.planner, self.objectives)
+        self.planner.resume(self.facts)
         self.planner.take_on(group for group in self._led if group in self.missions)
         self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, self._jobs)
         if strategy.declaration.meets and not self._negotiation.takes_part:
@@ -185,11 +186,11 @@ class SocialLayer:
             if alone:
                 self._gatherings.note_alone(keys, changes[0].block.time_s)
             self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
-        self.planner.reconsider(keys, self._led, self._facts)
+        self.planner.reconsider(keys, self._led, self.facts)
         if self.standing.is_cut_off and any(job.done in keys for job in self._jobs.values()):
             for group in self._led:  # it is free for what others have left
                 self.planner.plan_again(group)
-        return self._pursuit.let_go(keys)
+        return self.pursuit.let_go(keys)
 
     # Who is there --------------------------------------------------------------------------------
 
@@ -208,7 +209,7 @@ class SocialLayer:
         roles = [one for one in self.organisation.assignments if one.vehicle in moved]
         undone = seen.undone
         keys = {("members", f"{one.group}.{one.role}") for one in [*roles, *undone.assigned, *undone.left]}
-        stale = self._pursuit.let_go(keys | self._gatherings.concluded_alone)
+        stale = self.pursuit.let_go(keys | self._gatherings.concluded_alone)
         self._renew_leads()
         for one in roles:
             if one.group in self._led and one.vehicle in seen.changes.absent:
@@ -243,13 +244,13 @@ class SocialLayer:
         """End of a round: what was said in it of roles and objectives counts from now on."""
         agreed = self.standing.agree()
         self.objectives |= {(one.group, one.role, one.name): one for one in agreed.objectives}
-        self.planner.end_round(self._facts)
+        self.planner.end_round(self.facts)
         self._renew_leads()
         self.planner.issued.difference_update(agreed.left)
         for one in agreed.left:
             if self.leads(one.group):
                 self.planner.lose(one)
-        stale = self._pursuit.let_go({("members", f"{a.group}.{a.role}") for a in [*agreed.assigned, *agreed.left]})
+        stale = self.pursuit.let_go({("members", f"{a.group}.{a.role}") for a in [*agreed.assigned, *agreed.left]})
         assigned = [one for one in agreed.assigned if one.vehicle == self.me]
         left = [one for one in agreed.left if one.vehicle == self.me]
         return Consulted(assigned, left, agreed.refused, bool(agreed.objectives or stale or assigned or left))
@@ -283,7 +284,7 @@ class SocialLayer:
     def plan_missions(self) -> Deliberation:
         """Plan the missions that are due, and let the strategy allocate what the plans ask for."""
         work = self._work(dict(self._picture.peers.positions_m))
-        planned = self.planner.plan(self._facts, self.missions, work, self.objectives.values())
+        planned = self.planner.plan(self.facts, self.missions, work, self.objectives.values())
         facts = self.standing.in_place_of_the_absent(planned.facts)
         return replace(planned, facts=facts, parts=self.standing.by_receiver(facts, self._mission.is_individual))
 
@@ -321,10 +322,6 @@ class SocialLayer:
             self.finished.append(objective)
         return facts
 
-    def mend(self, objective: Objective, activities: Sequence[str]) -> bool:
-        """A behaviour has failed: mend the plan for ``objective``. True if its activities are to be chosen anew."""
-        return self._pursuit.fail(objective, activities, self._facts)
-
     def activity_sets(self, position_m: Point) -> tuple[ActivitySet, ...]:
         """Activities by which it pursues its objectives; those under way stay while the facts do that they rest on."""
-        return self._pursuit.sets(self.objectives_of(self.me), self._facts, position_m)
+        return self.pursuit.sets(self.objectives_of(self.me), self.facts, position_m)

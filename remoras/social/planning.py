@@ -222,8 +222,7 @@ class MissionPlanner:
         group = work.group.name
         self.allocated.discard(group)
         self._impossible.pop(group, None)
-        execution = self.executions.get(group)
-        found = plan(self._domain, known, task) if execution is None else execution.plan_anew(known, task)
+        execution, found = self.executions.get(group), plan(self._domain, known, task)
         found = replace(found, rests_on=found.rests_on | precedence(work.group, work.jobs))
         if isinstance(found, NoPlan):
             self._impossible[group] = found
@@ -234,16 +233,24 @@ class MissionPlanner:
             execution.renew(found)
 
     def _mend(self, work: Work, vacated: Collection[str], known: FactsLike) -> bool:
-        """Roles have been left: steps that run for one which nobody plays now have failed. True if there were some."""
+        """Roles have been left: steps that run for one which nobody plays now have failed.
+
+        Returns:
+            True if there were some, and the plan has another way for each of them.
+        """
         group = work.group.name
         left = {(group, role) for role in vacated if not work.organisation.members(group, role)}
         execution = self.executions.get(group)
-        if execution is None or not any(step.task.args[:2] in left for step in execution.running):
-            return False
-        self.allocated.discard(group)
-        while lost := [step.place for step in execution.running if step.task.args[:2] in left]:
-            execution.fail(lost[0], known)
-        return True
+        mended = False
+        while execution is not None:
+            failed = [step.place for step in execution.running if step.task.args[:2] in left]
+            if not failed:
+                break
+            self.allocated.discard(group)
+            if not execution.fail(failed[0], known):
+                return False
+            mended = True
+        return mended
 
     def _give_mission(self, group: str, mission: str, missions: Mapping[str, str]) -> list[Fact]:
         return [] if missions.get(group) == mission else [self._beliefs.fact(group, "hasMission", mission)]

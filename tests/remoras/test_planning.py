@@ -12,7 +12,7 @@ from samples import auv, database
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs
 from remoras.database import VehicleData
-from remoras.htn import Domain, FactsLike, Method, Operator, Task
+from remoras.htn import Domain, FactsLike, Method, Operator, Plan, Task
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.social.planning import MissionPlanner
 from remoras.strategy import Declaration, Negotiator
@@ -107,7 +107,7 @@ DOMAIN = Domain.of(
 class Head:
     """AUV00, with its beliefs and its planner."""
 
-    def __init__(self, **planned: frozenset[tuple[str, str]]) -> None:
+    def __init__(self, **planned: Plan) -> None:
         self.beliefs = Beliefs(WorldModel(TBOX, 0, INSTANCES, n_origins=2, run_time_instances_per_origin=0))
         self.planner = MissionPlanner("AUV00", DOMAIN, self.beliefs, Allocating(), planned)
         self.organisation = MEMBERS
@@ -139,10 +139,10 @@ def test_a_mission_is_planned_once() -> None:
 
 
 def test_what_was_planned_before_the_mission_is_not_due() -> None:
-    head = Head(Operational=frozenset({("jobDone", "left")}))
+    head = Head(Operational=Plan((), frozenset({("jobDone", "left")})))
     head.planner.take_on(["Operational"])
     assert not head.planner.is_due
-    head.planner.reconsider({("jobDone", "left")}, ["Operational"])
+    head.planner.reconsider({("jobDone", "left")}, ["Operational"], head.beliefs)
     assert head.planner.is_due
 
 
@@ -159,17 +159,17 @@ def test_a_plan_is_made_anew_when_a_fact_changes_that_it_rests_on(key: tuple[str
     head = Head()
     head.planner.take_on(["Operational"])
     head.plan()
-    head.planner.reconsider({key}, ["Operational"])
+    head.planner.reconsider({key}, ["Operational"], head.beliefs)
     assert head.planner.is_due is due
 
 
 def test_who_left_has_to_be_replaced_where_the_mission_was_planned() -> None:
     head = Head()
-    head.planner.replace_who_left("Operational")
+    head.planner.plan_again("Operational")
     assert not head.planner.is_due
     head.planner.take_on(["Operational"])
     head.plan()
-    head.planner.replace_who_left("Operational")
+    head.planner.plan_again("Operational")
     assert head.planner.is_due
 
 
@@ -181,14 +181,14 @@ def test_what_was_proposed_or_counts_is_not_said_again() -> None:
     ):
         head.objectives = counts
         head.planner.take_on(["Operational"])
-        head.planner.replace_who_left("Operational")
+        head.planner.plan_again("Operational")
         first = head.plan()
         assert first == ([] if counts else [LEFT, RIGHT])
-        head.planner.replace_who_left("Operational")
+        head.planner.plan_again("Operational")
         assert head.plan() == []
-        head.planner.end_round()
+        head.planner.end_round(head.beliefs)
     head.objectives = []  # what was said but never came to count is said again
-    head.planner.replace_who_left("Operational")
+    head.planner.plan_again("Operational")
     assert head.plan() == [LEFT, RIGHT]
 
 
@@ -198,7 +198,7 @@ def test_roles_go_to_members_only_and_once() -> None:
     head.planner.take_on(["Operational"])
     assert ("AUV01", "playsRole", "Operational.RightWinger") in head.plan(done=frozenset({"left"}))
     assert head.planner.issued == {RoleAssignment("Operational", "RightWinger", "AUV01")}
-    head.planner.replace_who_left("Operational")
+    head.planner.plan_again("Operational")
     assert head.plan(done=frozenset({"left"})) == []  # proposed already: the strategy sees it as played
 
 
