@@ -122,27 +122,31 @@ class Execution:
             former: places of the tasks that it replaces.
             places: of its first node, if it has one: that of the branch which is mended.
         """
-        mended = bool(places)
-        shared: dict[tuple[int, Any], list[int]] = {}
-        for place in reversed(former := list(former)):
-            shared.setdefault((self.branches[place].parent, _same(self.branches[place].task)), []).append(place)
-        for number, node in enumerate(plan.nodes):
+        branches, mended, former = self.branches, bool(places), list(former)
+        shared: dict[Any, list[int]] = {}
+        for place in reversed(former):
+            _alike(shared, branches[place].parent, branches[place].task).append(place)
+        for number, (task, method, above) in enumerate(plan.nodes):
             if number == len(places):
-                parent = ROOT if node.parent == ROOT else places[node.parent]
-                alike = shared.get((parent, _same(node.task)), [])
-                is_known = alike and self.branches[alike[-1]].task == node.task
-                places.append(alike.pop() if is_known else self._add(node.task, parent))
-                (self._roots if parent == ROOT else self.branches[parent].children).append(places[-1])
-            branch = self.branches[places[number]]
-            branch.method, branch.children = node.method, []
-            is_for_good = mended and node.method is None and not self._operator(branch).has_effects
-            if branch.status is not Status.DONE or not is_for_good:
+                parent = ROOT if above == ROOT else places[above]
+                alike = _alike(shared, parent, task) if shared else []
+                places.append(alike.pop() if alike and branches[alike[-1]].task == task else self._add(task, parent))
+                (self._roots if parent == ROOT else branches[parent].children).append(places[-1])
+            branch = branches[places[number]]
+            branch.method, branch.children = method, []
+            if branch.status is not Status.DONE or not (mended and self._is_done_for_good(branch)):
                 branch.status = Status.WAITING
-        for place in sorted(set(former).difference(places), reverse=True):
-            if self.branches[place].status not in FINAL:
-                self.branches[place].status = self._last(place)
-        self._waiting += [place for place in reversed(places) if self._is_to_start(place)]
-        self.rests_on |= plan.rests_on
+        kept = set(places)
+        for place in reversed(former):
+            if place not in kept and branches[place].status not in FINAL:
+                branches[place].status = self._last(place)
+        self._waiting += [
+            place
+            for place in reversed(places)
+            if branches[place].method is None and branches[place].status is Status.WAITING
+        ]
+        if not plan.rests_on <= self.rests_on:
+            self.rests_on |= plan.rests_on
         self.patterns |= plan.patterns
         self.version += 1
 
@@ -153,13 +157,15 @@ class Execution:
     def _operator(self, branch: Branch) -> Operator:
         return self._domain.operators[branch.task.name]
 
+    def _is_done_for_good(self, branch: Branch) -> bool:
+        """True of an elementary task without effects: nobody could see that it has to be done again."""
+        return branch.method is None and not self._operator(branch).has_effects
+
     def _last(self, place: int) -> Status:
         """What becomes of a task that the plan has no longer: an abstract one whose steps are done is done."""
-        below = [self.branches[child].status for child in self.branches[place].children]
-        return Status.DONE if below and all(one is Status.DONE for one in below) else Status.DROPPED
-
-    def _is_to_start(self, place: int) -> bool:
-        return self.branches[place].method is None and self.branches[place].status is Status.WAITING
+        children = self.branches[place].children
+        is_done = children and all(self.branches[child].status is Status.DONE for child in children)
+        return Status.DONE if is_done else Status.DROPPED
 
     def is_touched(self, keys: Collection[Key]) -> bool:
         """True if another plan may come out, now that the facts with these keys have changed."""
@@ -167,9 +173,9 @@ class Execution:
 
     def abandon(self) -> None:
         """Leave undone whatever is not done."""
-        for branch in self.branches:
-            if branch.method is None and branch.status not in FINAL:
-                branch.status = Status.DROPPED
+        for place in reversed(range(len(self.branches))):
+            if self.branches[place].status not in FINAL:
+                self.branches[place].status = self._last(place)
         self._waiting.clear()
         self._running.clear()
         self.version += 1
@@ -303,10 +309,12 @@ class Execution:
         return found
 
 
-def _same(task: Task) -> Any:
-    """What tasks that are equal have in common; the name, where an argument cannot be compared by hash."""
+def _alike(shared: dict[Any, list[int]], parent: int, task: Task) -> list[int]:
+    """Places, the first one last, of the tasks below ``parent`` that may equal ``task``.
+
+    Those are of the same name where an argument cannot be compared by hash.
+    """
     try:
-        hash(task)
+        return shared.setdefault((parent, task), [])
     except TypeError:
-        return task.name
-    return task
+        return shared.setdefault((parent, task.name), [])

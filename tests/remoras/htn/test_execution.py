@@ -1,0 +1,293 @@
+"""Plans that are carried out: order, tests and effects of the facts at hand, and the repair of one branch.
+
+The trip: pack, go from A to B by one of three ways, then report. ``go`` has a sailing method with two boats (two
+decompositions of one method) and a walking method.
+"""
+
+import random
+from collections import Counter
+from collections.abc import Iterator
+from itertools import permutations
+from typing import Any
+
+import pytest
+
+from remoras.htn import (
+    ANY,
+    Domain,
+    Execution,
+    Expected,
+    Method,
+    Node,
+    NoPlan,
+    Operator,
+    Plan,
+    Status,
+    Task,
+    check,
+    plan,
+)
+
+TRIP = Task("trip")
+
+
+def trip(asked: Counter[str]) -> Domain:
+    """The domain; ``asked`` counts which methods are asked for subtasks."""
+
+    def by_boat(facts: Any) -> Iterator[list[Task]]:
+        for boat in ("Ada", "Bea"):
+            asked["by boat"] += 1
+            yield [Task("board", (boat,)), Task("sail", (boat,))]
+
+    def whole(facts: Any) -> list[Task]:
+        asked["whole"] += 1
+        return [Task("pack"), Task("go"), Task("report")]
+
+    def on_foot(facts: Any) -> list[Task]:
+        asked["on foot"] += 1
+        return [Task("walk")]
+
+    return Domain.of(
+        [
+            Operator("pack", effects=lambda facts: {"packed": True}),
+            Operator("board", lambda facts, boat: bool(facts.get("packed")), lambda facts, boat: {("on", boat): True}),
+            Operator("sail", lambda facts, boat: bool(facts.get(("on", boat))), lambda facts, boat: {"at": "B"}),
+            Operator("walk", lambda facts: bool(facts.get("packed")), lambda facts: {"at": "B"}),
+            Operator("report", lambda facts: facts.get("at") == "B", lambda facts: {"heard by": ANY}),
+        ],
+        {
+            "trip": [Method("whole", whole, uses=("pack", "go", "report"))],
+            "go": [
+                Method("by boat", by_boat, uses=("board", "sail")),
+                Method("on foot", on_foot, lambda facts: not facts.get("storm"), ("walk",)),
+            ],
+        },
+    )
+
+
+def begun(domain: Domain, facts: dict[Any, Any], task: Task = TRIP) -> Execution:
+    found = plan(domain, facts, task)
+    assert isinstance(found, Plan)
+    return Execution(domain, found)
+
+
+def no_other_way(domain: Domain, facts: Any, task: Task, without: Any) -> NoPlan:
+    return NoPlan(task, frozenset(), ())
+
+
+def texts(execution: Execution) -> dict[str, str]:
+    """Status by task."""
+    pairs = zip(execution.branches, execution.statuses(), strict=True)
+    return {str(branch.task): status.value for branch, status in pairs}
+
+
+def carry_on(execution: Execution, facts: dict[Any, Any], does: dict[str, dict[Any, Any]]) -> list[str]:
+    """Let every step do what ``does`` says at once; returns the steps that started."""
+    started = []
+    for step in execution.advance(facts):
+        started.append(str(step.task))
+        facts.update(does.get(step.task.name, {}))
+    return started
+
+
+def test_steps_start_in_order_and_wait_for_what_they_need() -> None:
+    """Packing takes a while: what needs it waits, and ends when the facts say so, not when the planner foresaw it."""
+    facts: dict[Any, Any] = {}
+    execution = begun(trip(Counter()), facts)
+    assert carry_on(execution, facts, {}) == ["pack()"]
+    assert execution.is_waiting
+    assert execution.awaits({"packed"})
+    assert not execution.awaits({"at"})
+    assert texts(execution) == {
+        "trip()": "running", "pack()": "running", "go()": "waiting", "board(Ada)": "waiting", "sail(Ada)": "waiting",
+        "report()": "waiting",
+    }  # fmt: skip
+    facts["packed"] = True
+    assert carry_on(execution, facts, {"board": {("on", "Ada"): True}, "sail": {"at": "B"}}) == [
+        "board(Ada)", "sail(Ada)", "report()",
+    ]  # fmt: skip
+    assert texts(execution)["go()"] == "done"
+    assert texts(execution)["trip()"] == "running"
+    facts["heard by"] = "shore"  # ANY: it has some value
+    assert execution.settle(facts)
+    assert set(texts(execution).values()) == {"done"}
+
+
+def test_what_holds_already_is_done_without_being_carried_out() -> None:
+    facts: dict[Any, Any] = {}
+    execution = begun(trip(Counter()), facts)
+    facts |= {"packed": True, ("on", "Ada"): True}
+    assert carry_on(execution, facts, {"sail": {"at": "B"}}) == ["sail(Ada)", "report()"]
+
+
+@pytest.mark.parametrize("order", [order for order in permutations(range(4)) if order != (0, 1, 2, 3)])
+def test_a_plan_in_another_order_fails(order: tuple[int, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every step needs the one before it, so of the 24 orders one is possible; the others need a repair."""
+    monkeypatch.setattr("remoras.htn.execution.plan", no_other_way)
+    facts: dict[Any, Any] = {}
+    domain = trip(Counter())
+    made = plan(domain, facts, TRIP)
+    assert isinstance(made, Plan)
+    steps = [node for node in made.nodes if node.method is None]
+    shuffled = tuple(Node(steps[at].task, None, 0) for at in order)
+    wrong = Plan((made.nodes[0], *shuffled), frozenset(), cost=4.0)
+    assert check(domain, facts, TRIP, wrong).execution
+    execution = Execution(domain, wrong)
+    done = {"pack": {"packed": True}, "board": {("on", "Ada"): True}, "sail": {"at": "B"}, "report": {"heard by": 1}}
+    carry_on(execution, facts, done)
+    assert execution.has_failed
+    assert texts(execution)["trip()"] == "failed"
+
+
+def test_only_the_branch_that_fails_is_planned_anew() -> None:
+    """The boat Ada sinks under way: Bea is taken, by the same method; packing is not looked at, nor the trip."""
+    asked: Counter[str] = Counter()
+    facts: dict[Any, Any] = {}
+    execution = begun(trip(asked), facts)
+    carry_on(execution, facts, {"pack": {"packed": True}, "board": {("on", "Ada"): True}})
+    [sailing] = execution.running
+    asked.clear()
+    assert execution.fail(sailing.place, facts)
+    assert asked == {"by boat": 2}  # Ada is barred, Bea found
+    assert texts(execution) == {
+        "trip()": "running", "pack()": "done", "go()": "waiting", "board(Ada)": "done", "sail(Ada)": "failed",
+        "report()": "waiting", "board(Bea)": "waiting", "sail(Bea)": "waiting",
+    }  # fmt: skip
+    assert carry_on(execution, facts, {"board": {("on", "Bea"): True}, "sail": {"at": "B"}}) == [
+        "board(Bea)", "sail(Bea)", "report()",
+    ]  # fmt: skip
+
+
+def test_a_failure_climbs_until_there_is_another_way() -> None:
+    """Both boats sink: on foot, another method. In a storm there is none, and above ``go`` none either."""
+    for storm, ends in ((False, "done"), (True, "failed")):
+        facts: dict[Any, Any] = {"storm": storm}
+        execution = begun(trip(Counter()), facts)
+        does: dict[str, dict[Any, Any]] = {"pack": {"packed": True}, "walk": {"at": "B"}, "report": {"heard by": 1}}
+        for boat in ("Ada", "Bea"):
+            carry_on(execution, facts, {**does, "board": {("on", boat): True}})
+            found = execution.fail(execution.running[0].place, facts)
+            assert found is (boat == "Ada" or not storm)
+        carry_on(execution, facts, does)
+        assert texts(execution)["trip()"] == ends
+        assert execution.has_failed is storm
+        assert texts(execution)["pack()"] == "done"
+        assert texts(execution)["report()"] == ("dropped" if storm else "done")
+
+
+def test_a_step_whose_test_does_not_hold_fails_where_nothing_can_bring_it_about() -> None:
+    """Somebody unpacks: to board Ada or Bea, or to walk, is not possible any more, and nobody packs again."""
+    facts: dict[Any, Any] = {}
+    execution = begun(trip(Counter()), facts)
+    for _ in execution.advance(facts):
+        facts["packed"] = True
+        break
+    execution.settle(facts)
+    facts["packed"] = None
+    assert carry_on(execution, facts, {}) == []
+    assert execution.has_failed
+
+
+def test_without_repair_the_trip_ends_where_the_step_failed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The cause taken away: the same failure, and no other way is looked for."""
+    monkeypatch.setattr(
+        "remoras.htn.execution.plan", lambda domain, facts, task, without: NoPlan(task, frozenset(), ())
+    )
+    facts: dict[Any, Any] = {}
+    execution = begun(trip(Counter()), facts)
+    carry_on(execution, facts, {"pack": {"packed": True}, "board": {("on", "Ada"): True}})
+    assert not execution.fail(execution.running[0].place, facts)
+    assert carry_on(execution, facts, {"sail": {"at": "B"}}) == []
+    assert texts(execution)["report()"] == "dropped"
+
+
+def test_a_plan_for_the_whole_keeps_what_it_shares_with_the_one_before() -> None:
+    facts: dict[Any, Any] = {}
+    domain = trip(Counter())
+    execution = begun(domain, facts)
+    carry_on(execution, facts, {"pack": {"packed": True}})
+    before = [branch.task for branch in execution.branches]
+    again = plan(domain, facts, TRIP)
+    assert isinstance(again, Plan)
+    execution.renew(again)
+    assert [branch.task for branch in execution.branches] == before
+    assert carry_on(execution, facts, {}) == ["board(Ada)"]  # packed it is
+    facts["at"] = "B"
+    execution.abandon()
+    assert Counter(texts(execution).values()) == {"done": 1, "dropped": 5}
+
+
+def test_what_a_step_is_expected_to_take_is_asked_when_it_starts_and_until_somebody_can_tell() -> None:
+    facts: dict[Any, Any] = {"length_m": None}
+
+    def expected(facts: Any) -> Expected | None:
+        return None if facts.get("length_m") is None else Expected(facts.get("length_m") / 2.0, 5.0)
+
+    operator = Operator("tow", effects=lambda facts: {"towed": True}, expected=expected)
+    domain = Domain.of([operator], {"job": [Method.fixed("tow", "tow")]})
+    execution = begun(domain, facts, Task("job"))
+    carry_on(execution, facts, {})
+    assert execution.branches[1].expected is None
+    facts["length_m"] = 40.0
+    execution.settle(facts)
+    assert execution.branches[1].expected == Expected(20.0, 5.0)  # 40 m at 2 m/s
+
+
+def test_a_lasting_step_goes_on_until_the_plan_has_it_no_longer() -> None:
+    domain = Domain.of([Operator("watch", lasts=True)], {"guard": [Method.fixed("watch", "watch")]})
+    execution = begun(domain, {}, Task("guard"))
+    assert carry_on(execution, {}, {}) == ["watch()"]
+    assert not execution.settle({})
+    execution.abandon()
+    assert execution.statuses()[1] is Status.DROPPED
+
+
+def ladder(n_legs: int, n_ways: int) -> Domain:
+    """Legs in order, each by one of several ways; a leg needs the one before it."""
+
+    def legs(facts: Any) -> list[Task]:
+        return [Task("leg", (number,)) for number in range(n_legs)]
+
+    def ways(facts: Any, number: int) -> Iterator[list[Task]]:
+        for way in range(n_ways):
+            yield [Task("begin", (number, way)), Task("end", (number, way))]
+
+    def follows(facts: Any, number: int, way: int) -> bool:
+        return number == 0 or bool(facts.get(("leg", number - 1)))
+
+    return Domain.of(
+        [
+            Operator("begin", follows, lambda facts, number, way: {("begun", number, way): True}),
+            Operator("end", lambda facts, number, way: bool(facts.get(("begun", number, way))),
+                     lambda facts, number, way: {("leg", number): True}),
+        ],
+        {"way": [Method("legs", legs)], "leg": [Method("some way", ways)]},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_where_steps_fail_at_random_each_leg_gets_to_the_first_way_that_works(seed: int) -> None:
+    """8 legs of 3 ways, each of which works with 0.75, drawn before: 0.98 per leg, 0.88 in all."""
+    draw = random.Random(seed)
+    works = {(leg, way): draw.random() < 0.75 for leg in range(8) for way in range(3)}
+    facts: dict[Any, Any] = {}
+    execution = begun(ladder(8, 3), facts, Task("way"))
+    n_begun: Counter[tuple[int, int]] = Counter()
+    for _ in range(100):
+        for step in execution.advance(facts):
+            leg, way = step.task.args
+            if step.task.name == "begin":
+                n_begun[leg, way] += 1
+                facts["begun", leg, way] = True
+            elif works[leg, way]:
+                facts["leg", leg] = True
+        if not execution.running:
+            break
+        execution.fail(execution.running[0].place, facts)
+    possible = all(any(works[leg, way] for way in range(3)) for leg in range(8))
+    assert (execution.statuses()[0] is Status.DONE) is possible
+    assert execution.has_failed is not possible
+    assert set(n_begun.values()) == {1}  # nothing is done twice
+    if possible:
+        taken = [min(way for way in range(3) if works[leg, way]) for leg in range(8)]
+        assert set(n_begun) == {(leg, way) for leg in range(8) for way in range(taken[leg] + 1)}
