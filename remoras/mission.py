@@ -214,7 +214,7 @@ class SocialPart(Protocol):
         * ``("objective", "Group.Role.Objective")``: its argument, once it counts;
         * ``("hasMission", group)``: its mission; ``("data", vehicle)``: static data of a vehicle.
 
-        A step ``AssignObjective`` runs until its effects hold. If nobody plays its role any more, it has failed.
+        A step ``AssignObjective`` runs until its effects hold. If its role falls vacant meanwhile, it has failed.
         """
         ...
 

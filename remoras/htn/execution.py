@@ -115,7 +115,7 @@ class Execution:
         self._take(plan, range(len(self.branches)), [])
 
     def _take(self, plan: Plan, former: Iterable[int], places: list[int]) -> None:
-        """Put the nodes of a plan in the place of tasks; tasks in both stay where they are.
+        """Put the nodes of a plan in the place of tasks; tasks in both stay where they are, but for failed steps.
 
         Args:
             plan: made anew, for the whole or for a branch.
@@ -125,7 +125,8 @@ class Execution:
         branches, mended, former = self.branches, bool(places), list(former)
         shared: dict[Any, list[int]] = {}
         for place in reversed(former):
-            _alike(shared, branches[place].parent, branches[place].task).append(place)
+            if branches[place].method is not None or branches[place].status is not Status.FAILED:
+                _alike(shared, branches[place].parent, branches[place].task).append(place)
         for number, (task, method, above) in enumerate(plan.nodes):
             if number == len(places):
                 parent = ROOT if above == ROOT else places[above]

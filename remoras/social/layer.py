@@ -213,7 +213,7 @@ class SocialLayer:
         self._renew_leads()
         for one in roles:
             if one.group in self._led and one.vehicle in seen.changes.absent:
-                self.planner.lose(one)
+                self.planner.lose(one, self.present)
             elif one.group in self._led:
                 self.planner.plan_again(one.group)
         assigned = [one for one in undone.assigned if one.vehicle == self.me]
@@ -249,7 +249,7 @@ class SocialLayer:
         self.planner.issued.difference_update(agreed.left)
         for one in agreed.left:
             if self.leads(one.group):
-                self.planner.lose(one)
+                self.planner.lose(one, self.present)
         stale = self.pursuit.let_go({("members", f"{a.group}.{a.role}") for a in [*agreed.assigned, *agreed.left]})
         assigned = [one for one in agreed.assigned if one.vehicle == self.me]
         left = [one for one in agreed.left if one.vehicle == self.me]

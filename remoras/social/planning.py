@@ -1,10 +1,9 @@
 """Planning: the missions of the groups that a vehicle leads become roles and objectives, by HTN.
 
 A plan is carried out as the tree that it is (``remoras.htn.execution``): its steps allocate roles, give missions and
-assign objectives, and an objective that is a step of it runs until its effects hold. When nobody plays a role any more
-for which a step is running, that step has failed, and its branch is planned anew. When a fact changes that the plan
-rests on, or somebody comes or leaves whom no running step needs, the whole mission is. What was proposed or counts
-already is not said twice.
+assign objectives, and a step that assigns one runs until its effects hold. When a role falls vacant for which a step is
+running, that step has failed, and its branch is planned anew. When a fact changes that the plan rests on, or somebody
+comes or leaves whom no running step needs, the whole mission is. What was proposed or counts already is not said twice.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.htn import Domain, Execution, FactsLike, NoPlan, Plan, Task, plan
 from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, GIVE_MISSION
-from remoras.organisation import Group, RoleAssignment
+from remoras.organisation import Group, Organisation, RoleAssignment
 from remoras.social.consultation import OBJECTIVE_PREFIX
 from remoras.strategy import Strategy, adapt_roles
 from remoras.work import Work, precedence
@@ -73,7 +72,7 @@ class MissionPlanner:
         self._impossible: dict[str, NoPlan] = {}
         self._due: set[str] = set()
         self._anew: set[str] = set()  # of those due, whose whole mission is planned
-        self._vacated: dict[str, set[str]] = {}  # roles that somebody has left, by group
+        self._vacant: dict[str, set[tuple[str, str]]] = {}  # (group, role) that all have left, where somebody has left
         self._proposed: dict[RoleAssignment | Objective, None] = {}  # said in this round, not yet counting
         self._awaited: set[tuple[str, str]] = set()  # (vehicle, job) given to it, of which nothing has come back
         self.issued: set[RoleAssignment] = set()
@@ -153,12 +152,19 @@ class MissionPlanner:
         if self.has_planned(group):
             self._plan_anew(group)
 
-    def lose(self, one: RoleAssignment) -> None:
-        """Somebody has left a role or fallen silent in it."""
+    def lose(self, one: RoleAssignment, present: Organisation) -> None:
+        """Somebody has left a role, or fallen silent in it: steps have failed that run for it, if nobody plays it now.
+
+        Args:
+            one: role and vehicle.
+            present: who plays what now.
+        """
         if self.has_planned(one.group):
             path = f"{one.group}.{one.role}"
             self.lost[path] = (*self.lost.get(path, ()), one.vehicle)
-            self._vacated.setdefault(one.group, set()).add(one.role)
+            vacant = self._vacant.setdefault(one.group, set())
+            if not present.members(one.group, one.role):
+                vacant.add((one.group, one.role))
             self._due.add(one.group)
 
     def waits_for(self, peers: Collection[str], done: Collection[str]) -> bool:
@@ -200,10 +206,10 @@ class MissionPlanner:
         facts: list[Fact] = []
         impossible: list[NoPlan] = []
         for group in sorted(self._due):
-            mission, vacated = missions.get(group), self._vacated.pop(group, set())
+            mission, vacant = missions.get(group), self._vacant.pop(group, None)
             if mission is None:
                 continue
-            if group in self._anew or (vacated and not self._mend(work[group], vacated, known)):
+            if group in self._anew or (vacant is not None and not self._mend(group, vacant, known)):
                 self._plan_whole(work[group], Task(mission, (group,)), known)
             if group not in self._impossible:
                 execution = self.executions[group]
@@ -232,18 +238,16 @@ class MissionPlanner:
             execution.settle(known)
             execution.renew(found)
 
-    def _mend(self, work: Work, vacated: Collection[str], known: FactsLike) -> bool:
-        """Roles have been left: steps that run for one which nobody plays now have failed.
+    def _mend(self, group: str, vacant: Collection[tuple[str, str]], known: FactsLike) -> bool:
+        """Roles have fallen vacant: plan the branches anew in which a step was running for one of them.
 
         Returns:
-            True if there were some, and the plan has another way for each of them.
+            True if there were some, and each has another way.
         """
-        group = work.group.name
-        left = {(group, role) for role in vacated if not work.organisation.members(group, role)}
         execution = self.executions.get(group)
         mended = False
         while execution is not None:
-            failed = [step.place for step in execution.running if step.task.args[:2] in left]
+            failed = [step.place for step in execution.running if step.task.args[:2] in vacant]
             if not failed:
                 break
             self.allocated.discard(group)
