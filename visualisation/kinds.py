@@ -9,6 +9,7 @@ KINDS: Mapping[str, tuple[str, ...]] = {
     "roles": ("roles",),
     "satisfaction": ("satisfaction", "roles"),
     "motivation": ("decisions",),
+    "htn": ("plans",),
     "knowledge": ("packets", "knowledge"),
     "delivery": ("packets",),
     "tdma": ("packets",),

@@ -32,9 +32,14 @@ COLUMNS = {
         "time_s", "vehicle", "group", "role", "objective", "argument", "activities", "stimulus", "own", "external",
         "source", "slot", "chosen", "best_mean",
     ),
+    "plans": (
+        "time_s", "vehicle", "group", "role", "objective", "argument", "node", "parent", "task", "method", "status",
+        "expected_time_s", "expected_energy_j",
+    ),
 }  # fmt: skip
 TEXTS = {
-    "vehicle", "group", "role", "event", "kind", "detail", "sender", "item", "origin", "objective", "argument", "source"
+    "vehicle", "group", "role", "event", "kind", "detail", "sender", "item", "origin", "objective", "argument",
+    "source", "task", "method", "status",
 }  # fmt: skip
 LISTS = {"receivers", "lost_by", "activities"}
 FLAGS = {"chosen"}
@@ -113,6 +118,33 @@ class Fiction:
         points = [Place(name, "dock", ((10.0 * at, -20.0),)) for at, name in enumerate(self.points)]
         return (*squares, *points)
 
+    def _plans(self) -> list[tuple[Any, ...]]:
+        """The first vehicle plans the mission of its group: the last one's dive fails half-way and is done by another.
+
+        Every vehicle has a plan of its own, to home, which lasts.
+        """
+        (group, leader), (_, diver), half_s = self.roles[0], self.roles[-1], 0.5 * self.end_s
+        mission = (self.vehicles[0], group, "", "", "")
+        dive = f"AssignObjective({group}, {diver}, Diving, bay)"
+        top, branch = (0, -1, f"Survey({group})"), (1, 0, f"Dive({group}, {diver}, bay)")
+        rows: list[tuple[Any, ...]] = [
+            (0.0, *mission, *top, "dive, then meet", "running", None, None),
+            (0.0, *mission, *branch, "to who plays it", "running", None, None),
+            (0.0, *mission, 2, 1, dive, "", "running", 0.75 * self.end_s, 5.0),
+            (0.0, *mission, 3, 0, f"Meet({group})", "", "waiting", None, None),
+            (half_s, *mission, *branch, "to another", "running", None, None),
+            (half_s, *mission, 2, 1, dive, "", "failed", None, None),
+            (half_s, *mission, 4, 1, dive, "", "running", None, None),
+            (self.end_s, *mission, *branch, "to another", "done", None, None),
+            (self.end_s, *mission, 4, 1, dive, "", "done", None, None),
+            (self.end_s, *mission, 3, 0, f"Meet({group})", "", "dropped", None, None),
+        ]
+        for name in self.vehicles if self.recorded else ():
+            about = (name, group, leader, "Homing", LONG)
+            rows += [(0.0, *about, 0, -1, "PursueHoming", "go home", "running", None, None),
+                     (0.0, *about, 1, 0, "Homing", "", "running", 0.5 * self.end_s, 5.0)]  # fmt: skip
+        return sorted(rows, key=lambda row: row[0]) if self.recorded else []
+
     def _summary(self) -> dict[str, Any]:
         names = ("name", "vehicle", "group", "time_s")
         return {
@@ -168,7 +200,7 @@ class Fiction:
             for role, aim, own, chosen, mean in weighed
         ]  # fmt: skip
         return {
-            "decisions": decisions,
+            "decisions": decisions, "plans": self._plans(),
             "trajectories": tracks, "roles": sorted([*roles, *self.extra_roles]), "satisfaction": values,
             "finds": finds, "faults": list(self.faults), "packets": packets, "knowledge": sorted([*told, *heard]),
         }  # fmt: skip

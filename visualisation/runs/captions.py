@@ -22,7 +22,7 @@ def roles(results: RunResults, folded: Sequence[Sequence[str]] = (), width_in: f
         "Roles of the vehicles over mission time.",
         "A thin bar: the vehicle holds the role; a solid bar: the role drives the vehicle.",
         f"Vehicles with the same roles share a lane, where the height is the share of them ({lanes})." if lanes else "",
-        *_time_notes(results, width_in),
+        *time_notes(results, width_in),
         faults(results),
         conditions(results),
     )
@@ -44,7 +44,7 @@ def satisfaction(results: RunResults, width_in: float = style.PAGE_IN) -> str:
             "Personal satisfaction of the roles of every vehicle (\u2212128 to 127).",
             "A line is thick while the role drives the vehicle; below zero (shaded) it calls on others.",
             "Colours are those of the vehicles, lines and markers tell their roles.",
-            *_time_notes(results, width_in),
+            *time_notes(results, width_in),
             conditions(results),
         ]
     )
@@ -64,7 +64,8 @@ def conditions(results: RunResults) -> str:
     )
 
 
-def _time_notes(results: RunResults, width_in: float) -> list[str]:
+def time_notes(results: RunResults, width_in: float) -> list[str]:
+    """What the flags mean, and where the time axis is broken."""
     notes = []
     milestones = reading.milestones(results)
     if milestones:

@@ -120,6 +120,7 @@ def test_a_figure_without_its_table_is_left_out_with_a_note_or_refused(tmp_path:
         "trajectories",
         "roles",
         "motivation",
+        "htn",
         "knowledge",
         "delivery",
         "tdma",

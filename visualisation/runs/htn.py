@@ -1,0 +1,190 @@
+"""Plans as trees over mission time: what vehicles planned for groups and for themselves, and how far each task was."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from missions.figure import RunResults
+from visualisation import style, words
+from visualisation.page import Picture
+from visualisation.runs import captions, reading
+from visualisation.runs.declared import Kit
+from visualisation.runs.sheet import LEAST_FOR_WINDOWS_IN, Sheet, sheet
+
+ROW_IN, GAP_IN, INDENT_IN = 0.125, 0.06, 0.08
+TALLEST_IN = 9.0
+"""Height of a page of a paper; the lower levels of the trees, and then plans, are left out of a taller figure."""
+NAMES_IN, NARROW_NAMES_IN = 2.7, 1.6
+"""Room for names of tasks."""
+DEPTHS = (99, 2, 1, 0)
+"""Levels below the top of each tree that are drawn, the first that fit."""
+HEIGHTS: dict[str, float] = {"waiting": 0.15, "running": 0.7}
+"""Share of a row that a bar fills while a task is waiting or running."""
+ENDS: dict[str, dict[str, Any]] = {
+    "done": {"marker": "o", "markersize": 3.0},
+    "failed": {"marker": "X", "markersize": 4.5},
+    "dropped": {"marker": "|", "markersize": 4.5},
+}
+"""Marks of the ends of tasks."""
+EXPECTED: dict[str, Any] = {"marker": "d", "markersize": 3.0, "markerfacecolor": "white", "markeredgewidth": 0.6}
+MARK: dict[str, Any] = {"color": style.BLACK, "linestyle": "none"}
+
+
+class Event(NamedTuple):
+    """The status of a task from a time on, and when it is expected to end; infinite if nobody can tell."""
+
+    time_s: float
+    status: str
+    expected_s: float
+
+
+class Task(NamedTuple):
+    """A row: a task of a tree, how deep it lies, and what became of it."""
+
+    depth: int
+    label: str
+    events: tuple[Event, ...]
+
+
+class Tree(NamedTuple):
+    """The plan of a vehicle for the mission of a group, or for an objective of its own."""
+
+    vehicle: str
+    is_of_group: bool
+    tasks: tuple[Task, ...]
+
+
+def trees(results: RunResults) -> list[Tree]:
+    """Plans of the run: first those of missions, then by vehicle."""
+    of_plan: dict[tuple[str, ...], dict[int, list[dict[str, Any]]]] = {}
+    for row in results.table("plans").to_pylist():
+        about = tuple(row[name] for name in ("vehicle", "group", "role", "objective", "argument"))
+        of_plan.setdefault(about, defaultdict(list))[int(row["node"])].append(row)
+    order = {name: at for at, name in enumerate(reading.vehicles(results))}
+    found = [_tree(about, rows) for about, rows in of_plan.items()]
+    return sorted(found, key=lambda tree: (not tree.is_of_group, order.get(tree.vehicle, len(order))))
+
+
+def _tree(about: tuple[str, ...], rows: dict[int, list[dict[str, Any]]]) -> Tree:
+    vehicle, group, role, objective, argument = about
+    below: dict[int, list[int]] = defaultdict(list)
+    for node in sorted(rows):
+        below[int(rows[node][0]["parent"])].append(node)
+    tasks: list[Task] = []
+    left = [(node, 0) for node in reversed(below[-1])]
+    while left:
+        node, depth = left.pop()
+        last = rows[node][-1]
+        label = str(last["task"]).replace(f"({group}, ", "(").replace(f"({group})", "") if depth else last["task"]
+        if last["method"] and depth:
+            label += f": {last['method']}"
+        if not depth:
+            label = f"{vehicle}  " + (f"{role}: {objective}({argument})" if role else label)
+        tasks.append(Task(depth, label, tuple(_event(row) for row in rows[node])))
+        left += [(child, depth + 1) for child in reversed(below[node])]
+    return Tree(vehicle, not role, tuple(tasks))
+
+
+def _event(row: dict[str, Any]) -> Event:
+    expected_s = row["expected_time_s"]
+    known = expected_s is not None and not math.isnan(expected_s) and expected_s > 0.0
+    return Event(row["time_s"], row["status"], row["time_s"] + expected_s if known else math.inf)
+
+
+def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
+    """A row for each task of each plan, indented below the task above; a bar while it waits and while it runs.
+
+    Args:
+        results: of the run.
+        width_in: of the page.
+    """
+    found = trees(results)
+    shown, n_left_out = found, 0
+    with style.paper():
+        for depth in DEPTHS:
+            page = _page(results, shown, depth, width_in)
+            if page.page.height_in <= TALLEST_IN:
+                break
+        while page.page.height_in > TALLEST_IN and len(shown) > 1:
+            too_many = math.ceil((page.page.height_in - TALLEST_IN) / (ROW_IN + GAP_IN))
+            shown = shown[: max(1, len(shown) - too_many)]
+            page = _page(results, shown, depth, width_in)
+        n_left_out = len(found) - len(shown)
+        _draw(page, results, shown, depth, width_in)
+    return Picture(page.figure, _caption(results, depth, n_left_out, width_in))
+
+
+def _page(results: RunResults, shown: Sequence[Tree], depth: int, width_in: float) -> Sheet:
+    body_in = sum(ROW_IN * sum(task.depth <= depth for task in tree.tasks) + GAP_IN for tree in shown) or 0.3
+    return sheet(results, _names_in(width_in) + 0.14, body_in, _legend(), width_in)
+
+
+def _names_in(width_in: float) -> float:
+    return NAMES_IN if width_in >= LEAST_FOR_WINDOWS_IN else NARROW_NAMES_IN
+
+
+def _draw(page: Sheet, results: RunResults, shown: Sequence[Tree], depth: int, width_in: float) -> None:
+    looks, end_s, at_in = Kit(results).looks, reading.end_s(results), 0.0
+    if not shown:
+        page.note(0.08, 0.15, "no plan was carried out", style.TINY_PT)
+    for number, tree in enumerate(shown):
+        tasks = [task for task in tree.tasks if task.depth <= depth]
+        for axes in page.panels if number % 2 == 0 else ():
+            axes.axhspan(at_in, at_in + ROW_IN * len(tasks) + GAP_IN, color=style.PALE, linewidth=0, zorder=0)
+        for at, task in enumerate(tasks):
+            middle_in = at_in + GAP_IN / 2 + (at + 0.5) * ROW_IN
+            weight = "normal" if task.depth else "bold"
+            indent_in = INDENT_IN * task.depth
+            label = style.fitted(task.label, _names_in(width_in) - indent_in, style.TINY_PT, weight)
+            page.note(0.08 + indent_in, middle_in, label, style.TINY_PT, weight=weight)
+            for axes in page.panels:
+                _row(axes, task, middle_in, looks[tree.vehicle].colour, end_s)
+        at_in += ROW_IN * len(tasks) + GAP_IN
+
+
+def _row(axes: Axes, task: Task, middle_in: float, colour: str, end_s: float) -> None:
+    """Bars and marks of one task, as far as they lie in the window."""
+    low_s, high_s = axes.get_xlim()
+    shade, before = style.tint(colour, 0.4 if task.depth else 1.0), ""
+    for event, after in pairwise((*task.events, Event(end_s, "", math.inf))):
+        if event.status in HEIGHTS:
+            high_in = HEIGHTS[event.status] * ROW_IN
+            where_in = middle_in - high_in / 2, high_in
+            axes.broken_barh([(event.time_s, after.time_s - event.time_s)], where_in, facecolor=shade, linewidth=0)
+        marks = [(event.expected_s, EXPECTED)] if event.status == "running" else []
+        if event.status in ENDS and event.status != before:
+            marks.append((event.time_s, ENDS[event.status]))
+        for time_s, look in marks:
+            if low_s <= time_s < high_s or time_s == high_s == end_s:
+                axes.plot([time_s], [middle_in], zorder=5, clip_on=False, **MARK, **look)
+        before = event.status
+
+
+def _legend() -> list[Artist]:
+    widths = {"waiting": 1.0, "running": 5.0}
+    bars = [Line2D([], [], color=style.GREY, linewidth=widths[name], label=name) for name in HEIGHTS]
+    ends = [Line2D([], [], label=name, **MARK, **look) for name, look in ENDS.items()]
+    return [*bars, *ends, Line2D([], [], label="expected end", **MARK, **EXPECTED)]
+
+
+def _caption(results: RunResults, depth: int, n_left_out: int, width_in: float) -> str:
+    return words.joined(
+        "Plans of the vehicles as trees of tasks, over mission time: first those of the groups' missions, each by the "
+        "head that carries it out, then those of objectives.",
+        "A task below another is a part of it; behind the colon stands the method. A thin bar: the task waits; a thick "
+        "one: it runs; the mark at its end: done, failed, or dropped since the plan had it no longer.",
+        "A diamond: when a step was expected to end." if depth > 0 else "",
+        f"Tasks more than {depth} levels below the top are left out." if depth < DEPTHS[0] else "",
+        f"{n_left_out} plans are left out." if n_left_out else "",
+        *captions.time_notes(results, width_in),
+        captions.faults(results),
+        captions.conditions(results),
+    )
