@@ -24,7 +24,12 @@ class WithIdling(MappingMission):
     first: ClassVar[bool]
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: Any, position_m: Any) -> Any:
-        sets, rests_on = super().activity_sets(objective, data, facts, position_m)
+        return self._idling(objective, *super().activity_sets(objective, data, facts, position_m))
+
+    def activities(self, steps: Any, objective: Objective, data: VehicleData, facts: Any, position_m: Any) -> Any:
+        return self._idling(objective, *super().activities(steps, objective, data, facts, position_m))
+
+    def _idling(self, objective: Objective, sets: tuple[ActivitySet, ...], rests_on: Any) -> Any:
         idling = ActivitySet(objective, ActivityKind.COLLECTIVE, (Activity("Idling", self.type),), self.importance)
         return ((idling, *sets) if self.first else (*sets, idling)), rests_on
 

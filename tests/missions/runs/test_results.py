@@ -51,6 +51,8 @@ COLUMNS = {
     "status_uids, signal_roles, signal_addressed, signal_values",
     "items": "uid, origin, time_s, recorded_s, subject, attribute, value, kind",
     "knowledge": "time_s, vehicle, item, origin, event",
+    "plans": "time_s, vehicle, group, role, objective, argument, node, parent, task, method, status, "
+    "expected_time_s, expected_energy_j",
     "faults": "time_s, vehicle, kind, detail",
 }
 UNITS = {"s": "s", "m": "m", "rad": "rad", "mps": "m/s", "j": "J", "bits": "bit"}
