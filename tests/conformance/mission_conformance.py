@@ -39,6 +39,7 @@ from remoras.fleet import Fleet
 from remoras.htn import NoPlan, Task, plan
 from remoras.mission import FleetView, Milestone, Mission
 from remoras.recorder import TABLES
+from remoras.social.pursuit import Pursuit
 from worldmodel import UnknownNameError
 
 SEED = 1
@@ -126,8 +127,10 @@ def objectives(setup: Setup) -> list[Objective]:
             if isinstance(planned, NoPlan):
                 continue
             for task in planned.tasks:
-                assert task.name in OPERATORS, f"the plan has {task}, allowed: {', '.join(sorted(OPERATORS))}"
-                if task.name == "AssignObjective":
+                handler = mission.social_domain.operators[task.name].handled_by
+                allowed = ", ".join(sorted(OPERATORS))
+                assert handler in OPERATORS, f"{task} is to be carried out by {handler}, allowed: {allowed}"
+                if handler == "AssignObjective":
                     found.append(Objective(*task.args))
     return list(dict.fromkeys(found))
 
@@ -159,9 +162,10 @@ def check_activities(setup: Setup) -> None:
     mission, knowledge = setup.mission, Knowledge(setup)
     for objective in objectives(setup):
         players = [data for data in setup.database.values() if data.can_play(objective.role)]
-        pursued = [mission.activity_sets(objective, data, knowledge, data.start_m) for data in players]
-        assert any(sets for sets, _ in pursued), f"objective {objective}: no vehicle has an activity for it"
-        for data, (sets, _) in zip(players, pursued, strict=True):
+        pursuits = [Pursuit(data, mission, "the mission") for data in players]
+        pursued = [one.sets([objective], knowledge, data.start_m) for one, data in zip(pursuits, players, strict=True)]
+        assert any(pursued), f"objective {objective}: no vehicle has an activity for it"
+        for data, sets in zip(players, pursued, strict=True):
             for one in sets:
                 types = [activity.type for activity in one.activities]
                 assert len(set(types)) == len(types), f"{objective}, {one.name}: two activities of one type"

@@ -7,6 +7,7 @@ without a yield it gives up, leaves its role, and the head lets somebody else go
 
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,8 @@ import tomli_w
 import missions.mapping
 from missions.runs.run import Run, run
 from missions.scenarios import load
-from remoras.htn import Execution, Task, plan
+from remoras.htn import Execution, Node, NoPlan, Plan, Task, plan
+from remoras.htn.plans import ROOT
 from remoras.recorder import PLANS
 from remoras.social.planning import MissionPlanner
 
@@ -113,3 +115,26 @@ def test_where_nothing_fails_no_branch_is_planned(tmp_path: Path, planned: dict[
     assert planned["whole"]
     assert planned["branch"] == [task for task in planned["branch"] if task.name.startswith("Pursue")]
     assert not [row for row in finished.recorder.plans if "failed" in row]
+
+
+def turned_round(found: Plan | NoPlan) -> Plan | NoPlan:
+    """The same tree, with the tasks below each task in the opposite order."""
+    if isinstance(found, NoPlan):
+        return found
+    nodes: list[Node] = []
+    left = [(place, ROOT) for place, node in enumerate(found.nodes) if node.parent == ROOT]
+    while left:
+        place, parent = left.pop()
+        nodes.append(found.nodes[place]._replace(parent=parent))
+        left += [(child, len(nodes) - 1) for child in found.children[place]]
+    return replace(found, nodes=tuple(nodes))
+
+
+def test_the_steps_of_a_plan_in_another_order_are_not_carried_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Turned round, roles are to have objectives before they are allocated: these steps wait, and nobody explores."""
+    monkeypatch.setattr("remoras.social.planning.plan", lambda *args, **options: turned_round(plan(*args, **options)))
+    finished = run(load("mapping-rendezvous", [("--set", "channel.per=0"), ("--set", "scenario.duration_s=2500")]))
+    assert not finished.completed
+    exploring = "AssignObjective(Operational, LeftWinger, Exploring, left)"
+    assert {row["status"] for row in plans(finished, "AUV00") if row["task"] == exploring} <= {"waiting", "dropped"}
+    assert not [row for row in finished.recorder.activities if row[3] == "ZigzagExploring"]
