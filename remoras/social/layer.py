@@ -127,7 +127,6 @@ class SocialLayer:
         self._led = self.standing.led
         planned = {group: agreement.plans[group] for group in self._led if group in agreement.plans}
         self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned)
-        self.facts = OwnFacts(beliefs, database, self.standing, self._gatherings, self.planner, self.objectives)
         self.planner.resume(self.facts)
         self.planner.take_on(group for group in self._led if group in self.missions)
         self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, self._jobs)
@@ -143,6 +142,14 @@ class SocialLayer:
     def present(self) -> Organisation:
         """Groups and roles that the vehicle acts on: without the absent; where it is cut off, it leads itself."""
         return self.standing.present
+
+    @property
+    def facts(self) -> OwnFacts:
+        """What its plans are made of, as it is now."""
+        planned = self.planner, self.objectives
+        return OwnFacts(
+            self._beliefs, self.database, self.present, self._gatherings, self.standing.is_cut_off, *planned
+        )
 
     @property
     def missions(self) -> Mapping[str, str]:
