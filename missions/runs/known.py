@@ -12,6 +12,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import groupby
+from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from missions.errors import OutputError
@@ -34,7 +35,10 @@ NEEDED = (ITEMS, KNOWLEDGE, PACKETS, ORGANISATION, OBJECTIVES, MEMBERSHIP)
 
 
 class Belief(NamedTuple):
-    """The latest value of an attribute of an instance, by names; when and by whom it was observed."""
+    """The latest value of an attribute of an instance, by names; when and by whom it was observed.
+
+    The value is text as in the table ``items``, but a number that can only be whole has no point.
+    """
 
     subject: str
     attribute: str
@@ -74,7 +78,10 @@ class Known:
         slots = {(fact.subject, fact.attribute) for block in self.model.blocks() for fact in block.facts}
         for latest in (self.model.latest(*slot) for slot in sorted(slots)):
             if latest is not None:
-                yield Belief(*names.as_text(latest.fact), latest.time_s, names.name(latest.origin))
+                subject, attribute, value = names.as_text(latest.fact)
+                if self._is_whole(attribute):
+                    value = str(int(float(value)))
+                yield Belief(subject, attribute, value, latest.time_s, names.name(latest.origin))
 
     def value(self, subject: str, attribute: str) -> Any:
         """The latest value that it knows of an attribute of an instance; None if it knows none.
@@ -82,7 +89,13 @@ class Known:
         Raises:
             UnknownNameError: no such instance or attribute.
         """
-        return Beliefs(self.model).get((attribute, subject))
+        value = Beliefs(self.model).get((attribute, subject))
+        return int(value) if value is not None and self._is_whole(attribute) else value
+
+    def _is_whole(self, attribute: str) -> bool:
+        """True for a number that can only be whole."""
+        of = self.model.tbox.attribute_named(attribute)
+        return of.kind is ValueKind.NUMBER and of.fields[0].is_whole
 
 
 class Memory:
@@ -120,11 +133,12 @@ class Memory:
             OutputError: there is no such vehicle, or the run has no such time.
         """
         setup = self._setup
-        if vehicle not in setup.database:
-            names = tuple(setup.database)
-            raise OutputError(f"no vehicle {vehicle!r}; there are {', '.join(names)}{suggestion(vehicle, names)}")
-        if not 0.0 <= at_s <= self._end_s:
-            raise OutputError(f"at_s is {at_s}; allowed: 0 to {self._end_s}, the end of the run")
+        names = tuple(setup.database)
+        if vehicle not in names:
+            raise OutputError(f"no vehicle {vehicle!r}; there are {', '.join(names)}{suggestion(str(vehicle), names)}")
+        if not isinstance(at_s, Real) or not 0.0 <= at_s <= self._end_s:
+            given = at_s if isinstance(at_s, Real) else repr(at_s)
+            raise OutputError(f"at_s is {given}; allowed: 0 to {self._end_s}, the end of the run")
         model = world_model(setup, setup.database[vehicle].node)
         merge(model, (self._blocks[guid] for guid, since_s in self._known_s[vehicle].items() if since_s <= at_s))
         past = {table: [row for row in rows[vehicle] if row["time_s"] <= at_s] for table, rows in self._views.items()}

@@ -1,11 +1,13 @@
 """What is rebuilt of a recorded run is what the vehicles knew: compared with the live fleet at random moments."""
 
 import random
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
@@ -176,6 +178,19 @@ def test_values_and_beliefs_are_by_name(folder: Path) -> None:
     assert heard_s[0] <= 120.0
 
 
+def test_numbers_that_can_only_be_whole_have_no_point(folder: Path) -> None:
+    """Cells are numbered, and so are seconds; the share of a battery and places are not whole."""
+    known = Results.read(folder).known("AUV01", 120.0)
+    cells = [one for one in known.beliefs if one.attribute == "mappedCell"]
+    assert cells
+    assert all(one.value.isdecimal() for one in cells)
+    found = known.value(cells[0].subject, "mappedCell")
+    assert (type(found), str(found)) == (int, cells[0].value)
+    battery = next(one.value for one in known.beliefs if one.attribute == "batteryFraction")
+    assert "." in battery
+    assert type(known.value("AUV01", "batteryFraction")) is float
+
+
 def test_who_and_when_are_checked(folder: Path) -> None:
     results = Results.read(folder)
     with pytest.raises(OutputError, match=r"no vehicle 'AUV1'; there are .*; did you mean 'AUV0"):
@@ -183,6 +198,12 @@ def test_who_and_when_are_checked(folder: Path) -> None:
     for at_s in (-1.0, 120.5, float("nan")):
         with pytest.raises(OutputError, match=rf"at_s is {at_s}; allowed: 0 to 120\.0, the end of the run"):
             results.known("AUV01", at_s)
+    for wrong in ("x", None, [1.0], 1 + 0j):
+        with pytest.raises(OutputError, match=rf"at_s is {re.escape(repr(wrong))}; allowed: 0 to 120\.0, the end"):
+            results.known("AUV01", wrong)  # type: ignore[arg-type]
+    with pytest.raises(OutputError, match=r"no vehicle 3; there are"):
+        results.known(3, 10.0)  # type: ignore[arg-type]
+    assert repr(results.known("AUV01", np.int64(10))) == "<Known to AUV01 at 10 s>"
 
 
 def test_an_older_folder_is_read_and_says_that_it_cannot_tell(folder: Path, tmp_path: Path) -> None:
