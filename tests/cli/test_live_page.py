@@ -12,12 +12,12 @@ import pytest
 sys.path.append(str(Path(__file__).parent.parent / "visualisation" / "replay"))
 
 from chromium import Window, browser
+from crashing import Crash
+from live_program import LONG, SHORT, Client, served, wait_until
 from replayed import data_of
-from test_live import LONG, SHORT, Client, served, wait_until
 
 import remoras
 from missions.runs.results import Results
-from missions.runs.underway import Underway
 
 pytestmark = pytest.mark.slow
 
@@ -125,15 +125,8 @@ def test_what_is_refused_is_said_and_the_run_stays(chrome: Any) -> None:
         assert client.phase == "ready"
 
 
-def test_a_crash_is_said_and_the_page_keeps_what_it_had(chrome: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    step = Underway.step
-
-    def crashing(self: Underway) -> None:
-        if self.now_s >= 30.0:
-            raise RuntimeError("the hull broke")
-        step(self)
-
-    monkeypatch.setattr(Underway, "step", crashing)
+def test_a_crash_is_said_and_the_page_keeps_what_it_had(chrome: Any, crash: Crash) -> None:
+    crash.at(30.0)
     with served(SHORT) as client:
         window = opened(chrome, client)
         window.page.get_by_label("Speed of the run").select_option("full")

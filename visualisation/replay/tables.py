@@ -253,7 +253,6 @@ def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, said:
     columns.add("packets.length", end_s - start_s, 0, TIME_STEP_S)
     columns.add("packets.sender", sender)
     columns.add("packets.size", array(packets["size_bits"]))
-    columns.add("packets.acks", array(packets["acks"]))
     outcome = np.full((len(start_s), len(names.vehicles)), UNREACHED)
     arrival_s = np.repeat(end_s, len(names.vehicles)).reshape(outcome.shape)
     lost, by = _flat(packets["lost_by"])

@@ -13,7 +13,7 @@ RATE = 60.0
 LINKS = """([run], { times, rate, selected }) => {
   const facts = new R.Facts(run, new Map());
   return times.map((t) => R.linksAt(facts, { t, pace: String(rate), rate, playing: true }, selected)
-    .map(({ packet, to, age, isWhole }) => [packet.slot, run.vehicles[to.v].name, to.arrival_s !== null, age, isWhole]));
+    .map((one) => [one.packet.slot, run.vehicles[one.to.v].name, one.to.arrival_s !== null, one.age, one.isWhole]));
 }"""
 
 

@@ -347,21 +347,6 @@ def test_without_its_cause_the_chain_is_gone(tmp_path: Path) -> None:
     assert not any(moved_by_signals(chain) for chain in chains(("decision.weight_external=0",), tmp_path))
 
 
-# Two runs -----------------------------------------------------------------------------------------
-
-APART = "([one, two]) => R.divergence(one, two)"
-
-
-def test_two_runs_part_at_the_first_packet_that_another_heard(tmp_path: Path) -> None:
-    """The same seed at two loss rates: the first slot with other receivers is where they part."""
-    runs = [recorded(tmp_path / str(per), f"channel.per={per}", "scenario.duration_s=200") for per in (0.3, 0.6)]
-    pairs = zip(*(one.table("packets").to_pylist() for one in runs), strict=False)
-    first = next(a for a, b in pairs if a["receivers"] != b["receivers"])
-    told = asked([data_of(one) for one in runs], APART, tmp_path)
-    assert told == {"time_s": first["time_s"], "text": f"slot {first['slot']} is heard by others"}
-    assert asked([data_of(runs[0])] * 2, APART, tmp_path) is None
-
-
 def test_the_data_say_what_they_are(lossy: Results) -> None:
     about, columns = opened(data_of(lossy))
     assert about["form"] == 1

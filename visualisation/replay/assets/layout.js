@@ -8,8 +8,7 @@
     const { header } = run;
     const line = R.make("header", "facts");
     line.append(R.make("h1", "", header.scenario));
-    const loss = header.per === null || header.per === undefined ? header.channel : `${header.channel}, loss ${header.per}`;
-    const facts = [["strategy", header.strategy], ["policy", header.policy], ["channel", loss], ["seed", header.seed]];
+    const facts = [["strategy", header.strategy], ["policy", header.policy], ["channel", channelText(header)], ["seed", header.seed]];
     /* Side by side there is room for what differs only: the version is among it if it does. */
     if (runs.length === 1) facts.push(["version", header.version]);
     for (const [name, value] of facts) {
@@ -34,9 +33,12 @@
     return line;
   }
 
+  /* Not every channel has one rate of loss. */
+  const channelText = ({ channel, per }) => (per === null || per === undefined ? channel : `${channel}, loss ${per}`);
+
   R.factsText = function ({ header }) {
-    return [`scenario ${header.scenario}`, `strategy ${header.strategy}`, `policy ${header.policy}`, `channel ${header.channel}`,
-            `loss ${header.per}`, `seed ${header.seed}`, `version ${header.version}`, `run ${header.run_id}`, header.verdict].join(", ");
+    return [`scenario ${header.scenario}`, `strategy ${header.strategy}`, `policy ${header.policy}`, `channel ${channelText(header)}`,
+            `seed ${header.seed}`, `version ${header.version}`, `run ${header.run_id}`, header.verdict].join(", ");
   };
 
   /** The line of controls; `app` acts. */

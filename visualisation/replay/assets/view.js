@@ -112,7 +112,9 @@
       this.follow();
       this.paintLanes();
       const now_ms = performance.now();
-      if (panelNow || !this.app.clock.playing || now_ms - this.panelAt_ms > PANEL_EVERY_MS) {
+      /* While a button of the panel is pressed it stays, else it would be gone before it is let go. */
+      const isPressed = this.body.querySelector("button:active");
+      if (panelNow || (!isPressed && (!this.app.clock.playing || now_ms - this.panelAt_ms > PANEL_EVERY_MS))) {
         this.panelAt_ms = now_ms;
         this.paintPanel();
       }
