@@ -3,7 +3,6 @@
 import base64
 import random
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ import pytest
 
 sys.path.append(str(Path(__file__).parent.parent / "visualisation" / "replay"))
 
-from chromium import Window, browser
+from browsing import Window
 from crashing import Crash
 from live_program import LONG, SHORT, Client, served, wait_until
 from replayed import data_of
@@ -20,12 +19,6 @@ import remoras
 from missions.runs.results import Results
 
 pytestmark = pytest.mark.slow
-
-
-@pytest.fixture(scope="module")
-def chrome() -> Iterator[Any]:
-    with browser() as found:
-        yield found
 
 
 BOTH = """async ([text, times_s]) => {
