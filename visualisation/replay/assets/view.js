@@ -25,7 +25,8 @@
     take(run) {
       const end_s = Math.max(run.header.end_s, LEAST_SPAN_S);
       const isWhole = this.window[0] === 0 && this.window[1] >= this.run.header.end_s;
-      Object.assign(this, { run, facts: new R.Facts(run), ground: new R.Ground(), laneKey: "", laidFor: "" });
+      Object.assign(this, { run, facts: new R.Facts(run), laneKey: "", laidFor: "" });
+      this.ground.key = ""; // drawn anew
       if (isWhole || this.window[1] > end_s) this.window = [0, end_s];
       this.body.dataset.shows = "";
       this.root.firstChild.replaceWith(R.factsLine(run));
