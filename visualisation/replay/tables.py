@@ -46,11 +46,12 @@ EVENTS: Mapping[str, Kinds] = {
     "decisions": {
         "time_s": "time", "vehicle": "vehicle", "group": "text", "role": "text", "objective": "text",
         "argument": "text", "activities": "texts", "stimulus": "share", "own": "share", "external": "share",
-        "source": "vehicle", "slot": "whole", "chosen": "whole",
+        "source": "vehicle", "slot": "whole", "chosen": "whole", "best_mean": "lack",
     },
     "faults": {"time_s": "time", "vehicle": "vehicle", "kind": "text", "detail": "text"},
 }  # fmt: skip
-"""Tables of which every row is something that happened, with the kinds of their columns."""
+"""Tables of which every row is something that happened, with the kinds of their columns; of a ``lack`` the page knows
+only whether the value is missing."""
 ORDER = {"time": 1}
 """Order of the differences that are kept, by kind of column; 0 of others."""
 STEP = {"time": TIME_STEP_S, "share": SHARE_STEP}
@@ -124,6 +125,8 @@ def add_events(columns: Columns, names: Names, table: Any, called: str, kinds: K
             numbers = [names.text(" + ".join(several)) for several in values.to_pylist()]
         elif kind == "whole":
             numbers = [NOBODY if value is None else int(value) for value in values.to_pylist()]
+        elif kind == "lack":
+            numbers = [int(value is None) for value in values.to_pylist()]
         else:
             numbers = array(values)
         columns.add(f"{called}.{column}", numbers, ORDER.get(kind, 0), STEP.get(kind, 1.0))

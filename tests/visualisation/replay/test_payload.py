@@ -342,6 +342,24 @@ def test_giving_up_is_traced_to_the_signal_that_caused_it(tmp_path: Path) -> Non
     assert sent["text"].endswith("as its Homing stood still")
 
 
+VITAL = """([run]) => run.vehicles.map((_, v) => run.decisions(v)
+  .filter((one) => one.candidates.some((of) => of.isVital))
+  .map((one) => [one.time_s, run.why(v, one.time_s).map((link) => link.text)]))"""
+
+
+def test_what_is_vital_is_told_as_care_for_itself(tmp_path: Path) -> None:
+    """AUV01 has just the energy to come home: what it does then it does whatever else could be done."""
+    results = recorded(tmp_path / "run", "vehicle.AUV01.energy_j=60000", "scenario.duration_s=200")
+    rows = results.table("decisions").to_pylist()
+    home = [row for row in rows if row["chosen"] and row["activities"] == ["ReturningHome"]]
+    assert {row["vehicle"] for row in home} == {"AUV01"}
+    names = [vehicle.name for vehicle in results.scenario.vehicle]
+    told = dict(zip(names, asked([data_of(results)], VITAL, tmp_path), strict=True))
+    assert [at_s for at_s, _ in told["AUV01"]] == sorted({row["time_s"] for row in home})
+    assert told["AUV01"][-1][1] == ["AUV01 cared for itself: ReturningHome, stimulus 1.00"]
+    assert all(not of for name, of in told.items() if name != "AUV01")
+
+
 def test_without_its_cause_the_chain_is_gone(tmp_path: Path) -> None:
     """Nobody heeds signals, so nobody gives up, and no choice is owed to one."""
     assert not any(moved_by_signals(chain) for chain in chains(("decision.weight_external=0",), tmp_path))

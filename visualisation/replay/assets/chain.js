@@ -17,7 +17,8 @@ globalThis.R = globalThis.R || {};
 
   Object.assign(R.Run.prototype, {
     // [{time_s, candidates: [{label, group, role, objective, activities, stimulus, own, external, motivation, source,
-    // slot, chosen}]}]: written when what stands to choice, or the choice, changed.
+    // slot, chosen, isVital}]}]: written when what stands to choice, or the choice, changed. What is vital comes before
+    // all else: no combination is weighed for it.
     decisions(v) {
       return this._decisions[v];
     },
@@ -53,6 +54,7 @@ globalThis.R = globalThis.R || {};
         group: row.group, role: row.role, objective: row.objective, argument: row.argument, activities: row.activities,
         stimulus: row.stimulus, own: row.own, external: row.external, motivation: row.own + row.external,
         source: row.source, slot: row.slot, chosen: row.chosen === 1,
+        isVital: row.chosen === 1 && row.role === "" && row.best_mean === 1,
       });
     }
     return found;
@@ -94,15 +96,10 @@ globalThis.R = globalThis.R || {};
   }
 
   function explainVital(run, v, decision, links) {
-    const vital = decision.candidates.filter(isVital);
+    const vital = decision.candidates.filter((one) => one.isVital);
     if (!vital.length) return;
-    const what = vital.map((one) => `${one.activities}, motivation ${one.own.toFixed(2)}`).join("; ");
+    const what = vital.map((one) => `${one.activities}, stimulus ${one.stimulus.toFixed(2)}`).join("; ");
     links.push(link(`${run.vehicles[v].name} cared for itself: ${what}`, decision.time_s, v));
-  }
-
-  // Care for itself comes before all objectives: its motivation is above any that they may have.
-  function isVital(candidate) {
-    return candidate.chosen && candidate.role === "" && candidate.own > 1;
   }
 
   function choiceText(name, chosen, decision, before) {
@@ -117,7 +114,7 @@ globalThis.R = globalThis.R || {};
   function leavingText(decision, before) {
     if (!before) return "chose";
     const goesOn = (one) => decision.candidates.some((now) => now.chosen && now.label === one.label);
-    const given = before.candidates.filter((one) => !goesOn(one) && (isPursued(one) || isVital(one)));
+    const given = before.candidates.filter((one) => !goesOn(one) && (isPursued(one) || one.isVital));
     const work = given.find(isPursued);
     if (!work) return given.length ? `after ${given[0].activities} turned to` : "chose";
     const now = decision.candidates.find((one) => one.label === work.label);

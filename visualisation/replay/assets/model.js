@@ -138,7 +138,7 @@ globalThis.R = globalThis.R || {};
   };
 
   const NUMBERS = new Set([
-    "time_s", "vehicle", "peer", "stimulus", "own", "external", "source", "slot", "chosen",
+    "time_s", "vehicle", "peer", "stimulus", "own", "external", "source", "slot", "chosen", "best_mean",
   ]);
 
   function tracksOf(run) {
