@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from missions.mapping.ground import Ground, Way, ground_of
+from missions.mapping.ground import Followed, Ground, Way, ground_of
 from missions.mapping.sensors import mapping_speed_mps, swath_m
 from remoras.beliefs import Key
 from remoras.database import VehicleData
@@ -72,8 +73,14 @@ class SurveyJob:
 
     def left(self, facts: Known) -> SurveyJob:
         """The survey of the cells that a vehicle which knows ``facts`` does not know to be mapped."""
-        on = self.on
-        return self.of(on.work & ~on.bits(facts.values(("mappedCell", self.name))))
+        return self._left.of(facts.values(("mappedCell", self.name)), self._without)
+
+    @cached_property
+    def _left(self) -> Followed[SurveyJob]:
+        return Followed()
+
+    def _without(self, mapped: Set[float]) -> SurveyJob:
+        return self.of(self.on.work & ~self.on.bits(mapped))
 
     def of(self, cells: int) -> SurveyJob:
         """The survey of these cells of the area."""

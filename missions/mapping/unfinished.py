@@ -40,14 +40,15 @@ class Unfinished:
 
     def holds(self, facts: Known) -> bool:
         """True while more is left than the goal spares, as far as is known."""
-        if any(is_to_be_inspected(facts, find) for find in self._finds):
+        if self._finds and any(is_to_be_inspected(facts, find) for find in self._finds):
             return True
         n_left, done = 0, []
         for job in self._surveys:
-            if facts.get(job.done) is not None:
+            n_of_job = job.left(facts).bits.bit_count()
+            if not n_of_job or facts.get(job.done) is not None:
                 done.append(job)
                 continue
-            n_left += job.left(facts).bits.bit_count()
+            n_left += n_of_job
             if n_left > self._n_spared:
                 break
         for job in done:
