@@ -206,7 +206,7 @@ class Work:
             if data.name in members and any(self.able(data, role) for role in self.roles)
         )
 
-    @property
+    @cached_property
     def has_something_left(self) -> bool:
         """True while the goal asks for more, and there is a job that somebody holds or that a worker is able to do.
 

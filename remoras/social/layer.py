@@ -129,7 +129,7 @@ class SocialLayer:
         self.planner.take_on(group for group in self._led if group in self.missions)
         self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, self._jobs)
         if strategy.declaration.meets and not self._negotiation.takes_part:
-            self._negotiation.expect_away(self._work({}).values())
+            self._negotiation.expect_away(self._work_wherever.values())
 
     @property
     def organisation(self) -> Organisation:
@@ -158,6 +158,11 @@ class SocialLayer:
     def _work(self, positions_m: Mapping[str, Point]) -> dict[str, Work]:
         at = self.standing
         return self._workload.of_groups(at.present, at.takes_no_jobs, at.is_cut_off, positions_m)
+
+    @property
+    def _work_wherever(self) -> dict[str, Work]:
+        at = self.standing
+        return self._workload.wherever(at.present, at.takes_no_jobs, at.is_cut_off)
 
     # Hearing -------------------------------------------------------------------------------------
 
@@ -285,7 +290,7 @@ class SocialLayer:
     def findings(self, motion: Motion) -> list[Fact]:
         """What this vehicle concludes as the leader of its groups, as facts."""
         facts: list[Fact] = []
-        idle_since_s, work = self._picture.groups.idle_since_s, self._work({}) if self._led else {}
+        idle_since_s, work = self._picture.groups.idle_since_s, self._work_wherever if self._led else {}
         for name in self._led:
             if work[name].has_something_left:
                 idle_since_s.pop(name, None)
@@ -297,7 +302,7 @@ class SocialLayer:
 
     def gives_out(self, group: str) -> bool:
         """True while ``group`` has work, for somebody present, that this vehicle has to give out or to see done."""
-        return group in self._negotiation.holding and self._work({})[group].has_something_left
+        return group in self._negotiation.holding and self._work_wherever[group].has_something_left
 
     def _holds(self, work: Work) -> bool:
         """True while a group still has work to hand out or to confirm, so that it does not count as gathered."""
