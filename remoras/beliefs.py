@@ -44,6 +44,8 @@ class Beliefs:
         self._slots: dict[Key, tuple[int, Attribute]] = {}
         self._collected: dict[tuple[int, int], set[Any]] = {}  # by subject and attribute, where asked for
         self._by_key: dict[Key, set[Any]] = {}  # the same sets
+        self.n_told = 0
+        """It grows whenever a set that ``values`` gave does."""
 
     # From the world model ------------------------------------------------------------------------
 
@@ -77,9 +79,10 @@ class Beliefs:
             return
         for change in changes:
             for fact in change.block.facts:
-                slot = fact.subject, fact.attribute
-                if slot in collected:
-                    collected[slot].add(self._plain(self._tbox.attributes[fact.attribute], fact.value))
+                values = collected.get((fact.subject, fact.attribute))
+                if values is not None:
+                    values.add(self._plain(self._tbox.attributes[fact.attribute], fact.value))
+                    self.n_told += 1
 
     def observed_s(self, key: Key) -> float | None:
         """When the latest value of a fact was observed; None if it is not known."""

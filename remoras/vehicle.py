@@ -199,7 +199,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._conclude(seen.facts, now_s)
         for fact in seen.passed_on:
             self._conclude([fact], now_s)
-        self._take_on(seen, now_s)
+        if seen.events:
+            self._take_on(seen, now_s)
         return bool(seen.events)
 
     def _take_effect(self, now_s: float) -> bool:

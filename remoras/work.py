@@ -39,6 +39,11 @@ class Known(Protocol):
         """Every value of a fact that was ever told."""
         ...
 
+    @property
+    def n_told(self) -> int:
+        """It grows whenever a set that ``values`` gave does: what was worked out of these sets holds until then."""
+        ...
+
 
 @dataclass(frozen=True)
 class _Nothing:
@@ -47,6 +52,10 @@ class _Nothing:
 
     def values(self, key: Key) -> Set[Any]:
         return frozenset()
+
+    @property
+    def n_told(self) -> int:
+        return 0
 
 
 NOTHING_KNOWN: Known = _Nothing()

@@ -307,9 +307,10 @@ class SocialLayer:
     def _holds(self, work: Work) -> bool:
         """True while a group still has work to hand out or to confirm, so that it does not count as gathered."""
         name = work.group.name
+        if name in self._negotiation.holding and work.has_something_left:
+            return True
         unheard = frozenset(self._picture.peers.unheard) - self.standing.absent
-        gives_out = name in self._negotiation.holding and work.has_something_left
-        return gives_out or (self.leads(name) and self.planner.waits_for(unheard, work.done))
+        return self.leads(name) and self.planner.waits_for(unheard, work.done)
 
     def addressed(self, change: Change) -> dict[str, set[str]]:
         """Who has to hear of a block of this vehicle's own, by name, and the roles that it gives them."""
