@@ -127,6 +127,7 @@ class FunctionalLayer:
         self._guiding: int | None = None
         self._on: list[tuple[str, Sensor]] = []
         self._working: list[tuple[str, Sensor]] = []
+        self._working_names: tuple[str, ...] = ()
 
     # Faults --------------------------------------------------------------------------------------
 
@@ -143,7 +144,7 @@ class FunctionalLayer:
         self._speed_factor = speed_factor
         self._reserve_per_m = _reserve_per_m(self.data, speed_factor * self.data.survey_speed_mps)
         self._dead = dead_sensors
-        self._working = [(name, sensor) for name, sensor in self._on if name not in dead_sensors]
+        self._see_what_works()
 
     # Energy --------------------------------------------------------------------------------------
 
@@ -214,8 +215,12 @@ class FunctionalLayer:
                 if activity.type is ActivityType.GUIDANCE:
                     self._guiding = index
         self._on = [(name, sensor) for name, sensor in self._sensors.items() if name in named]
-        self._working = [(name, sensor) for name, sensor in self._on if name not in self._dead]
         self.picture.body.sensors_on = tuple(name for name, _ in self._on)
+        self._see_what_works()
+
+    def _see_what_works(self) -> None:
+        self._working = [(name, sensor) for name, sensor in self._on if name not in self._dead]
+        self._working_names = tuple(name for name, _ in self._working)
 
     # Every tick and every decision ---------------------------------------------------------------
 
@@ -239,7 +244,7 @@ class FunctionalLayer:
         body.contacts_m = tuple([(motion.x_m + one.dx_m, motion.y_m + one.dy_m) for one in neighbours])
         if math.hypot(motion.x_m - self._settled_m[0], motion.y_m - self._settled_m[1]) > NEAR_M:
             self._settled_m, body.settled_s = motion.position_m, now_s
-        self.sensing = tuple(name for name, _ in self._working) if self._working else ()
+        self.sensing = self._working_names
         if not self._working:
             return []
         pose = Pose(motion.x_m, motion.y_m, data.depth_m, motion.heading_rad, motion.speed_mps)

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from remoras.activities import ActivitySet, Objective
@@ -69,12 +69,12 @@ class Review:
         passed_on: what those who are absent now have told, and cannot repeat; each fact by itself.
     """
 
-    events: tuple[tuple[str, str], ...] = ()
-    facts: list[Fact] = field(default_factory=list)
-    assigned: list[RoleAssignment] = field(default_factory=list)
-    left: list[RoleAssignment] = field(default_factory=list)
-    activities_due: bool = False
-    passed_on: list[Fact] = field(default_factory=list)
+    events: tuple[tuple[str, str], ...]
+    facts: list[Fact]
+    assigned: list[RoleAssignment]
+    left: list[RoleAssignment]
+    activities_due: bool
+    passed_on: list[Fact]
 
 
 class SocialLayer:
@@ -129,7 +129,7 @@ class SocialLayer:
         self.planner.take_on(group for group in self._led if group in self.missions)
         self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, self._jobs)
         if strategy.declaration.meets and not self._negotiation.takes_part:
-            self._negotiation.expect_away(self._work({}).values())
+            self._negotiation.expect_away(self._work_wherever.values())
 
     @property
     def organisation(self) -> Organisation:
@@ -158,6 +158,11 @@ class SocialLayer:
     def _work(self, positions_m: Mapping[str, Point]) -> dict[str, Work]:
         at = self.standing
         return self._workload.of_groups(at.present, at.takes_no_jobs, at.is_cut_off, positions_m)
+
+    @property
+    def _work_wherever(self) -> dict[str, Work]:
+        at = self.standing
+        return self._workload.wherever(at.present, at.takes_no_jobs, at.is_cut_off)
 
     # Hearing -------------------------------------------------------------------------------------
 
@@ -191,14 +196,17 @@ class SocialLayer:
 
     # Who is there --------------------------------------------------------------------------------
 
-    def look_around(self, now_s: float) -> Review:
-        """End of a round: see who is there. Where somebody is not, others take the roles, and heads plan anew."""
-        before = self.present.roles_of(self.me)
+    def look_around(self, now_s: float) -> Review | None:
+        """End of a round: see who is there; None if all is as it was.
+
+        Where somebody is not there, others take the roles, and heads plan anew.
+        """
+        before = self.present
         seen = self.standing.look_around(
             now_s, self._negotiation.heard_or_expected_s(self._picture.peers.heard_s, self.database.names, now_s)
         )
         if seen is None:
-            return Review()
+            return None
         self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
         self._picture.groups.returned_s |= dict.fromkeys(seen.changes.present, now_s)
         events = tuple((event, peer) for event, peers in seen.changes._asdict().items() for peer in peers)
@@ -213,7 +221,8 @@ class SocialLayer:
         assigned = [one for one in undone.assigned if one.vehicle == self.me]
         left = [one for one in undone.left if one.vehicle == self.me]
         passed_on = [] if self.standing.is_cut_off else self._workload.told_by(seen.changes.absent)
-        return Review(events, seen.facts, assigned, left, stale or before != self.present.roles_of(self.me), passed_on)
+        has_moved = before.roles_of(self.me) != self.present.roles_of(self.me)
+        return Review(events, seen.facts, assigned, left, stale or has_moved, passed_on)
 
     @property
     def is_silent(self) -> bool:
@@ -285,7 +294,7 @@ class SocialLayer:
     def findings(self, motion: Motion) -> list[Fact]:
         """What this vehicle concludes as the leader of its groups, as facts."""
         facts: list[Fact] = []
-        idle_since_s, work = self._picture.groups.idle_since_s, self._work({}) if self._led else {}
+        idle_since_s, work = self._picture.groups.idle_since_s, self._work_wherever if self._led else {}
         for name in self._led:
             if work[name].has_something_left:
                 idle_since_s.pop(name, None)
@@ -297,14 +306,15 @@ class SocialLayer:
 
     def gives_out(self, group: str) -> bool:
         """True while ``group`` has work, for somebody present, that this vehicle has to give out or to see done."""
-        return group in self._negotiation.holding and self._work({})[group].has_something_left
+        return group in self._negotiation.holding and self._work_wherever[group].has_something_left
 
     def _holds(self, work: Work) -> bool:
         """True while a group still has work to hand out or to confirm, so that it does not count as gathered."""
         name = work.group.name
+        if name in self._negotiation.holding and work.has_something_left:
+            return True
         unheard = frozenset(self._picture.peers.unheard) - self.standing.absent
-        gives_out = name in self._negotiation.holding and work.has_something_left
-        return gives_out or (self.leads(name) and self.planner.waits_for(unheard, work.done))
+        return self.leads(name) and self.planner.waits_for(unheard, work.done)
 
     def addressed(self, change: Change) -> dict[str, set[str]]:
         """Who has to hear of a block of this vehicle's own, by name, and the roles that it gives them."""

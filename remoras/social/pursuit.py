@@ -30,10 +30,11 @@ class Pursuit:
         self._mission = mission
         self._mission_name = mission_name
         self._means: dict[Objective, Means] = {}
+        self._rests_on: frozenset[Key] = frozenset()  # what any of these rests on
 
     def let_go(self, keys: Collection[Key]) -> bool:
         """Let go of activities that rest on any of the facts ``keys``; True if there were some."""
-        if not keys:
+        if self._rests_on.isdisjoint(keys):
             return False
         stale = [one for one, (_, rests_on) in self._means.items() if not rests_on.isdisjoint(keys)]
         for objective in stale:
@@ -50,6 +51,7 @@ class Pursuit:
         """
         ordered = sorted(objectives, key=lambda o: (o.group, o.role, o.name, o.argument))
         self._means = {one: self._means.get(one) or self._means_to(one, facts, position_m) for one in ordered}
+        self._rests_on = frozenset().union(*(rests_on for _, rests_on in self._means.values()))
         return tuple(activity_set for sets, _ in self._means.values() for activity_set in sets)
 
     def _means_to(self, objective: Objective, facts: FactsLike, position_m: Point) -> Means:

@@ -40,6 +40,8 @@ class Workload:
         self._left: dict[str, Job] = {}
         self._done: frozenset[str] = frozenset()
         self._is_enough = False
+        self._asked: tuple[Organisation, frozenset[str], bool] | None = None
+        self._wherever: dict[str, Work] = {}
 
     def note(self, changes: Iterable[Change]) -> None:
         """Facts were recorded or merged: jobs that some of them are about have to be worked out anew."""
@@ -77,6 +79,13 @@ class Workload:
         if alone and any(work.held_by(self._me) for work in found.values()):  # its own jobs come first
             return {name: replace(one, unavailable=one.unavailable | {self._me}) for name, one in found.items()}
         return found
+
+    def wherever(self, organisation: Organisation, takes_no_jobs: frozenset[str], alone: bool) -> dict[str, Work]:
+        """The same for questions in which it does not matter where vehicles are: kept until the answer changes."""
+        asked = organisation, takes_no_jobs, alone
+        if self._stale or self._asked != asked:
+            self._wherever, self._asked = self.of_groups(*asked, {}), asked
+        return self._wherever
 
     def _work_out(self) -> None:
         if not self._stale:
