@@ -23,15 +23,23 @@ from remoras.errors import OrganisationError
 
 
 class Outcome(Enum):
-    """Answer of an operation on the organisation."""
+    """Answer of an operation on the organisation, and of ``remoras.authority`` on whether it may be done."""
 
     SUCCESS = "success"
     NOT_GROUP = "not group"
     NOT_ROLE = "not role"
     NOT_IN_GROUP = "not in group"
+    ALREADY_GROUP = "already group"
     ROLE_ALREADY_HANDLED = "role already handled"
     ROLE_NOT_HANDLED = "role not handled"
-    ACCESS_DENIED = "access denied"
+    OUTSIDE = "issuer outside the group"
+    NO_SOCIAL_LAYER = "issuer without social layer"
+    NO_AUTHORITY = "issuer without authority"
+    NOT_OF_GROUP = "assignee outside the group"
+    UNABLE = "assignee not able"
+    INCOMPATIBLE = "assignee lacks the role to play it with"
+    UNAVAILABLE = "assignee takes no jobs"
+    NO_ROOM = "no room"
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,10 +144,6 @@ class Organisation:
         head = self.groups[group].head_role if group in self.groups else None
         return self.members(group, head) if head else ()
 
-    def may_assign(self, issuer: str, group: str) -> bool:
-        """True if ``issuer`` may give roles and objectives in ``group``: only its members may (REMORAS IV.B (3))."""
-        return self.is_member(issuer, group)
-
     def assign(self, vehicle: str, group: str, role: str) -> tuple[Organisation, Outcome]:
         """Let ``vehicle`` play ``role`` in ``group``; refused where the role has its maximum of holders."""
         if group not in self.groups:
@@ -152,7 +156,7 @@ class Organisation:
             return self, Outcome.NOT_ROLE
         maximum = specification.maximum if specification else None
         if maximum is not None and len(self.members(group, role)) >= maximum:
-            return self, Outcome.ACCESS_DENIED
+            return self, Outcome.NO_ROOM
         return replace(self, assignments=self.assignments | {assignment}), Outcome.SUCCESS
 
     def leave_role(self, vehicle: str, group: str, role: str) -> tuple[Organisation, Outcome]:

@@ -18,9 +18,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from remoras.activities import ActivitySet, Objective
+from remoras.authority import CONSULTING, Rules, Ruling
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase
 from remoras.mission import SocialPart
@@ -29,6 +30,7 @@ from remoras.organisation import Organisation, RoleAssignment
 from remoras.picture import Picture
 from remoras.social.agreement import Agreement
 from remoras.social.conclusions import Conclusions
+from remoras.social.consultation import HAS_MISSION
 from remoras.social.gatherings import Gatherings
 from remoras.social.negotiation import ROLE_ATTRIBUTES, Negotiation
 from remoras.social.planning import Deliberation, MissionPlanner, missions_of
@@ -41,19 +43,31 @@ from remoras.work import Point, Work
 from worldmodel import Change
 
 
+class Considered(NamedTuple):
+    """What facts that changed mean for this vehicle.
+
+    Attributes:
+        activities_due: True if its activities have to be chosen anew.
+        rulings: what became of the missions that groups were given.
+    """
+
+    activities_due: bool
+    rulings: list[Ruling]
+
+
 @dataclass(frozen=True, slots=True)
 class Consulted:
     """What the end of a round changed for this vehicle.
 
     Attributes:
         assigned, left: roles that it took and left.
-        refused: what does not count, and why, in words.
+        rulings: what became of every request, in the view of this vehicle.
         activities_due: True if its activities have to be chosen anew.
     """
 
     assigned: list[RoleAssignment]
     left: list[RoleAssignment]
-    refused: list[str]
+    rulings: list[Ruling]
     activities_due: bool
 
 
@@ -65,6 +79,7 @@ class Review:
         events: "absent" or "present", and the peer that has become so.
         facts: what this vehicle tells the others about itself on falling out and on coming back.
         assigned, left: roles that it plays again and no longer, now that it has come back.
+        rulings: the same of all vehicles.
         activities_due: True if its activities have to be chosen anew.
         passed_on: what those who are absent now have told, and cannot repeat; each fact by itself.
     """
@@ -73,6 +88,7 @@ class Review:
     facts: list[Fact] = field(default_factory=list)
     assigned: list[RoleAssignment] = field(default_factory=list)
     left: list[RoleAssignment] = field(default_factory=list)
+    rulings: list[Ruling] = field(default_factory=list)
     activities_due: bool = False
     passed_on: list[Fact] = field(default_factory=list)
 
@@ -121,13 +137,20 @@ class SocialLayer:
         self._pursuit = Pursuit(database[me], mission, self._mission_name)
         self._conclusions = Conclusions(me, mission, self._mission_name, beliefs)
         self._gatherings = Gatherings(beliefs, agreement.organisation.groups, agreement.meets_after)
-        self.standing = Standing(me, database, beliefs, agreement.organisation, lease_s, picture.frame_s)
+        authorities = strategy.declaration.authorities
+        rules = Rules(database, authorities, self._jobs, agreement.supervisors)
+        self.standing = Standing(me, rules, beliefs, agreement.organisation, lease_s, picture.frame_s)
+        self._apart = frozenset(
+            name for name, data in database.items() if not data.social_layer and authorities & CONSULTING
+        )
         self._workload = Workload(me, database, mission, beliefs)
         self._led = self.standing.led
         planned = {group: agreement.rests_on[group] for group in self._led if group in agreement.rests_on}
         self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned)
         self.planner.take_on(group for group in self._led if group in self.missions)
-        self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, self._jobs)
+        self._negotiation = Negotiation(
+            me, strategy, self.organisation, beliefs, rally_points_m, self._jobs, self._apart
+        )
         if strategy.declaration.meets and not self._negotiation.takes_part:
             self._negotiation.expect_away(self._work({}).values())
 
@@ -144,7 +167,7 @@ class SocialLayer:
     @property
     def missions(self) -> Mapping[str, str]:
         """What each group is to do, by its name, as far as it is known."""
-        return missions_of(self.organisation.groups.values(), self._beliefs)
+        return missions_of(self.organisation.groups.values(), self.standing.consultation.missions)
 
     def objectives_of(self, vehicle: str) -> tuple[Objective, ...]:
         """Objectives of all roles that ``vehicle`` plays."""
@@ -157,12 +180,12 @@ class SocialLayer:
 
     def _work(self, positions_m: Mapping[str, Point]) -> dict[str, Work]:
         at = self.standing
-        return self._workload.of_groups(at.present, at.takes_no_jobs, at.is_cut_off, positions_m)
+        return self._workload.of_groups(at.present, at.takes_no_jobs | self._apart, at.is_cut_off, positions_m)
 
     # Hearing -------------------------------------------------------------------------------------
 
-    def consider(self, changes: Sequence[Change], told: bool = True) -> bool:
-        """Take note of changed facts; True if activities rest on them and have to be chosen anew.
+    def consider(self, changes: Sequence[Change], told: bool = True) -> Considered:
+        """Take note of changed facts.
 
         Organisational facts wait for the end of the round. A mission for a group that this vehicle leads makes planning
         due now, and so does a fact that one of its plans rests on.
@@ -172,13 +195,15 @@ class SocialLayer:
             told: False if this vehicle keeps to itself what it states.
         """
         alone = self.standing.is_cut_off and not told
+        with_mission, rulings = self.standing.hear_missions(changes, alone)
         for change in changes:
             self.standing.consultation.note(change, alone)
             self._negotiation.note(change)
             self.planner.note(change)
         self._workload.note(changes)
-        keys = self._beliefs.keys_of(changes)
-        self.standing.note_availability(keys)
+        keys = {key for key in self._beliefs.keys_of(changes) if key[0] != HAS_MISSION}
+        keys.update((HAS_MISSION, group) for group in with_mission)
+        self.standing.note_availability(changes)
         if not self._gatherings.keys.isdisjoint(keys):
             if alone:
                 self._gatherings.note_alone(keys, changes[0].block.time_s)
@@ -187,7 +212,7 @@ class SocialLayer:
         if self.standing.is_cut_off and any(job.done in keys for job in self._jobs.values()):
             for group in self._led:  # it is free for what others have left
                 self.planner.replace_who_left(group)
-        return self._pursuit.let_go(keys)
+        return Considered(self._pursuit.let_go(keys), rulings)
 
     # Who is there --------------------------------------------------------------------------------
 
@@ -213,7 +238,8 @@ class SocialLayer:
         assigned = [one for one in undone.assigned if one.vehicle == self.me]
         left = [one for one in undone.left if one.vehicle == self.me]
         passed_on = [] if self.standing.is_cut_off else self._workload.told_by(seen.changes.absent)
-        return Review(events, seen.facts, assigned, left, stale or before != self.present.roles_of(self.me), passed_on)
+        is_due = stale or before != self.present.roles_of(self.me)
+        return Review(events, seen.facts, assigned, left, undone.rulings, is_due, passed_on)
 
     @property
     def is_silent(self) -> bool:
@@ -237,17 +263,27 @@ class SocialLayer:
     def consult(self) -> Consulted:
         """End of a round: what was said in it of roles and objectives counts from now on."""
         agreed = self.standing.agree()
+        self._negotiation.disregard(agreed.unlawful)
+        rulings = [one for one in agreed.rulings if not self._is_known(one)]
         self.objectives |= {(one.group, one.role, one.name): one for one in agreed.objectives}
         self.planner.end_round()
         self._renew_leads()
         self.planner.issued.difference_update(agreed.left)
+        self.planner.reconsider({(HAS_MISSION, group) for group in agreed.missions}, self._led)
         for one in agreed.left:
             if self.leads(one.group):
                 self.planner.replace_who_left(one.group)
         stale = self._pursuit.let_go({("members", f"{a.group}.{a.role}") for a in [*agreed.assigned, *agreed.left]})
         assigned = [one for one in agreed.assigned if one.vehicle == self.me]
         left = [one for one in agreed.left if one.vehicle == self.me]
-        return Consulted(assigned, left, agreed.refused, bool(agreed.objectives or stale or assigned or left))
+        is_due = bool(agreed.objectives or stale or assigned or left)
+        return Consulted(assigned, left, rulings, is_due)
+
+    def _is_known(self, ruling: Ruling) -> bool:
+        """True if a role has had that objective before."""
+        asked = ruling.asked
+        known = self.objectives.get((asked.group, asked.role, asked.objective))
+        return ruling.event == "given" and known is not None and known.argument == asked.argument
 
     def negotiate(self, now_s: float, motion: Motion, calls: Mapping[str, float]) -> list[tuple[list[Fact], bool]]:
         """End of a round: facts that this vehicle states together to organise its groups, and whether it tells them.
@@ -320,6 +356,8 @@ class SocialLayer:
         """A fact for planning: ``("members", "Group.Role")`` from the organisation, others from the beliefs."""
         if key[0] == "members":
             return self.present.members(*key[1].split("."))
+        if key[0] == HAS_MISSION:
+            return self.standing.consultation.missions.get(key[1], default)
         if self._gatherings.is_undone(key, self.standing.is_cut_off):
             return default
         return self._beliefs.get(key, default)

@@ -34,9 +34,14 @@ class Deliberation:
     parts: list[list[Fact]] = field(default_factory=list)
 
 
-def missions_of(groups: Iterable[Group], beliefs: Beliefs) -> dict[str, str]:
-    """What each group is to do, by its name, as far as it is known."""
-    found = {group.name: beliefs.get(("hasMission", group.name), group.mission) for group in groups}
+def missions_of(groups: Iterable[Group], given: Mapping[str, str]) -> dict[str, str]:
+    """What each group is to do, by its name, as far as it is known.
+
+    Args:
+        groups: with the missions that some have from the start.
+        given: missions that groups were given since, by their names.
+    """
+    found = {group.name: given.get(group.name, group.mission) for group in groups}
     return {group: mission for group, mission in found.items() if mission is not None}
 
 

@@ -39,8 +39,7 @@ COLUMNS = {
     "trajectories": "time_s, vehicle, x_m, y_m, heading_rad, speed_mps, energy_j, depth_m",
     "roles": "time_s, vehicle, group, role, event",
     "membership": "time_s, vehicle, peer, event",
-    "organisation": "time_s, vehicle, peer, group, role, event",
-    "objectives": "time_s, vehicle, group, role, objective, argument",
+    "organisation": "time_s, vehicle, peer, group, role, event, issuer, act, objective, argument, outcome",
     "activities": "time_s, vehicle, type, name, role, motivation",
     "decisions": "time_s, vehicle, group, role, objective, argument, activities, stimulus, own, external, "
     "source, slot, chosen, best_mean",
