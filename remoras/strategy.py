@@ -57,6 +57,7 @@ class Declaration:
         blocks_per_round: most blocks that a vehicle states in a round of consultation, for each job.
         is_bound: no strategy but a bound: every vehicle knows at once what any vehicle knows, and how fast each is.
         authorities: what members may change that do not lead their group; without any the head alone gives out roles.
+        private_jobs: whoever takes a job notes it for itself alone; what others believe of that is nobody's error.
     """
 
     source: str
@@ -68,6 +69,7 @@ class Declaration:
     blocks_per_round: int = 0
     is_bound: bool = False
     authorities: frozenset[Authority] = frozenset()
+    private_jobs: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -329,6 +329,7 @@ class Cbba:
         },
         blocks_per_round=2,
         authorities=frozenset({Authority.TAKE}),
+        private_jobs=True,
     )
     form = staticmethod(founded)
     adapt = staticmethod(common_roles)

@@ -87,6 +87,7 @@ class FixedPartition:
         messages={},
         communicates=False,
         authorities=frozenset({Authority.FOLLOW}),
+        private_jobs=True,
     )
     form = staticmethod(founded)
 

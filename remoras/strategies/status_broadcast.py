@@ -220,6 +220,7 @@ class StatusBroadcast:
         },
         blocks_per_round=1,
         authorities=frozenset({Authority.TAKE}),
+        private_jobs=True,
     )
     form = staticmethod(founded)
     adapt = staticmethod(common_roles)

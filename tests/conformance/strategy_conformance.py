@@ -30,7 +30,7 @@ from conformance_worlds import (
     small_patches,
     works_of,
 )
-from exchange_of_statements import KINDS_OF_JOBS, Team, never
+from exchange_of_statements import KINDS_OF_JOBS, ROLES, Team, never
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
@@ -201,7 +201,7 @@ def _check_states(strategy: Strategy) -> None:
         if not members:
             return
         me = data.draw(st.sampled_from(members))
-        authorities = strategy.declaration.authorities
+        authorities, communicates = strategy.declaration.authorities, strategy.declaration.communicates
         if authorities & CONSULTING and not database[me].social_layer:
             return  # it is not asked
         rules = Rules(database, authorities, jobs)
@@ -223,6 +223,9 @@ def _check_states(strategy: Strategy) -> None:
             statements = negotiator.negotiate(situation).statements
             _assert_within(situation, group.name, statements)
             _assert_lawful(situation, me, rules, statements)
+            for said in statements if communicates and not strategy.declaration.private_jobs else ():
+                kept = [fact for fact in said.facts if fact[1] in ROLES and not said.told]
+                assert not kept, f"{me} keeps {kept} to itself, but its declaration has not private_jobs"
             mentioned = [subject for statement in statements for subject, _, _ in statement.facts]
 
     holds()
@@ -243,7 +246,7 @@ def _assert_lawful(situation: Situation, me: str, rules: Rules, statements: Any)
     organisation = situation.work.organisation
     for statement in statements:
         for subject, attribute, value in statement.facts:
-            if attribute not in ("playsRole", "leftRole"):
+            if attribute not in ROLES:
                 continue
             of_group, _, role = str(value).partition(".")
             act = Act.ASSIGN if attribute == "playsRole" else Act.RELEASE
