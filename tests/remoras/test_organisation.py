@@ -187,3 +187,23 @@ def test_the_types_of_a_set_are_a_bit_word() -> None:
     assert len(ActivityType) == 8
     assert both.types == 0b1000
     assert both.name == "Homing"
+
+
+@given(st.lists(operations, max_size=30))
+def test_a_changed_organisation_answers_as_one_made_anew(asked: list[tuple[str, ...]]) -> None:
+    """Its index is that of the organisation before with one change; every question has the same answer."""
+    organisation = EMPTY
+    for name, *arguments in asked:
+        organisation, _ = getattr(organisation, name)(*arguments)
+    anew = Organisation(organisation.groups, organisation.assignments)
+    for group in organisation.groups:
+        for role in (None, "Tactician", "Observer", "Coordinator", "Performer", "Wingers", "Diver"):
+            assert organisation.members(group, role) == anew.members(group, role)
+    for vehicle in ("ASV00", "AUV00", "AUV01", "AUV02"):
+        assert (
+            organisation.roles_of(vehicle)
+            == anew.roles_of(vehicle)
+            == tuple(sorted(one for one in organisation.assignments if one.vehicle == vehicle))
+        )
+        for group in organisation.groups:
+            assert organisation.roles_of(vehicle, group) == anew.roles_of(vehicle, group)
