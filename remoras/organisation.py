@@ -195,9 +195,9 @@ class Organisation:
 
     def assign(self, vehicle: str, group: str, role: str) -> tuple[Organisation, Outcome]:
         """Let ``vehicle`` play ``role`` in ``group``; refused where the role has its maximum of holders."""
+        assignment = RoleAssignment(group, role, vehicle)
         if group not in self.groups:
             return self, Outcome.NOT_GROUP
-        assignment = RoleAssignment(group, role, vehicle)
         if assignment in self.assignments:
             return self, Outcome.ROLE_ALREADY_HANDLED
         specification = self.groups[group].role(role)
@@ -210,9 +210,9 @@ class Organisation:
 
     def leave_role(self, vehicle: str, group: str, role: str) -> tuple[Organisation, Outcome]:
         """Let ``vehicle`` play ``role`` in ``group`` no longer."""
+        assignment = RoleAssignment(group, role, vehicle)
         if group not in self.groups:
             return self, Outcome.NOT_GROUP
-        assignment = RoleAssignment(group, role, vehicle)
         if assignment not in self.assignments:
             member = self.is_member(vehicle, group)
             return self, Outcome.ROLE_NOT_HANDLED if member else Outcome.NOT_IN_GROUP
