@@ -130,7 +130,7 @@ class Consultation:
             waiting, self._waiting = sorted(self._waiting, key=_age), []
             for observation in waiting:
                 self._count(observation, agreed, again=True)
-        for one in sorted(self._denied, key=self._denied_since, reverse=True):
+        for one in sorted(self._denied, key=lambda one: self._given_at(one.group, one.role, one.vehicle), reverse=True):
             if agreed.assign(self._denied[one]) is not Outcome.NO_ROOM:  # its successor was heard of first
                 del self._denied[one]
         alone, self._pending_alone = sorted(self._pending_alone, key=_age), []
@@ -172,7 +172,8 @@ class Consultation:
         def led(vehicle: str, group: str) -> bool:
             return agreed.organisation.is_member(vehicle, group) if alone else self._reigns.led(vehicle, group, age)
 
-        outcome = may_assign(asked, agreed.organisation, self._rules, led, agreed.absent, agreed.unavailable)
+        yielding = agreed.absent | self._given_by_former_heads(asked, age, agreed.organisation)
+        outcome = may_assign(asked, agreed.organisation, self._rules, led, yielding, agreed.unavailable)
         if outcome not in LAWFUL:
             if outcome in MAY_COME and not alone:
                 self._waiting.append(observation)
@@ -183,10 +184,26 @@ class Consultation:
         else:
             if not alone:
                 self._newest[asked.about] = age
-            self._take(asked, outcome, age, agreed)
+            self._take(asked, outcome, age, agreed, yielding)
 
-    def _take(self, asked: Request, outcome: Outcome, age: Age, agreed: Agreed) -> None:
-        """Do what was asked, or note why it is refused."""
+    def _given_by_former_heads(self, asked: Request, age: Age, organisation: Organisation) -> frozenset[str]:
+        """Holders of a role with a job that have it from before the issuer led, where heads alone give out roles.
+
+        The new head may know nothing of what a lost one told few: nobody would do what it gives out again.
+        """
+        role = self._groups[asked.group].role(asked.role) if asked.act is Act.ASSIGN else None
+        if role is None or role.job is None or self._rules.authorities:
+            return NOBODY
+        since = self._reigns.since(asked.issuer, asked.group, age)
+        if since is None or since == AGREED_BEFORE:
+            return NOBODY
+        holders = organisation.members(asked.group, asked.role)
+        return frozenset(name for name in holders if self._given_at(asked.group, asked.role, name) < since)
+
+    def _take(
+        self, asked: Request, outcome: Outcome, age: Age, agreed: Agreed, yielding: frozenset[str] = NOBODY
+    ) -> None:
+        """Do what was asked, or note why it is refused; where there is no room, in the place of who is ``yielding``."""
         if asked.assignee:
             self._denied.pop(_assignment(asked), None)
         if outcome is Outcome.NO_ROOM:
@@ -198,12 +215,13 @@ class Consultation:
             if asked.act is Act.MISSION:
                 self.missions[asked.group] = asked.argument
         else:
-            done = agreed.assign(asked) if asked.act is Act.ASSIGN else agreed.leave(asked)
+            done = agreed.assign(asked, yielding) if asked.act is Act.ASSIGN else agreed.leave(asked)
             if done is Outcome.SUCCESS and asked.role == self._groups[asked.group].head_role:
                 self._reigns.change(asked.group, asked.assignee, asked.act is Act.ASSIGN, age)
 
-    def _denied_since(self, one: RoleAssignment) -> Age:
-        return self._newest.get((one.group, one.role, one.vehicle), AGREED_BEFORE)
+    def _given_at(self, group: str, role: str, vehicle: str) -> Age:
+        """When the newest word of a role of a vehicle was said."""
+        return self._newest.get((group, role, vehicle), AGREED_BEFORE)
 
     def _is_newest(self, about: tuple[str, ...], age: Age) -> bool:
         """True if nothing newer is known about it; it counts since ``age`` then."""
