@@ -38,6 +38,11 @@ class Agreed:
     rulings: list[Ruling] = field(default_factory=list)
     unlawful: set[Place] = field(default_factory=set)
 
+    def of(self, vehicle: str) -> tuple[list[RoleAssignment], list[RoleAssignment]]:
+        """Roles that one vehicle took, and those that it left."""
+        taken = [one for one in self.assigned if one.vehicle == vehicle]
+        return taken, [one for one in self.left if one.vehicle == vehicle]
+
     def assign(self, asked: Request, yielding: frozenset[str] = NOBODY) -> Outcome:
         """Let a vehicle play a role; where there is no room, in the place of holders that all are absent or yield."""
         one = RoleAssignment(asked.group, asked.role, asked.assignee)
