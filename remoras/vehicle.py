@@ -82,7 +82,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._resigned = False
         self._weighed: tuple[ActivitySet, ...] = ()
         self._diary.roles(0.0, self.social.organisation.roles_of(self.name), "assigned")
-        self._diary.view(0.0, self.social.organisation, self.social.objectives.values())
+        self._diary.founded(self.social.organisation, self.social.objectives.values())
         self._adopt()
 
     @property
@@ -208,16 +208,14 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         """Roles and objectives stated so far count from now on."""
         if not self.social.consultation_due:
             return False
-        result = self.social.consult()
-        self._diary.fault(now_s, "refused assignment", *result.refused)
-        self._take_on(result, now_s)
+        self._take_on(self.social.consult(), now_s)
         return True
 
     def _take_on(self, result: Review | Consulted, now_s: float) -> None:
         """Play the roles that changed, by activities chosen anew where they have to be."""
         self._diary.roles(now_s, result.assigned, "assigned")
         self._diary.roles(now_s, result.left, "left")
-        self._diary.view(now_s, self.social.organisation, self.social.objectives.values())
+        self._diary.rulings(now_s, result.rulings)
         if result.activities_due:
             self._adopt()
             self.think(now_s, 0.0)
@@ -256,7 +254,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         reception, emitter, changes, signals = self.radio.hear(data, now_s)
         if reception.fault is not None:
             return reception
-        self._consider(changes)
+        self._consider(changes, now_s)
         organisation = self.social.organisation
         for (group, role, addressed), value in signals:
             if organisation.is_member(self.name, group) and organisation.is_member(emitter, group):
@@ -269,7 +267,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     def learn(self, emitter: str, blocks: Sequence[Block], now_s: float) -> None:
         """Know what another vehicle knows, at once: only under a strategy that is a bound."""
         if not self.functional.exhausted:
-            self._consider(self.radio.learn(emitter, blocks, now_s))
+            self._consider(self.radio.learn(emitter, blocks, now_s), now_s)
 
     # What the vehicle knows anew -----------------------------------------------------------------
 
@@ -283,10 +281,12 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self.radio.tell(change, self.social.addressed, now_s)
         else:
             self.radio.keep(change, now_s)
-        self._consider([change], told)
+        self._consider([change], now_s, told)
 
-    def _consider(self, changes: Sequence[Change], told: bool = True) -> None:
+    def _consider(self, changes: Sequence[Change], now_s: float, told: bool = True) -> None:
         self.beliefs.note(changes)
         self.radio.note(changes)
-        if self.social.consider(changes, told):
+        considered = self.social.consider(changes, told)
+        self._diary.rulings(now_s, considered.rulings)
+        if considered.activities_due:
             self._adopt()

@@ -20,7 +20,7 @@ from missions.runs.setup import Setup, world_model
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs
 from remoras.organisation import Organisation, RoleAssignment
-from remoras.recorder import ADDED, ITEMS, KNOWLEDGE, MEMBERSHIP, OBJECTIVES, ORGANISATION, PACKETS
+from remoras.recorder import ADDED, ITEMS, KNOWLEDGE, MEMBERSHIP, ORGANISATION, PACKETS
 from remoras.social.membership import acted_on
 from worldmodel import Block, PropertyValue, UnknownNameError, ValueKind, WorldModel, merge, suggestion
 from worldmodel.facts import Guid
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from missions.runs.results import MemoryResults, Results
 
 T = TypeVar("T")
-NEEDED = (ITEMS, KNOWLEDGE, PACKETS, ORGANISATION, OBJECTIVES, MEMBERSHIP)
+NEEDED = (ITEMS, KNOWLEDGE, PACKETS, ORGANISATION, MEMBERSHIP)
 """Tables that knowledge is built of."""
 
 
@@ -57,7 +57,7 @@ class Known:
         organisation: who plays what, as agreed and said so far; present: the same without the absent, as the vehicle
             acts on it.
         absent: peers that it takes for absent.
-        objectives: of roles.
+        objectives: of roles; missions: of groups, by their names.
     """
 
     vehicle: str
@@ -67,6 +67,7 @@ class Known:
     present: Organisation
     absent: frozenset[str]
     objectives: frozenset[Objective]
+    missions: Mapping[str, str]
 
     def __repr__(self) -> str:
         return f"<Known to {self.vehicle} at {self.at_s:g} s>"
@@ -111,8 +112,9 @@ class Memory:
 
     def __init__(self, results: Results | MemoryResults, setup: Setup) -> None:
         lacking = [table.name for table in NEEDED if not results.has(table.name)]
-        if not lacking and not ADDED[PACKETS.name] <= set(results.table(PACKETS.name).column_names):
-            lacking = [PACKETS.name]
+        if not lacking:
+            older = [PACKETS.name, ORGANISATION.name]
+            lacking = [name for name in older if not ADDED[name] <= set(results.table(name).column_names)]
         if lacking:
             raise OutputError(
                 f"{results!r} does not say what was known: an older version wrote it (lacking or older: "
@@ -120,7 +122,7 @@ class Memory:
             )
         self._setup = setup
         self._end_s: float = results.summary["mission_time_s"]
-        self._views = {table: _by_vehicle(results, table.name) for table in (ORGANISATION, OBJECTIVES, MEMBERSHIP)}
+        self._views = {table: _by_vehicle(results, table.name) for table in (ORGANISATION, MEMBERSHIP)}
         self._names = world_model(setup, 0)
         self._blocks: dict[Guid, Block] = {}
         self._known_s: dict[str, dict[Guid, float]] = {name: {} for name in setup.database}
@@ -142,14 +144,21 @@ class Memory:
         model = world_model(setup, setup.database[vehicle].node)
         merge(model, (self._blocks[guid] for guid, since_s in self._known_s[vehicle].items() if since_s <= at_s))
         past = {table: [row for row in rows[vehicle] if row["time_s"] <= at_s] for table, rows in self._views.items()}
+        changes = past[ORGANISATION]
         played = _left_over(
             (RoleAssignment(row["group"], row["role"], row["peer"]), row["event"] == "assigned")
-            for row in past[ORGANISATION]
+            for row in changes
+            if row["event"] in ("assigned", "left")
         )
+        given = [row for row in changes if row["event"] == "given"]
+        missions = {
+            group.name: group.mission for group in setup.agreement.organisation.groups.values() if group.mission
+        }
+        missions |= {row["group"]: row["argument"] for row in given if not row["role"]}
         organisation = Organisation(setup.agreement.organisation.groups, played)
         absent = _left_over((row["peer"], row["event"] == "absent") for row in past[MEMBERSHIP])
         is_cut_off = absent == set(setup.database) - {vehicle}
-        arguments = {(row["group"], row["role"], row["objective"]): row["argument"] for row in past[OBJECTIVES]}
+        arguments = {(row["group"], row["role"], row["objective"]): row["argument"] for row in given if row["role"]}
         return Known(
             vehicle,
             at_s,
@@ -158,6 +167,7 @@ class Memory:
             acted_on(organisation, vehicle, absent, is_cut_off, setup.database[vehicle].social_layer),
             absent,
             frozenset(Objective(*about, argument) for about, argument in arguments.items()),
+            missions,
         )
 
     # Reading -------------------------------------------------------------------------------------

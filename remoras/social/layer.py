@@ -18,9 +18,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from remoras.activities import ActivitySet, Objective
+from remoras.authority import Rules, Ruling
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase
 from remoras.mission import SocialPart
@@ -34,11 +35,24 @@ from remoras.social.negotiation import ROLE_ATTRIBUTES, Negotiation
 from remoras.social.planning import Deliberation, MissionPlanner, missions_of
 from remoras.social.pursuit import Pursuit
 from remoras.social.receivers import aims
+from remoras.social.requests import HAS_MISSION
 from remoras.social.standing import Standing
 from remoras.social.workload import Workload
 from remoras.strategy import Strategy
 from remoras.work import Point, Work
 from worldmodel import Change
+
+
+class Considered(NamedTuple):
+    """What facts that changed mean for this vehicle.
+
+    Attributes:
+        activities_due: True if its activities have to be chosen anew.
+        rulings: what became of the missions that groups were given.
+    """
+
+    activities_due: bool
+    rulings: list[Ruling]
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,13 +61,13 @@ class Consulted:
 
     Attributes:
         assigned, left: roles that it took and left.
-        refused: what does not count, and why, in words.
+        rulings: what became of every request, in the view of this vehicle.
         activities_due: True if its activities have to be chosen anew.
     """
 
     assigned: list[RoleAssignment]
     left: list[RoleAssignment]
-    refused: list[str]
+    rulings: list[Ruling]
     activities_due: bool
 
 
@@ -65,6 +79,7 @@ class Review:
         events: "absent" or "present", and the peer that has become so.
         facts: what this vehicle tells the others about itself on falling out and on coming back.
         assigned, left: roles that it plays again and no longer, now that it has come back.
+        rulings: the same of all vehicles.
         activities_due: True if its activities have to be chosen anew.
         passed_on: what those who are absent now have told, and cannot repeat; each fact by itself.
     """
@@ -73,6 +88,7 @@ class Review:
     facts: list[Fact]
     assigned: list[RoleAssignment]
     left: list[RoleAssignment]
+    rulings: list[Ruling]
     activities_due: bool
     passed_on: list[Fact]
 
@@ -121,13 +137,14 @@ class SocialLayer:
         self._pursuit = Pursuit(database[me], mission, self._mission_name)
         self._conclusions = Conclusions(me, mission, self._mission_name, beliefs)
         self._gatherings = Gatherings(beliefs, agreement.organisation.groups, agreement.meets_after)
-        self.standing = Standing(me, database, beliefs, agreement.organisation, lease_s, picture.frame_s)
-        self._workload = Workload(me, database, mission, beliefs)
+        rules = Rules(database, strategy.declaration.authorities, self._jobs, agreement.supervisors)
+        self.standing = Standing(me, rules, beliefs, agreement.organisation, lease_s, picture.frame_s)
+        self._workload = Workload(me, rules, mission, beliefs)
         self._led = self.standing.led
         planned = {group: agreement.rests_on[group] for group in self._led if group in agreement.rests_on}
         self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned)
         self.planner.take_on(group for group in self._led if group in self.missions)
-        self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, self._jobs)
+        self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, rules)
         if strategy.declaration.meets and not self._negotiation.takes_part:
             self._negotiation.expect_away(self._work_wherever.values())
 
@@ -144,7 +161,7 @@ class SocialLayer:
     @property
     def missions(self) -> Mapping[str, str]:
         """What each group is to do, by its name, as far as it is known."""
-        return missions_of(self.organisation.groups.values(), self._beliefs)
+        return missions_of(self.organisation.groups.values(), self.standing.consultation.missions)
 
     def objectives_of(self, vehicle: str) -> tuple[Objective, ...]:
         """Objectives of all roles that ``vehicle`` plays."""
@@ -166,33 +183,29 @@ class SocialLayer:
 
     # Hearing -------------------------------------------------------------------------------------
 
-    def consider(self, changes: Sequence[Change], told: bool = True) -> bool:
-        """Take note of changed facts; True if activities rest on them and have to be chosen anew.
-
-        Organisational facts wait for the end of the round. A mission for a group that this vehicle leads makes planning
-        due now, and so does a fact that one of its plans rests on.
+    def consider(self, changes: Sequence[Change], told: bool = True) -> Considered:
+        """Take note of changed facts; those that are organisational wait for the end of the round, but for missions.
 
         Args:
             changes: of the world model.
             told: False if this vehicle keeps to itself what it states.
         """
         alone = self.standing.is_cut_off and not told
+        with_mission, rulings = self.standing.hear(changes, alone)
         for change in changes:
-            self.standing.consultation.note(change, alone)
             self._negotiation.note(change)
             self.planner.note(change)
         self._workload.note(changes)
-        keys = self._beliefs.keys_of(changes)
-        self.standing.note_availability(keys)
+        keys = {key for key in self._beliefs.keys_of(changes) if key[0] != HAS_MISSION}
+        keys.update((HAS_MISSION, group) for group in with_mission)
         if not self._gatherings.keys.isdisjoint(keys):
             if alone:
                 self._gatherings.note_alone(keys, changes[0].block.time_s)
             self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
         self.planner.reconsider(keys, self._led)
         if self.standing.is_cut_off and any(job.done in keys for job in self._jobs.values()):
-            for group in self._led:  # it is free for what others have left
-                self.planner.replace_who_left(group)
-        return self._pursuit.let_go(keys)
+            self.planner.replace_who_left(self._led)  # it is free for what others have left
+        return Considered(self._pursuit.let_go(keys), rulings)
 
     # Who is there --------------------------------------------------------------------------------
 
@@ -216,13 +229,11 @@ class SocialLayer:
         keys = {("members", f"{one.group}.{one.role}") for one in [*roles, *undone.assigned, *undone.left]}
         stale = self._pursuit.let_go(keys | self._gatherings.concluded_alone)
         self._renew_leads()
-        for group in {one.group for one in roles}.intersection(self._led):
-            self.planner.replace_who_left(group)
-        assigned = [one for one in undone.assigned if one.vehicle == self.me]
-        left = [one for one in undone.left if one.vehicle == self.me]
+        self.planner.replace_who_left({one.group for one in roles}.intersection(self._led))
+        assigned, left = undone.of(self.me)
         passed_on = [] if self.standing.is_cut_off else self._workload.told_by(seen.changes.absent)
-        has_moved = before.roles_of(self.me) != self.present.roles_of(self.me)
-        return Review(events, seen.facts, assigned, left, stale or has_moved, passed_on)
+        is_due = stale or before.roles_of(self.me) != self.present.roles_of(self.me)
+        return Review(events, seen.facts, assigned, left, undone.rulings, is_due, passed_on)
 
     @property
     def is_silent(self) -> bool:
@@ -246,17 +257,17 @@ class SocialLayer:
     def consult(self) -> Consulted:
         """End of a round: what was said in it of roles and objectives counts from now on."""
         agreed = self.standing.agree()
+        self._negotiation.disregard(agreed.unlawful)
+        rulings = [one for one in agreed.rulings if not one.repeats(self.objectives)]
         self.objectives |= {(one.group, one.role, one.name): one for one in agreed.objectives}
-        self.planner.end_round()
         self._renew_leads()
-        self.planner.issued.difference_update(agreed.left)
-        for one in agreed.left:
-            if self.leads(one.group):
-                self.planner.replace_who_left(one.group)
+        self.planner.end_round(agreed.left)
+        self.planner.reconsider({(HAS_MISSION, group) for group in agreed.missions}, self._led)
+        self.planner.replace_who_left({one.group for one in agreed.left}.intersection(self._led))
         stale = self._pursuit.let_go({("members", f"{a.group}.{a.role}") for a in [*agreed.assigned, *agreed.left]})
-        assigned = [one for one in agreed.assigned if one.vehicle == self.me]
-        left = [one for one in agreed.left if one.vehicle == self.me]
-        return Consulted(assigned, left, agreed.refused, bool(agreed.objectives or stale or assigned or left))
+        assigned, left = agreed.of(self.me)
+        is_due = bool(agreed.objectives or stale or assigned or left)
+        return Consulted(assigned, left, rulings, is_due)
 
     def negotiate(self, now_s: float, motion: Motion, calls: Mapping[str, float]) -> list[tuple[list[Fact], bool]]:
         """End of a round: facts that this vehicle states together to organise its groups, and whether it tells them.
@@ -330,6 +341,8 @@ class SocialLayer:
         """A fact for planning: ``("members", "Group.Role")`` from the organisation, others from the beliefs."""
         if key[0] == "members":
             return self.present.members(*key[1].split("."))
+        if key[0] == HAS_MISSION:
+            return self.standing.consultation.missions.get(key[1], default)
         if self._gatherings.is_undone(key, self.standing.is_cut_off):
             return default
         return self._beliefs.get(key, default)

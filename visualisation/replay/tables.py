@@ -37,10 +37,6 @@ EVENTS: Mapping[str, Kinds] = {
     "organisation": {
         "time_s": "time", "vehicle": "vehicle", "peer": "vehicle", "group": "text", "role": "text", "event": "text",
     },
-    "objectives": {
-        "time_s": "time", "vehicle": "vehicle", "group": "text", "role": "text", "objective": "text",
-        "argument": "text",
-    },
     "membership": {"time_s": "time", "vehicle": "vehicle", "peer": "vehicle", "event": "text"},
     "activities": {"time_s": "time", "vehicle": "vehicle", "type": "text", "name": "text", "role": "text"},
     "decisions": {

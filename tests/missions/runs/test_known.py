@@ -50,7 +50,7 @@ def state_of(fleet: Fleet) -> dict[str, Any]:
         found[vehicle.name] = (
             (model.state_hash(), sorted(model.arrivals.waiting), sorted(model.arrivals.refused), model.next_sequence),
             (standing.organisation, standing.present, standing.absent),
-            frozenset(vehicle.social.objectives.values()),
+            (frozenset(vehicle.social.objectives.values()), vehicle.social.missions),
         )
     return found
 
@@ -95,13 +95,13 @@ def compare(loaded: Scenario, seed: int, folder: Path | None = None, channel: Ch
     knew = live(loaded, seed, moments_s, channel)
     assert len(knew) == MOMENTS
     for at_s, vehicles in knew.items():
-        for name, (held, seen, objectives) in vehicles.items():
+        for name, (held, seen, aims) in vehicles.items():
             known = results.known(name, at_s)
             model = known.model
             rebuilt = (model.state_hash(), sorted(model.arrivals.waiting), sorted(model.arrivals.refused))
             assert (*rebuilt, model.next_sequence) == held, (name, at_s)
             assert (known.organisation, known.present, known.absent) == seen, (name, at_s)
-            assert known.objectives == objectives, (name, at_s)
+            assert (known.objectives, known.missions) == aims, (name, at_s)
     return finished
 
 
@@ -211,7 +211,7 @@ def test_an_older_folder_is_read_and_says_that_it_cannot_tell(folder: Path, tmp_
     older = tmp_path / "older"
     older.mkdir()
     for path in folder.iterdir():
-        if path.stem in ("items", "decisions", "organisation", "objectives"):
+        if path.stem in ("items", "decisions", "organisation"):
             continue
         if path.stem == "packets":
             pq.write_table(pq.read_table(path).select(range(8)), older / path.name)
@@ -222,11 +222,9 @@ def test_an_older_folder_is_read_and_says_that_it_cannot_tell(folder: Path, tmp_
     results = Results.read(older)
     assert results.table("packets").num_rows > 0
     assert results.table("trajectories").column_names[-1] == "energy_j"
-    with pytest.raises(
-        OutputError, match=r"older version wrote it \(lacking or older: items, organisation, objectives\)"
-    ):
+    with pytest.raises(OutputError, match=r"older version wrote it \(lacking or older: items, organisation\)"):
         results.known("AUV01", 10.0)
-    for name in ("items", "organisation", "objectives"):
+    for name in ("items", "organisation"):
         (older / f"{name}.parquet").write_bytes((folder / f"{name}.parquet").read_bytes())
     with pytest.raises(OutputError, match=r"lacking or older: packets"):
         Results.read(older).known("AUV01", 10.0)

@@ -22,7 +22,7 @@ from missions.scenarios import load
 from visualisation.errors import DrawingError
 from visualisation.replay import missing, page_text, run_data
 
-NEWER = ("items", "decisions", "organisation", "objectives")
+NEWER = ("items", "decisions", "organisation")
 OLD_COLUMNS = {"packets": 8, "trajectories": 7}
 """An older version wrote so many columns of these tables, and none of the newer tables."""
 WICKED = ['AUV "one"', "</script><b>'x'", "船 \U0001f6a2 ü", "<!-- & -->"]

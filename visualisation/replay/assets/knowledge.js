@@ -10,7 +10,7 @@ globalThis.R = globalThis.R || {};
   R.learn = function (run) {
     run._heard = heardOf(run);
     run._byFact = byFact(run);
-    const views = run._rows("organisation");
+    const views = run._rows("organisation").filter((row) => row.event === "assigned" || row.event === "left");
     const ofVehicle = (rows, v) => rows.filter((row) => row.vehicle === v);
     run._views = run.vehicles.map((_, v) => changes(ofVehicle(views, v), "assigned", (row) => row.peer));
     const assignments = run._rows("roles").filter((row) => row.event === "assigned" || row.event === "left");
