@@ -21,6 +21,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
+from remoras.activities import Objective
 from remoras.database import AUVDatabase
 from remoras.organisation import Organisation, Outcome, RoleSpecification
 from remoras.work import Job
@@ -108,6 +109,11 @@ class Ruling:
             return "refused"
         return {Act.ASSIGN: "assigned", Act.SUCCEED: "assigned", Act.RELEASE: "left"}.get(self.asked.act, "given")
 
+    def repeats(self, objectives: Mapping[tuple[str, str, str], Objective]) -> bool:
+        """True if it gives a role an objective that it has, by the ``objectives`` of roles by group, role and name."""
+        known = objectives.get((self.asked.group, self.asked.role, self.asked.objective))
+        return self.event == "given" and known is not None and known.argument == self.asked.argument
+
 
 @dataclass(frozen=True)
 class Rules:
@@ -124,6 +130,13 @@ class Rules:
     authorities: frozenset[Authority] = frozenset()
     jobs: Mapping[str, Job] = field(default_factory=dict)
     supervisors: Mapping[str, Collection[str]] = field(default_factory=dict)
+
+    @property
+    def apart(self) -> frozenset[str]:
+        """Vehicles that have no part where the others divide jobs among themselves: they have no social layer."""
+        if self.authorities.isdisjoint(CONSULTING):
+            return NOBODY
+        return frozenset(name for name, data in self.database.items() if not data.social_layer)
 
     def is_able(self, vehicle: str, role: RoleSpecification) -> bool:
         """True if the vehicle can play the role, has the social layer to lead by it, and what its job takes."""

@@ -38,12 +38,17 @@ class Agreed:
     rulings: list[Ruling] = field(default_factory=list)
     unlawful: set[Place] = field(default_factory=set)
 
-    def assign(self, asked: Request) -> Outcome:
-        """Let a vehicle play a role; where there is no room, in the place of holders that are all absent."""
+    def of(self, vehicle: str) -> tuple[list[RoleAssignment], list[RoleAssignment]]:
+        """Roles that one vehicle took, and those that it left."""
+        taken = [one for one in self.assigned if one.vehicle == vehicle]
+        return taken, [one for one in self.left if one.vehicle == vehicle]
+
+    def assign(self, asked: Request, yielding: frozenset[str] = NOBODY) -> Outcome:
+        """Let a vehicle play a role; where there is no room, in the place of holders that all are absent or yield."""
         one = RoleAssignment(asked.group, asked.role, asked.assignee)
         organisation, outcome = self.organisation.assign(one.vehicle, one.group, one.role)
         holders = self.organisation.members(one.group, one.role)
-        if outcome is Outcome.NO_ROOM and self.absent.issuperset(holders):
+        if outcome is Outcome.NO_ROOM and (self.absent | yielding).issuperset(holders):
             for name in holders:
                 self.leave(Request(asked.issuer, Act.RELEASE, one.group, one.role, name))
             organisation, outcome = self.organisation.assign(one.vehicle, one.group, one.role)

@@ -17,14 +17,11 @@ from remoras.authority import NOBODY, Act, Request, Rules, may_assign
 from remoras.beliefs import Beliefs
 from remoras.organisation import Organisation, Outcome, RoleAssignment
 from remoras.social.agreed import UNCHANGED, Agreed
-from remoras.social.negotiation import ROLE_ATTRIBUTES
 from remoras.social.reigns import AGREED_BEFORE, Age, Reigns
-from remoras.social.succession import HEAD_TERM, HEADED_BY, Claim, Headship, role_after
-from worldmodel import Change, Observation, PropertyValue
+from remoras.social.requests import Requests
+from remoras.social.succession import Claim, Headship, role_after
+from worldmodel import Change, Observation
 
-OBJECTIVE_PREFIX = "objective"
-"""Attributes whose name begins so give a role an objective."""
-HAS_MISSION = "hasMission"
 MAY_COME = frozenset({Outcome.OUTSIDE, Outcome.NO_AUTHORITY, Outcome.NOT_OF_GROUP, Outcome.INCOMPATIBLE})
 """Refusals that rest on what may be heard of later."""
 LAWFUL = UNCHANGED | {Outcome.SUCCESS, Outcome.NO_ROOM, Outcome.UNAVAILABLE, Outcome.NOT_IN_GROUP}
@@ -46,16 +43,8 @@ class Consultation:
     """
 
     def __init__(self, beliefs: Beliefs, rules: Rules, organisation: Organisation) -> None:
-        self._beliefs = beliefs
         self._rules = rules
-        tbox = beliefs.model.tbox
-        self._attributes = tbox.attributes
-        self._organisational = frozenset(
-            one.uid for one in self._attributes if one.name in ROLE_ATTRIBUTES or one.name.startswith(OBJECTIVE_PREFIX)
-        )
-        self._headed_by, self._head_term, self._has_mission = (
-            tbox.attribute_named(name).uid for name in (HEADED_BY, HEAD_TERM, HAS_MISSION)
-        )
+        self.requests = Requests(beliefs, organisation.groups)
         self._pending: list[Observation] = []
         self._pending_alone: list[Observation] = []
         self._newest: dict[tuple[str, ...], Age] = {}  # what counts, and since when
@@ -82,32 +71,8 @@ class Consultation:
             alone: True if this vehicle states it for itself alone, since it is cut off.
         """
         for position, fact in enumerate(change.block.facts):
-            if fact.attribute in self._organisational or fact.attribute == self._headed_by:
+            if self.requests.waits(fact):
                 (self._pending_alone if alone else self._pending).append(Observation(change.block, position))
-
-    def role_named(self, fact: PropertyValue) -> tuple[str, str] | None:
-        """Attribute and role (``Group.Role``) of an organisational fact; None for any other fact."""
-        if fact.attribute not in self._organisational:
-            return None
-        name = self._attributes[fact.attribute].name
-        return name, self._beliefs.name(fact.subject if name.startswith(OBJECTIVE_PREFIX) else fact.target)
-
-    def _request(self, observation: Observation) -> Request:
-        """What the issuer of a fact wants to change."""
-        fact, name = observation.fact, self._beliefs.name
-        issuer = name(observation.origin)
-        if fact.attribute == self._has_mission:
-            return Request(issuer, Act.MISSION, name(fact.subject), argument=name(fact.target))
-        if fact.attribute == self._headed_by:
-            group = name(fact.subject)
-            return Request(issuer, Act.SUCCEED, group, self._groups[group].head_role or "", name(fact.target))
-        attribute, path = self.role_named(fact) or ("", "")
-        group, _, role = path.partition(".")
-        if attribute.startswith(OBJECTIVE_PREFIX):
-            objective = attribute.removeprefix(OBJECTIVE_PREFIX)
-            return Request(issuer, Act.OBJECTIVE, group, role, objective=objective, argument=name(fact.target))
-        act = Act.ASSIGN if attribute == ROLE_ATTRIBUTES[0] else Act.RELEASE
-        return Request(issuer, act, group, role, name(fact.subject))
 
     # The end of a round --------------------------------------------------------------------------
 
@@ -130,17 +95,13 @@ class Consultation:
             waiting, self._waiting = sorted(self._waiting, key=_age), []
             for observation in waiting:
                 self._count(observation, agreed, again=True)
-        for one in sorted(self._denied, key=self._denied_since, reverse=True):
+        for one in sorted(self._denied, key=lambda one: self._given_at(one.group, one.role, one.vehicle), reverse=True):
             if agreed.assign(self._denied[one]) is not Outcome.NO_ROOM:  # its successor was heard of first
                 del self._denied[one]
         alone, self._pending_alone = sorted(self._pending_alone, key=_age), []
         if alone:
             self._count_alone(alone, agreed)
         return agreed
-
-    def gives_mission(self, change: Change) -> bool:
-        """True if a block gives a group its mission."""
-        return any(fact.attribute == self._has_mission for fact in change.block.facts)
 
     def give_missions(self, change: Change, agreed: Agreed, alone: bool = False) -> None:
         """Let the missions that a block gives to groups count, at once.
@@ -151,7 +112,7 @@ class Consultation:
             alone: True if this vehicle states it for itself alone, since it is cut off.
         """
         for position, fact in enumerate(change.block.facts):
-            if fact.attribute == self._has_mission:
+            if self.requests.gives_mission(fact):
                 self._count(Observation(change.block, position), agreed, alone)
 
     # What members say ----------------------------------------------------------------------------
@@ -165,14 +126,15 @@ class Consultation:
             alone: True if the vehicle states it for itself alone: then it leads its groups itself.
             again: True if it was refused before.
         """
-        asked, age = self._request(observation), _age(observation)
+        asked, age = self.requests.of(observation), _age(observation)
         if asked.act is not Act.SUCCEED and not alone and self._newest.get(asked.about, age) > age:
             return
 
         def led(vehicle: str, group: str) -> bool:
             return agreed.organisation.is_member(vehicle, group) if alone else self._reigns.led(vehicle, group, age)
 
-        outcome = may_assign(asked, agreed.organisation, self._rules, led, agreed.absent, agreed.unavailable)
+        yielding = agreed.absent | self._given_by_former_heads(asked, age, agreed.organisation)
+        outcome = may_assign(asked, agreed.organisation, self._rules, led, yielding, agreed.unavailable)
         if outcome not in LAWFUL:
             if outcome in MAY_COME and not alone:
                 self._waiting.append(observation)
@@ -183,10 +145,26 @@ class Consultation:
         else:
             if not alone:
                 self._newest[asked.about] = age
-            self._take(asked, outcome, age, agreed)
+            self._take(asked, outcome, age, agreed, yielding)
 
-    def _take(self, asked: Request, outcome: Outcome, age: Age, agreed: Agreed) -> None:
-        """Do what was asked, or note why it is refused."""
+    def _given_by_former_heads(self, asked: Request, age: Age, organisation: Organisation) -> frozenset[str]:
+        """Holders of a role with a job that have it from before the issuer led, where heads alone give out roles.
+
+        The new head may know nothing of what a lost one told few: nobody would do what it gives out again.
+        """
+        role = self._groups[asked.group].role(asked.role) if asked.act is Act.ASSIGN else None
+        if role is None or role.job is None or self._rules.authorities:
+            return NOBODY
+        since = self._reigns.since(asked.issuer, asked.group, age)
+        if since is None or since == AGREED_BEFORE:
+            return NOBODY
+        holders = organisation.members(asked.group, asked.role)
+        return frozenset(name for name in holders if self._given_at(asked.group, asked.role, name) < since)
+
+    def _take(
+        self, asked: Request, outcome: Outcome, age: Age, agreed: Agreed, yielding: frozenset[str] = NOBODY
+    ) -> None:
+        """Do what was asked, or note why it is refused; where there is no room, in the place of who is ``yielding``."""
         if asked.assignee:
             self._denied.pop(_assignment(asked), None)
         if outcome is Outcome.NO_ROOM:
@@ -198,12 +176,13 @@ class Consultation:
             if asked.act is Act.MISSION:
                 self.missions[asked.group] = asked.argument
         else:
-            done = agreed.assign(asked) if asked.act is Act.ASSIGN else agreed.leave(asked)
+            done = agreed.assign(asked, yielding) if asked.act is Act.ASSIGN else agreed.leave(asked)
             if done is Outcome.SUCCESS and asked.role == self._groups[asked.group].head_role:
                 self._reigns.change(asked.group, asked.assignee, asked.act is Act.ASSIGN, age)
 
-    def _denied_since(self, one: RoleAssignment) -> Age:
-        return self._newest.get((one.group, one.role, one.vehicle), AGREED_BEFORE)
+    def _given_at(self, group: str, role: str, vehicle: str) -> Age:
+        """When the newest word of a role of a vehicle was said."""
+        return self._newest.get((group, role, vehicle), AGREED_BEFORE)
 
     def _is_newest(self, about: tuple[str, ...], age: Age) -> bool:
         """True if nothing newer is known about it; it counts since ``age`` then."""
@@ -216,13 +195,12 @@ class Consultation:
 
     def _succeed(self, asked: Request, observation: Observation, agreed: Agreed) -> None:
         """Take note of a claim to lead a group: the greatest makes its vehicle the head, and the old head no more."""
-        facts, subject = observation.block.facts, observation.fact.subject
-        terms = [f.value for f in facts if f.attribute == self._head_term and f.subject == subject]
-        if not terms:
+        term = self.requests.term(observation)
+        if term is None:
             agreed.refuse(asked, Outcome.NO_AUTHORITY, observation)
             return
         group, vehicle, age = self._groups[asked.group], asked.assignee, _age(observation)
-        claim = Claim(round(terms[0]), -self._rules.database[vehicle].node)  # type: ignore[arg-type]  # it is a number
+        claim = Claim(term, -self._rules.database[vehicle].node)
         self._reigns.claim(group.name, vehicle, claim, age)
         if not self.headship.take(group.name, claim):
             return
@@ -253,7 +231,7 @@ class Consultation:
         """Let what the vehicle states for itself alone count, and note what is to be undone."""
         n_assigned, n_left = len(agreed.assigned), len(agreed.left)
         for observation in pending:
-            if observation.fact.attribute != self._headed_by:
+            if self.requests.of(observation).act is not Act.SUCCEED:
                 self._count(observation, agreed, alone=True)
         for one in agreed.left[n_left:]:
             if one in self._taken_alone:

@@ -21,7 +21,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 from remoras.activities import ActivitySet, Objective
-from remoras.authority import CONSULTING, Rules, Ruling
+from remoras.authority import Rules, Ruling
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase
 from remoras.mission import SocialPart
@@ -30,12 +30,12 @@ from remoras.organisation import Organisation, RoleAssignment
 from remoras.picture import Picture
 from remoras.social.agreement import Agreement
 from remoras.social.conclusions import Conclusions
-from remoras.social.consultation import HAS_MISSION
 from remoras.social.gatherings import Gatherings
 from remoras.social.negotiation import ROLE_ATTRIBUTES, Negotiation
 from remoras.social.planning import Deliberation, MissionPlanner, missions_of
 from remoras.social.pursuit import Pursuit
 from remoras.social.receivers import aims
+from remoras.social.requests import HAS_MISSION
 from remoras.social.standing import Standing
 from remoras.social.workload import Workload
 from remoras.strategy import Strategy
@@ -137,20 +137,14 @@ class SocialLayer:
         self._pursuit = Pursuit(database[me], mission, self._mission_name)
         self._conclusions = Conclusions(me, mission, self._mission_name, beliefs)
         self._gatherings = Gatherings(beliefs, agreement.organisation.groups, agreement.meets_after)
-        authorities = strategy.declaration.authorities
-        rules = Rules(database, authorities, self._jobs, agreement.supervisors)
+        rules = Rules(database, strategy.declaration.authorities, self._jobs, agreement.supervisors)
         self.standing = Standing(me, rules, beliefs, agreement.organisation, lease_s, picture.frame_s)
-        self._apart = frozenset(
-            name for name, data in database.items() if not data.social_layer and authorities & CONSULTING
-        )
-        self._workload = Workload(me, database, mission, beliefs)
+        self._workload = Workload(me, rules, mission, beliefs)
         self._led = self.standing.led
         planned = {group: agreement.rests_on[group] for group in self._led if group in agreement.rests_on}
         self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned)
         self.planner.take_on(group for group in self._led if group in self.missions)
-        self._negotiation = Negotiation(
-            me, strategy, self.organisation, beliefs, rally_points_m, self._jobs, self._apart
-        )
+        self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, rules)
         if strategy.declaration.meets and not self._negotiation.takes_part:
             self._negotiation.expect_away(self._work({}).values())
 
@@ -180,38 +174,32 @@ class SocialLayer:
 
     def _work(self, positions_m: Mapping[str, Point]) -> dict[str, Work]:
         at = self.standing
-        return self._workload.of_groups(at.present, at.takes_no_jobs | self._apart, at.is_cut_off, positions_m)
+        return self._workload.of_groups(at.present, at.takes_no_jobs, at.is_cut_off, positions_m)
 
     # Hearing -------------------------------------------------------------------------------------
 
     def consider(self, changes: Sequence[Change], told: bool = True) -> Considered:
-        """Take note of changed facts.
-
-        Organisational facts wait for the end of the round. A mission for a group that this vehicle leads makes planning
-        due now, and so does a fact that one of its plans rests on.
+        """Take note of changed facts; those that are organisational wait for the end of the round, but for missions.
 
         Args:
             changes: of the world model.
             told: False if this vehicle keeps to itself what it states.
         """
         alone = self.standing.is_cut_off and not told
-        with_mission, rulings = self.standing.hear_missions(changes, alone)
+        with_mission, rulings = self.standing.hear(changes, alone)
         for change in changes:
-            self.standing.consultation.note(change, alone)
             self._negotiation.note(change)
             self.planner.note(change)
         self._workload.note(changes)
         keys = {key for key in self._beliefs.keys_of(changes) if key[0] != HAS_MISSION}
         keys.update((HAS_MISSION, group) for group in with_mission)
-        self.standing.note_availability(changes)
         if not self._gatherings.keys.isdisjoint(keys):
             if alone:
                 self._gatherings.note_alone(keys, changes[0].block.time_s)
             self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
         self.planner.reconsider(keys, self._led)
         if self.standing.is_cut_off and any(job.done in keys for job in self._jobs.values()):
-            for group in self._led:  # it is free for what others have left
-                self.planner.replace_who_left(group)
+            self.planner.replace_who_left(self._led)  # it is free for what others have left
         return Considered(self._pursuit.let_go(keys), rulings)
 
     # Who is there --------------------------------------------------------------------------------
@@ -233,10 +221,8 @@ class SocialLayer:
         keys = {("members", f"{one.group}.{one.role}") for one in [*roles, *undone.assigned, *undone.left]}
         stale = self._pursuit.let_go(keys | self._gatherings.concluded_alone)
         self._renew_leads()
-        for group in {one.group for one in roles}.intersection(self._led):
-            self.planner.replace_who_left(group)
-        assigned = [one for one in undone.assigned if one.vehicle == self.me]
-        left = [one for one in undone.left if one.vehicle == self.me]
+        self.planner.replace_who_left({one.group for one in roles}.intersection(self._led))
+        assigned, left = undone.of(self.me)
         passed_on = [] if self.standing.is_cut_off else self._workload.told_by(seen.changes.absent)
         is_due = stale or before != self.present.roles_of(self.me)
         return Review(events, seen.facts, assigned, left, undone.rulings, is_due, passed_on)
@@ -264,26 +250,16 @@ class SocialLayer:
         """End of a round: what was said in it of roles and objectives counts from now on."""
         agreed = self.standing.agree()
         self._negotiation.disregard(agreed.unlawful)
-        rulings = [one for one in agreed.rulings if not self._is_known(one)]
+        rulings = [one for one in agreed.rulings if not one.repeats(self.objectives)]
         self.objectives |= {(one.group, one.role, one.name): one for one in agreed.objectives}
-        self.planner.end_round()
         self._renew_leads()
-        self.planner.issued.difference_update(agreed.left)
+        self.planner.end_round(agreed.left)
         self.planner.reconsider({(HAS_MISSION, group) for group in agreed.missions}, self._led)
-        for one in agreed.left:
-            if self.leads(one.group):
-                self.planner.replace_who_left(one.group)
+        self.planner.replace_who_left({one.group for one in agreed.left}.intersection(self._led))
         stale = self._pursuit.let_go({("members", f"{a.group}.{a.role}") for a in [*agreed.assigned, *agreed.left]})
-        assigned = [one for one in agreed.assigned if one.vehicle == self.me]
-        left = [one for one in agreed.left if one.vehicle == self.me]
+        assigned, left = agreed.of(self.me)
         is_due = bool(agreed.objectives or stale or assigned or left)
         return Consulted(assigned, left, rulings, is_due)
-
-    def _is_known(self, ruling: Ruling) -> bool:
-        """True if a role has had that objective before."""
-        asked = ruling.asked
-        known = self.objectives.get((asked.group, asked.role, asked.objective))
-        return ruling.event == "given" and known is not None and known.argument == asked.argument
 
     def negotiate(self, now_s: float, motion: Motion, calls: Mapping[str, float]) -> list[tuple[list[Fact], bool]]:
         """End of a round: facts that this vehicle states together to organise its groups, and whether it tells them.

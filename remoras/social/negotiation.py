@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 
+from remoras.authority import Rules
 from remoras.beliefs import Beliefs
 from remoras.organisation import Organisation
 from remoras.social.agreed import Place
@@ -39,8 +40,7 @@ class Negotiation:
         organisation: as agreed before the mission.
         beliefs: facts of this vehicle.
         rally_points_m: rally points by name.
-        jobs: of the mission, by name.
-        apart: vehicles that have no part in dividing jobs: what they say of it does not count.
+        rules: the jobs, and who has no part in dividing them: what such vehicles say of it does not count.
     """
 
     def __init__(
@@ -50,24 +50,23 @@ class Negotiation:
         organisation: Organisation,
         beliefs: Beliefs,
         rally_points_m: Mapping[str, Point],
-        jobs: Mapping[str, Job],
-        apart: Collection[str] = (),
+        rules: Rules,
     ) -> None:
         self._me = me
-        self._apart = apart
+        self._apart = rules.apart
         self._strategy = strategy.name
         self._beliefs = beliefs
         tbox = beliefs.model.tbox
         self._attributes = frozenset(
-            tbox.attribute_named(name).uid for name in negotiated_attributes(strategy, jobs, tbox)
+            tbox.attribute_named(name).uid for name in negotiated_attributes(strategy, rules.jobs, tbox)
         )
-        plain = (*ROLE_ATTRIBUTES, *(job.done[0] for job in jobs.values()))
+        plain = (*ROLE_ATTRIBUTES, *(job.done[0] for job in rules.jobs.values()))
         self._of_all = frozenset(tbox.attribute_named(name).uid for name in plain)  # those apart may state them too
         self._negotiators: dict[str, Negotiator] = {}
         self._rally_m: dict[str, Point | None] = {}
         for group in organisation.groups.values():
             has_jobs = any(role.job is not None for role in group.roles)
-            if has_jobs and me not in apart and organisation.is_member(me, group.name):
+            if has_jobs and me not in rules.apart and organisation.is_member(me, group.name):
                 negotiator = negotiator_of(strategy, me, group)
                 if negotiator is not None:
                     self._negotiators[group.name] = negotiator

@@ -13,7 +13,7 @@ from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.htn import Domain, FactsLike, NoPlan, Task, plan
 from remoras.organisation import Group, RoleAssignment
-from remoras.social.consultation import OBJECTIVE_PREFIX
+from remoras.social.requests import OBJECTIVE_PREFIX
 from remoras.strategy import Strategy, adapt_roles
 from remoras.work import Work, precedence
 from worldmodel import Change
@@ -107,18 +107,18 @@ class MissionPlanner:
         self._due.intersection_update(groups)
         self._due.update(taken_over)
 
-    def replace_who_left(self, group: str) -> None:
-        """Somebody left the group or came back, whose mission is due again if it has been planned here."""
-        if group in self._rests_on:
-            self._due.add(group)
+    def replace_who_left(self, groups: Iterable[str]) -> None:
+        """Somebody left these groups or came back: their missions are due again if they have been planned here."""
+        self._due.update(self._rests_on.keys() & set(groups))
 
     def waits_for(self, peers: Collection[str], done: Collection[str]) -> bool:
         """True while one of ``peers`` was given a job that is not done and of which nothing has come back."""
         return any(vehicle in peers and job not in done for vehicle, job in self._awaited)
 
-    def end_round(self) -> None:
-        """What was proposed in this round has been said."""
+    def end_round(self, left: Iterable[RoleAssignment]) -> None:
+        """What was proposed in this round has been said; roles that vehicles have left are given out no longer."""
         self._proposed.clear()
+        self.issued.difference_update(left)
 
     # Planning ------------------------------------------------------------------------------------
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact
 from remoras.mission import SocialPart
-from remoras.social.consultation import OBJECTIVE_PREFIX
+from remoras.social.requests import OBJECTIVE_PREFIX
 from worldmodel import PropertyValue
 
 PLAYS = "playsRole"

@@ -54,6 +54,10 @@ class Reigns:
 
     def led(self, vehicle: str, group: str, at: Age) -> bool:
         """True if the vehicle led the group at ``at``."""
+        return self.since(vehicle, group, at) is not None
+
+    def since(self, vehicle: str, group: str, at: Age) -> Age | None:
+        """Since when the vehicle led the group at ``at``; None if it did not."""
         began, ended = (list(ages.get((group, vehicle), ())) for ages in (self._began, self._ended))
         greatest: Claim | None = None
         for claim, since, name in sorted(self._claimed.get(group, ()), key=lambda one: one.since):
@@ -61,4 +65,4 @@ class Reigns:
                 greatest = claim
                 (began if name == vehicle else ended).append(since)
         latest = max((age for age in began if age <= at), default=None)
-        return latest is not None and not any(latest < age <= at for age in ended)
+        return None if latest is None or any(latest < age <= at for age in ended) else latest

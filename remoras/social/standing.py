@@ -104,22 +104,17 @@ class Standing:
         leads_alone = self._database[self._me].social_layer
         self.present = acted_on(organisation, self._me, self.absent, self.is_cut_off, leads_alone)
 
-    def note_availability(self, changes: Iterable[Change]) -> None:
-        """See who takes jobs, by what each vehicle says of itself: the newest counts.
-
-        Args:
-            changes: of the world model.
-        """
-        for change in changes:
-            block = change.block
-            for position, fact in enumerate(block.facts):
-                age = block.time_s, block.sequence, position
-                if fact.attribute != self._available or fact.subject != block.origin:
-                    continue
-                if age > self._available_since.get(block.origin, NEVER):
-                    self._available_since[block.origin] = age
-                    name = {self._beliefs.name(block.origin)}
-                    self._unavailable = self._unavailable - name if fact.value else self._unavailable | name
+    def _note_availability(self, change: Change) -> None:
+        """See who takes jobs, by what each vehicle says of itself: the newest counts."""
+        block = change.block
+        for position, fact in enumerate(block.facts):
+            age = block.time_s, block.sequence, position
+            if fact.attribute != self._available or fact.subject != block.origin:
+                continue
+            if age > self._available_since.get(block.origin, NEVER):
+                self._available_since[block.origin] = age
+                name = {self._beliefs.name(block.origin)}
+                self._unavailable = self._unavailable - name if fact.value else self._unavailable | name
 
     # The end of a round --------------------------------------------------------------------------
 
@@ -155,20 +150,24 @@ class Standing:
         self._renew(agreed.organisation)
         return agreed
 
-    def hear_missions(self, changes: Iterable[Change], alone: bool) -> tuple[list[str], list[Ruling]]:
-        """Missions that blocks give to groups count at once: the groups that have one anew, and what became of each.
+    def hear(self, changes: Iterable[Change], alone: bool) -> tuple[list[str], list[Ruling]]:
+        """Take note of what blocks say of the organisation, and let missions that they give to groups count at once.
 
         Args:
             changes: that the blocks made to the world model.
             alone: True if this vehicle states them for itself alone.
+
+        Returns:
+            The groups that have a mission anew, and what became of each.
         """
-        given = [change for change in changes if self.consultation.gives_mission(change)]
-        if not given:
-            return [], []
-        agreed = Agreed(self.organisation, self.absent, self.takes_no_jobs)
-        for change in given:
-            self.consultation.give_missions(change, agreed, alone)
-        return agreed.missions, agreed.rulings
+        agreed, gives_mission = None, self.consultation.requests.gives_mission
+        for change in changes:
+            self._note_availability(change)
+            self.consultation.note(change, alone)
+            if any(map(gives_mission, change.block.facts)):
+                agreed = agreed or Agreed(self.organisation, self.absent, self.takes_no_jobs)
+                self.consultation.give_missions(change, agreed, alone)
+        return (agreed.missions, agreed.rulings) if agreed is not None else ([], [])
 
     # What the vehicle states ---------------------------------------------------------------------
 
@@ -203,7 +202,7 @@ class Standing:
 
     def by_receiver(self, facts: Sequence[Fact], is_individual: Callable[[Objective], bool]) -> list[list[Fact]]:
         """What a plan comes down to in parts, by the vehicles that it concerns."""
-        return by_receiver(facts, self._beliefs, self.consultation.role_named, is_individual)
+        return by_receiver(facts, self._beliefs, self.consultation.requests.role_named, is_individual)
 
     def addressed(self, change: Change, everybody: bool) -> dict[str, set[str]]:
         """Vehicles that have to hear of a block of this vehicle's own, by name, and the roles that it gives them.
@@ -217,7 +216,7 @@ class Standing:
         given: dict[str, set[str]] = {}
         groups: set[str] = set()
         for fact in change.block.facts:
-            if (said := self.consultation.role_named(fact)) is None:
+            if (said := self.consultation.requests.role_named(fact)) is None:
                 continue
             attribute, role = said
             if attribute in ROLE_ATTRIBUTES:

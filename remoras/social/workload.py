@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
+from remoras.authority import Rules
 from remoras.beliefs import Beliefs, Fact
-from remoras.database import AUVDatabase
 from remoras.mission import SocialPart
 from remoras.organisation import Organisation
 from remoras.plugins import answer
@@ -21,14 +21,15 @@ class Workload:
 
     Args:
         me: own name.
-        database: static data of all vehicles.
+        rules: who may do jobs, with the static data of all vehicles.
         mission: its jobs, and when enough of them is done.
         beliefs: of the vehicle.
     """
 
-    def __init__(self, me: str, database: AUVDatabase, mission: SocialPart, beliefs: Beliefs) -> None:
+    def __init__(self, me: str, rules: Rules, mission: SocialPart, beliefs: Beliefs) -> None:
         self._me = me
-        self._database = database
+        self._database = rules.database
+        self._apart = rules.apart
         self._mission = mission
         self._jobs = jobs = mission.jobs
         self._beliefs = beliefs
@@ -73,7 +74,8 @@ class Workload:
             positions_m: last positions known, by vehicle.
         """
         self._work_out()
-        found = works(organisation, self._database, self._left, self._done, positions_m, takes_no_jobs, self._is_enough)
+        no_jobs = takes_no_jobs | self._apart
+        found = works(organisation, self._database, self._left, self._done, positions_m, no_jobs, self._is_enough)
         if alone and any(work.held_by(self._me) for work in found.values()):  # its own jobs come first
             return {name: replace(one, unavailable=one.unavailable | {self._me}) for name, one in found.items()}
         return found

@@ -217,3 +217,21 @@ def test_who_leads_no_longer_is_not_obeyed_by_those_who_know() -> None:
         organisation = heard("AUV00", 1.0, 2.0, claim_first=knows)
         assert organisation.heads("Operational") == ("AUV01",)
         assert organisation.plays("AUV02", "Operational", "RightWinger") is not knows
+
+
+def test_what_a_former_head_gave_gives_way_to_the_word_of_the_new_one() -> None:
+    """The new head may know nothing of what the lost one told few; by the declared authorities it is not so."""
+    wing, new = ("AUV01", "playsRole", "Operational.LeftWinger"), ("AUV00", "playsRole", "Operational.LeftWinger")
+    holders = {}
+    for strategy in ("central", "contract-net"):
+        said, fleet = fleet_of(strategy, *SUCCEEDED), fleet_of(strategy, *SUCCEEDED)
+        vehicle = named(fleet, "AUV02")
+        for issuer, facts, at_s in (("AUV00", (wing,), 1.0), ("AUV01", CLAIM, 2.0), ("AUV01", (new,), 3.0)):
+            beliefs = named(said, issuer).beliefs
+            block = beliefs.model.record([beliefs.fact(*fact) for fact in facts], at_s).block
+            vehicle._consider(merge(vehicle.beliefs.model, [block]).changes, 10.0 * at_s)
+            vehicle._take_effect(10.0 * at_s)
+        holders[strategy] = vehicle.social.organisation.members("Operational", "LeftWinger")
+        said.close()
+        fleet.close()
+    assert holders == {"central": ("AUV00",), "contract-net": ("AUV01",)}
