@@ -13,13 +13,14 @@ Of the velocities that all neighbours allow, and that are not faster than the ve
 is taken: a linear program in two dimensions, solved one half-plane after the other (section 5.1 of the paper). If none
 is allowed by all, the one that goes the least distance beyond any of them is taken (section 5.2).
 
-Three things are added for vehicles that turn like AUVs:
+Four things are added for vehicles that turn like AUVs:
 
 * a margin for turning, in the manner of Alonso-Mora et al., DARS 2010: r is the separation, a tenth of it, and the
   radius of the own turning circle at the present speed. So vehicles that stand still may stand close together;
 * a right-hand bias, after rules 14 and 15 of the COLREGs: while somebody is in the way, the preferred velocity is first
   turned to the right, and slowed down if one that it would run into is on the right-hand side. Without the turn,
   symmetric encounters come to a standstill; without the slowing, two that want to change sides go on side by side;
+* the borders of the area of operations are walls: nobody keeps clear of others by leaving it;
 * the velocity is carried out as far as a tick allows, see ``remoras.motion.follow``.
 
 A neighbour that does not avoid, or cannot, is avoided too: every tick takes half of what is left.
@@ -32,6 +33,8 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 Velocity = tuple[float, float]
+Bounds = tuple[float, float, float, float]
+"""Borders of the area of operations: x_min, y_min, x_max, y_max (m)."""
 SEPARATION_M = 5.0
 """Distance that vehicles in one depth layer keep unless a scenario sets another."""
 HORIZON_S = 10.0
@@ -50,6 +53,8 @@ GIVE_WAY = 0.6
 """Share of the preferred speed that a vehicle keeps while it gives way to one on its right-hand side."""
 RIGHT_HAND_SIDE_RAD = 0.1, math.radians(112.5)
 """Bearings to the right of the preferred course, from nearly ahead to two points abaft the beam (COLREG 13 and 15)."""
+FASTEST_MPS = 20.0
+"""No vehicle is faster."""
 PARALLEL = 1e-9
 """Half-planes whose borders enclose an angle with a smaller sine are parallel."""
 
@@ -199,20 +204,23 @@ def _nearest(
     return (vx, vy), len(planes)
 
 
-def _least_excess(planes: Sequence[HalfPlane], first: int, most_mps: float, best: Velocity) -> Velocity:
+def _least_excess(
+    planes: Sequence[HalfPlane], first: int, most_mps: float, best: Velocity, n_walls: int = 0
+) -> Velocity:
     """The velocity whose greatest excess over any half-plane is least: a linear program in three dimensions.
 
     Args:
         planes: half-planes; ``first``: the first that the best one so far, ``best``, cannot satisfy.
         most_mps: greatest speed.
+        n_walls: of how many half-planes, the first ones, nothing is given up.
     """
     excess = 0.0
-    for number in range(first, len(planes)):
+    for number in range(max(first, n_walls), len(planes)):
         x, y, dx, dy = plane = planes[number]
         if plane.excess_mps(best) <= excess:
             continue
-        equal: list[HalfPlane] = []  # where the excess over an earlier half-plane is no more than over this one
-        for ox, oy, odx, ody in planes[:number]:
+        equal = [*planes[:n_walls]]  # and where the excess over an earlier half-plane is no more than over this one
+        for ox, oy, odx, ody in planes[n_walls:number]:
             sine = dx * ody - dy * odx
             if -PARALLEL <= sine <= PARALLEL:
                 if dx * odx + dy * ody > 0.0:
@@ -231,6 +239,32 @@ def _least_excess(planes: Sequence[HalfPlane], first: int, most_mps: float, best
     return best
 
 
+def walls_of(bounds_m: Bounds, x_m: float, y_m: float) -> list[HalfPlane]:
+    """Velocities that do not take a vehicle out of the area of operations within ``RECOVERY_S``, border by border.
+
+    A border that it cannot reach so soon at ``FASTEST_MPS`` is left out; beyond one, it goes no farther.
+
+    Args:
+        bounds_m: of the area of operations.
+        x_m, y_m: of the vehicle.
+
+    >>> walls_of((0.0, 0.0, 500.0, 500.0), 100.0, 3.0)
+    [HalfPlane(x=0.0, y=-1.5, dx=1.0, dy=0.0)]
+    """
+    x_min, y_min, x_max, y_max = bounds_m
+    outwards = ((x_max - x_m, 1.0, 0.0), (y_max - y_m, 0.0, 1.0), (x_m - x_min, -1.0, 0.0), (y_m - y_min, 0.0, -1.0))
+    return [
+        HalfPlane(x * max(0.0, to_go_m) / RECOVERY_S, y * max(0.0, to_go_m) / RECOVERY_S, -y, x)
+        for to_go_m, x, y in outwards
+        if to_go_m < FASTEST_MPS * RECOVERY_S
+    ]
+
+
+def within(walls: Sequence[HalfPlane], velocity: Velocity, most_mps: float) -> Velocity:
+    """The velocity nearest to one (m/s) that is no faster than ``most_mps`` and goes beyond no wall."""
+    return _nearest(walls, most_mps, velocity)[0]
+
+
 def clear_velocity(
     preferred: Velocity,
     own: Velocity,
@@ -238,6 +272,7 @@ def clear_velocity(
     separation_m: float,
     turn_rate_radps: float,
     most_mps: float,
+    walls: Sequence[HalfPlane] = (),
 ) -> Velocity | None:
     """The velocity (m/s) nearest to the preferred one that keeps clear of all neighbours; the least bad without one.
 
@@ -246,13 +281,14 @@ def clear_velocity(
         neighbours: as the obstacle sonar sees them.
         separation_m: distance to be kept.
         turn_rate_radps, most_mps: greatest rate of turn and speed of the vehicle.
+        walls: what it does not go beyond while it keeps clear.
 
     Returns:
         None if nobody is in the way, so that guidance is carried out as it is.
     """
     radius_m = MARGIN * separation_m + math.hypot(*own) / turn_rate_radps
     berth_m = BERTHS * separation_m
-    planes = []
+    planes = [*walls]
     is_in_way = gives_way = False
     for neighbour in neighbours:
         plane = allowed_by(neighbour, own, radius_m)
@@ -268,7 +304,7 @@ def clear_velocity(
     cos, sin = share * math.cos(RIGHT_RAD), share * math.sin(RIGHT_RAD)
     turned = preferred[0] * cos + preferred[1] * sin, preferred[1] * cos - preferred[0] * sin
     best, n_met = _nearest(planes, most_mps, turned)
-    return best if n_met == len(planes) else _least_excess(planes, n_met, most_mps, best)
+    return best if n_met == len(planes) else _least_excess(planes, n_met, most_mps, best, len(walls))
 
 
 def _is_on_right(neighbour: Neighbour, course: Velocity) -> bool:

@@ -19,6 +19,7 @@ import mesa
 
 from exchange.manager import Reception, Transmission
 from remoras.activities import ActivitySet, ActivityType
+from remoras.attraction import NO_PULLS
 from remoras.avoidance import Neighbour
 from remoras.behaviours import Perception
 from remoras.beliefs import Beliefs, Fact
@@ -152,6 +153,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             if decision is not before:
                 functional.perform(decision.chosen)
                 self._diary.drives(now_s, decision.driving, candidates)
+        functional.heed(executive.pulls(now_s) if functional.picture.body.contacts_m else NO_PULLS)
         if functional.must_go_home and not self._resigned:
             self._resigned = True
             self._conclude(self.social.standing.resign(), now_s)

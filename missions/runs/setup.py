@@ -363,7 +363,7 @@ def _vehicle(
             ),
             ExecutiveLayer(setup.decision),
             FunctionalLayer(
-                real, mission, world, sensors, setup.bounds_m, picture, setup.scenario.guidance.separation_m
+                real, mission, world, sensors, setup.bounds_m, picture, setup.scenario.guidance.constants()
             ),
         ),
         Radio(setup.database.names, groups, declaration, manager, beliefs, picture.peers, recorder),

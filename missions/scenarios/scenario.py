@@ -14,8 +14,10 @@ from missions.scenarios.channel import ChannelTable
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.faults import FaultTable
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, one_or_more
+from remoras.attraction import PullWeights
 from remoras.avoidance import SEPARATION_M
 from remoras.executive.satisfaction import DecisionConstants
+from remoras.functional.guidance import GuidanceConstants
 
 
 class About(Section):
@@ -107,6 +109,16 @@ class GuidanceTable(Section):
     separation_m: float = Field(
         SEPARATION_M, ge=1.0, le=20.0, description="distance that vehicles in one depth layer keep from each other"
     )
+    attraction: NotNegative = Field(
+        1.0, description="weight by which a call that a vehicle answers draws it to the one that calls, nearby"
+    )
+    repulsion: NotNegative = Field(
+        2.0, description="weight by which a call makes more satisfied vehicles withdraw that are in the way, nearby"
+    )
+
+    def constants(self) -> GuidanceConstants:
+        """Constants of guidance."""
+        return GuidanceConstants(self.separation_m, PullWeights(self.attraction, self.repulsion))
 
 
 class RallyPoint(Section):

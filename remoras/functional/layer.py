@@ -7,12 +7,13 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from remoras.activities import ActivitySet, ActivityType
-from remoras.avoidance import SEPARATION_M, Neighbour
+from remoras.attraction import Pulls
+from remoras.avoidance import Bounds, Neighbour
 from remoras.behaviours import Behaviour, Perception, Reference
 from remoras.database import VehicleData
 from remoras.errors import PluginError
-from remoras.functional.guidance import Guidance
-from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, Bounds, vital_behaviour
+from remoras.functional.guidance import USUAL, Guidance, GuidanceConstants
+from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, vital_behaviour
 from remoras.mission import FunctionalPart
 from remoras.motion import Motion
 from remoras.picture import Picture
@@ -95,7 +96,7 @@ class FunctionalLayer:
         sensors: of the vehicle, by name, in the order in which they are asked.
         bounds_m: area of operations.
         picture: what behaviours see; its part ``body`` is written here and nowhere else.
-        separation_m: distance that the vehicle keeps from others in its depth layer.
+        constants: of guidance.
     """
 
     def __init__(
@@ -106,7 +107,7 @@ class FunctionalLayer:
         sensors: Mapping[str, Sensor],
         bounds_m: Bounds,
         picture: Picture,
-        separation_m: float = SEPARATION_M,
+        constants: GuidanceConstants = USUAL,
     ) -> None:
         self.data = data
         self.motion = Motion(*data.start_m)
@@ -121,7 +122,7 @@ class FunctionalLayer:
         self._world = world
         self._sensors = sensors
         self._bounds_m = bounds_m
-        self._guidance = Guidance(self.motion, data, separation_m)
+        self._guidance = Guidance(self.motion, data, bounds_m, constants)
         self._reserve_per_m = _reserve_per_m(data, data.survey_speed_mps)
         self._dead: frozenset[str] = frozenset()
         self._sets: tuple[ActivitySet, ...] = ()
@@ -280,6 +281,8 @@ class FunctionalLayer:
                 perceptions.append(behaviour.perceive(motion, picture, index in performed))
         except Exception as error:
             raise self._broken(len(perceptions), "perceive", PERCEPTION, error) from error
+        if self._guidance.withdraws and self._guiding is not None:  # whoever makes way is not thrown back by it
+            perceptions[self._guiding] = perceptions[self._guiding]._replace(advance=None)
         try:  # one look at all of them, and only where something is wrong a search for which it is
             wrong = [p for p in perceptions if p.__class__ is not Perception or not 0.0 <= p.stimulus <= 1.0]
         except TypeError:
@@ -310,10 +313,14 @@ class FunctionalLayer:
             PluginError: the behaviour that guides raises, or returns anything but a finite Reference or None.
         """
         reference = None if self._guiding is None else self._reference(self._guiding)
-        self._guidance.move(reference, neighbours, dt_s)
+        self._guidance.move(reference, neighbours, self.picture.peers.positions_m, dt_s)
         self._check_energy()
         if self.exhausted:
             self.motion.speed_mps = 0.0
+
+    def heed(self, pulls: Pulls) -> None:
+        """Let signals of others pull at guidance like this until the next decision."""
+        self._guidance.heed(pulls)
 
     def _reference(self, index: int) -> Reference | None:
         try:

@@ -11,6 +11,7 @@ can neither forget nor override them. Sending influence signals belongs here too
 from __future__ import annotations
 
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
+from remoras.avoidance import Bounds
 from remoras.behaviours import CAPTURE_M, DUE, IDLE, Behaviour, Perception, Reference, Standing, distance_m
 from remoras.database import VehicleData
 from remoras.motion import Motion
@@ -19,8 +20,6 @@ from remoras.work import Point
 
 ROUTINE_IMPORTANCE = 0.1
 """Importance of what a vehicle does in any case."""
-Bounds = tuple[float, float, float, float]
-"""Borders of the area of operations: x_min, y_min, x_max, y_max (m)."""
 
 
 class ReturningHome(Behaviour):

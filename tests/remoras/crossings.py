@@ -82,7 +82,7 @@ class Crossing:
 def traveller(number: int, start_m: Point, goal_m: Point, speed_mps: float = 2.0, **changes: Any) -> Traveller:
     """A vehicle that starts on its course."""
     data = auv(f"AUV{number:02d}", start_m=start_m, transit_speed_mps=speed_mps, energy_j=1e9, **changes)
-    functional = FunctionalLayer(data, Errand(goal_m), None, {}, BOUNDS_M, Picture(), 5.0)
+    functional = FunctionalLayer(data, Errand(goal_m), None, {}, BOUNDS_M, Picture())
     functional.prepare([GOING])
     functional.perform([len(VITAL_SETS)])
     functional.motion.heading_rad = math.atan2(goal_m[1] - start_m[1], goal_m[0] - start_m[0])
