@@ -19,6 +19,8 @@ import mesa
 
 from exchange.manager import Reception, Transmission
 from remoras.activities import ActivitySet, ActivityType
+from remoras.attraction import NO_PULLS
+from remoras.avoidance import Neighbour
 from remoras.behaviours import Perception
 from remoras.beliefs import Beliefs, Fact
 from remoras.database import VehicleData
@@ -27,7 +29,6 @@ from remoras.errors import PluginError
 from remoras.executive.layer import ExecutiveLayer
 from remoras.faults import SOUND, Condition
 from remoras.functional.layer import FunctionalLayer
-from remoras.functional.vital import Neighbour
 from remoras.radio import Radio
 from remoras.recorder import Recorder
 from remoras.social.layer import Consulted, Review, SocialLayer
@@ -111,7 +112,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if not self.is_alive:
             return
         if dt_s > 0.0:
-            self.functional.act(dt_s)
+            self.functional.act(dt_s, neighbours)
         self._sense(now_s, neighbours)
         if is_due:
             self.think(now_s, self.executive.period_s if dt_s > 0.0 else 0.0)
@@ -152,6 +153,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             if decision is not before:
                 functional.perform(decision.chosen)
                 self._diary.drives(now_s, decision.driving, candidates)
+        functional.heed(executive.pulls(now_s) if functional.picture.body.contacts_m else NO_PULLS)
         if functional.must_go_home and not self._resigned:
             self._resigned = True
             self._conclude(self.social.standing.resign(), now_s)

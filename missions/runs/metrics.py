@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from missions.metric import Better, Metric, collected
-from missions.runs.fleet_metrics import closest_approach_m, idle_s, recovery_time_s
+from missions.runs.fleet_metrics import closest_approach_m, conflicts, idle_s, recovery_time_s
 from missions.runs.organisation_metrics import holder_conflict_fraction, n_refused_acts, view_divergence
 from missions.scenarios.parts import mission_class, transmit_j_per_bit
 from missions.scenarios.scenario import Scenario
@@ -154,8 +154,9 @@ CORE_METRICS = (
     ),
     Metric(
         "closest_approach_m", "m", HIGHER, "closest approach", closest_approach_m,
-        note="Of two vehicles in one depth layer, after the first minute.",
+        note="Of two vehicles in one depth layer.",
     ),
+    Metric("conflicts", "", LOWER, "conflicts", conflicts, note="Pairs of vehicles that came too near to each other."),
 )  # fmt: skip
 """Metrics of every run."""
 

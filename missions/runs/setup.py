@@ -315,6 +315,7 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
         scenario.scenario.tick_s,
         scenario.scenario.duration_s,
         faults_in(setup, seed),
+        scenario.guidance.separation_m,
     )
 
 
@@ -380,7 +381,9 @@ def _vehicle(
                 _lease_frames(declaration, communication.lease_frames) * setup.schedule.frame_s,
             ),
             ExecutiveLayer(setup.decision),
-            FunctionalLayer(real, mission, world, sensors, setup.bounds_m, picture),
+            FunctionalLayer(
+                real, mission, world, sensors, setup.bounds_m, picture, setup.scenario.guidance.constants()
+            ),
         ),
         Radio(setup.database.names, groups, declaration, manager, beliefs, picture.peers, recorder),
         beliefs,

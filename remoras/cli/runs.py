@@ -103,6 +103,7 @@ def run(
         _print_summary(report)
         if out is not None:
             print(f"results in {out}; draw them with: remoras plot {out}")
+    _warn_of_conflicts(report, loaded.guidance.separation_m)
     if not finished.completed:
         raise typer.Exit(FAILED)
 
@@ -128,6 +129,17 @@ def _written_at(folder: Path | None) -> tuple[int, int] | None:
     except OSError:
         return None
     return (found.st_ino, found.st_mtime_ns) if found is not None else None
+
+
+def _warn_of_conflicts(report: dict[str, Any], separation_m: float) -> None:
+    """Say on standard error that vehicles came too near to each other."""
+    if n_pairs := report["conflicts"]:
+        pairs = "1 pair of vehicles" if n_pairs == 1 else f"{n_pairs} pairs of vehicles"
+        print(
+            f"remoras: {pairs} came nearer than guidance.separation_m = {separation_m:g} m, down to "
+            f"{report['closest_approach_m']:.3g} m; the table faults says who and when",
+            file=sys.stderr,
+        )
 
 
 def _print_summary(report: dict[str, Any]) -> None:
