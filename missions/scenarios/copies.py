@@ -84,7 +84,7 @@ def with_copies(raw: Raw) -> Copies:
     layers_m = [_depth_m(source)] if fleet.get("layers") is False else _layers_m(source, vehicles)
     in_layers = [vehicle for vehicle in vehicles if any(_shares(vehicle, layer_m) for layer_m in layers_m)]
     taken_m = [start_m for vehicle in in_layers for start_m in point_of(vehicle, "start_m")]
-    starts_m = _free_places(around[0], float(spacing_m), box, taken_m, math.ceil(n_copies / len(layers_m)))
+    starts_m = free_places(around[0], float(spacing_m), box, taken_m, math.ceil(n_copies / len(layers_m)))
     places = [(start_m, layer_m) for start_m in starts_m for layer_m in layers_m]
     if len(places) < n_copies:
         allowed = f"the world has room for {len(places)} of {n_copies} copies that start this far apart"
@@ -134,7 +134,7 @@ def _layers_m(original: Raw, vehicles: Sequence[Raw]) -> list[float]:
     return free_m or [own_m]
 
 
-def _free_places(
+def free_places(
     around_m: PointM, spacing_m: float, box: tuple[float, float, float, float], taken_m: Sequence[PointM], n_places: int
 ) -> list[PointM]:
     """The first ``n_places`` points of the lattice in the world that are ``spacing_m`` from all that are taken."""

@@ -25,7 +25,7 @@ from remoras.face import load as face_load
 
 SHORT = ["--set", "scenario.duration_s=30"]
 NOT_BUILT = ["stress", "node", "swarm"]
-HEAVY = ["numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "pydantic", "networkx"]
+HEAVY = ["numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "pydantic", "scipy"]
 
 
 # Importing ----------------------------------------------------------------------------------------
