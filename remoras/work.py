@@ -261,8 +261,9 @@ class Work:
 
     def after_all(self, outlook: Outlook, data: VehicleData, roles: Iterable[RoleSpecification]) -> Outlook:
         """When and where the vehicle has done the jobs of ``roles`` that it is able to do, see ``in_order``."""
-        for role in self.in_order(outlook, data, roles):
-            outlook = self.job(role).after(outlook, data) or outlook
+        left = self._by_job(roles)
+        while left:
+            outlook = self.job(self._nearest(left, outlook)).after(outlook, data) or outlook
         return outlook
 
     def awaited(self, vehicle: str, now_s: float) -> float:
@@ -279,14 +280,19 @@ class Work:
         self, outlook: Outlook, data: VehicleData, roles: Iterable[RoleSpecification]
     ) -> tuple[RoleSpecification, ...]:
         """The order in which the vehicle turns to the jobs of ``roles``: of several the nearest attracts most."""
-        left = sorted(roles, key=lambda role: role.job or "")
-        ordered = []
-        while left:
-            distances_m = [math.dist(outlook.position_m, self.job(role).place_m) for role in left]
-            role = left.pop(distances_m.index(min(distances_m)))
-            outlook = self.job(role).after(outlook, data) or outlook
-            ordered.append(role)
-        return tuple(ordered)
+        left, ordered = self._by_job(roles), list[RoleSpecification]()
+        while len(left) > 1:
+            ordered.append(self._nearest(left, outlook))
+            outlook = self.job(ordered[-1]).after(outlook, data) or outlook
+        return (*ordered, *left)
+
+    def _by_job(self, roles: Iterable[RoleSpecification]) -> list[RoleSpecification]:
+        return sorted(roles, key=lambda role: role.job or "")
+
+    def _nearest(self, left: list[RoleSpecification], outlook: Outlook) -> RoleSpecification:
+        """Take out the role whose job is nearest, of equals the first."""
+        distances_m = [math.dist(outlook.position_m, self.job(role).place_m) for role in left]
+        return left.pop(distances_m.index(min(distances_m)))
 
     def knowing(self, done: Collection[str]) -> Work:
         """The same work where jobs ``done`` are known to be done too."""

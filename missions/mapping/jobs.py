@@ -50,7 +50,7 @@ class SurveyJob:
         """Bits of the cells that are left."""
         return self.on.work if self.cells is None else self.cells
 
-    @property
+    @cached_property
     def place_m(self) -> Point:
         """Mean of the corners."""
         n = len(self.corners_m)
@@ -98,16 +98,13 @@ class SurveyJob:
         swath, survey_mps = swath_m(data), mapping_speed_mps(data)
         if swath <= 0.0 or survey_mps <= 0.0:
             return None
-        ways = self.on.survey(swath).ways(self.bits)
-        if not ways:
-            return None
         (x_m, y_m), transit_mps = position_m, data.transit_speed_mps
-        return min(
-            ways,
-            key=lambda way: (
-                math.hypot(way.first_m[0] - x_m, way.first_m[1] - y_m) / transit_mps + way.length_m / survey_mps
-            ),
-        )
+        soonest, least_s = None, math.inf
+        for way in self.on.survey(swath).ways(self.bits):
+            way_s = math.hypot(way.first_m[0] - x_m, way.first_m[1] - y_m) / transit_mps + way.length_m / survey_mps
+            if way_s < least_s:
+                soonest, least_s = way, way_s
+        return soonest
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
         """When and where the vehicle will be free if it surveys what is left next.
