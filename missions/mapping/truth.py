@@ -155,7 +155,8 @@ class MappingTruth(MeetingTruth):
     def _inspect(self, vehicle: VehicleView, now_s: float) -> bool:
         """Note what a vehicle has inspected; True if nobody had before."""
         n_new = self._finds.n_inspected_by(vehicle, now_s)
-        self.milestones += [Milestone(now_s, "inspected", vehicle.name)] * n_new
+        if n_new:
+            self.milestones += [Milestone(now_s, "inspected", vehicle.name)] * n_new
         return n_new > 0
 
     def is_worked_off(self, group: Group) -> bool:
