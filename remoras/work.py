@@ -11,7 +11,7 @@ import math
 from collections.abc import Collection, Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from remoras.beliefs import Key
 from remoras.database import AUVDatabase, VehicleData
@@ -20,8 +20,7 @@ from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecif
 Point = tuple[float, float]
 
 
-@dataclass(frozen=True, slots=True, order=True)
-class Outlook:
+class Outlook(NamedTuple):
     """When (s) and where a vehicle is expected to have done what it holds."""
 
     free_s: float
