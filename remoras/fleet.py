@@ -267,7 +267,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
 
     def _share_at_once(self, sender: Vehicle, now_s: float) -> None:
         """Under a strategy that is a bound, all know at once what one has told; under any other this is nothing."""
-        if blocks := sender.radio.told():
+        if sender.radio.is_bound and (blocks := sender.radio.told()):
             for vehicle in self.vehicles:
                 if vehicle is not sender:
                     vehicle.learn(sender.name, blocks, now_s)

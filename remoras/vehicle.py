@@ -195,13 +195,14 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     def _look_around(self, now_s: float) -> bool:
         """See who is there, and act on it. True if somebody came or went."""
         seen = self.social.look_around(now_s)
+        if seen is None:
+            return False
         self._diary.peers(now_s, seen.events)
         self._conclude(seen.facts, now_s)
         for fact in seen.passed_on:
             self._conclude([fact], now_s)
-        if seen.events:
-            self._take_on(seen, now_s)
-        return bool(seen.events)
+        self._take_on(seen, now_s)
+        return True
 
     def _take_effect(self, now_s: float) -> bool:
         """Roles and objectives stated so far count from now on."""

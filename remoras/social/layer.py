@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from remoras.activities import ActivitySet, Objective
@@ -69,12 +69,12 @@ class Review:
         passed_on: what those who are absent now have told, and cannot repeat; each fact by itself.
     """
 
-    events: tuple[tuple[str, str], ...] = ()
-    facts: list[Fact] = field(default_factory=list)
-    assigned: list[RoleAssignment] = field(default_factory=list)
-    left: list[RoleAssignment] = field(default_factory=list)
-    activities_due: bool = False
-    passed_on: list[Fact] = field(default_factory=list)
+    events: tuple[tuple[str, str], ...]
+    facts: list[Fact]
+    assigned: list[RoleAssignment]
+    left: list[RoleAssignment]
+    activities_due: bool
+    passed_on: list[Fact]
 
 
 class SocialLayer:
@@ -196,14 +196,17 @@ class SocialLayer:
 
     # Who is there --------------------------------------------------------------------------------
 
-    def look_around(self, now_s: float) -> Review:
-        """End of a round: see who is there. Where somebody is not, others take the roles, and heads plan anew."""
-        before = self.present.roles_of(self.me)
+    def look_around(self, now_s: float) -> Review | None:
+        """End of a round: see who is there; None if all is as it was.
+
+        Where somebody is not there, others take the roles, and heads plan anew.
+        """
+        before = self.present
         seen = self.standing.look_around(
             now_s, self._negotiation.heard_or_expected_s(self._picture.peers.heard_s, self.database.names, now_s)
         )
         if seen is None:
-            return Review()
+            return None
         self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
         self._picture.groups.returned_s |= dict.fromkeys(seen.changes.present, now_s)
         events = tuple((event, peer) for event, peers in seen.changes._asdict().items() for peer in peers)
@@ -218,7 +221,8 @@ class SocialLayer:
         assigned = [one for one in undone.assigned if one.vehicle == self.me]
         left = [one for one in undone.left if one.vehicle == self.me]
         passed_on = [] if self.standing.is_cut_off else self._workload.told_by(seen.changes.absent)
-        return Review(events, seen.facts, assigned, left, stale or before != self.present.roles_of(self.me), passed_on)
+        has_moved = before.roles_of(self.me) != self.present.roles_of(self.me)
+        return Review(events, seen.facts, assigned, left, stale or has_moved, passed_on)
 
     @property
     def is_silent(self) -> bool:

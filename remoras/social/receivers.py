@@ -79,6 +79,8 @@ def aims(
         mission: says which objectives a vehicle pursues without others.
     """
     roles = [value for _, attribute, value in facts if attribute == PLAYS]
+    if not roles:
+        return []
     return [
         beliefs.fact(f"{one.group}.{one.role}", OBJECTIVE_PREFIX + one.name, one.argument)
         for one in objectives
