@@ -146,7 +146,7 @@ class SocialLayer:
         self.planner.take_on(group for group in self._led if group in self.missions)
         self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, rules)
         if strategy.declaration.meets and not self._negotiation.takes_part:
-            self._negotiation.expect_away(self._work_wherever.values())
+            self._negotiation.expect_away(self._work().values())
 
     @property
     def organisation(self) -> Organisation:
@@ -172,14 +172,9 @@ class SocialLayer:
         """True if this vehicle is a head of ``group`` and has the social layer to lead it."""
         return group in self._led
 
-    def _work(self, positions_m: Mapping[str, Point]) -> dict[str, Work]:
+    def _work(self, positions_m: Mapping[str, Point] | None = None) -> dict[str, Work]:
         at = self.standing
         return self._workload.of_groups(at.present, at.takes_no_jobs, at.is_cut_off, positions_m)
-
-    @property
-    def _work_wherever(self) -> dict[str, Work]:
-        at = self.standing
-        return self._workload.wherever(at.present, at.takes_no_jobs, at.is_cut_off)
 
     # Hearing -------------------------------------------------------------------------------------
 
@@ -225,8 +220,7 @@ class SocialLayer:
         events = tuple((event, peer) for event, peers in seen.changes._asdict().items() for peer in peers)
         moved = {peer for _, peer in events}
         roles = [one for one in self.organisation.assignments if one.vehicle in moved]
-        undone = seen.undone
-        keys = {("members", f"{one.group}.{one.role}") for one in [*roles, *undone.assigned, *undone.left]}
+        keys = {("members", f"{one.group}.{one.role}") for one in [*roles, *seen.undone.assigned, *seen.undone.left]}
         stale = self._pursuit.let_go(keys | self._gatherings.concluded_alone)
         self._renew_leads()
         self.planner.replace_who_left({one.group for one in roles}.intersection(self._led))
@@ -305,7 +299,7 @@ class SocialLayer:
     def findings(self, motion: Motion) -> list[Fact]:
         """What this vehicle concludes as the leader of its groups, as facts."""
         facts: list[Fact] = []
-        idle_since_s, work = self._picture.groups.idle_since_s, self._work_wherever if self._led else {}
+        idle_since_s, work = self._picture.groups.idle_since_s, self._work() if self._led else {}
         for name in self._led:
             if work[name].has_something_left:
                 idle_since_s.pop(name, None)
@@ -317,15 +311,14 @@ class SocialLayer:
 
     def gives_out(self, group: str) -> bool:
         """True while ``group`` has work, for somebody present, that this vehicle has to give out or to see done."""
-        return group in self._negotiation.holding and self._work_wherever[group].has_something_left
+        return group in self._negotiation.holding and self._work()[group].has_something_left
 
     def _holds(self, work: Work) -> bool:
         """True while a group still has work to hand out or to confirm, so that it does not count as gathered."""
-        name = work.group.name
+        name, absent = work.group.name, self.standing.absent
         if name in self._negotiation.holding and work.has_something_left:
             return True
-        unheard = frozenset(self._picture.peers.unheard) - self.standing.absent
-        return self.leads(name) and self.planner.waits_for(unheard, work.done)
+        return self.leads(name) and self.planner.waits_for(frozenset(self._picture.peers.unheard) - absent, work.done)
 
     def addressed(self, change: Change) -> dict[str, set[str]]:
         """Who has to hear of a block of this vehicle's own, by name, and the roles that it gives them."""

@@ -42,7 +42,7 @@ class Workload:
         self._done: frozenset[str] = frozenset()
         self._is_enough = False
         self._asked: tuple[Organisation, frozenset[str], bool] | None = None
-        self._wherever: dict[str, Work] = {}
+        self._kept: dict[str, Work] = {}
 
     def note(self, changes: Iterable[Change]) -> None:
         """Facts were recorded or merged: jobs that some of them are about have to be worked out anew."""
@@ -65,7 +65,11 @@ class Workload:
         ]
 
     def of_groups(
-        self, organisation: Organisation, takes_no_jobs: frozenset[str], alone: bool, positions_m: Mapping[str, Point]
+        self,
+        organisation: Organisation,
+        takes_no_jobs: frozenset[str],
+        alone: bool,
+        positions_m: Mapping[str, Point] | None,
     ) -> dict[str, Work]:
         """The work of every group, by its name.
 
@@ -73,21 +77,25 @@ class Workload:
             organisation: that the vehicle acts on.
             takes_no_jobs: vehicles that take none.
             alone: the vehicle is cut off.
-            positions_m: last positions known, by vehicle.
+            positions_m: last positions known, by vehicle; None where it does not matter who is where: the work is then
+                kept until it changes.
         """
+        asked = organisation, takes_no_jobs, alone
+        if positions_m is not None:
+            return self._works(*asked, positions_m)
+        if self._stale or self._asked != asked:
+            self._kept, self._asked = self._works(*asked, {}), asked
+        return self._kept
+
+    def _works(
+        self, organisation: Organisation, takes_no_jobs: frozenset[str], alone: bool, positions_m: Mapping[str, Point]
+    ) -> dict[str, Work]:
         self._work_out()
         no_jobs = takes_no_jobs | self._apart
         found = works(organisation, self._database, self._left, self._done, positions_m, no_jobs, self._is_enough)
         if alone and any(work.held_by(self._me) for work in found.values()):  # its own jobs come first
             return {name: replace(one, unavailable=one.unavailable | {self._me}) for name, one in found.items()}
         return found
-
-    def wherever(self, organisation: Organisation, takes_no_jobs: frozenset[str], alone: bool) -> dict[str, Work]:
-        """The same for questions in which it does not matter where vehicles are: kept until the answer changes."""
-        asked = organisation, takes_no_jobs, alone
-        if self._stale or self._asked != asked:
-            self._wherever, self._asked = self.of_groups(*asked, {}), asked
-        return self._wherever
 
     def _work_out(self) -> None:
         if not self._stale:
