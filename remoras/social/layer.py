@@ -205,10 +205,7 @@ class SocialLayer:
     # Who is there --------------------------------------------------------------------------------
 
     def look_around(self, now_s: float) -> Review | None:
-        """End of a round: see who is there; None if all is as it was.
-
-        Where somebody is not there, others take the roles, and heads plan anew.
-        """
+        """End of a round: see who is there; None if nothing changed. Roles of the absent fall free, heads replan."""
         before = self.present
         seen = self.standing.look_around(
             now_s, self._negotiation.heard_or_expected_s(self._picture.peers.heard_s, self.database.names, now_s)
@@ -224,10 +221,10 @@ class SocialLayer:
         stale = self._pursuit.let_go(keys | self._gatherings.concluded_alone)
         self._renew_leads()
         self.planner.replace_who_left({one.group for one in roles}.intersection(self._led))
-        assigned, left = undone.of(self.me)
+        assigned, left = seen.undone.of(self.me)
         passed_on = [] if self.standing.is_cut_off else self._workload.told_by(seen.changes.absent)
         is_due = stale or before.roles_of(self.me) != self.present.roles_of(self.me)
-        return Review(events, seen.facts, assigned, left, undone.rulings, is_due, passed_on)
+        return Review(events, seen.facts, assigned, left, seen.undone.rulings, is_due, passed_on)
 
     @property
     def is_silent(self) -> bool:
