@@ -160,7 +160,9 @@ class VehicleTable(Section):
     vehicle_type: Literal["AUV", "ASV"] = Field(description="AUV or ASV")
     slot: int = Field(ge=0, le=63, description="TDMA slot that the vehicle owns, 0 to number of vehicles - 1")
     social_layer: bool = Field(True, description="able to lead a group, and to divide jobs with others")
-    start_m: PointM = Field(description="position at time 0, x east, y north; where vehicles of one layer would start too near, at a free place by")
+    start_m: PointM = Field(
+        description="position at time 0, x east, y north; where vehicles of one layer would start too near, at a free place by"
+    )
     depth_m: NotNegative = Field(0.0, description="working depth")
     depth_limit_m: NotNegative = Field(0.0, description="greatest depth the vehicle stands")
     transit_speed_mps: float = Field(gt=0.0, le=20.0, description="speed on the way")

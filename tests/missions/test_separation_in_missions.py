@@ -1,6 +1,7 @@
 """Separation in missions: starts, conflicts in summary, table and warning, and 16 vehicles in one depth layer."""
 
 import math
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -42,12 +43,22 @@ def start_faults(folder: Path, *settings: str, depth_m: float = 2.0) -> tuple[Co
     return ()
 
 
-def test_starts_that_overlap_are_refused_with_line_key_and_what_is_allowed(tmp_path: Path) -> None:
-    [fault] = start_faults(tmp_path)
+def test_who_would_start_too_near_starts_at_the_nearest_free_place() -> None:
+    """Three at one point, as from a ship: the second and third 10 m aside, so nobody is nearer than the separation."""
+    names = ("AUV00", "AUV01", "AUV02")
+    scenario = load("mapping-rendezvous", [("--set", f"vehicle.{name}.start_m=[400, 400]") for name in names])
+    starts_m = [vehicle.start_m for vehicle in scenario.vehicle if vehicle.name in names]
+    assert starts_m[0] == (400.0, 400.0)
+    assert [max(abs(x - 400.0), abs(y - 400.0)) for x, y in starts_m[1:]] == [10.0, 10.0]
+    assert min(math.dist(one, other) for one, other in combinations(starts_m, 2)) >= scenario.guidance.separation_m
+
+
+def test_starts_that_overlap_are_refused_where_there_is_no_room(tmp_path: Path) -> None:
+    [fault] = start_faults(tmp_path, "world.x_m=[-1, 6]", "world.y_m=[-1, 6]")
     assert (fault.key, fault.given) == ("vehicle.Diver.start_m", "[4.5, 0.0]")
     assert fault.line == line_of(SMALL, "start_m", 2)
     assert fault.allowed.startswith(
-        "4.5 m from the start of Boat, in the same depth layer; allowed: guidance.separation"
+        "4.5 m from the start of Boat, in the same depth layer, and no place is free; allowed: guidance.separation"
     )
     assert "= 5 m or more, or a depth_m that differs by more than 3 m" in fault.allowed
 
