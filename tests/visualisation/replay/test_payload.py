@@ -342,6 +342,16 @@ def test_giving_up_is_traced_to_the_signal_that_caused_it(tmp_path: Path) -> Non
     assert sent["text"].endswith("as its Homing stood still")
 
 
+COUNTS = "([run]) => run.layers.find((one) => one.name === 'counts').rows.map((row) => row.values[0])"
+
+
+def test_a_large_number_leaves_those_behind_it_as_they_are(tmp_path: Path) -> None:
+    results = recorded(tmp_path / "run", "scenario.duration_s=5")
+    counts = [5, 2**60 + 2**9, 7, -(2**59), 9]
+    pq.write_table(pa.table({"time_s": [0.0, 1.0, 2.0, 3.0, 4.0], "count": counts}), results.folder / "counts.parquet")
+    assert list(map(float, asked([data_of(results)], COUNTS, tmp_path))) == counts
+
+
 VITAL = """([run]) => run.vehicles.map((_, v) => run.decisions(v)
   .filter((one) => one.candidates.some((of) => of.isVital))
   .map((one) => [one.time_s, run.why(v, one.time_s).map((link) => link.text)]))"""
