@@ -161,7 +161,7 @@ class VehicleTable(Section):
     slot: int = Field(ge=0, le=63, description="TDMA slot that the vehicle owns, 0 to number of vehicles - 1")
     social_layer: bool = Field(True, description="able to lead a group, and to divide jobs with others")
     start_m: PointM = Field(
-        description="position at time 0, x east, y north; where vehicles of one layer would start too near, at a free place by"
+        description="position at time 0, x east, y north; too near to another in its layer, the nearest free place"
     )
     depth_m: NotNegative = Field(0.0, description="working depth")
     depth_limit_m: NotNegative = Field(0.0, description="greatest depth the vehicle stands")

@@ -67,7 +67,7 @@ def test_who_joins_late_is_neither_idle_nor_close_before() -> None:
 
 
 def test_only_vehicles_in_one_layer_come_close() -> None:
-    """AUV00 and AUV01 are 2.5 m apart (1.5, 2) at 60 s, ASV00 nearer, but at the surface; at first all are far apart."""
+    """AUV00 and AUV01 are 2.5 m apart (1.5, 2) at 60 s, ASV00 nearer, but at the surface; at first all are far off."""
     names = [vehicle.name for vehicle in SCENARIO.vehicle]
     depth_m = {vehicle.name: vehicle.depth_m for vehicle in SCENARIO.vehicle}
     at_60_m = {"AUV00": (0.0, 0.0), "AUV01": (1.5, 2.0), "AUV02": (900.0, 0.0), "ASV00": (0.0, 1.0)}
