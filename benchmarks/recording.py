@@ -1,4 +1,5 @@
-"""Cost of the record of a run: share of its CPU, in the run and in writing the folder, and size of the folder."""
+"""Cost of the record of a run: share of its CPU, in the run and in writing the folder; size of the folder of a run, and
+of the tables that a sweep keeps of one."""
 
 from __future__ import annotations
 
@@ -12,6 +13,7 @@ from typing import Any
 from missions.runs.results import write
 from missions.runs.run import run
 from missions.runs.setup import Setup, assemble, resolved
+from missions.runs.tables import encoded, merge, write_part
 from missions.scenarios import load
 from remoras.diary import Diary
 from remoras.executive.layer import ExecutiveLayer
@@ -21,8 +23,11 @@ from remoras.recorder import Recorder
 
 REPEATS = 7
 PER = 0.6
-SHARE, SIZE_BYTES = 0.10, 2 * 190_274
-"""Limits: of the CPU of the run, and twice the folder of the same run before items and decisions were recorded."""
+SAMPLE = 6
+"""Runs of which a sweep keeps tables."""
+SHARE, SIZE_BYTES, SAMPLED_BYTES = 0.10, 2 * 190_274, 2 * 30_235
+"""Limits: of the CPU of the run, and twice the folder of the same run, and the tables that a sweep kept of each of six
+runs, before items and decisions were recorded."""
 
 WRITERS: tuple[tuple[type, tuple[str, ...]], ...] = (
     (Diary, ("fault", "peers", "roles", "view", "drives", "weighs")),
@@ -98,6 +103,17 @@ def written() -> tuple[float, int]:
     return min(times_s), size_bytes
 
 
+def sampled_bytes() -> float:
+    """Bytes of the tables that a sweep keeps of a run, mean over its sample."""
+    with tempfile.TemporaryDirectory() as made:
+        parts, tables = Path(made) / "parts", Path(made) / "tables"
+        for seed in range(1, SAMPLE + 1):
+            finished = run(load("mapping-rendezvous", [("--per", f"channel.per={PER}")]), seed)
+            write_part(parts, f"{seed:016x}", encoded(finished.recorder, f"{seed:016x}"))
+        merge(parts, tables, {path.name for path in parts.iterdir()})
+        return sum(path.stat().st_size for path in tables.iterdir()) / SAMPLE
+
+
 def rows() -> list[dict[str, Any]]:
     """Benchmark rows: the best of some repeats, with and without a record in turn."""
     setup = resolved(load("mapping-rendezvous", [("--per", f"channel.per={PER}")]))
@@ -112,6 +128,7 @@ def rows() -> list[dict[str, Any]]:
         _row("record of a run, share of its CPU", (run_s - bare_s) / run_s, "1", SHARE),
         _row("writing a run's folder, share of its CPU", write_s / run_s, "1", SHARE),
         _row("folder of a run", size_bytes / 1000, "kB", SIZE_BYTES / 1000),
+        _row("tables of a run in a sweep", sampled_bytes() / 1000, "kB", SAMPLED_BYTES / 1000),
     ]
 
 

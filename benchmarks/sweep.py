@@ -7,12 +7,15 @@ import io
 import itertools
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import pyarrow as pa
+
 from missions.files import shipped_studies
 from missions.runs.run import run
-from missions.runs.tables import arrow_table, writer
+from missions.runs.tables import arrow_table, write_runs
 from missions.sweeps.driver import sweep
 from missions.sweeps.execution import run_task
 from missions.sweeps.plan import SweepPlan
@@ -68,14 +71,18 @@ def sweep_s(of: Study, jobs: int) -> float:
 def trajectory_bytes(of: Study) -> tuple[int, int]:
     """(rows, bytes) of the trajectories of at least a million rows, as the sweep keeps them: different runs all."""
     plan, buffer, n_rows = SweepPlan(of), io.BytesIO(), 0
-    with writer(buffer, arrow_table(TRAJECTORIES, [], "key").schema) as out:
+
+    def runs() -> Iterator[pa.Table]:
+        nonlocal n_rows
         for number in itertools.count():
             task = plan.task(number % len(of.configurations), number // len(of.configurations))
-            trajectories = run(task.scenario, task.seed).recorder.trajectories
-            out.write_table(arrow_table(TRAJECTORIES, trajectories, task.key))
-            n_rows += len(trajectories)
+            table = arrow_table(TRAJECTORIES, run(task.scenario, task.seed).recorder.trajectories, task.key)
+            n_rows += table.num_rows
+            yield table
             if n_rows >= MEASURED_ROWS:
-                break
+                return
+
+    write_runs(buffer, arrow_table(TRAJECTORIES, [], "key").schema, runs())
     return n_rows, len(buffer.getvalue())
 
 

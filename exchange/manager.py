@@ -277,7 +277,7 @@ class ExchangeManager:
 
     def is_status(self, facts: Sequence[PropertyValue]) -> bool:
         """True if of every fact only the latest value matters."""
-        return all(fact.attribute in self._latest_only for fact in facts)
+        return self._latest_only.issuperset([fact.attribute for fact in facts])
 
     def packet_to_send(self, now_s: float) -> Transmission:
         """The packet for the own slot that opens at ``now_s``."""

@@ -7,7 +7,7 @@ Blocks are delimited and acknowledged; influence signals are ephemeral bytes in 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from worldmodel import PropertyValue
@@ -35,11 +35,11 @@ class Fragment:
     facts: tuple[PropertyValue, ...]
     index: int = 0
     count: int = 1
+    uid: ItemUid = field(init=False, repr=False, compare=False)
+    """Name of the exchange item that it is."""
 
-    @property
-    def uid(self) -> ItemUid:
-        """Name of the exchange item that it is."""
-        return ItemUid(self.origin, self.sequence, self.index)
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "uid", ItemUid(self.origin, self.sequence, self.index))
 
 
 @dataclass(frozen=True, slots=True)

@@ -214,6 +214,9 @@ class Working(Standing):
 class Homing(Behaviour):
     """Goes to a rally point and waits there until the group is together.
 
+    Who has arrived makes room: while the obstacle sonar sees somebody who has not, it goes on towards the point. Else
+    those who come first would stand at the rim, in the way of all others.
+
     Args:
         point_m: the rally point; radius_m: a vehicle this near has arrived.
         group: name of the group that meets.
@@ -243,9 +246,14 @@ class Homing(Behaviour):
         return Perception(1.0, advance, answers=picture.groups.awaited.get(self._group, 1.0))
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To the rally point in transit; stay there on arrival."""
-        arrived = distance_m(motion, self._point_m) <= self._radius_m
-        return Reference(self._point_m, 0.0 if arrived else self._data.transit_speed_mps)
+        """To the rally point in transit; on arrival stay there, or make room for those who come."""
+        to_go_m = distance_m(motion, self._point_m)
+        if to_go_m > self._radius_m:
+            return Reference(self._point_m, self._data.transit_speed_mps)
+        makes_room = to_go_m > CAPTURE_M and any(
+            math.dist(contact_m, self._point_m) > self._radius_m for contact_m in picture.body.contacts_m
+        )
+        return Reference(self._point_m, self._data.survey_speed_mps if makes_room else 0.0)
 
 
 class FollowingLeader(Behaviour):

@@ -41,23 +41,32 @@ class Beliefs:
         self.model = model
         self._tbox: TBox = model.tbox
         self._uids: dict[str, int] = {}
+        self._slots: dict[Key, tuple[int, Attribute]] = {}
         self._collected: dict[tuple[int, int], set[Any]] = {}  # by subject and attribute, where asked for
         self._by_key: dict[Key, set[Any]] = {}  # the same sets
+        self.n_told = 0
+        """It grows whenever a set that ``values`` gave does."""
 
     # From the world model ------------------------------------------------------------------------
 
     def get(self, key: Key, default: Any = None, /) -> Any:
         """The latest value of a fact, or ``default`` if it is not known."""
-        attribute = self._tbox.attribute_named(key[0])
-        value = self.model.value(self.uid(key[1]), attribute.uid)
+        subject, attribute = self._slots.get(key) or self._slot(key)
+        value = self.model.value(subject, attribute.uid)
         return default if value is None else self._plain(attribute, value)
+
+    def _slot(self, key: Key) -> tuple[int, Attribute]:
+        """Instance and attribute of a key, which stay what they are."""
+        attribute = self._tbox.attribute_named(key[0])
+        slot = self._slots[key] = self.uid(key[1]), attribute
+        return slot
 
     def values(self, key: Key) -> Set[Any]:
         """Every value of a fact that was ever told; the same set, which grows, whenever it is asked for."""
         if (found := self._by_key.get(key)) is not None:
             return found
-        attribute = self._tbox.attribute_named(key[0])
-        slot = self.uid(key[1]), attribute.uid
+        subject, attribute = self._slot(key)
+        slot = subject, attribute.uid
         if slot not in self._collected:
             self._collected[slot] = {self._plain(attribute, one.value) for one in self.model.history(*slot)}
         found = self._by_key[key] = self._collected[slot]
@@ -70,9 +79,10 @@ class Beliefs:
             return
         for change in changes:
             for fact in change.block.facts:
-                slot = fact.subject, fact.attribute
-                if slot in collected:
-                    collected[slot].add(self._plain(self._tbox.attributes[fact.attribute], fact.value))
+                values = collected.get((fact.subject, fact.attribute))
+                if values is not None:
+                    values.add(self._plain(self._tbox.attributes[fact.attribute], fact.value))
+                    self.n_told += 1
 
     def observed_s(self, key: Key) -> float | None:
         """When the latest value of a fact was observed; None if it is not known."""
@@ -85,7 +95,8 @@ class Beliefs:
         return None if latest is None else self.name(latest.origin)
 
     def _latest(self, key: Key) -> Latest | None:
-        return self.model.latest(self.uid(key[1]), self._tbox.attribute_named(key[0]).uid)
+        subject, attribute = self._slots.get(key) or self._slot(key)
+        return self.model.latest(subject, attribute.uid)
 
     def name(self, uid: int) -> str:
         """Name of an instance; those created in the mission are named by class and uid."""

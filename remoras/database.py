@@ -23,7 +23,7 @@ class VehicleData:
         name: unique in the fleet, for example ``AUV00``.
         vehicle_type: ``AUV`` or ``ASV``.
         node: index in the TDMA frame.
-        social_layer: may lead a group; without it the vehicle only executes what it is assigned.
+        social_layer: may lead a group and divide jobs with others; without it the vehicle does what its head tells it.
         start_m: (x east, y north) at time 0.
         depth_m, depth_limit_m: working depth and greatest depth; vehicles at different depths pass freely.
         transit_speed_mps, survey_speed_mps: speeds on the way and while working.

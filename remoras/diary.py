@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from remoras.activities import Candidate, Objective
+from remoras.authority import Act, Request, Ruling
 from remoras.htn import Execution, Task
-from remoras.organisation import Organisation, RoleAssignment
+from remoras.organisation import Organisation, Outcome, RoleAssignment
 from remoras.recorder import Recorder, Row
 
 RoleKey = tuple[str, str]
@@ -25,8 +26,6 @@ class Diary:
         self._me = me
         self._node = {name: node for node, name in enumerate(names)}
         self._recorder = recorder
-        self._assignments: frozenset[RoleAssignment] = frozenset()
-        self._objectives: frozenset[Objective] = frozenset()
         self._driving: frozenset[RoleKey] = frozenset()
         self._plans: dict[tuple[str, str, str, str], tuple[int, list[Row]]] = {}
         self._weighed: list[tuple[Objective | None, tuple[str, ...], bool]] = []
@@ -43,20 +42,26 @@ class Diary:
         """The vehicle itself has taken or left roles."""
         self._recorder.roles.extend((now_s, self._me, one.group, one.role, event) for one in roles)
 
-    def view(self, now_s: float, organisation: Organisation, objectives: Collection[Objective]) -> None:
-        """Who plays what, and what roles are for, as the vehicle sees it from now on."""
-        before, self._assignments = self._assignments, organisation.assignments
-        if before is not self._assignments:
-            for roles, event in ((before - self._assignments, "left"), (self._assignments - before, "assigned")):
-                self._recorder.organisation.extend(
-                    (now_s, self._me, one.vehicle, one.group, one.role, event)
-                    for one in sorted(roles, key=lambda one: (one.group, one.role, self._node[one.vehicle]))
-                )
-        self._recorder.objectives.extend(
-            (now_s, self._me, one.group, one.role, one.name, one.argument)
-            for one in sorted(set(objectives) - self._objectives, key=lambda one: (one.group, one.role, one.name))
-        )
-        self._objectives = frozenset(objectives)
+    def founded(self, organisation: Organisation, objectives: Iterable[Objective]) -> None:
+        """What was agreed before the mission, by nobody in particular."""
+        roles = sorted(organisation.assignments, key=lambda one: (one.group, one.role, self._node[one.vehicle]))
+        asked = [Request("", Act.ASSIGN, one.group, one.role, one.vehicle) for one in roles]
+        asked += [
+            Request("", Act.OBJECTIVE, one.group, one.role, objective=one.name, argument=one.argument)
+            for one in objectives
+        ]
+        self.rulings(0.0, [Ruling(one, Outcome.SUCCESS) for one in asked])
+
+    def rulings(self, now_s: float, rulings: Iterable[Ruling]) -> None:
+        """What became of requests to change the organisation, in the view of the vehicle; refusals are faults too."""
+        for ruling in rulings:
+            asked, event = ruling.asked, ruling.event
+            if event == "refused":
+                self.fault(now_s, "refused assignment", f"{asked.issuer}: {asked}: {ruling.outcome.value}")
+            self._recorder.organisation.append(
+                (now_s, self._me, asked.assignee, asked.group, asked.role, event, asked.issuer, asked.act.value,
+                 asked.objective, asked.argument, ruling.outcome.value)
+            )  # fmt: skip
 
     def plans(self, now_s: float, of_groups: Mapping[str, Execution], own: Mapping[Objective, Execution]) -> None:
         """How far the plans are that the vehicle carries out.

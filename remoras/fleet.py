@@ -15,20 +15,16 @@ import mesa
 from exchange.acoustics.channel import Arrival, Channel
 from exchange.acoustics.modems import Modem
 from exchange.schedule import TdmaSchedule
+from remoras.avoidance import SEPARATION_M
 from remoras.clock import Clock, Priority
 from remoras.faults import OVER, Condition, Fault, hears_throughout
-from remoras.functional.vital import Neighbour
 from remoras.holders import HolderCount
 from remoras.mission import Truth
 from remoras.plugins import broken_promise
 from remoras.recorder import Recorder
+from remoras.separation import Separation
 from remoras.vehicle import Vehicle
 from remoras.view import ReadOnlyFleet
-
-SONAR_M = 60.0
-"""Range of the obstacle sonar."""
-SAME_DEPTH_M = 3.0
-"""Vehicles that differ more than this in depth pass freely."""
 
 COLLECT_AFTER = 1_000_000
 """New objects after which the garbage collector looks for cycles during a run."""
@@ -86,6 +82,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         tick_s: length of a step.
         duration_s: end of the run if the mission does not complete before.
         faults: what befalls the vehicles in this run.
+        separation_m: distance that vehicles in one depth layer are to keep.
     """
 
     def __init__(
@@ -99,6 +96,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         tick_s: float,
         duration_s: float,
         faults: Sequence[Fault] = (),
+        separation_m: float = SEPARATION_M,
     ) -> None:
         super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
         self.vehicles = tuple(make_vehicles(self))
@@ -115,6 +113,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self.reason = ""
         self.n_false_beliefs = 0
         self.holders = HolderCount()
+        self._separation = Separation(self.vehicles, separation_m)
         self._faults = tuple(faults)
         self._holding: dict[str, list[Fault]] = {vehicle.name: [] for vehicle in self.vehicles}
         for fault in self._faults:
@@ -137,11 +136,12 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             self._handle(event)
         self.clock.now_s = now_s
         dt_s = self.tick_s if now_s > 0.0 else 0.0
-        neighbours = self._neighbours()
+        neighbours = self._separation.look()
         for vehicle in self.vehicles:
             vehicle.step(now_s, dt_s, neighbours.get(vehicle.data.node, ()))
             self._share_at_once(vehicle, now_s)
         self._record(now_s)
+        self.recorder.faults.extend(self._separation.conflicts(now_s))
         self._observe(now_s)
         over = now_s + self.tick_s > self.duration_s or self._is_nobody_left or self.truth.is_over
         if self.completed or over:
@@ -267,31 +267,12 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
 
     def _share_at_once(self, sender: Vehicle, now_s: float) -> None:
         """Under a strategy that is a bound, all know at once what one has told; under any other this is nothing."""
-        if blocks := sender.radio.told():
+        if sender.radio.is_bound and (blocks := sender.radio.told()):
             for vehicle in self.vehicles:
                 if vehicle is not sender:
                     vehicle.learn(sender.name, blocks, now_s)
 
     # What is so ----------------------------------------------------------------------------------
-
-    def _neighbours(self) -> dict[int, list[Neighbour]]:
-        """What the obstacle sonar of every vehicle sees of the others; one without power floats up, out of the way."""
-        seen: dict[int, list[Neighbour]] = {}
-        alive = [vehicle for vehicle in self.vehicles if vehicle.is_alive]
-        for number, one in enumerate(alive):
-            a = one.functional.motion
-            for other in alive[number + 1 :]:
-                b = other.functional.motion
-                dx_m, dy_m = b.x_m - a.x_m, b.y_m - a.y_m
-                if dx_m * dx_m + dy_m * dy_m > SONAR_M * SONAR_M:
-                    continue
-                if abs(one.data.depth_m - other.data.depth_m) > SAME_DEPTH_M:
-                    continue
-                ax_mps, ay_mps = a.velocity_mps
-                bx_mps, by_mps = b.velocity_mps
-                seen.setdefault(one.data.node, []).append(Neighbour(dx_m, dy_m, bx_mps, by_mps))
-                seen.setdefault(other.data.node, []).append(Neighbour(-dx_m, -dy_m, ax_mps, ay_mps))
-        return seen
 
     def _record(self, now_s: float) -> None:
         append = self.recorder.trajectories.append

@@ -21,6 +21,8 @@ class HolderCount:
     def __init__(self) -> None:
         self.n_believed = 0
         self.n_wrong = 0
+        self._last: Sequence[tuple[str, Organisation]] = ()
+        self._last_counts = 0, 0
 
     def compare(self, believed: Sequence[tuple[str, Organisation]]) -> None:
         """Compare the vehicles at one moment; a job is held by those who believe so of themselves.
@@ -28,20 +30,26 @@ class HolderCount:
         Args:
             believed: name of every living vehicle, and the organisation as it sees it.
         """
-        if not believed:
-            return
-        for group in believed[0][1].groups.values():
-            for role in group.roles:
-                if role.job is not None:
-                    self._compare_role(believed, group.name, role.name)
+        if believed != self._last:  # mostly they are the same from frame to frame
+            self._last, self._last_counts = believed, self._counts(believed)
+        n_believed, n_wrong = self._last_counts
+        self.n_believed += n_believed
+        self.n_wrong += n_wrong
 
-    def _compare_role(self, believed: Sequence[tuple[str, Organisation]], group: str, role: str) -> None:
+    def _counts(self, believed: Sequence[tuple[str, Organisation]]) -> tuple[int, int]:
+        """How many pairs there are, and how many of them are wrong."""
+        if not believed:
+            return 0, 0
+        jobs = [(g.name, role.name) for g in believed[0][1].groups.values() for role in g.roles if role.job is not None]
+        counts = [self._counts_of_role(believed, group, role) for group, role in jobs]
+        return sum(n for n, _ in counts), sum(n for _, n in counts)
+
+    @staticmethod
+    def _counts_of_role(believed: Sequence[tuple[str, Organisation]], group: str, role: str) -> tuple[int, int]:
         named = {name: organisation.members(group, role) for name, organisation in believed}
         holders = {name for name, own in named.items() if name in own}
-        for name, own in named.items():
-            if own and own != (name,):
-                self.n_believed += 1
-                self.n_wrong += not holders.issuperset(own)
+        of_others = [own for name, own in named.items() if own and own != (name,)]
+        return len(of_others), sum(not holders.issuperset(own) for own in of_others)
 
     @property
     def wrong_fraction(self) -> float | None:

@@ -85,12 +85,39 @@ def advance(motion: Motion, data: VehicleData, target_m: tuple[float, float], sp
             speed_mps = min(speed_mps, reaching_speed_mps(range_m, error, data.turn_rate_radps))
             error = math.copysign(most, error)
         motion.heading_rad = wrapped(motion.heading_rad + error)
+    _move(motion, data, speed_mps, range_m, dt_s)
+
+
+def follow(motion: Motion, data: VehicleData, velocity_mps: tuple[float, float], dt_s: float) -> None:
+    """Move with a velocity, as far as the limits of a vehicle allow.
+
+    The heading turns towards the velocity as in ``advance``; the speed is the part of the velocity along the heading
+    that is reached, 0 if that is none. So a vehicle that is to go back turns on the spot.
+
+    Args:
+        motion: is changed.
+        data: limits and energy of the vehicle.
+        velocity_mps: x east, y north.
+        dt_s: for how long.
+    """
+    speed_mps = math.hypot(*velocity_mps)
+    if speed_mps > 0.0:
+        error = wrapped(math.atan2(velocity_mps[1], velocity_mps[0]) - motion.heading_rad)
+        most = data.turn_rate_radps * dt_s
+        turn = max(-most, min(most, error))
+        motion.heading_rad = wrapped(motion.heading_rad + turn)
+        speed_mps = max(0.0, speed_mps * math.cos(error - turn))
+    _move(motion, data, speed_mps, math.inf, dt_s)
+
+
+def _move(motion: Motion, data: VehicleData, speed_mps: float, most_m: float, dt_s: float) -> None:
+    """Take on a speed as far as possible and go along the heading, up to a distance unless the vehicle is to stop."""
     most = data.acceleration_mps2 * dt_s
     change = speed_mps - motion.speed_mps
     motion.speed_mps += most if change > most else -most if change < -most else change
     travelled_m = motion.speed_mps * dt_s
-    if speed_mps > 0.0 and travelled_m > range_m:
-        travelled_m = range_m
+    if speed_mps > 0.0 and travelled_m > most_m:
+        travelled_m = most_m
     motion.x_m += travelled_m * math.cos(motion.heading_rad)
     motion.y_m += travelled_m * math.sin(motion.heading_rad)
     motion.distance_m += travelled_m

@@ -14,24 +14,34 @@ hold it, which capabilities they need.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
+from typing import Any, NamedTuple
 
 from remoras.errors import OrganisationError
 
 
 class Outcome(Enum):
-    """Answer of an operation on the organisation."""
+    """Answer of an operation on the organisation, and of ``remoras.authority`` on whether it may be done."""
 
     SUCCESS = "success"
     NOT_GROUP = "not group"
     NOT_ROLE = "not role"
     NOT_IN_GROUP = "not in group"
+    ALREADY_GROUP = "already group"
     ROLE_ALREADY_HANDLED = "role already handled"
     ROLE_NOT_HANDLED = "role not handled"
-    ACCESS_DENIED = "access denied"
+    OUTSIDE = "issuer outside the group"
+    NO_SOCIAL_LAYER = "issuer without social layer"
+    NO_AUTHORITY = "issuer without authority"
+    NOT_OF_GROUP = "assignee outside the group"
+    UNABLE = "assignee not able"
+    INCOMPATIBLE = "assignee lacks the role to play it with"
+    UNAVAILABLE = "assignee takes no jobs"
+    NO_ROOM = "no room"
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +109,55 @@ class RoleAssignment:
             raise OrganisationError(f"a role assignment needs a group, a role and a vehicle, not {self}")
 
 
+class _Index(NamedTuple):
+    """Assignments by what they are asked for, so that a question costs the same in a group of ten and of a thousand.
+
+    Attributes:
+        players: vehicles by (group, role), and by (group, None) the members of the group, each sorted.
+        roles: roles by vehicle and by group, each sorted.
+    """
+
+    players: dict[tuple[str, str | None], tuple[str, ...]]
+    roles: dict[str, dict[str, tuple[RoleAssignment, ...]]]
+
+    @classmethod
+    def of(cls, assignments: Iterable[RoleAssignment]) -> _Index:
+        """The index of these assignments."""
+        players: dict[tuple[str, str | None], set[str]] = {}
+        roles: dict[str, dict[str, list[RoleAssignment]]] = {}
+        for a in assignments:
+            players.setdefault((a.group, a.role), set()).add(a.vehicle)
+            players.setdefault((a.group, None), set()).add(a.vehicle)
+            roles.setdefault(a.vehicle, {}).setdefault(a.group, []).append(a)
+        return cls(
+            {key: tuple(sorted(names)) for key, names in players.items()},
+            {name: {group: tuple(sorted(held)) for group, held in of.items()} for name, of in roles.items()},
+        )
+
+    def changed(self, a: RoleAssignment, is_held: bool) -> _Index:
+        """The index after one change; parts that it does not touch are shared."""
+        before = self.roles.get(a.vehicle, {})
+        held = _with(before.get(a.group, ()), a) if is_held else _less(before[a.group], a)
+        players, roles = dict(self.players), dict(self.roles)
+        roles[a.vehicle] = {**before, a.group: held}
+        if not held:
+            del roles[a.vehicle][a.group]
+        keys = [(a.group, a.role), *([(a.group, None)] if bool(before.get(a.group)) != bool(held) else [])]
+        for key in keys:
+            players[key] = _with(players.get(key, ()), a.vehicle) if is_held else _less(players[key], a.vehicle)
+        return _Index(players, roles)
+
+
+def _with(ordered: tuple[Any, ...], one: Any) -> tuple[Any, ...]:
+    at = bisect_left(ordered, one)
+    return (*ordered[:at], one, *ordered[at:])
+
+
+def _less(ordered: tuple[Any, ...], one: Any) -> tuple[Any, ...]:
+    at = bisect_left(ordered, one)
+    return (*ordered[:at], *ordered[at + 1 :])
+
+
 @dataclass(frozen=True)
 class Organisation:
     """Groups and role assignments; equal if they hold the same ones."""
@@ -107,44 +166,38 @@ class Organisation:
     assignments: frozenset[RoleAssignment] = frozenset()
 
     @cached_property
-    def _players(self) -> dict[tuple[str, str | None], tuple[str, ...]]:
-        """Vehicles by (group, role), and by (group, None) the members of the group."""
-        players: dict[tuple[str, str | None], set[str]] = {}
-        for a in self.assignments:
-            players.setdefault((a.group, a.role), set()).add(a.vehicle)
-            players.setdefault((a.group, None), set()).add(a.vehicle)
-        return {key: tuple(sorted(names)) for key, names in players.items()}
+    def _index(self) -> _Index:
+        return _Index.of(self.assignments)
 
     def members(self, group: str, role: str | None = None) -> tuple[str, ...]:
         """Vehicles in ``group`` (playing ``role``), by name, without duplicates."""
-        return self._players.get((group, role), ())
+        return self._index.players.get((group, role), ())
 
     def roles_of(self, vehicle: str, group: str | None = None) -> tuple[RoleAssignment, ...]:
         """Roles that ``vehicle`` plays (in ``group``)."""
-        return tuple(sorted(a for a in self.assignments if a.vehicle == vehicle and group in (None, a.group)))
+        held = self._index.roles.get(vehicle, {})
+        if group is not None:
+            return held.get(group, ())
+        return tuple(one for name in sorted(held) for one in held[name])
 
     def plays(self, vehicle: str, group: str, role: str) -> bool:
         """True if ``vehicle`` plays ``role`` in ``group``."""
-        return vehicle in self.members(group, role)
+        return any(one.role == role for one in self.roles_of(vehicle, group))
 
     def is_member(self, vehicle: str, group: str) -> bool:
         """True if ``vehicle`` plays some role in ``group``."""
-        return vehicle in self.members(group)
+        return bool(self.roles_of(vehicle, group))
 
     def heads(self, group: str) -> tuple[str, ...]:
         """Vehicles that supervise ``group``."""
         head = self.groups[group].head_role if group in self.groups else None
         return self.members(group, head) if head else ()
 
-    def may_assign(self, issuer: str, group: str) -> bool:
-        """True if ``issuer`` may give roles and objectives in ``group``: only its members may (REMORAS IV.B (3))."""
-        return self.is_member(issuer, group)
-
     def assign(self, vehicle: str, group: str, role: str) -> tuple[Organisation, Outcome]:
         """Let ``vehicle`` play ``role`` in ``group``; refused where the role has its maximum of holders."""
+        assignment = RoleAssignment(group, role, vehicle)
         if group not in self.groups:
             return self, Outcome.NOT_GROUP
-        assignment = RoleAssignment(group, role, vehicle)
         if assignment in self.assignments:
             return self, Outcome.ROLE_ALREADY_HANDLED
         specification = self.groups[group].role(role)
@@ -152,18 +205,24 @@ class Organisation:
             return self, Outcome.NOT_ROLE
         maximum = specification.maximum if specification else None
         if maximum is not None and len(self.members(group, role)) >= maximum:
-            return self, Outcome.ACCESS_DENIED
-        return replace(self, assignments=self.assignments | {assignment}), Outcome.SUCCESS
+            return self, Outcome.NO_ROOM
+        return self._changed(assignment, True), Outcome.SUCCESS
 
     def leave_role(self, vehicle: str, group: str, role: str) -> tuple[Organisation, Outcome]:
         """Let ``vehicle`` play ``role`` in ``group`` no longer."""
+        assignment = RoleAssignment(group, role, vehicle)
         if group not in self.groups:
             return self, Outcome.NOT_GROUP
-        assignment = RoleAssignment(group, role, vehicle)
         if assignment not in self.assignments:
             member = self.is_member(vehicle, group)
             return self, Outcome.ROLE_NOT_HANDLED if member else Outcome.NOT_IN_GROUP
-        return replace(self, assignments=self.assignments - {assignment}), Outcome.SUCCESS
+        return self._changed(assignment, False), Outcome.SUCCESS
+
+    def _changed(self, one: RoleAssignment, is_held: bool) -> Organisation:
+        """The organisation after one change."""
+        after = replace(self, assignments=self.assignments | {one} if is_held else self.assignments - {one})
+        after.__dict__["_index"] = self._index.changed(one, is_held)  # else asked anew, it would be made anew
+        return after
 
     def without(self, vehicles: Set[str]) -> Organisation:
         """The organisation in which these vehicles play nothing."""

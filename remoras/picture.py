@@ -17,7 +17,6 @@ class Body:
         now_s: time of the last motion tick.
         battery: share of the energy left; reserve: share that the way home takes, with margin.
         outside_m: how far the vehicle is outside the area of operations.
-        collision: bearing (rad) and urgency 0..1 of a vehicle on collision course, else None.
         last_yield_s: when its own sensors last found something.
         contacts_m: where the obstacle sonar sees vehicles; it does not tell which.
         settled_s: since when the vehicle has stayed near one place.
@@ -28,7 +27,6 @@ class Body:
     battery: float = 1.0
     reserve: float = 0.0
     outside_m: float = 0.0
-    collision: tuple[float, float] | None = None
     last_yield_s: float = -math.inf
     contacts_m: tuple[Point, ...] = ()
     settled_s: float = 0.0

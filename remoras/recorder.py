@@ -79,15 +79,15 @@ ROLES = Table("roles", (TIME, VEHICLE, Column("group", "str"), Column("role", "s
 """Roles of every vehicle as it sees itself: assigned, active (it drives the vehicle), inactive, left."""
 ORGANISATION = Table("organisation", (
     TIME, VEHICLE, Column("peer", "str"), Column("group", "str"), Column("role", "str"), Column("event", "str"),
+    Column("issuer", "str"), Column("act", "str"), Column("objective", "str"), Column("argument", "str"),
+    Column("outcome", "str"),
 ))  # fmt: skip
-"""Who plays what in the view of every vehicle: from then on, for ``vehicle``, ``peer`` has (assigned) or has no longer
-(left) the role. At 0 s stands what was agreed before the mission; later rows are of the ends of TDMA frames, when what
-was said in them counts. Peers that are taken for absent keep their roles here, see ``MEMBERSHIP``."""
-OBJECTIVES = Table("objectives", (
-    TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("objective", "str"),
-    Column("argument", "str"),
-))  # fmt: skip
-"""Objectives of roles in the view of every vehicle; a later argument of an objective takes the place of an earlier."""
+"""Every change of the organisation in the view of every vehicle, and every one that it refused. From then on, for
+``vehicle``, ``peer`` has the role (assigned) or no longer (left), or a role has an objective, a group a mission
+(given), by the will of ``issuer``; ``outcome`` says why it was refused. At 0 s stands what was agreed before the
+mission, by nobody in particular; later rows are of the ends of TDMA frames, when what was said in them counts, but for
+missions, which count at once. A later argument of an objective takes the place of an earlier. Peers that are taken for
+absent keep their roles here, see ``MEMBERSHIP``."""
 ACTIVITIES = Table("activities", (
     TIME, VEHICLE, Column("type", "str"), Column("name", "str"), Column("role", "str"),
     Column("motivation", "float", "1"),
@@ -148,13 +148,14 @@ FAULTS = Table("faults", (TIME, VEHICLE, Column("kind", "str"), Column("detail",
 """What went wrong, and what befell a vehicle."""
 
 TABLES = (
-    TRAJECTORIES, ROLES, MEMBERSHIP, ORGANISATION, OBJECTIVES, ACTIVITIES, DECISIONS, SATISFACTION, PACKETS, KNOWLEDGE,
+    TRAJECTORIES, ROLES, MEMBERSHIP, ORGANISATION, ACTIVITIES, DECISIONS, SATISFACTION, PACKETS, KNOWLEDGE,
     ITEMS, PLANS, FAULTS,
 )  # fmt: skip
 """Tables of every run."""
 
 ADDED = {
     "trajectories": frozenset({"depth_m"}),
+    "organisation": frozenset({"issuer", "act", "objective", "argument", "outcome"}),
     "packets": frozenset({
         "end_s", "arrivals_s", "item_uids", "status_uids", "signal_roles", "signal_addressed", "signal_values",
     }),
@@ -185,7 +186,6 @@ class Recorder:
         self.roles = self._rows["roles"]
         self.membership = self._rows["membership"]
         self.organisation = self._rows["organisation"]
-        self.objectives = self._rows["objectives"]
         self.activities = self._rows["activities"]
         self.decisions = self._rows["decisions"]
         self.satisfaction = self._rows["satisfaction"]

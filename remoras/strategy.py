@@ -24,6 +24,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from remoras.authority import Authority
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
 from remoras.plugins import answer, faults_of
@@ -55,6 +56,8 @@ class Declaration:
         meets: vehicles speak at meetings only; who has no part in them takes nobody's silence for absence.
         blocks_per_round: most blocks that a vehicle states in a round of consultation, for each job.
         is_bound: no strategy but a bound: every vehicle knows at once what any vehicle knows, and how fast each is.
+        authorities: what members may change that do not lead their group; without any the head alone gives out roles.
+        private_jobs: whoever takes a job notes it for itself alone; what others believe of that is nobody's error.
     """
 
     source: str
@@ -65,6 +68,8 @@ class Declaration:
     meets: bool = False
     blocks_per_round: int = 0
     is_bound: bool = False
+    authorities: frozenset[Authority] = frozenset()
+    private_jobs: bool = False
 
 
 @dataclass(frozen=True, slots=True)

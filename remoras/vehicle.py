@@ -19,6 +19,8 @@ import mesa
 
 from exchange.manager import Reception, Transmission
 from remoras.activities import ActivitySet, ActivityType, Objective
+from remoras.attraction import NO_PULLS
+from remoras.avoidance import Neighbour
 from remoras.behaviours import Perception
 from remoras.beliefs import Beliefs, Fact
 from remoras.database import VehicleData
@@ -27,7 +29,6 @@ from remoras.errors import PluginError
 from remoras.executive.layer import ExecutiveLayer
 from remoras.faults import SOUND, Condition
 from remoras.functional.layer import FunctionalLayer, Sensed
-from remoras.functional.vital import Neighbour
 from remoras.radio import Radio
 from remoras.recorder import Recorder
 from remoras.social.layer import Consulted, Review, SocialLayer
@@ -82,7 +83,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._resigned = False
         self._weighed: tuple[ActivitySet, ...] = ()
         self._diary.roles(0.0, self.social.organisation.roles_of(self.name), "assigned")
-        self._diary.view(0.0, self.social.organisation, self.social.objectives.values())
+        self._diary.founded(self.social.organisation, self.social.objectives.values())
         self._adopt()
 
     @property
@@ -111,7 +112,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if not self.is_alive:
             return
         if dt_s > 0.0:
-            self.functional.act(dt_s)
+            self.functional.act(dt_s, neighbours)
         self._sense(now_s, neighbours)
         if is_due:
             self.think(now_s, self.executive.period_s if dt_s > 0.0 else 0.0)
@@ -145,6 +146,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             if decision is not before:
                 functional.perform(decision.chosen)
                 self._diary.drives(now_s, decision.driving, candidates)
+        functional.heed(executive.pulls(now_s) if functional.picture.body.contacts_m else NO_PULLS)
         if functional.must_go_home and not self._resigned:
             self._resigned = True
             self._conclude(self.social.standing.resign(), now_s)
@@ -199,27 +201,27 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     def _look_around(self, now_s: float) -> bool:
         """See who is there, and act on it. True if somebody came or went."""
         seen = self.social.look_around(now_s)
+        if seen is None:
+            return False
         self._diary.peers(now_s, seen.events)
         self._conclude(seen.facts, now_s)
         for fact in seen.passed_on:
             self._conclude([fact], now_s)
         self._take_on(seen, now_s)
-        return bool(seen.events)
+        return True
 
     def _take_effect(self, now_s: float) -> bool:
         """Roles and objectives stated so far count from now on."""
         if not self.social.consultation_due:
             return False
-        result = self.social.consult()
-        self._diary.fault(now_s, "refused assignment", *result.refused)
-        self._take_on(result, now_s)
+        self._take_on(self.social.consult(), now_s)
         return True
 
     def _take_on(self, result: Review | Consulted, now_s: float) -> None:
         """Play the roles that changed, by activities chosen anew where they have to be."""
         self._diary.roles(now_s, result.assigned, "assigned")
         self._diary.roles(now_s, result.left, "left")
-        self._diary.view(now_s, self.social.organisation, self.social.objectives.values())
+        self._diary.rulings(now_s, result.rulings)
         if result.activities_due:
             self._adopt()
             self.think(now_s, 0.0)
@@ -258,7 +260,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         reception, emitter, changes, signals = self.radio.hear(data, now_s)
         if reception.fault is not None:
             return reception
-        self._consider(changes)
+        self._consider(changes, now_s)
         organisation = self.social.organisation
         for (group, role, addressed), value in signals:
             if organisation.is_member(self.name, group) and organisation.is_member(emitter, group):
@@ -271,7 +273,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     def learn(self, emitter: str, blocks: Sequence[Block], now_s: float) -> None:
         """Know what another vehicle knows, at once: only under a strategy that is a bound."""
         if not self.functional.exhausted:
-            self._consider(self.radio.learn(emitter, blocks, now_s))
+            self._consider(self.radio.learn(emitter, blocks, now_s), now_s)
 
     # What the vehicle knows anew -----------------------------------------------------------------
 
@@ -285,13 +287,14 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self.radio.tell(change, self.social.addressed, now_s)
         else:
             self.radio.keep(change, now_s)
-        self._consider([change], told)
-        self._diary.plans(now_s, self.social.planner.executions, self.social.pursuit.executions)
+        self._consider([change], now_s, told)
 
-    def _consider(self, changes: Sequence[Change], told: bool = True) -> None:
+    def _consider(self, changes: Sequence[Change], now_s: float, told: bool = True) -> None:
         self.beliefs.note(changes)
         self.radio.note(changes)
-        if self.social.consider(changes, told):
+        considered = self.social.consider(changes, told)
+        self._diary.rulings(now_s, considered.rulings)
+        if considered.activities_due:
             self._adopt()
 
 

@@ -11,7 +11,7 @@ import math
 from collections.abc import Collection, Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from remoras.beliefs import Key
 from remoras.database import AUVDatabase, VehicleData
@@ -20,8 +20,7 @@ from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecif
 Point = tuple[float, float]
 
 
-@dataclass(frozen=True, slots=True, order=True)
-class Outlook:
+class Outlook(NamedTuple):
     """When (s) and where a vehicle is expected to have done what it holds."""
 
     free_s: float
@@ -39,6 +38,11 @@ class Known(Protocol):
         """Every value of a fact that was ever told."""
         ...
 
+    @property
+    def n_told(self) -> int:
+        """It grows whenever a set that ``values`` gave does: what was worked out of these sets holds until then."""
+        ...
+
 
 @dataclass(frozen=True)
 class _Nothing:
@@ -47,6 +51,10 @@ class _Nothing:
 
     def values(self, key: Key) -> Set[Any]:
         return frozenset()
+
+    @property
+    def n_told(self) -> int:
+        return 0
 
 
 NOTHING_KNOWN: Known = _Nothing()
@@ -206,7 +214,7 @@ class Work:
             if data.name in members and any(self.able(data, role) for role in self.roles)
         )
 
-    @property
+    @cached_property
     def has_something_left(self) -> bool:
         """True while the goal asks for more, and there is a job that somebody holds or that a worker is able to do.
 
@@ -252,8 +260,9 @@ class Work:
 
     def after_all(self, outlook: Outlook, data: VehicleData, roles: Iterable[RoleSpecification]) -> Outlook:
         """When and where the vehicle has done the jobs of ``roles`` that it is able to do, see ``in_order``."""
-        for role in self.in_order(outlook, data, roles):
-            outlook = self.job(role).after(outlook, data) or outlook
+        left = self._by_job(roles)
+        while left:
+            outlook = self.job(self._nearest(left, outlook)).after(outlook, data) or outlook
         return outlook
 
     def awaited(self, vehicle: str, now_s: float) -> float:
@@ -270,14 +279,19 @@ class Work:
         self, outlook: Outlook, data: VehicleData, roles: Iterable[RoleSpecification]
     ) -> tuple[RoleSpecification, ...]:
         """The order in which the vehicle turns to the jobs of ``roles``: of several the nearest attracts most."""
-        left = sorted(roles, key=lambda role: role.job or "")
-        ordered = []
-        while left:
-            distances_m = [math.dist(outlook.position_m, self.job(role).place_m) for role in left]
-            role = left.pop(distances_m.index(min(distances_m)))
-            outlook = self.job(role).after(outlook, data) or outlook
-            ordered.append(role)
-        return tuple(ordered)
+        left, ordered = self._by_job(roles), list[RoleSpecification]()
+        while len(left) > 1:
+            ordered.append(self._nearest(left, outlook))
+            outlook = self.job(ordered[-1]).after(outlook, data) or outlook
+        return (*ordered, *left)
+
+    def _by_job(self, roles: Iterable[RoleSpecification]) -> list[RoleSpecification]:
+        return sorted(roles, key=lambda role: role.job or "")
+
+    def _nearest(self, left: list[RoleSpecification], outlook: Outlook) -> RoleSpecification:
+        """Take out the role whose job is nearest, of equals the first."""
+        distances_m = [math.dist(outlook.position_m, self.job(role).place_m) for role in left]
+        return left.pop(distances_m.index(min(distances_m)))
 
     def knowing(self, done: Collection[str]) -> Work:
         """The same work where jobs ``done`` are known to be done too."""

@@ -72,6 +72,7 @@ STAND_ALONE = {
 }
 FACE = ("remoras", "remoras.face")
 ROOF = "remoras.cli"
+ENTRY = "remoras.__main__"
 WORDS_OF = {"missions.mapping": ("area", "areas", "swath", "swaths", "cell", "cells", "coverage", "mapped")}
 """Words of a mission that nothing outside its folder may know."""
 GENERAL = ("ReturningToArea", "area of operations", "areas of operations")
@@ -151,7 +152,7 @@ def broken_rules(found: Import) -> Iterator[str]:
         yield "draws come from the keyed streams, not from random"
     if of == "mesa" and module not in KNOW_MESA:
         yield "only the fleet and the vehicle know Mesa"
-    if of not in OURS or within(module, ROOF) or module in FACE:
+    if of not in OURS or within(module, ROOF) or module in (*FACE, ENTRY):
         return
     if within(target, ROOF):
         yield "nobody imports the roof"

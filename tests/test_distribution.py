@@ -24,7 +24,7 @@ TEXTS = [
 def test_the_distribution_has_a_name_of_its_own() -> None:
     """In the public index \"remoras\" is somebody else's."""
     assert PROJECT["name"] == "remoras-sim"
-    assert PROJECT["scripts"] == {"remoras": "remoras.cli:main"}
+    assert PROJECT["scripts"] == {"remoras": "remoras.__main__:main"}
 
 
 def test_nobody_is_told_to_install_somebody_elses_package() -> None:

@@ -8,6 +8,7 @@ acknowledgement, line style and fill of the markers tell whether nodes repeat it
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,7 +19,6 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
 from exchange.study.study import KINDS, StudyRow, TrialMean
-from missions.files import drafted
 from visualisation import style, words
 from visualisation.errors import DrawingError, unknown
 from visualisation.files import check_format
@@ -75,6 +75,18 @@ def write(rows: Sequence[StudyRow], kind: str, folder: Path, name: str, format: 
         The files written: figure, caption, numbers.
 
     Raises:
+        DrawingError: the kind or the format is not known, there is nothing to draw, or the files cannot be written.
+    """
+    return write_files(folder, contents(rows, kind, name, format))
+
+
+def contents(rows: Sequence[StudyRow], kind: str, name: str, format: str) -> list[tuple[str, bytes]]:
+    """Names and contents of the files of a figure, as ``write`` writes them.
+
+    Args:
+        rows, kind, name, format: see ``write``.
+
+    Raises:
         DrawingError: the kind or the format is not known, or there is nothing to draw.
     """
     if kind not in (*UNLOADED, "loaded"):
@@ -85,10 +97,7 @@ def write(rows: Sequence[StudyRow], kind: str, folder: Path, name: str, format: 
     drawn = loaded_figure(rows) if kind == "loaded" else unloaded_figure(rows, kind)
     picture = f"{name}.{format}", style.rendered(drawn, format)
     text = f"{name}.txt", f"{caption(rows, kind)}\n".encode()
-    table = folder / f"{name}.csv"
-    files = write_files(folder, [picture, text])
-    write_csv(rows, table)
-    return [*files, table]
+    return [picture, text, (f"{name}.csv", as_csv(rows))]
 
 
 def unloaded_figure(rows: Sequence[StudyRow], kind: str) -> Figure:
@@ -153,13 +162,14 @@ def caption(rows: Sequence[StudyRow], kind: str) -> str:
     )
 
 
-def write_csv(rows: Sequence[StudyRow], path: Path) -> None:
+def as_csv(rows: Sequence[StudyRow]) -> bytes:
     """The rows as a table, estimates as three columns each; without what depends on the machine."""
     table = [_flat(row) for row in rows]
-    with drafted(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(table[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(table)
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(table[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(table)
+    return text.getvalue().encode()
 
 
 def _flat(row: StudyRow) -> dict[str, Any]:

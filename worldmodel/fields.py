@@ -93,6 +93,11 @@ class Field:
     def _range(self) -> str:
         return f"[{self.minimum}, {self.maximum}] {self.unit}".rstrip()
 
+    @property
+    def is_whole(self) -> bool:
+        """True if every value is a whole number."""
+        return float(self.minimum).is_integer() and float(self.resolution).is_integer()
+
     def encode(self, value: float) -> int:
         """Return the index of the grid value nearest to ``value``.
 

@@ -262,9 +262,10 @@ class Store:
     def insert(self, block: Block) -> Change:
         """Index a block that is not in and has passed the checks. Call ``merge`` to add blocks."""
         self._blocks[block.guid] = block
-        time_s = block.time_s
+        time_s, inserted = block.time_s, []
         for position, fact in enumerate(block.facts):
             observation = Observation(block, position)
+            inserted.append(observation)
             slot = (fact.subject, fact.attribute)
             observations = self._slots.get(slot)
             if observations is None:
@@ -276,9 +277,8 @@ class Store:
             if fact.attribute == TYPE_UID:
                 self._add_type(fact.subject, fact.target)
         self.version += 1
-        latest = [self.latest(fact.subject, fact.attribute) for fact in block.facts]
-        new = (n for n, each in enumerate(latest) if each is not None and each.block is block and each.position == n)
-        return Change(block, tuple(block.facts[n] for n in new))
+        facts = zip(block.facts, inserted, strict=True)
+        return Change(block, tuple([fact for fact, one in facts if self.latest(fact.subject, fact.attribute) is one]))
 
     def _add_type(self, uid: int, class_uid: int) -> None:
         self._masks[uid] = self._masks.get(uid, 0) | self.tbox.ancestor_mask(class_uid)

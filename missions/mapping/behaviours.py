@@ -72,13 +72,21 @@ class WorkLeft:
 
     def __init__(self, jobs: Sequence[SurveyJob]) -> None:
         self._jobs = list(jobs)
+        self._n_told = -1
+        self._share = 0.0
 
     def share(self, facts: Known) -> float:
-        """Greatest share left of any area, 0..1; what is done once stays done and is not looked at again."""
+        """Greatest share left of any area, 0..1."""
+        if self._n_told != facts.n_told:
+            self._n_told, self._share = facts.n_told, self._greatest(facts)
+        return self._share
+
+    def _greatest(self, facts: Known) -> float:
+        """What is done once stays done and is not looked at again."""
         most, done = 0.0, []
         for job in self._jobs:
             share = job.left(facts).share_left
-            if share > most and facts.get(job.done) is None:
+            if share > most and not facts.values(job.done):
                 most = share
                 if most == 1.0:
                     break
@@ -324,4 +332,4 @@ class MappingAlong(Working):
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due as far as work is left; advancing as all productive work is."""
         found = super().perceive(motion, picture, performed)
-        return found._replace(stimulus=due(self._work.share(picture.facts), self._half_left))
+        return Perception(due(self._work.share(picture.facts), self._half_left), found.advance)

@@ -14,13 +14,14 @@ from __future__ import annotations
 
 import math
 import weakref
-from collections.abc import Sequence, Set
+from collections.abc import Callable, Iterable, Sequence, Set
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Generic, NamedTuple, TypeVar
 
 from missions.mapping.sensors import Cell, Seabed, seabed_of
 from missions.mapping.survey import Point, length_m, rows, runs_along_x, to_and_fro
 
+T = TypeVar("T")
 TOLERANCE_M = 1e-6
 
 
@@ -53,25 +54,23 @@ class Way(NamedTuple):
     ends_m: tuple[Point, Point]
 
 
-class BitsOfSets:
-    """The bits whose numbers are in a set that may only grow: remembered while it does not, as a cache is."""
+class Followed(Generic[T]):
+    """What follows from sets that may only grow: remembered while they do not, as a cache is."""
 
     __slots__ = ("_found",)
 
     def __init__(self) -> None:
-        self._found: dict[int, tuple[weakref.ref[Set[float]], int, int]] = {}
+        self._found: dict[int, tuple[weakref.ref[Set[float]], int, T]] = {}
 
-    def __call__(self, known: Set[float]) -> int:
-        """The bits as one whole number; numbers of the world model are floats."""
+    def of(self, known: Set[float], work_out: Callable[[Set[float]], T]) -> T:
+        """What ``work_out`` makes of the set as it is now."""
         key = id(known)
         found = self._found.get(key)
-        if found is not None and found[0]() is known and found[1] == len(known):
+        if found is not None and found[1] == len(known) and found[0]() is known:
             return found[2]
-        bits = 0
-        for index in known:
-            bits |= 1 << int(index)
-        self._found[key] = weakref.ref(known, lambda _: self._found.pop(key, None)), len(known), bits
-        return bits
+        result = work_out(known)
+        self._found[key] = weakref.ref(known, lambda _: self._found.pop(key, None)), len(known), result
+        return result
 
 
 class Ground:
@@ -87,8 +86,6 @@ class Ground:
         self.corners_m = tuple(corners_m)
         self.cell_m = cell_m
         self.cells = tuple(cells)
-        self.bits = BitsOfSets()
-        """Bits of the cells whose index is in a set."""
         self.survey = lru_cache(maxsize=64)(self._survey)
         self.work = (1 << len(self.cells)) - 1
         """Bits of all the cells."""
@@ -97,6 +94,14 @@ class Ground:
         """Centre of a cell."""
         column, row = self.cells[index]
         return (column + 0.5) * self.cell_m, (row + 0.5) * self.cell_m
+
+    @staticmethod
+    def bits(indices: Iterable[float]) -> int:
+        """Bits of the cells of these indices; those of the world model are floats."""
+        bits = 0
+        for index in indices:
+            bits |= 1 << int(index)
+        return bits
 
     def _survey(self, swath_m: float) -> Survey:
         return Survey(self, swath_m)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 
 from missions.mapping.sensors import Cell, Seabed, Stays
-from remoras.mission import FleetView, VehicleView
+from remoras.mission import VehicleView
 
 
 class FindsWatch:
@@ -20,12 +20,11 @@ class FindsWatch:
         self._stays: dict[str, Stays] = {}
         self._finders: dict[str, set[str]] = {}  # vehicles that have found each
         self._inspected: set[str] = set()
-        self._alive: set[str] = set()
+        self._alive: Set[str] = frozenset()
 
-    def begin(self, fleet: FleetView) -> None:
-        """Begin a look at the fleet: see who is alive."""
-        if self._seabed.features:
-            self._alive = {vehicle.name for vehicle in fleet.vehicles if vehicle.is_alive}
+    def begin(self, alive: Set[str]) -> None:
+        """Begin a look at the fleet, of which these vehicles are alive."""
+        self._alive = alive
 
     def is_new(self, cell: Cell, vehicle: str) -> bool:
         """Note that a vehicle has covered a cell; True if a feature lies there that nobody had found."""

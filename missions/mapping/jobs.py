@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from missions.mapping.ground import Ground, Way, ground_of
+from missions.mapping.ground import Followed, Ground, Way, ground_of
 from missions.mapping.sensors import mapping_speed_mps, swath_m
 from remoras.beliefs import Key
 from remoras.database import VehicleData
@@ -49,7 +50,7 @@ class SurveyJob:
         """Bits of the cells that are left."""
         return self.on.work if self.cells is None else self.cells
 
-    @property
+    @cached_property
     def place_m(self) -> Point:
         """Mean of the corners."""
         n = len(self.corners_m)
@@ -72,8 +73,14 @@ class SurveyJob:
 
     def left(self, facts: Known) -> SurveyJob:
         """The survey of the cells that a vehicle which knows ``facts`` does not know to be mapped."""
-        on = self.on
-        return self.of(on.work & ~on.bits(facts.values(("mappedCell", self.name))))
+        return self._left.of(facts.values(("mappedCell", self.name)), self._without)
+
+    @cached_property
+    def _left(self) -> Followed[SurveyJob]:
+        return Followed()
+
+    def _without(self, mapped: Set[float]) -> SurveyJob:
+        return self.of(self.on.work & ~self.on.bits(mapped))
 
     def of(self, cells: int) -> SurveyJob:
         """The survey of these cells of the area."""
@@ -91,16 +98,13 @@ class SurveyJob:
         swath, survey_mps = swath_m(data), mapping_speed_mps(data)
         if swath <= 0.0 or survey_mps <= 0.0:
             return None
-        ways = self.on.survey(swath).ways(self.bits)
-        if not ways:
-            return None
         (x_m, y_m), transit_mps = position_m, data.transit_speed_mps
-        return min(
-            ways,
-            key=lambda way: (
-                math.hypot(way.first_m[0] - x_m, way.first_m[1] - y_m) / transit_mps + way.length_m / survey_mps
-            ),
-        )
+        soonest, least_s = None, math.inf
+        for way in self.on.survey(swath).ways(self.bits):
+            way_s = math.hypot(way.first_m[0] - x_m, way.first_m[1] - y_m) / transit_mps + way.length_m / survey_mps
+            if way_s < least_s:
+                soonest, least_s = way, way_s
+        return soonest
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
         """When and where the vehicle will be free if it surveys what is left next.

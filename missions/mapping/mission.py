@@ -334,7 +334,8 @@ class MappingMission(Mission):
 
         As long as a find is known that nobody has inspected, it waits, but not beyond the deadline.
         """
-        is_left = any(is_to_be_inspected(beliefs, role.job) for role in group.roles if role.job in self._inspections)
+        finds = [role.job for role in group.roles if role.job in self._inspections] if self._inspections else ()
+        is_left = any(is_to_be_inspected(beliefs, find) for find in finds)
         if is_left and not self.meeting.is_overdue(group, beliefs, picture):
             return ()
         return self.meeting.findings(group, organisation, beliefs, picture, motion)

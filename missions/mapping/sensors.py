@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 from pydantic import Field
 
@@ -77,8 +77,15 @@ class Seabed:
         size = self.cell_m
         return min(columns) * size, min(rows) * size, (max(columns) + 1) * size, (max(rows) + 1) * size
 
-    def under(self, x_m: float, y_m: float, reach_m: float) -> list[Cell]:
-        """Cells of an area whose centre is within ``reach_m`` of (x_m, y_m)."""
+    @cached_property
+    def under(self) -> Callable[[float, float, float], tuple[Cell, ...]]:
+        """``under(x_m, y_m, reach_m)``: cells of an area whose centre is within ``reach_m`` of (x_m, y_m).
+
+        The last are remembered: the truth looks where a sensor has.
+        """
+        return lru_cache(maxsize=64)(self._under)
+
+    def _under(self, x_m: float, y_m: float, reach_m: float) -> tuple[Cell, ...]:
         size = self.cell_m
         found = []
         for column in range(math.floor((x_m - reach_m) / size), math.floor((x_m + reach_m) / size) + 1):
@@ -88,7 +95,7 @@ class Seabed:
                     dy_m = (row + 0.5) * size - y_m
                     if dx_m * dx_m + dy_m * dy_m <= reach_m * reach_m:
                         found.append((column, row))
-        return found
+        return tuple(found)
 
 
 @lru_cache(maxsize=8)

@@ -12,7 +12,8 @@ covered does not count, nor does a find that nobody is left to inspect.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence, Set
+from typing import NamedTuple
 
 from missions.mapping.inspection import FindsWatch
 from missions.mapping.sensors import LIMIT_TOLERANCE, Cell, Seabed, SwathSettings
@@ -26,6 +27,14 @@ from remoras.work import Point
 
 GOAL = Table("goal", (TIME, Column("goal_fraction", "float")))
 """Share of the goal that was reached on the ground, whenever it changed."""
+
+
+class Swath(NamedTuple):
+    """What a mapping sensor really sees: as far as ``reach_m`` on both sides, up to a speed."""
+
+    sensor: str
+    reach_m: float
+    speed_limit_mps: float
 
 
 class MappingTruth(MeetingTruth):
@@ -57,6 +66,7 @@ class MappingTruth(MeetingTruth):
         self._goal = goal
         self._coverage, self._progress = recorder.rows("coverage"), recorder.rows(GOAL.name)
         self._covered: dict[str, set[Cell]] = {}
+        self._swaths: dict[str, tuple[Swath, ...]] = {}  # by vehicle
         self._all_covered: set[Cell] = set()
         self._n_uncovered = dict.fromkeys(swaths_m, 0)
         for area, _ in seabed.cells.values():
@@ -83,42 +93,53 @@ class MappingTruth(MeetingTruth):
         """Keep the map, and note what has happened; True once the goal is reached and the last group is together."""
         self._now_s = now_s
         changed = False
-        self._finds.begin(fleet)
+        alive = {vehicle.name for vehicle in fleet.vehicles if vehicle.is_alive}
+        self._finds.begin(alive)
         for vehicle in fleet.vehicles:
-            if vehicle.sensing and self._is_over_ground(vehicle.position_m):
-                changed |= self._cover(vehicle, now_s)
-                changed |= self._inspect(vehicle, now_s)
-        n_lost = sum(not vehicle.is_alive for vehicle in fleet.vehicles)
+            if (sensing := vehicle.sensing) and self._is_over_ground(vehicle.position_m):
+                swaths = [swath for swath in self._swaths_of(vehicle) if swath.sensor in sensing]
+                changed |= self._cover(vehicle, swaths, now_s)
+                changed |= bool(swaths) and self._inspect(vehicle, now_s)
+        n_lost = len(fleet.vehicles) - len(alive)
         if changed or n_lost != self._n_lost:
             self._n_lost = n_lost
-            self._judge(fleet, now_s)
+            self._judge(alive, now_s)
         is_complete = super().observe(fleet, now_s)
-        at_work = any(
-            vehicle.is_alive and (self._exploring.get(vehicle.name) or "Inspecting" in vehicle.performed)
-            for vehicle in fleet.vehicles
-        )
-        if self._apart or at_work:
+        if self._apart or any(self._is_at_work(vehicle) for vehicle in fleet.vehicles if vehicle.name in alive):
             self._met_s = None
         elif self._met_s is None:
             self._met_s = now_s
         return is_complete
+
+    def _is_at_work(self, vehicle: VehicleView) -> bool:
+        return self._exploring.get(vehicle.name, False) or "Inspecting" in vehicle.performed
+
+    def _swaths_of(self, vehicle: VehicleView) -> tuple[Swath, ...]:
+        """What the mapping sensors of a vehicle see, on or off."""
+        swaths = self._swaths.get(vehicle.name)
+        if swaths is None:
+            data = vehicle.data
+            swaths = self._swaths[vehicle.name] = tuple(
+                Swath(one.name, one.swath_m / 2.0, data.speed_factor * one.speed_limit_mps * LIMIT_TOLERANCE)
+                for one in data.sensors
+                if isinstance(one, SwathSettings)
+            )
+        return swaths
 
     def _is_over_ground(self, at_m: Point) -> bool:
         """True if a swath there may reach an area."""
         x_min, y_min, x_max, y_max = self._beside_m
         return x_min <= at_m[0] <= x_max and y_min <= at_m[1] <= y_max
 
-    def _cover(self, vehicle: VehicleView, now_s: float) -> bool:
-        """Note the cells under the swath of a vehicle; True if the fleet had not covered one of them."""
-        data, name, at_m = vehicle.data, vehicle.name, vehicle.position_m
+    def _cover(self, vehicle: VehicleView, swaths: Sequence[Swath], now_s: float) -> bool:
+        """Note the cells under the swaths of a vehicle; True if the fleet had not covered one of them."""
+        name, at_m, speed_mps = vehicle.name, vehicle.position_m, vehicle.speed_mps
         covered = self._covered.setdefault(name, set())
         changed = False
-        for sensor in data.sensors:
-            if not isinstance(sensor, SwathSettings) or sensor.name not in vehicle.sensing:
+        for swath in swaths:
+            if speed_mps > swath.speed_limit_mps:
                 continue
-            if vehicle.speed_mps > data.speed_factor * sensor.speed_limit_mps * LIMIT_TOLERANCE:
-                continue
-            for cell in self._seabed.under(*at_m, sensor.swath_m / 2.0):
+            for cell in self._seabed.under(*at_m, swath.reach_m):
                 if cell in covered:
                     continue
                 covered.add(cell)
@@ -133,19 +154,17 @@ class MappingTruth(MeetingTruth):
 
     def _inspect(self, vehicle: VehicleView, now_s: float) -> bool:
         """Note what a vehicle has inspected; True if nobody had before."""
-        if not any(s.name in vehicle.sensing for s in vehicle.data.sensors if isinstance(s, SwathSettings)):
-            return False
         n_new = self._finds.n_inspected_by(vehicle, now_s)
-        self.milestones += [Milestone(now_s, "inspected", vehicle.name)] * n_new
+        if n_new:
+            self.milestones += [Milestone(now_s, "inspected", vehicle.name)] * n_new
         return n_new > 0
 
     def is_worked_off(self, group: Group) -> bool:
         """True unless somebody who is alive has found something in the group's areas that waits to be inspected."""
         return not (self._finds.has_open and any(role.job in self._swaths_m for role in group.roles))
 
-    def _judge(self, fleet: FleetView, now_s: float) -> None:
-        """Work out the share of the goal that is reached."""
-        alive = {vehicle.name for vehicle in fleet.vehicles if vehicle.is_alive}
+    def _judge(self, alive: Set[str], now_s: float) -> None:
+        """Work out the share of the goal that is reached, with these vehicles alive."""
         able = {area: not alive.isdisjoint(names) for area, names in self._swaths_m.items()}
         n_open: float = sum(n for area, n in self._n_uncovered.items() if able[area])
         n_done: float = len(self._all_covered)

@@ -37,14 +37,21 @@ class Unfinished:
         n_cells = sum(job.on.work.bit_count() for job in self._surveys)
         self._n_spared = n_cells - goal * n_cells
         self._finds = tuple(finds)
+        self._n_told = -1
+        self._holds = True
 
     def holds(self, facts: Known) -> bool:
         """True while more is left than the goal spares, as far as is known."""
-        if any(is_to_be_inspected(facts, find) for find in self._finds):
+        if self._n_told != facts.n_told:
+            self._n_told, self._holds = facts.n_told, self._is_work_left(facts)
+        return self._holds
+
+    def _is_work_left(self, facts: Known) -> bool:
+        if any(facts.values(("foundAt", find)) and not facts.values(("inspectedBy", find)) for find in self._finds):
             return True
         n_left, done = 0, []
         for job in self._surveys:
-            if facts.get(job.done) is not None:
+            if facts.values(job.done):
                 done.append(job)
                 continue
             n_left += job.left(facts).bits.bit_count()
@@ -68,10 +75,10 @@ class AfterWork(Behaviour):
         self._unfinished = unfinished
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """As the behaviour itself, but for the calls that it answers."""
+        """As the behaviour itself, but for the calls that it answers where it is due."""
         found = self._meeting.perceive(motion, picture, performed)
-        if found.answers > 0.0 and self._unfinished.holds(picture.facts):
-            return found._replace(answers=0.0)
+        if found.stimulus > 0.0 and found.answers > 0.0 and self._unfinished.holds(picture.facts):
+            return Perception(found.stimulus, found.advance, found.done, found.failed, 0.0)
         return found
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:

@@ -20,11 +20,6 @@ JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
 """When a vehicle had done a job; a job that two vehicles do has two rows."""
 
 
-def is_survivor(vehicle: VehicleView) -> bool:
-    """True while a vehicle is alive and no fault keeps it from hearing or being heard: it can do its part."""
-    return vehicle.is_alive and vehicle.is_in_contact
-
-
 class MeetingTruth:
     """Watches the run: when consultation ends and which group is together; a mission adds what it does at work.
 
@@ -64,7 +59,7 @@ class MeetingTruth:
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         """Note what has happened; True once the last group is together and the goal is reached."""
-        survivors = [vehicle for vehicle in fleet.vehicles if is_survivor(vehicle)]
+        survivors = [vehicle for vehicle in fleet.vehicles if vehicle.is_in_contact]
         if not survivors:
             return False
         self._is_planned = self._is_planned or self._have_planned(survivors)
@@ -99,7 +94,7 @@ class MeetingTruth:
         if not self._consulted and self._apart:
             return f"consultation had not ended after {now_s:.0f} s"
         if self._apart:
-            survivors = [vehicle for vehicle in fleet.vehicles if is_survivor(vehicle)]
+            survivors = [vehicle for vehicle in fleet.vehicles if vehicle.is_in_contact]
             names = ", ".join(
                 f"{group.name} (without {' and '.join(lacking)})"
                 if (lacking := self._lacking(survivors, group))
@@ -157,18 +152,18 @@ class MeetingTruth:
 
     def _is_together(self, survivors: Sequence[VehicleView], group: Group) -> bool:
         """True if all members have come to the rally point, no work is left to give out, and roles are filled."""
-        for vehicle in self._members(survivors, group):
-            if not self._has_come(vehicle, group):
-                return False
-            if vehicle.leads(group.name) and vehicle.gives_out(group.name):
-                return False
+        members = self._members(survivors, group)
+        if not all(self._has_come(vehicle, group) for vehicle in members):
+            return False
+        if any(vehicle.leads(group.name) and vehicle.gives_out(group.name) for vehicle in members):
+            return False
         return not self._lacking(survivors, group)
 
     def _is_overdue(self, survivors: Sequence[VehicleView], group: Group, now_s: float) -> bool:
         """True if a head has waited at the rally point to the deadline and takes the group for gathered."""
         for vehicle in survivors:
             there_s = self._there_s.get((vehicle.name, group.name), math.inf)
-            if vehicle.leads(group.name) and vehicle.has_met(group.name) and now_s - there_s >= self._deadline_s:
+            if now_s - there_s >= self._deadline_s and vehicle.leads(group.name) and vehicle.has_met(group.name):
                 return True
         return False
 

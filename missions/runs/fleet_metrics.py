@@ -7,23 +7,24 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from missions.metric import NOT_APPLICABLE, Absent
 from missions.scenarios.scenario import Scenario
 from remoras.faults import OVER, FaultKind
-from remoras.fleet import SAME_DEPTH_M
+from remoras.separation import SAME_DEPTH_M, TOLERANCE_M
 
 if TYPE_CHECKING:
     from missions.runs.run import Run
 
-STARTED_S = 60.0
-"""Vehicles may start side by side; from then on they have to keep apart."""
 DISABLING = frozenset({FaultKind.LOST, FaultKind.MUTE, FaultKind.DEAF, FaultKind.SENSOR})
 """Kinds of faults after which others have to take over."""
+ABSENT = frozenset({FaultKind.LOST.value, FaultKind.JOINS.value, "energy"})
+"""Kinds of rows in ``faults`` from which on a vehicle is in nobody's way, until they are over."""
 
 
 def idle_s(run: Run) -> float | None:
@@ -84,29 +85,49 @@ def able_to_work(scenario: Scenario) -> tuple[str, ...]:
 
 
 def closest_approach_m(run: Run) -> float | None:
-    """Least distance of two vehicles in one depth layer after the first minute; None if no two ever shared one.
+    """Least distance of two vehicles in one depth layer; None if no two ever shared one."""
+    least_m = _least_distances_m(run)
+    return round(min(least_m), 3) if least_m else None
 
-    A vehicle that joins late counts from then on.
+
+def conflicts(run: Run) -> int:
+    """Pairs of vehicles in one depth layer that were ever nearer to each other than the scenario has them come."""
+    allowed_m = run.scenario.guidance.separation_m - TOLERANCE_M
+    return sum(distance_m < allowed_m for distance_m in _least_distances_m(run))
+
+
+def _least_distances_m(run: Run) -> list[float]:
+    """Least distance of every two vehicles in one depth layer, while both were there.
+
+    A vehicle that joins late counts from then on, one that is lost or without energy floats up and counts until then.
     """
     n_vehicles = len(run.scenario.vehicle)
     rows = run.recorder.trajectories  # all vehicles at every tick, in the order of the scenario
     n_times = len(rows) // n_vehicles
-    first = next((number for number in range(n_times) if rows[number * n_vehicles][0] >= STARTED_S), n_times)
-    shown = rows[first * n_vehicles : n_times * n_vehicles]
-    if not shown:
-        return None
-    depth_m = {vehicle.name: vehicle.depth_m for vehicle in run.scenario.vehicle}
-    names = [row[1] for row in shown[:n_vehicles]]
+    depth_m = [vehicle.depth_m for vehicle in run.scenario.vehicle]
+    pairs = [
+        pair for pair in itertools.combinations(range(n_vehicles), 2)
+        if abs(depth_m[pair[0]] - depth_m[pair[1]]) <= SAME_DEPTH_M
+    ]  # fmt: skip
+    if not pairs or not n_times:
+        return []
+    shown = rows[: n_times * n_vehicles]
     at_m = np.array([row[2:4] for row in shown]).reshape(-1, n_vehicles, 2)
-    times_s = np.array([row[0] for row in shown[::n_vehicles]])
-    joined_s = _joined_s(run)
-    least = []
-    for one, other in itertools.combinations(range(n_vehicles), 2):
-        if abs(depth_m[names[one]] - depth_m[names[other]]) <= SAME_DEPTH_M:
-            both_s = max(joined_s.get(names[one], 0.0), joined_s.get(names[other], 0.0))
-            apart_m = (at_m[:, one] - at_m[:, other])[times_s >= both_s]
-            least += [float(np.min(np.sum(np.square(apart_m), axis=1)))] if len(apart_m) else []
-    return round(math.sqrt(min(least)), 3) if least else None
+    at_m[~_present(run, [row[0] for row in shown[::n_vehicles]])] = np.nan
+    least = [
+        np.nanmin(np.sum(np.square(at_m[:, one] - at_m[:, other]), axis=1), initial=np.inf) for one, other in pairs
+    ]
+    return [math.sqrt(squared) for squared in least if squared < math.inf]
+
+
+def _present(run: Run, times_s: Sequence[float]) -> npt.NDArray[np.bool_]:
+    """Whether each vehicle is in its layer at each of the times: there, running and with energy."""
+    names = {vehicle.name: number for number, vehicle in enumerate(run.scenario.vehicle)}
+    changes = [row for row in run.recorder.faults if row[2] in ABSENT]
+    present = np.ones((len(times_s), len(names)), dtype=bool)
+    for at_s, vehicle, _, detail in changes:
+        present[np.searchsorted(times_s, at_s) :, names[vehicle]] = detail == OVER
+    return present
 
 
 def recovery_time_s(run: Run) -> float | Absent | None:

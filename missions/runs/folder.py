@@ -1,8 +1,9 @@
 """Folder of results: what is new is written beside it and takes its place whole.
 
 A kill at any moment leaves the older run or the new one. What was made from the older run goes with it: its tables, and
-its figures with their captions. Other files stay. Where a folder cannot be moved (one works in it, it is mounted, it
-holds no results yet) its files are replaced one by one; until the last one is there, readers refuse the folder.
+its figures with their captions. Other files stay. What is not of a run can be written so, too. Where a folder cannot be
+moved (one works in it, it is mounted, it holds no results yet) its files are replaced one by one; until the last one is
+there, readers refuse the folder.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Set
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -47,9 +48,26 @@ def check_output(folder: Path, force: bool) -> None:
         raise OutputError(f"--out {folder}: cannot be written: {error.strerror}") from None
 
 
+def of_run(names: Set[str]) -> set[str]:
+    """Of the names of files in a folder, those that a run wrote or that were drawn of it; none if it has no results."""
+    if SUMMARY not in names:
+        return set()
+    captions = {Path(name).stem for name in names if name.endswith(".txt")}
+    figures = {Path(name).stem for name in names if name.endswith(FIGURES)} & captions
+    drawn = {name for name in names if Path(name).stem in figures and name.endswith((*FIGURES, ".txt"))}
+    return drawn | {name for name in names if name in {SUMMARY, MANIFEST, REPLAY} or name.endswith(".parquet")}
+
+
 @contextmanager
-def new_content(folder: Path) -> Iterator[Path]:
+def new_content(
+    folder: Path, of_older: Callable[[Set[str]], set[str]] = of_run, last: str | None = MANIFEST
+) -> Iterator[Path]:
     """An empty folder to fill; at the end it takes the place of ``folder``, at an error it goes.
+
+    Args:
+        folder: made if it is not there.
+        of_older: of the names of files in the folder, those that go.
+        last: name of a file without which readers find nothing; None if there is none.
 
     Raises:
         OutputError: another run is writing the same folder.
@@ -58,16 +76,16 @@ def new_content(folder: Path) -> Iterator[Path]:
     place = folder.resolve()
     _recover(place)
     place.parent.mkdir(parents=True, exist_ok=True)
-    in_place = place.is_dir() and not _can_be_moved(place)
+    in_place = place.is_dir() and not _can_be_moved(place, of_older)
     draft = place / ".draft" if in_place else _beside(place, "draft")
     with _held(draft, folder):
         _clear(draft)
         try:
             yield draft
             if in_place:
-                _fill(place, draft)
+                _fill(place, draft, of_older, last)
             else:
-                _exchange(place, draft)
+                _exchange(place, draft, of_older)
         finally:
             shutil.rmtree(draft, ignore_errors=True)
 
@@ -76,9 +94,13 @@ def _beside(place: Path, what: str) -> Path:
     return place.with_name(f".{place.name}-{what}")
 
 
-def _can_be_moved(place: Path) -> bool:
-    """True if a folder holds results, or nothing, and neither the user nor the system holds on to it."""
-    if any(place.iterdir()) and not (place / MANIFEST).is_file():
+def _names(place: Path) -> set[str]:
+    return {path.name for path in place.iterdir()}
+
+
+def _can_be_moved(place: Path, of_older: Callable[[Set[str]], set[str]]) -> bool:
+    """True if a folder holds what goes, or nothing, and neither the user nor the system holds on to it."""
+    if (names := _names(place)) and not of_older(names):
         return False
     if Path.cwd().is_relative_to(place) or place.is_mount():
         return False
@@ -114,12 +136,12 @@ def _clear(draft: Path) -> None:
             path.unlink()
 
 
-def _exchange(place: Path, draft: Path) -> None:
-    """Let a draft take the place of a folder; files of the folder that are of no run come along."""
+def _exchange(place: Path, draft: Path, of_older: Callable[[Set[str]], set[str]]) -> None:
+    """Let a draft take the place of a folder; files of the folder that do not go come along."""
     if not place.is_dir():
         draft.rename(place)
         return
-    gone = _of_older_run(place)
+    gone = of_older(_names(place))
     shutil.copytree(
         place,
         draft,
@@ -157,24 +179,14 @@ def _recover(folder: Path) -> None:
         before.rename(folder)
 
 
-def _fill(place: Path, draft: Path) -> None:
-    """Put the files of a draft into a folder, the manifest last: without it a reader finds no results."""
-    (place / MANIFEST).unlink(missing_ok=True)
-    for name in sorted(_of_older_run(place), key=lambda name: name == SUMMARY):
+def _fill(place: Path, draft: Path, of_older: Callable[[Set[str]], set[str]], last: str | None) -> None:
+    """Put the files of a draft into a folder, one of them last: until it is there, a reader finds nothing."""
+    if last is not None:
+        (place / last).unlink(missing_ok=True)
+    for name in sorted(of_older(_names(place)), key=lambda name: name == SUMMARY):
         (place / name).unlink(missing_ok=True)
-    for path in sorted(draft.iterdir(), key=lambda path: path.name == MANIFEST):
+    for path in sorted(draft.iterdir(), key=lambda path: path.name == last):
         path.replace(place / path.name)
-
-
-def _of_older_run(place: Path) -> set[str]:
-    """Names of files that a run wrote into a folder, or that were drawn from them; none if it holds no results."""
-    names = {path.name for path in place.iterdir()}
-    if SUMMARY not in names:
-        return set()
-    captions = {Path(name).stem for name in names if name.endswith(".txt")}
-    figures = {Path(name).stem for name in names if name.endswith(FIGURES)} & captions
-    drawn = {name for name in names if Path(name).stem in figures and name.endswith((*FIGURES, ".txt"))}
-    return drawn | {name for name in names if name in {SUMMARY, MANIFEST, REPLAY} or name.endswith(".parquet")}
 
 
 def _linked(source: str, target: str) -> None:

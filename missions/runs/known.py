@@ -12,6 +12,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import groupby
+from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from missions.errors import OutputError
@@ -19,7 +20,7 @@ from missions.runs.setup import Setup, world_model
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs
 from remoras.organisation import Organisation, RoleAssignment
-from remoras.recorder import ADDED, ITEMS, KNOWLEDGE, MEMBERSHIP, OBJECTIVES, ORGANISATION, PACKETS
+from remoras.recorder import ADDED, ITEMS, KNOWLEDGE, MEMBERSHIP, ORGANISATION, PACKETS
 from remoras.social.membership import acted_on
 from worldmodel import Block, PropertyValue, UnknownNameError, ValueKind, WorldModel, merge, suggestion
 from worldmodel.facts import Guid
@@ -29,12 +30,15 @@ if TYPE_CHECKING:
     from missions.runs.results import MemoryResults, Results
 
 T = TypeVar("T")
-NEEDED = (ITEMS, KNOWLEDGE, PACKETS, ORGANISATION, OBJECTIVES, MEMBERSHIP)
+NEEDED = (ITEMS, KNOWLEDGE, PACKETS, ORGANISATION, MEMBERSHIP)
 """Tables that knowledge is built of."""
 
 
 class Belief(NamedTuple):
-    """The latest value of an attribute of an instance, by names; when and by whom it was observed."""
+    """The latest value of an attribute of an instance, by names; when and by whom it was observed.
+
+    The value is text as in the table ``items``, but a number that can only be whole has no point.
+    """
 
     subject: str
     attribute: str
@@ -53,7 +57,7 @@ class Known:
         organisation: who plays what, as agreed and said so far; present: the same without the absent, as the vehicle
             acts on it.
         absent: peers that it takes for absent.
-        objectives: of roles.
+        objectives: of roles; missions: of groups, by their names.
     """
 
     vehicle: str
@@ -63,6 +67,7 @@ class Known:
     present: Organisation
     absent: frozenset[str]
     objectives: frozenset[Objective]
+    missions: Mapping[str, str]
 
     def __repr__(self) -> str:
         return f"<Known to {self.vehicle} at {self.at_s:g} s>"
@@ -74,7 +79,10 @@ class Known:
         slots = {(fact.subject, fact.attribute) for block in self.model.blocks() for fact in block.facts}
         for latest in (self.model.latest(*slot) for slot in sorted(slots)):
             if latest is not None:
-                yield Belief(*names.as_text(latest.fact), latest.time_s, names.name(latest.origin))
+                subject, attribute, value = names.as_text(latest.fact)
+                if self._is_whole(attribute):
+                    value = str(int(float(value)))
+                yield Belief(subject, attribute, value, latest.time_s, names.name(latest.origin))
 
     def value(self, subject: str, attribute: str) -> Any:
         """The latest value that it knows of an attribute of an instance; None if it knows none.
@@ -82,7 +90,13 @@ class Known:
         Raises:
             UnknownNameError: no such instance or attribute.
         """
-        return Beliefs(self.model).get((attribute, subject))
+        value = Beliefs(self.model).get((attribute, subject))
+        return int(value) if value is not None and self._is_whole(attribute) else value
+
+    def _is_whole(self, attribute: str) -> bool:
+        """True for a number that can only be whole."""
+        of = self.model.tbox.attribute_named(attribute)
+        return of.kind is ValueKind.NUMBER and of.fields[0].is_whole
 
 
 class Memory:
@@ -98,8 +112,9 @@ class Memory:
 
     def __init__(self, results: Results | MemoryResults, setup: Setup) -> None:
         lacking = [table.name for table in NEEDED if not results.has(table.name)]
-        if not lacking and not ADDED[PACKETS.name] <= set(results.table(PACKETS.name).column_names):
-            lacking = [PACKETS.name]
+        if not lacking:
+            older = [PACKETS.name, ORGANISATION.name]
+            lacking = [name for name in older if not ADDED[name] <= set(results.table(name).column_names)]
         if lacking:
             raise OutputError(
                 f"{results!r} does not say what was known: an older version wrote it (lacking or older: "
@@ -107,7 +122,7 @@ class Memory:
             )
         self._setup = setup
         self._end_s: float = results.summary["mission_time_s"]
-        self._views = {table: _by_vehicle(results, table.name) for table in (ORGANISATION, OBJECTIVES, MEMBERSHIP)}
+        self._views = {table: _by_vehicle(results, table.name) for table in (ORGANISATION, MEMBERSHIP)}
         self._names = world_model(setup, 0)
         self._blocks: dict[Guid, Block] = {}
         self._known_s: dict[str, dict[Guid, float]] = {name: {} for name in setup.database}
@@ -120,22 +135,30 @@ class Memory:
             OutputError: there is no such vehicle, or the run has no such time.
         """
         setup = self._setup
-        if vehicle not in setup.database:
-            names = tuple(setup.database)
-            raise OutputError(f"no vehicle {vehicle!r}; there are {', '.join(names)}{suggestion(vehicle, names)}")
-        if not 0.0 <= at_s <= self._end_s:
-            raise OutputError(f"at_s is {at_s}; allowed: 0 to {self._end_s}, the end of the run")
+        names = tuple(setup.database)
+        if vehicle not in names:
+            raise OutputError(f"no vehicle {vehicle!r}; there are {', '.join(names)}{suggestion(str(vehicle), names)}")
+        if not isinstance(at_s, Real) or not 0.0 <= at_s <= self._end_s:
+            given = at_s if isinstance(at_s, Real) else repr(at_s)
+            raise OutputError(f"at_s is {given}; allowed: 0 to {self._end_s}, the end of the run")
         model = world_model(setup, setup.database[vehicle].node)
         merge(model, (self._blocks[guid] for guid, since_s in self._known_s[vehicle].items() if since_s <= at_s))
         past = {table: [row for row in rows[vehicle] if row["time_s"] <= at_s] for table, rows in self._views.items()}
+        changes = past[ORGANISATION]
         played = _left_over(
             (RoleAssignment(row["group"], row["role"], row["peer"]), row["event"] == "assigned")
-            for row in past[ORGANISATION]
+            for row in changes
+            if row["event"] in ("assigned", "left")
         )
+        given = [row for row in changes if row["event"] == "given"]
+        missions = {
+            group.name: group.mission for group in setup.agreement.organisation.groups.values() if group.mission
+        }
+        missions |= {row["group"]: row["argument"] for row in given if not row["role"]}
         organisation = Organisation(setup.agreement.organisation.groups, played)
         absent = _left_over((row["peer"], row["event"] == "absent") for row in past[MEMBERSHIP])
         is_cut_off = absent == set(setup.database) - {vehicle}
-        arguments = {(row["group"], row["role"], row["objective"]): row["argument"] for row in past[OBJECTIVES]}
+        arguments = {(row["group"], row["role"], row["objective"]): row["argument"] for row in given if row["role"]}
         return Known(
             vehicle,
             at_s,
@@ -144,6 +167,7 @@ class Memory:
             acted_on(organisation, vehicle, absent, is_cut_off, setup.database[vehicle].social_layer),
             absent,
             frozenset(Objective(*about, argument) for about, argument in arguments.items()),
+            missions,
         )
 
     # Reading -------------------------------------------------------------------------------------

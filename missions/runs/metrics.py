@@ -9,7 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from missions.metric import Better, Metric, collected
-from missions.runs.fleet_metrics import closest_approach_m, idle_s, recovery_time_s
+from missions.runs.fleet_metrics import closest_approach_m, conflicts, idle_s, recovery_time_s
+from missions.runs.organisation_metrics import holder_conflict_fraction, n_refused_acts, view_divergence
 from missions.scenarios.parts import mission_class, transmit_j_per_bit
 from missions.scenarios.scenario import Scenario
 from remoras.contents import Content
@@ -137,6 +138,15 @@ CORE_METRICS = (
         "wrong_belief_fraction", "", LOWER, "wrong beliefs of who does a job", lambda run: run.wrong_belief_fraction,
         note="Of all cases, at the end of a TDMA frame, in which a vehicle named another one as the holder of a job.",
     ),
+    Metric(
+        "view_divergence", "", LOWER, "divergence of views", view_divergence,
+        note="Share of the time, over pairs of vehicles, in which the one errs on which roles the other plays.",
+    ),
+    Metric(
+        "holder_conflict_fraction", "", LOWER, "holders in conflict", holder_conflict_fraction,
+        note="Share of the time in which a role has more holders, each by its own view, than it has room for.",
+    ),
+    Metric("n_refused_acts", "", Better.NEITHER, "refused acts", n_refused_acts),
     Metric("idle_s", "s", LOWER, "idle time", idle_s, note="Mean over the vehicles that are able to do a job."),
     Metric(
         "recovery_time_s", "s", LOWER, "recovery time", recovery_time_s, censored=True,
@@ -144,8 +154,9 @@ CORE_METRICS = (
     ),
     Metric(
         "closest_approach_m", "m", HIGHER, "closest approach", closest_approach_m,
-        note="Of two vehicles in one depth layer, after the first minute.",
+        note="Of two vehicles in one depth layer.",
     ),
+    Metric("conflicts", "", LOWER, "conflicts", conflicts, note="Pairs of vehicles that came too near to each other."),
 )  # fmt: skip
 """Metrics of every run."""
 

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from missions.runs.known import Known, Memory
     from missions.runs.run import Run
 
-LIBRARIES = ("mesa", "rdflib", "networkx", "numpy", "matplotlib", "pyarrow", "pydantic")
+LIBRARIES = ("mesa", "rdflib", "numpy", "matplotlib", "pyarrow", "pydantic")
 NEEDED_KEY = {SUMMARY: "milestones", MANIFEST: "scenario"}
 MILESTONE_KEYS = ("name", "vehicle", "group", "time_s")
 RUN_ID = "run_id"

@@ -21,6 +21,7 @@ from missions.runs.metrics import CORE_METRICS
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import policy_of
 from missions.scenarios.scenario import Scenario, StrategyTable
+from remoras.authority import CONSULTING
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
@@ -124,6 +125,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     )
     agreement = agree(strategy, mission, database, groups)
     _refuse_headless(scenario, agreement)
+    _refuse_undivided(scenario, strategy, agreement, database)
     _recorder(mission, [sensors_of(data) for data in database.values()])
     return Setup(
         scenario=scenario,
@@ -202,6 +204,23 @@ def _refuse_headless(scenario: Scenario, agreement: Agreement) -> None:
         for group, of_group in founding.groups.items()
         if not founding.heads(group)
     ]
+    if faults:
+        raise ConfigurationError(scenario.scenario.name, faults)
+
+
+def _refuse_undivided(scenario: Scenario, strategy: Strategy, agreement: Agreement, database: AUVDatabase) -> None:
+    """Where vehicles divide jobs among themselves, those without the social layer would leave theirs undone."""
+    if strategy.declaration.authorities.isdisjoint(CONSULTING):
+        return
+    remedy = "set social_layer = true for one of them, or name a strategy whose heads give out jobs, such as central"
+    faults = []
+    for name, group in agreement.organisation.groups.items():
+        for role in group.roles:
+            able = database.able_to_play(role.name) if role.job is not None else ()
+            if able and not any(data.social_layer for data in able):
+                names = ", ".join(data.name for data in able)
+                why = f"under {strategy.name} vehicles with the social layer divide jobs, {names} has none: {remedy}"
+                faults.append(ConfigurationFault(f"group.{name}.role.{role.name}.job", f'"{role.job}"', why))
     if faults:
         raise ConfigurationError(scenario.scenario.name, faults)
 
@@ -296,6 +315,7 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
         scenario.scenario.tick_s,
         scenario.scenario.duration_s,
         faults_in(setup, seed),
+        scenario.guidance.separation_m,
     )
 
 
@@ -361,7 +381,9 @@ def _vehicle(
                 _lease_frames(declaration, communication.lease_frames) * setup.schedule.frame_s,
             ),
             ExecutiveLayer(setup.decision),
-            FunctionalLayer(real, mission, world, sensors, setup.bounds_m, picture),
+            FunctionalLayer(
+                real, mission, world, sensors, setup.bounds_m, picture, setup.scenario.guidance.constants()
+            ),
         ),
         Radio(setup.database.names, groups, declaration, manager, beliefs, picture.peers, recorder),
         beliefs,

@@ -1,31 +1,37 @@
 """Tables of runs as Parquet: the same columns, units and values in the folder of a run and in that of a sweep.
 
 Numbers are kept to a step that is a power of two, such as 1/128 m: they are ordinary floats, no reader has to convert
-them, and the digits that mean nothing are zeros. Split into streams of bytes, zstd makes little of them. Trajectories
-are sorted by vehicle for the same reason. In the folder of a run a file holds one table. In that of a sweep it holds
-one row group for each run of the sample, and the first column says which; parts, one folder per run, are written while
-the sweep is on and merged when it ends.
+them, and the digits that mean nothing are zeros. Split into streams of bytes, zstd makes little of them. Whole joules
+are whole numbers, kept as differences. Trajectories are sorted by vehicle for the same reason. In the folder of a run a
+file holds one table. In that of a sweep it holds the runs of the sample in the order of their keys, and the first
+column says which. Runs share row groups: what is alike in them, such as the times of slots, is then written once, and
+so is what a file says of each group. Parts, one folder per run, are written while the sweep is on and merged when it
+ends.
 """
 
 from __future__ import annotations
 
+import heapq
 import io
 import os
 import shutil
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from missions.errors import OutputError
-from remoras.recorder import KEY, Column, Recorder, Row, Table
+from remoras.recorder import KEY, Recorder, Row, Table
 
-STEPS = {"s": 2.0**-12, "m": 2.0**-7, "rad": 2.0**-10, "m/s": 2.0**-10, "J": 1.0}
+STEPS = {"s": 2.0**-12, "m": 2.0**-7, "rad": 2.0**-10, "m/s": 2.0**-10}
 """Step to which numbers of a unit are kept: far below anything that means something."""
+WHOLE = frozenset({"J"})
+"""Units whose numbers are kept whole, as integers; what is not finite is null."""
 DIGITS = {"1": 6}
 """Decimals to which shares and other numbers without a unit are kept, so that 0.95 stays 0.95."""
 UNLIKE = frozenset({"uid", "value", "item_uids", "status_uids"})
@@ -37,15 +43,15 @@ TYPES = {
     "floats": pa.list_(pa.float64()), "ints": pa.list_(pa.int64()),
 }  # fmt: skip
 """Types in a file by the kind of a column."""
-
-
-def _field(column: Column) -> pa.Field:
-    return pa.field(column.name, TYPES[column.kind], metadata={"unit": column.unit} if column.unit else None)
+GROUP_ROWS = 2**17
+"""Rows from which on a row group takes no further run: a page of a column, all of which zstd looks at."""
 
 
 def _kept(values: pa.Array, unit: str) -> pa.Array:
-    """Numbers to the step of their unit; what is missing or not finite stays so."""
+    """Numbers to the step of their unit; what is missing or not finite stays so, or is null among whole numbers."""
     numbers = values.to_numpy(zero_copy_only=False)
+    if unit in WHOLE:
+        return pa.array(np.rint(numbers), mask=~np.isfinite(numbers)).cast(pa.int64())
     if unit in STEPS:
         numbers = np.rint(numbers / STEPS[unit]) * STEPS[unit] + 0.0
     elif unit in DIGITS:
@@ -79,7 +85,7 @@ def arrow_table(table: Table, rows: Sequence[Row], key: str = "") -> pa.Table:
                 array = _kept(array, column.unit)
             elif column.kind == "floats":
                 array = pa.ListArray.from_arrays(array.offsets, _kept(array.values, column.unit))
-            fields.append(_field(column))
+            fields.append(pa.field(column.name, array.type, metadata={"unit": column.unit} if column.unit else None))
             arrays.append(array)
     except (pa.ArrowException, TypeError, ValueError) as error:
         declared = ", ".join(f"{column.name} ({column.kind})" for column in table.columns)
@@ -115,6 +121,32 @@ def write_table(target: Any, table: pa.Table) -> None:
     """Write one Arrow table as a Parquet file."""
     with writer(target, table.schema) as out:
         out.write_table(table)
+
+
+def write_runs(target: Any, schema: pa.Schema, runs: Iterable[pa.Table]) -> None:
+    """Write a table of several runs as a Parquet file, whose row groups hold whole runs.
+
+    Args:
+        target: path or file.
+        schema: of the table, with the key in front.
+        runs: the table of each, in the order of their keys.
+    """
+    with writer(target, schema) as out:
+        group: list[pa.Table] = []
+        n_rows = 0
+        for table in runs:
+            group.append(table)
+            n_rows += table.num_rows
+            if n_rows >= GROUP_ROWS:
+                _write_group(out, group)
+                group, n_rows = [], 0
+        _write_group(out, group)
+
+
+def _write_group(out: pq.ParquetWriter, runs: Sequence[pa.Table]) -> None:
+    if runs:
+        together = pa.concat_tables(runs)
+        out.write_table(together, row_group_size=max(1, together.num_rows))
 
 
 def encoded(recorder: Recorder, key: str) -> dict[str, bytes]:
@@ -159,10 +191,6 @@ def merge(parts: Path, tables: Path, keys: Collection[str]) -> None:
 def _merge_table(name: str, parts: Path, tables: Path, keys: Collection[str]) -> None:
     merged, draft = tables / f"{name}.parquet", tables / f".{name}.parquet"
     old = pq.ParquetFile(merged) if merged.is_file() else None
-    places: dict[str, int] = {}
-    if old is not None:
-        for number in range(old.num_row_groups):
-            places[old.metadata.row_group(number).column(0).statistics.min] = number
     own = [path for key in sorted(keys) if (path := parts / key / f"{name}.parquet").is_file()]
     schema = old.schema_arrow if old is not None else pq.read_schema(own[0])
     if odd := [path for path in own if not pq.read_schema(path).equals(schema)]:
@@ -170,13 +198,27 @@ def _merge_table(name: str, parts: Path, tables: Path, keys: Collection[str]) ->
             f"{merged}: has the columns {', '.join(schema.names)}, and {odd[0]} has others: another version wrote one "
             f"of them; move {merged.name} elsewhere and run the sweep again"
         )
-    with writer(draft, schema) as out:
-        for key in sorted(keys):
-            part = parts / key / f"{name}.parquet"
-            if key in places and old is not None:
-                out.write_table(old.read_row_group(places[key]))
-            elif part.is_file() and (table := pq.read_table(part)).num_rows:
-                out.write_table(table)
+    before = _runs_of(old) if old is not None else iter(())
+    new = ((path.parent.name, pq.read_table(path)) for path in own)
+    write_runs(draft, schema, _each_once(heapq.merge(before, new, key=itemgetter(0)), keys))
     if old is not None:
         old.close()
     draft.replace(merged)
+
+
+def _runs_of(file: pq.ParquetFile) -> Iterator[tuple[str, pa.Table]]:
+    """Key and table of every run in a file."""
+    for number in range(file.num_row_groups):
+        group, begin = file.read_row_group(number), 0
+        for counted in pc.value_counts(group.column(KEY)).to_pylist():  # in order of appearance
+            yield counted["values"], group.slice(begin, counted["counts"])
+            begin += counted["counts"]
+
+
+def _each_once(runs: Iterable[tuple[str, pa.Table]], keys: Collection[str]) -> Iterator[pa.Table]:
+    """Tables of the runs of these keys that have rows; of runs of the same key the first."""
+    last = ""
+    for key, table in runs:
+        if key != last and key in keys and table.num_rows:
+            yield table
+        last = key

@@ -2,9 +2,9 @@
 
 Works on the raw tables before any check between them, so that those see the whole fleet. A copy is its original but
 for name (the next free number), slot (the next free), depth and start. Copies get a depth layer each, as AUVs that work
-together do in practice: vehicles in layers pass freely. At one depth 15 of them block one another at a rally point,
-where each waits for the others and evades them. Where there are more copies than layers, or none, as for
-surface vehicles, those that share a layer start ``spacing_m`` apart.
+together do in practice: vehicles in layers pass freely. Where there are more copies than layers, or none, as for
+surface vehicles, those that share a layer start ``spacing_m`` apart. With ``layers = false`` all copies stay in that of
+the original, where they keep clear of each other.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ MAX_VEHICLES = 64
 SPACING_M = 10.0
 """Between copies in one layer: twice the distance that vehicles keep when they pass each other."""
 LAYER_M = 4.0
-"""Between layers: more than ``remoras.fleet.SAME_DEPTH_M``, up to which vehicles evade each other."""
+"""Between layers: more than ``remoras.separation.SAME_DEPTH_M``, up to which vehicles keep clear of each other."""
 
 
 @dataclass(frozen=True)
@@ -80,10 +80,11 @@ def with_copies(raw: Raw) -> Copies:
         return Copies(raw)  # reported as what it is, and so are world and start
     if box is None or not all(map(math.isfinite, box)) or not around or not _in(box, around[0]):
         return Copies(raw)
-    n_copies, layers_m = size - len(vehicles), _layers_m(source, vehicles)
+    n_copies = size - len(vehicles)
+    layers_m = [_depth_m(source)] if fleet.get("layers") is False else _layers_m(source, vehicles)
     in_layers = [vehicle for vehicle in vehicles if any(_shares(vehicle, layer_m) for layer_m in layers_m)]
     taken_m = [start_m for vehicle in in_layers for start_m in point_of(vehicle, "start_m")]
-    starts_m = _free_places(around[0], float(spacing_m), box, taken_m, math.ceil(n_copies / len(layers_m)))
+    starts_m = free_places(around[0], float(spacing_m), box, taken_m, math.ceil(n_copies / len(layers_m)))
     places = [(start_m, layer_m) for start_m in starts_m for layer_m in layers_m]
     if len(places) < n_copies:
         allowed = f"the world has room for {len(places)} of {n_copies} copies that start this far apart"
@@ -133,7 +134,7 @@ def _layers_m(original: Raw, vehicles: Sequence[Raw]) -> list[float]:
     return free_m or [own_m]
 
 
-def _free_places(
+def free_places(
     around_m: PointM, spacing_m: float, box: tuple[float, float, float, float], taken_m: Sequence[PointM], n_places: int
 ) -> list[PointM]:
     """The first ``n_places`` points of the lattice in the world that are ``spacing_m`` from all that are taken."""

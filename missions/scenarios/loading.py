@@ -21,6 +21,7 @@ from missions.scenarios.checks import cross_faults, job_faults
 from missions.scenarios.copies import with_copies
 from missions.scenarios.parts import mission_class, sensor_kind, sensor_settings
 from missions.scenarios.scenario import Scenario
+from missions.scenarios.starts import with_starts_apart
 from missions.scenarios.tables import Raw, entries, table_of
 from remoras.errors import PluginError
 from remoras.mission import Mission
@@ -50,7 +51,7 @@ def resolved(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> S
     faults += [fault for option, text in overrides if (fault := _override(raw, option, text)) is not None]
     options = {".".join(key_parts(text.partition("=")[0].strip())): option for option, text in overrides}
     faults += leave_aside(own_channel, raw, options)
-    copies = with_copies(raw)
+    copies = with_copies(with_starts_apart(raw))
     faults += copies.faults
     mission, more = _mission_of(copies.raw)
     faults += more

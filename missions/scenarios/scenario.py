@@ -14,7 +14,10 @@ from missions.scenarios.channel import ChannelTable
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.faults import FaultTable
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, one_or_more
+from remoras.attraction import PullWeights
+from remoras.avoidance import SEPARATION_M
 from remoras.executive.satisfaction import DecisionConstants
+from remoras.functional.guidance import GuidanceConstants
 
 
 class About(Section):
@@ -100,6 +103,24 @@ class DecisionTable(Section):
         return DecisionConstants(**values, signal_memory_s=self.signal_memory_frames * frame_s)
 
 
+class GuidanceTable(Section):
+    """The table ``[guidance]``."""
+
+    separation_m: float = Field(
+        SEPARATION_M, ge=1.0, le=20.0, description="distance that vehicles in one depth layer keep from each other"
+    )
+    attraction: NotNegative = Field(
+        1.0, description="weight by which a call that a vehicle answers draws it to the one that calls, nearby"
+    )
+    repulsion: NotNegative = Field(
+        2.0, description="weight by which a call makes more satisfied vehicles withdraw that are in the way, nearby"
+    )
+
+    def constants(self) -> GuidanceConstants:
+        """Constants of guidance."""
+        return GuidanceConstants(self.separation_m, PullWeights(self.attraction, self.repulsion))
+
+
 class RallyPoint(Section):
     """One ``[[rally_point]]``."""
 
@@ -138,8 +159,10 @@ class VehicleTable(Section):
     name: Name = Field(description="name of the vehicle")
     vehicle_type: Literal["AUV", "ASV"] = Field(description="AUV or ASV")
     slot: int = Field(ge=0, le=63, description="TDMA slot that the vehicle owns, 0 to number of vehicles - 1")
-    social_layer: bool = Field(True, description="able to lead a group")
-    start_m: PointM = Field(description="position at time 0, x east, y north")
+    social_layer: bool = Field(True, description="able to lead a group, and to divide jobs with others")
+    start_m: PointM = Field(
+        description="position at time 0, x east, y north; too near to another in its layer, the nearest free place"
+    )
     depth_m: NotNegative = Field(0.0, description="working depth")
     depth_limit_m: NotNegative = Field(0.0, description="greatest depth the vehicle stands")
     transit_speed_mps: float = Field(gt=0.0, le=20.0, description="speed on the way")
@@ -175,6 +198,9 @@ class FleetTable(Section):
     )
     copies_of: str | None = Field(None, description="vehicle that is copied to bring the fleet to its size")
     spacing_m: float = Field(SPACING_M, ge=1.0, description="distance between the starts of copies at one depth")
+    layers: bool = Field(
+        True, description="copies get depth layers of their own; false: all stay in that of the original"
+    )
 
 
 class Scenario(Section):
@@ -187,6 +213,7 @@ class Scenario(Section):
     strategy: StrategyTable
     uncertainty: Uncertainty = Uncertainty()
     decision: DecisionTable = DecisionTable()
+    guidance: GuidanceTable = GuidanceTable()
     mission: Section = Field(Section(), description="settings of the mission")
     rally_point: tuple[RallyPoint, ...] = ()
     group: tuple[GroupTable, ...] = Field(min_length=1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import re
+import signal
 import sys
 from collections.abc import Callable, Sequence
 from enum import StrEnum
@@ -15,8 +16,9 @@ import typer
 
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli.commands import OrderedGroup, PlainCommand
+from remoras.interruption import SAID, Terminated
 
-OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
+OK, FAILED, USAGE = 0, 1, 2
 USERS_FAULTS = (
     ("exchange.errors", "ExchangeError"),
     ("missions.errors", "MissionsError"),
@@ -50,6 +52,13 @@ class CommandFault(Exception):
     def __init__(self, message: str, code: int = USAGE) -> None:
         super().__init__(message)
         self.code = code
+
+
+def _report_end(error: BaseException | None) -> int:
+    """Tell an interruption in one line, with what is noted on it; returns the code to exit with."""
+    number = signal.SIGTERM if isinstance(error, Terminated) else signal.SIGINT
+    print("; ".join([f"remoras: {SAID[number]}", *getattr(error, "__notes__", ())]), file=sys.stderr)
+    return 128 + number
 
 
 def fail(message: str, code: int = USAGE) -> NoReturn:
@@ -95,7 +104,7 @@ def one_of(what: str, name: str, known: Sequence[str]) -> None:
 
 
 def command(name: str, example: str = "") -> Callable[[Callable[Parameters, None]], Callable[Parameters, None]]:
-    """A command whose user errors become one message and whose interruption exits with 130.
+    """A command whose user errors become one message; an interruption exits with 130, a termination with 143.
 
     Args:
         name: of the command.
@@ -108,9 +117,8 @@ def command(name: str, example: str = "") -> Callable[[Callable[Parameters, None
             as_json = bool(kwargs.get("as_json"))
             try:
                 function(*args, **kwargs)
-            except KeyboardInterrupt:
-                print("remoras: interrupted", file=sys.stderr)
-                raise typer.Exit(INTERRUPTED) from None
+            except KeyboardInterrupt as error:
+                raise typer.Exit(_report_end(error)) from None
             except BrokenPipeError:
                 sys.stderr.close()
                 raise typer.Exit(OK) from None
@@ -175,9 +183,10 @@ def main() -> None:
     sys.path.append(str(Path.cwd()))
     try:
         code = app(prog_name="remoras", standalone_mode=False)
-    except (typer.Abort, KeyboardInterrupt):
-        print("remoras: interrupted", file=sys.stderr)
-        code = INTERRUPTED
+    except KeyboardInterrupt as error:
+        code = _report_end(error)
+    except typer.Abort as error:  # what the parser makes of an interruption
+        code = _report_end(error.__cause__)
     except BrokenPipeError:
         sys.stderr.close()
         code = OK

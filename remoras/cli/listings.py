@@ -34,6 +34,7 @@ def _of_strategy(name: str) -> dict[str, Any]:
     return {
         "source": strategy.declaration.source,
         "messages": dict(strategy.declaration.messages),
+        "authorities": sorted(one.value for one in strategy.declaration.authorities),
         "parameters": [asdict(parameter) for parameter in parameters(strategy)],
     }
 

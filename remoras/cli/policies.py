@@ -20,6 +20,13 @@ if TYPE_CHECKING:
     from exchange.study.study import ExchangeStudy, StudyRow
 
 
+TIMES = ("delivered", "source", "senders")
+"""Kinds of figures, and names of their files, of a study that was asked for."""
+OF_THE_PAPER = ("figure-3", "figure-4", "figure-5")
+LOADED = "loaded"
+"""Kind and name of the figure of the loaded case."""
+
+
 def loss_rates(text: str) -> tuple[float, ...]:
     """Loss rates of ``0.1,0.5`` or ``0.05:0.8:0.05`` (first, last, step).
 
@@ -100,8 +107,9 @@ def exchange_study(
         check_output(out, force)
     rows = _run([study], jobs)
     if out is not None:
-        drawn = _draw(study, rows, out, file_format.value, jobs, of_the_paper=nodes is None)
-        print(*drawn, sep="\n", file=sys.stderr if as_json else sys.stdout)
+        files = _files(study, rows, file_format.value, jobs, of_the_paper=nodes is None)
+        _write(files, out)
+        print(*(out / name for name, _ in files), sep="\n", file=sys.stderr if as_json else sys.stdout)
     if as_json:
         show_json([row.as_json() for row in rows])
     elif out is None:
@@ -122,25 +130,37 @@ def _run(studies: Sequence[ExchangeStudy], jobs: int) -> list[StudyRow]:
     return rows
 
 
-def _draw(
-    study: ExchangeStudy, rows: Sequence[StudyRow], out: Path, file_format: str, jobs: int, of_the_paper: bool
-) -> list[Path]:
+def _files(
+    study: ExchangeStudy, rows: Sequence[StudyRow], file_format: str, jobs: int, of_the_paper: bool
+) -> list[tuple[str, bytes]]:
     """Figures 3 to 5 of the paper and the loaded case; or the three times of the study asked for."""
     from exchange.study.study import LoadKind, loaded_studies
-    from visualisation.policies import write, write_csv
+    from visualisation.policies import as_csv, contents
 
     if study.load.kind is LoadKind.POISSON:
-        out.mkdir(parents=True, exist_ok=True)
-        write_csv(rows, out / "loaded.csv")
-        return [out / "loaded.csv"]
+        return [(f"{LOADED}.csv", as_csv(rows))]
     if not of_the_paper:
-        kinds = ("delivered", "source", "senders")
-        return [path for kind in kinds for path in write(rows, kind, out, kind, file_format)]
+        return [file for kind in TIMES for file in contents(rows, kind, kind, file_format)]
     ten = _run([replace(study, nodes=10)], jobs)
     loaded = _run(loaded_studies(seed=study.seed), jobs)
-    figures = [("source", "figure-3", rows), ("senders", "figure-4", rows), ("senders", "figure-5", ten)]
-    figures.append(("loaded", "loaded", loaded))
-    return [path for kind, name, of_kind in figures for path in write(of_kind, kind, out, name, file_format)]
+    of_figure = dict(zip(OF_THE_PAPER, (("source", rows), ("senders", rows), ("senders", ten)), strict=True))
+    of_figure[LOADED] = (LOADED, loaded)
+    return [file for name, (kind, shown) in of_figure.items() for file in contents(shown, kind, name, file_format)]
+
+
+def _write(files: Sequence[tuple[str, bytes]], out: Path) -> None:
+    """Write all the files of a study into a folder, or none; those of an older study go."""
+    from missions.errors import OutputError
+    from missions.runs.folder import FIGURES, new_content
+
+    suffixes = (*FIGURES, ".txt")
+    ours = {f"{name}{suffix}" for name in (*TIMES, *OF_THE_PAPER, LOADED) for suffix in suffixes}
+    try:
+        with new_content(out, of_older=ours.intersection, last=None) as draft:
+            for name, content in files:
+                (draft / name).write_bytes(content)
+    except OSError as error:
+        raise OutputError(f"--out {out}: cannot be written: {error.strerror}") from None
 
 
 def _mean(estimate: Any) -> str:

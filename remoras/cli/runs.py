@@ -80,22 +80,22 @@ def run(
     from missions.files import SCENARIO, file_of, shipped
 
     file_of(SCENARIO, scenario, shipped())  # a name that is mistyped is told before much is loaded
-    from missions.runs.folder import check_output
-    from missions.runs.results import MemoryResults, write
-    from missions.runs.run import run as run_scenario
-    from missions.runs.summary import summary
-    from missions.scenarios import load
-
     if keep_models and out is None:
         fail("--keep-models: keeps them in the results; name a folder with --out")
+    with saying_what_is_written(out):
+        from missions.runs.folder import check_output
+        from missions.runs.results import MemoryResults, write
+        from missions.runs.run import run as run_scenario
+        from missions.runs.summary import summary
+        from missions.scenarios import load
 
-    loaded = load(scenario, overrides_of(strategy, policy, channel, per, settings or []))
-    if out is not None:
-        check_output(out, force)
-    with Progress(f"run {loaded.scenario.name}", loaded.scenario.duration_s, "s of mission time") as progress:
-        finished = run_scenario(loaded, seed, progress=progress.at, keep_models=keep_models)
-    if out is not None:
-        write(finished, out, force)
+        loaded = load(scenario, overrides_of(strategy, policy, channel, per, settings or []))
+        if out is not None:
+            check_output(out, force)
+        with Progress(f"run {loaded.scenario.name}", loaded.scenario.duration_s, "s of mission time") as progress:
+            finished = run_scenario(loaded, seed, progress=progress.at, keep_models=keep_models)
+        if out is not None:
+            write(finished, out, force)
     report = MemoryResults(finished).summary if as_json else summary(finished)
     if as_json:
         show_json(report)
@@ -103,8 +103,43 @@ def run(
         _print_summary(report)
         if out is not None:
             print(f"results in {out}; draw them with: remoras plot {out}")
+    _warn_of_conflicts(report, loaded.guidance.separation_m)
     if not finished.completed:
         raise typer.Exit(FAILED)
+
+
+@contextmanager
+def saying_what_is_written(out: Path | None) -> Iterator[None]:
+    """Note on an interruption whether the folder of results has been written by then."""
+    before = _written_at(out)
+    try:
+        yield
+    except KeyboardInterrupt as error:
+        if out is not None:
+            error.add_note(f"nothing was written to {out}" if _written_at(out) == before else f"results are in {out}")
+        raise
+
+
+def _written_at(folder: Path | None) -> tuple[int, int] | None:
+    """What changes when results are written to a folder; None if it has none."""
+    from missions.runs.folder import MANIFEST
+
+    try:
+        found = (folder / MANIFEST).stat() if folder is not None else None
+    except OSError:
+        return None
+    return (found.st_ino, found.st_mtime_ns) if found is not None else None
+
+
+def _warn_of_conflicts(report: dict[str, Any], separation_m: float) -> None:
+    """Say on standard error that vehicles came too near to each other."""
+    if n_pairs := report["conflicts"]:
+        pairs = "1 pair of vehicles" if n_pairs == 1 else f"{n_pairs} pairs of vehicles"
+        print(
+            f"remoras: {pairs} came nearer than guidance.separation_m = {separation_m:g} m, down to "
+            f"{report['closest_approach_m']:.3g} m; the table faults says who and when",
+            file=sys.stderr,
+        )
 
 
 def _print_summary(report: dict[str, Any]) -> None:

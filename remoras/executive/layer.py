@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from remoras.activities import ActivityKind, ActivitySet, ActivityType, Candidate
+from remoras.attraction import NO_PULLS, Pulls
 from remoras.behaviours import Perception
 from remoras.executive.decision import Choice
 from remoras.executive.satisfaction import (
@@ -20,6 +21,7 @@ from remoras.executive.satisfaction import (
 
 RoleKey = tuple[str, str]  # (group, role)
 
+_GUIDING = 1 << ActivityType.GUIDANCE
 _DRIVING = (1 << ActivityType.GUIDANCE) | (1 << ActivityType.PRODUCTIVE) | (1 << ActivityType.PLANNING)
 
 
@@ -164,7 +166,7 @@ class ExecutiveLayer:
             external, source, slot = self._external[index], "", None
             if external > 0.0 and (role := self._role_of[index]) is not None:
                 heard = self._heard[role]
-                key = max(heard, key=lambda of: call(heard[of].value, now_s - heard[of].heard_s, self._constants))
+                key = self._loudest(heard, now_s)
                 source, slot = key[0], heard[key].slot
             motivation, chosen = self.motivations[index], index in self.decision.chosen
             mean = self._choice.best_mean(self.motivations, index)
@@ -198,6 +200,30 @@ class ExecutiveLayer:
                 if (strength := call(signal.value, now_s - signal.heard_s, self._constants)) > 0.0:
                     found[emitter] = max(strength, found.get(emitter, 0.0))
         return dict(sorted(found.items()))
+
+    def pulls(self, now_s: float) -> Pulls:
+        """How signals pull at the vehicle while it does what it has decided; see ``remoras.attraction``."""
+        guiding = next((one for one in self.decision.chosen if self.sets[one].types & _GUIDING), None)
+        role = None if guiding is None else self._role_of[guiding]
+        heard = {} if role is None else self._heard.get(role, {})
+        if guiding is None or role is None or not heard:
+            return NO_PULLS
+        equals: dict[str, float] = {}
+        callers = {}
+        for key, signal in heard.items():
+            if key[1] != role[1]:
+                callers[key] = signal
+            elif signal.value < 0 and now_s - signal.heard_s <= self._constants.signal_memory_s:
+                equals[key[0]] = call(signal.value, 0.0, self._constants)
+        answered: dict[str, float] = {}
+        if callers and self._external[guiding] > 0.0:
+            answered[self._loudest(callers, now_s)[0]] = self._external[guiding] / self._constants.weight_external
+        own = call(signal_of(self.satisfaction[role]), 0.0, self._constants)
+        return Pulls(own, answered, equals)
+
+    def _loudest(self, heard: Mapping[tuple[str, str], HeardSignal], now_s: float) -> tuple[str, str]:
+        """Emitter and its role of the signal that calls loudest."""
+        return max(heard, key=lambda of: call(heard[of].value, now_s - heard[of].heard_s, self._constants))
 
     def _strongest_call(self, heard: dict[tuple[str, str], HeardSignal], now_s: float) -> float:
         strongest = 0.0

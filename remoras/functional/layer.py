@@ -7,12 +7,15 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from remoras.activities import ActivitySet, ActivityType
+from remoras.attraction import Pulls
+from remoras.avoidance import Bounds, Neighbour
 from remoras.behaviours import Behaviour, Perception, Reference
 from remoras.database import VehicleData
 from remoras.errors import PluginError
-from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, Bounds, Neighbour, most_urgent, vital_behaviour
+from remoras.functional.guidance import USUAL, Guidance, GuidanceConstants
+from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, vital_behaviour
 from remoras.mission import FunctionalPart
-from remoras.motion import Motion, advance
+from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.plugins import answer, broken_promise
 from remoras.recorder import Table
@@ -22,7 +25,7 @@ from remoras.work import Point
 RESERVE_MARGIN = 1.25
 """Energy kept for the way home, as a multiple of what the way takes."""
 NEAR_M = 30.0
-"""A vehicle that stays within this distance of a place has settled there; it evades others meanwhile."""
+"""A vehicle that stays within this distance of a place has settled there; it gives way to others meanwhile."""
 OBSERVATIONS = "a list of Observation"
 PERCEPTION = "a Perception, stimulus 0..1"
 REFERENCE = "None, or a Reference with a finite target_m and a speed_mps of 0 or more"
@@ -93,6 +96,7 @@ class FunctionalLayer:
         sensors: of the vehicle, by name, in the order in which they are asked.
         bounds_m: area of operations.
         picture: what behaviours see; its part ``body`` is written here and nowhere else.
+        constants: of guidance.
     """
 
     def __init__(
@@ -103,6 +107,7 @@ class FunctionalLayer:
         sensors: Mapping[str, Sensor],
         bounds_m: Bounds,
         picture: Picture,
+        constants: GuidanceConstants = USUAL,
     ) -> None:
         self.data = data
         self.motion = Motion(*data.start_m)
@@ -117,16 +122,16 @@ class FunctionalLayer:
         self._world = world
         self._sensors = sensors
         self._bounds_m = bounds_m
+        self._guidance = Guidance(self.motion, data, bounds_m, constants)
         self._reserve_per_m = _reserve_per_m(data, data.survey_speed_mps)
-        self._speed_factor = 1.0
         self._dead: frozenset[str] = frozenset()
-        self._greatest_speed_mps = max(data.transit_speed_mps, data.survey_speed_mps)
         self._sets: tuple[ActivitySet, ...] = ()
         self._of_set: dict[ActivitySet, Behaviour] = {}
         self._behaviours: list[Behaviour] = []
         self._guiding: int | None = None
         self._on: list[tuple[str, Sensor]] = []
         self._working: list[tuple[str, Sensor]] = []
+        self._working_names: tuple[str, ...] = ()
 
     # Faults --------------------------------------------------------------------------------------
 
@@ -140,10 +145,10 @@ class FunctionalLayer:
             speed_factor: what every speed is multiplied by.
             dead_sensors: names of the sensors that yield nothing.
         """
-        self._speed_factor = speed_factor
+        self._guidance.slow_down(speed_factor)
         self._reserve_per_m = _reserve_per_m(self.data, speed_factor * self.data.survey_speed_mps)
         self._dead = dead_sensors
-        self._working = [(name, sensor) for name, sensor in self._on if name not in dead_sensors]
+        self._see_what_works()
 
     # Energy --------------------------------------------------------------------------------------
 
@@ -214,8 +219,12 @@ class FunctionalLayer:
                 if activity.type is ActivityType.GUIDANCE:
                     self._guiding = index
         self._on = [(name, sensor) for name, sensor in self._sensors.items() if name in named]
-        self._working = [(name, sensor) for name, sensor in self._on if name not in self._dead]
         self.picture.body.sensors_on = tuple(name for name, _ in self._on)
+        self._see_what_works()
+
+    def _see_what_works(self) -> None:
+        self._working = [(name, sensor) for name, sensor in self._on if name not in self._dead]
+        self._working_names = tuple(name for name, _ in self._working)
 
     # Every tick and every decision ---------------------------------------------------------------
 
@@ -235,11 +244,10 @@ class FunctionalLayer:
         body.reserve = home_m * self._reserve_per_m
         x_min, y_min, x_max, y_max = self._bounds_m
         body.outside_m = max(x_min - motion.x_m, motion.x_m - x_max, y_min - motion.y_m, motion.y_m - y_max, 0.0)
-        body.collision = most_urgent(neighbours, motion) if neighbours else None
         body.contacts_m = tuple([(motion.x_m + one.dx_m, motion.y_m + one.dy_m) for one in neighbours])
         if math.hypot(motion.x_m - self._settled_m[0], motion.y_m - self._settled_m[1]) > NEAR_M:
             self._settled_m, body.settled_s = motion.position_m, now_s
-        self.sensing = tuple(name for name, _ in self._working) if self._working else ()
+        self.sensing = self._working_names
         if not self._working:
             return []
         pose = Pose(motion.x_m, motion.y_m, data.depth_m, motion.heading_rad, motion.speed_mps)
@@ -278,6 +286,8 @@ class FunctionalLayer:
                 perceptions.append(behaviour.perceive(motion, picture, index in performed))
         except Exception as error:
             raise self._broken(len(perceptions), "perceive", PERCEPTION, error) from error
+        if self._guidance.withdraws and self._guiding is not None:  # whoever makes way is not thrown back by it
+            perceptions[self._guiding] = perceptions[self._guiding]._replace(advance=None)
         try:  # one look at all of them, and only where something is wrong a search for which it is
             wrong = [p for p in perceptions if p.__class__ is not Perception or not 0.0 <= p.stimulus <= 1.0]
         except TypeError:
@@ -297,22 +307,25 @@ class FunctionalLayer:
         )
         return self._broken(index, "perceive", PERCEPTION, wrong)
 
-    def act(self, dt_s: float) -> None:
-        """Move for ``dt_s`` as guidance refers; without guidance, slow down to a stop.
+    def act(self, dt_s: float, neighbours: Sequence[Neighbour] = ()) -> None:
+        """Move for ``dt_s`` as guidance refers and neighbours allow; without guidance, slow down to a stop.
+
+        Args:
+            dt_s: for how long.
+            neighbours: what the obstacle sonar sees.
 
         Raises:
             PluginError: the behaviour that guides raises, or returns anything but a finite Reference or None.
         """
-        motion = self.motion
         reference = None if self._guiding is None else self._reference(self._guiding)
-        if reference is None:
-            advance(motion, self.data, motion.position_m, 0.0, dt_s)
-        else:
-            speed_mps = self._speed_factor * min(reference[1], self._greatest_speed_mps)
-            advance(motion, self.data, reference[0], speed_mps, dt_s)
+        self._guidance.move(reference, neighbours, self.picture.peers.positions_m, dt_s)
         self._check_energy()
         if self.exhausted:
-            motion.speed_mps = 0.0
+            self.motion.speed_mps = 0.0
+
+    def heed(self, pulls: Pulls) -> None:
+        """Let signals of others pull at guidance like this until the next decision."""
+        self._guidance.heed(pulls)
 
     def _reference(self, index: int) -> Reference | None:
         try:

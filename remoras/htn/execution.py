@@ -198,9 +198,10 @@ class Execution:
         """Steps that have started and not ended, in the order in which they started."""
         return [Step(self.branches[place].task, place) for place in self._running]
 
-    def awaits(self, keys: Collection[Key]) -> bool:
-        """True if one of ``keys`` is of an effect of a running step."""
-        return any(key in keys for effects in self._running.values() for key, _ in effects or ())
+    @property
+    def awaited(self) -> frozenset[Any]:
+        """Keys of the effects of running steps."""
+        return frozenset(key for effects in self._running.values() for key, _ in effects or ())
 
     def settle(self, facts: FactsLike) -> bool:
         """End all running steps whose effects hold; True if there were some."""

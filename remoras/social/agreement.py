@@ -31,12 +31,14 @@ class Agreement:
         plans: of the groups whose missions are planned; all their steps have been said.
         meets_after: for each group, those that meet before it: a group that has its mission from the start
             supervises the others.
+        supervisors: for each group, the groups whose heads may give it its mission.
     """
 
     organisation: Organisation
     objectives: tuple[Objective, ...]
     plans: Mapping[str, Plan] = field(default_factory=dict)
     meets_after: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    supervisors: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 def agree(strategy: Strategy, mission: SocialPart, database: AUVDatabase, groups: Sequence[Group]) -> Agreement:
@@ -56,8 +58,10 @@ def agree(strategy: Strategy, mission: SocialPart, database: AUVDatabase, groups
     objectives = list(mission.founding_objectives())
     supervised = tuple(group.name for group in groups if group.mission is None and group.rally_point is not None)
     meets_after = {group.name: supervised if group.mission is not None else () for group in groups}
+    with_mission = [group.name for group in groups if group.mission is not None]
+    supervisors = {group.name: tuple(name for name in with_mission if name != group.name) for group in groups}
     if not strategy.declaration.planned_before:
-        return Agreement(organisation, tuple(objectives), meets_after=meets_after)
+        return Agreement(organisation, tuple(objectives), meets_after=meets_after, supervisors=supervisors)
     missions = {group.name: group.mission for group in groups if group.mission is not None}
     plans: dict[str, Plan] = {}
     starts = {name: data.start_m for name, data in database.items()}
@@ -80,4 +84,4 @@ def agree(strategy: Strategy, mission: SocialPart, database: AUVDatabase, groups
                     for one in adapt_roles(strategy, work):
                         organisation, _ = organisation.assign(one.vehicle, one.group, one.role)
     given = {group.name: replace(group, mission=missions.get(group.name)) for group in groups}
-    return Agreement(replace(organisation, groups=given), tuple(objectives), plans, meets_after)
+    return Agreement(replace(organisation, groups=given), tuple(objectives), plans, meets_after, supervisors)

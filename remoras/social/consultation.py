@@ -2,71 +2,30 @@
 
 In a frame every vehicle has had its say, so vehicles that hear their assignments in different slots of it start
 together, and none acts on half a discussion. What was said counts in the world model's order of facts, whatever the
-order in which it was heard, and only if its issuer is a member of the group. For the role of a vehicle, and for an
-objective of a role, the newest statement counts. A role that has no room waits for an old holder to leave: the news of
-its successor may come first. Holders that are absent make room. Nobody is given a role that it cannot play, or a job
-while it takes none. Of claims to lead a group the greatest counts, see ``remoras.social.succession``.
+order in which it was heard, and only if ``remoras.authority`` grants it to its issuer. For the role of a vehicle, for
+an objective of a role and for the mission of a group the newest statement counts. Refused for now is what rests on news
+that may still come: that the issuer led the group, or that the assignee is a member. A role that has no room waits for
+an old holder to leave. Holders that are absent make room. Of claims to lead a group the greatest counts, see
+``remoras.social.succession``. The mission of a group counts at once: to plan it takes the rest of the frame.
 
 What a vehicle states while it is cut off counts for itself alone; ``Consultation.come_back`` undoes it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
-from remoras.activities import Objective
+from remoras.authority import NOBODY, Act, Request, Rules, may_assign
 from remoras.beliefs import Beliefs
-from remoras.database import AUVDatabase
 from remoras.organisation import Organisation, Outcome, RoleAssignment
-from remoras.social.negotiation import ROLE_ATTRIBUTES
-from remoras.social.succession import HEAD_TERM, HEADED_BY, Claim, Headship, is_able_to_lead, role_after
-from worldmodel import Change, Observation, PropertyValue
+from remoras.social.agreed import UNCHANGED, Agreed
+from remoras.social.reigns import AGREED_BEFORE, Age, Reigns
+from remoras.social.requests import Requests
+from remoras.social.succession import Claim, Headship, role_after
+from worldmodel import Change, Observation
 
-OBJECTIVE_PREFIX = "objective"
-"""Attributes whose name begins so give a role an objective."""
-NOBODY: frozenset[str] = frozenset()
-
-Age = tuple[float, int, int, int]
-
-
-@dataclass(slots=True)
-class Agreed:
-    """What counts from the end of a round.
-
-    Attributes:
-        organisation: with all that was agreed.
-        absent: vehicles that make room for others; unavailable: those that take no jobs.
-        assigned, left: roles that vehicles took and left, in the order in which they did.
-        objectives: given to roles.
-        refused: what does not count, and why, in words.
-    """
-
-    organisation: Organisation
-    absent: frozenset[str] = NOBODY
-    unavailable: frozenset[str] = NOBODY
-    assigned: list[RoleAssignment] = field(default_factory=list)
-    left: list[RoleAssignment] = field(default_factory=list)
-    objectives: list[Objective] = field(default_factory=list)
-    refused: list[str] = field(default_factory=list)
-
-    def assign(self, one: RoleAssignment) -> Outcome:
-        """Let a vehicle play a role; where there is no room, in the place of holders that are all absent."""
-        organisation, outcome = self.organisation.assign(one.vehicle, one.group, one.role)
-        if outcome is Outcome.ACCESS_DENIED and self.absent.issuperset(self.organisation.members(one.group, one.role)):
-            for name in self.organisation.members(one.group, one.role):
-                self.leave(RoleAssignment(one.group, one.role, name))
-            organisation, outcome = self.organisation.assign(one.vehicle, one.group, one.role)
-        if outcome is Outcome.SUCCESS:
-            self.organisation = organisation
-            self.assigned.append(one)
-        return outcome
-
-    def leave(self, one: RoleAssignment) -> Outcome:
-        """Let a vehicle play a role no longer."""
-        self.organisation, outcome = self.organisation.leave_role(one.vehicle, one.group, one.role)
-        if outcome is Outcome.SUCCESS:
-            self.left.append(one)
-        return outcome
+MAY_COME = frozenset({Outcome.OUTSIDE, Outcome.NO_AUTHORITY, Outcome.NOT_OF_GROUP, Outcome.INCOMPATIBLE})
+"""Refusals that rest on what may be heard of later."""
+LAWFUL = UNCHANGED | {Outcome.SUCCESS, Outcome.NO_ROOM, Outcome.UNAVAILABLE, Outcome.NOT_IN_GROUP}
+"""Outcomes of requests that their issuers had the right to make."""
 
 
 def _age(observation: Observation) -> Age:
@@ -79,25 +38,25 @@ class Consultation:
 
     Args:
         beliefs: of the vehicle.
-        database: static data of all vehicles.
+        rules: of who may change what.
+        organisation: as agreed before the mission.
     """
 
-    def __init__(self, beliefs: Beliefs, database: AUVDatabase) -> None:
-        self._beliefs = beliefs
-        self._database = database
-        self._attributes = beliefs.model.tbox.attributes
-        self._organisational = frozenset(
-            one.uid for one in self._attributes if one.name in ROLE_ATTRIBUTES or one.name.startswith(OBJECTIVE_PREFIX)
-        )
-        self._headed_by = beliefs.model.tbox.attribute_named(HEADED_BY).uid
-        self._head_term = beliefs.model.tbox.attribute_named(HEAD_TERM).uid
+    def __init__(self, beliefs: Beliefs, rules: Rules, organisation: Organisation) -> None:
+        self._rules = rules
+        self.requests = Requests(beliefs, organisation.groups)
         self._pending: list[Observation] = []
         self._pending_alone: list[Observation] = []
         self._newest: dict[tuple[str, ...], Age] = {}  # what counts, and since when
-        self._denied: dict[RoleAssignment, None] = {}  # there was no room for it
+        self._waiting: list[Observation] = []  # refused for now
+        self._denied: dict[RoleAssignment, Request] = {}  # there was no room for it
         self._taken_alone: dict[RoleAssignment, None] = {}
         self._displaced_alone: dict[RoleAssignment, None] = {}
+        self._groups = organisation.groups
+        self._reigns = Reigns(organisation)
         self.headship = Headship()
+        self.missions: dict[str, str] = {}
+        """Missions that groups were given, by their names."""
 
     @property
     def is_due(self) -> bool:
@@ -112,15 +71,10 @@ class Consultation:
             alone: True if this vehicle states it for itself alone, since it is cut off.
         """
         for position, fact in enumerate(change.block.facts):
-            if fact.attribute in self._organisational or fact.attribute == self._headed_by:
+            if self.requests.waits(fact):
                 (self._pending_alone if alone else self._pending).append(Observation(change.block, position))
 
-    def role_named(self, fact: PropertyValue) -> tuple[str, str] | None:
-        """Attribute and role (``Group.Role``) of an organisational fact; None for any other fact."""
-        if fact.attribute not in self._organisational:
-            return None
-        name = self._attributes[fact.attribute].name
-        return name, self._beliefs.name(fact.subject if name.startswith(OBJECTIVE_PREFIX) else fact.target)
+    # The end of a round --------------------------------------------------------------------------
 
     def end(
         self, organisation: Organisation, absent: frozenset[str] = NOBODY, unavailable: frozenset[str] = NOBODY
@@ -133,40 +87,102 @@ class Consultation:
             unavailable: vehicles that take no jobs.
         """
         agreed = Agreed(organisation, absent, unavailable)
+        n_changes = self._reigns.n_changes
         pending, self._pending = sorted(self._pending, key=_age), []
         for observation in pending:
-            if observation.fact.attribute == self._headed_by:
-                self._succeed(observation, agreed)
-            else:
-                self._count(observation, agreed)
-        for one in sorted(self._denied, key=lambda one: self._newest[one.group, one.role, one.vehicle], reverse=True):
-            if agreed.assign(one) is not Outcome.ACCESS_DENIED:  # its successor was heard of first
+            self._count(observation, agreed)
+        if agreed.organisation is not organisation or self._reigns.n_changes != n_changes:
+            waiting, self._waiting = sorted(self._waiting, key=_age), []
+            for observation in waiting:
+                self._count(observation, agreed, again=True)
+        for one in sorted(self._denied, key=lambda one: self._given_at(one.group, one.role, one.vehicle), reverse=True):
+            if agreed.assign(self._denied[one]) is not Outcome.NO_ROOM:  # its successor was heard of first
                 del self._denied[one]
         alone, self._pending_alone = sorted(self._pending_alone, key=_age), []
         if alone:
             self._count_alone(alone, agreed)
         return agreed
 
+    def give_missions(self, change: Change, agreed: Agreed, alone: bool = False) -> None:
+        """Let the missions that a block gives to groups count, at once.
+
+        Args:
+            change: that the block made to the world model.
+            agreed: what counts so far; what becomes of the missions is added.
+            alone: True if this vehicle states it for itself alone, since it is cut off.
+        """
+        for position, fact in enumerate(change.block.facts):
+            if self.requests.gives_mission(fact):
+                self._count(Observation(change.block, position), agreed, alone)
+
     # What members say ----------------------------------------------------------------------------
 
-    def _count(self, observation: Observation, agreed: Agreed, alone: bool = False) -> None:
-        fact = observation.fact
-        attribute, path = self.role_named(fact) or ("", "")
-        group, role = path.split(".")
-        issuer = self._beliefs.name(observation.origin)
-        if not agreed.organisation.may_assign(issuer, group):
-            agreed.refused.append(f"{issuer} is no member of {group}, its {attribute} does not count")
+    def _count(self, observation: Observation, agreed: Agreed, alone: bool = False, again: bool = False) -> None:
+        """Let a statement count if its issuer may make it and nothing newer counts.
+
+        Args:
+            observation: the statement.
+            agreed: what counts so far.
+            alone: True if the vehicle states it for itself alone: then it leads its groups itself.
+            again: True if it was refused before.
+        """
+        asked, age = self.requests.of(observation), _age(observation)
+        if asked.act is not Act.SUCCEED and not alone and self._newest.get(asked.about, age) > age:
             return
-        is_objective = attribute.startswith(OBJECTIVE_PREFIX)
-        vehicle = "" if is_objective else self._beliefs.name(fact.subject)
-        about = (group, role, attribute if is_objective else vehicle)
-        if not alone and not self._is_newest(about, _age(observation)):
-            return
-        if is_objective:
-            name, argument = attribute.removeprefix(OBJECTIVE_PREFIX), self._beliefs.name(fact.target)
-            agreed.objectives.append(Objective(group, role, name, argument))
+
+        def led(vehicle: str, group: str) -> bool:
+            return agreed.organisation.is_member(vehicle, group) if alone else self._reigns.led(vehicle, group, age)
+
+        yielding = agreed.absent | self._given_by_former_heads(asked, age, agreed.organisation)
+        outcome = may_assign(asked, agreed.organisation, self._rules, led, yielding, agreed.unavailable)
+        if outcome not in LAWFUL:
+            if outcome in MAY_COME and not alone:
+                self._waiting.append(observation)
+            if not again:
+                agreed.refuse(asked, outcome, observation)
+        elif asked.act is Act.SUCCEED:
+            self._succeed(asked, observation, agreed)
         else:
-            self._take(RoleAssignment(group, role, vehicle), attribute == ROLE_ATTRIBUTES[0], agreed)
+            if not alone:
+                self._newest[asked.about] = age
+            self._take(asked, outcome, age, agreed, yielding)
+
+    def _given_by_former_heads(self, asked: Request, age: Age, organisation: Organisation) -> frozenset[str]:
+        """Holders of a role with a job that have it from before the issuer led, where heads alone give out roles.
+
+        The new head may know nothing of what a lost one told few: nobody would do what it gives out again.
+        """
+        role = self._groups[asked.group].role(asked.role) if asked.act is Act.ASSIGN else None
+        if role is None or role.job is None or self._rules.authorities:
+            return NOBODY
+        since = self._reigns.since(asked.issuer, asked.group, age)
+        if since is None or since == AGREED_BEFORE:
+            return NOBODY
+        holders = organisation.members(asked.group, asked.role)
+        return frozenset(name for name in holders if self._given_at(asked.group, asked.role, name) < since)
+
+    def _take(
+        self, asked: Request, outcome: Outcome, age: Age, agreed: Agreed, yielding: frozenset[str] = NOBODY
+    ) -> None:
+        """Do what was asked, or note why it is refused; where there is no room, in the place of who is ``yielding``."""
+        if asked.assignee:
+            self._denied.pop(_assignment(asked), None)
+        if outcome is Outcome.NO_ROOM:
+            self._denied[_assignment(asked)] = asked
+        if outcome is not Outcome.SUCCESS:
+            agreed.note(asked, outcome)
+        elif not asked.assignee:
+            agreed.give(asked)
+            if asked.act is Act.MISSION:
+                self.missions[asked.group] = asked.argument
+        else:
+            done = agreed.assign(asked, yielding) if asked.act is Act.ASSIGN else agreed.leave(asked)
+            if done is Outcome.SUCCESS and asked.role == self._groups[asked.group].head_role:
+                self._reigns.change(asked.group, asked.assignee, asked.act is Act.ASSIGN, age)
+
+    def _given_at(self, group: str, role: str, vehicle: str) -> Age:
+        """When the newest word of a role of a vehicle was said."""
+        return self._newest.get((group, role, vehicle), AGREED_BEFORE)
 
     def _is_newest(self, about: tuple[str, ...], age: Age) -> bool:
         """True if nothing newer is known about it; it counts since ``age`` then."""
@@ -175,74 +191,38 @@ class Consultation:
         self._newest[about] = age
         return True
 
-    def _take(self, one: RoleAssignment, plays: bool, agreed: Agreed) -> None:
-        self._denied.pop(one, None)
-        if plays and (why := self._unfit(one, agreed)):
-            agreed.refused.append(f"{one.vehicle} as {one.role} of {one.group}: {why}")
-            return
-        outcome = agreed.assign(one) if plays else agreed.leave(one)
-        if outcome is Outcome.ACCESS_DENIED:
-            self._denied[one] = None
-        if outcome not in (Outcome.SUCCESS, Outcome.ROLE_ALREADY_HANDLED, Outcome.ROLE_NOT_HANDLED):
-            agreed.refused.append(f"{one.vehicle} as {one.role} of {one.group}: {outcome.value}")
-
-    def _unfit(self, one: RoleAssignment, agreed: Agreed) -> str:
-        """Why the vehicle is not to be given the role, in words; empty if it may be.
-
-        Who takes no jobs and has left the group has resigned, and is not called back.
-        """
-        group = agreed.organisation.groups.get(one.group)
-        role = group.role(one.role) if group is not None else None
-        if role is None:
-            return ""  # the organisation itself says what is wrong
-        if not self._database[one.vehicle].can_play(one.role):
-            return "it cannot play the role"
-        if one.vehicle in agreed.unavailable:
-            if role.job is not None:
-                return "it takes no jobs"
-            if not agreed.organisation.is_member(one.vehicle, one.group):
-                return "it has resigned"
-        return ""
-
     # Claims --------------------------------------------------------------------------------------
 
-    def _succeed(self, observation: Observation, agreed: Agreed) -> None:
-        """Take note of a claim to lead a group; the greatest one makes its vehicle the head, and the old head no more.
-
-        Whether a claim is sound depends on what the whole fleet knows, so all come to the same end.
-        """
-        group = agreed.organisation.groups[self._beliefs.name(observation.fact.subject)]
-        vehicle = self._beliefs.name(observation.fact.target)
-        facts = observation.block.facts
-        terms = [f.value for f in facts if f.attribute == self._head_term and f.subject == observation.fact.subject]
-        if observation.origin != observation.fact.target or not terms:
-            agreed.refused.append(f"{vehicle} as head of {group.name}: a vehicle claims it for itself, with a term")
+    def _succeed(self, asked: Request, observation: Observation, agreed: Agreed) -> None:
+        """Take note of a claim to lead a group: the greatest makes its vehicle the head, and the old head no more."""
+        term = self.requests.term(observation)
+        if term is None:
+            agreed.refuse(asked, Outcome.NO_AUTHORITY, observation)
             return
-        head_role = group.head_role
-        if head_role is None or not is_able_to_lead(self._database, vehicle, group):
-            agreed.refused.append(f"{vehicle} as head of {group.name}: it is not able to lead")
-            return
-        claim = Claim(round(terms[0]), -self._database[vehicle].node)  # type: ignore[arg-type]  # it is a number
+        group, vehicle, age = self._groups[asked.group], asked.assignee, _age(observation)
+        claim = Claim(term, -self._rules.database[vehicle].node)
+        self._reigns.claim(group.name, vehicle, claim, age)
         if not self.headship.take(group.name, claim):
             return
-        age = _age(observation)
         before = [name for name in agreed.organisation.heads(group.name) if name != vehicle]
-        self._hand_over(RoleAssignment(group.name, head_role, vehicle), before, age, agreed)
-        role = group.role(head_role)
-        if role is not None and role.played_by is not None and self._database[vehicle].can_play(role.played_by[1]):
-            holders = agreed.organisation.members(*role.played_by)
-            self._hand_over(RoleAssignment(*role.played_by, vehicle), holders, age, agreed)
+        self._hand_over(asked, before, age, agreed)
+        role = group.role(asked.role)
+        if role is not None and role.played_by is not None:
+            of_group, other = role.played_by
+            if self._rules.database[vehicle].can_play(other):
+                holders = agreed.organisation.members(of_group, other)
+                self._hand_over(Request(vehicle, Act.SUCCEED, of_group, other, vehicle), holders, age, agreed)
         for name in before:
-            then = role_after(self._database, name, group, agreed.organisation)
+            then = role_after(self._rules.database, name, group, agreed.organisation)
             if then is not None and self._is_newest((then.group, then.role, then.vehicle), age):
-                agreed.assign(then)
+                agreed.assign(Request(vehicle, Act.ASSIGN, then.group, then.role, then.vehicle))
 
-    def _hand_over(self, to: RoleAssignment, holders: list[str] | tuple[str, ...], age: Age, agreed: Agreed) -> None:
+    def _hand_over(self, to: Request, holders: list[str] | tuple[str, ...], age: Age, agreed: Agreed) -> None:
         """Let holders leave a role for another, unless a newer word says something else of one of them."""
         for name in holders:
-            if name != to.vehicle and self._is_newest((to.group, to.role, name), age):
-                agreed.leave(RoleAssignment(to.group, to.role, name))
-        if self._is_newest((to.group, to.role, to.vehicle), age):
+            if name != to.assignee and self._is_newest((to.group, to.role, name), age):
+                agreed.leave(Request(to.issuer, Act.RELEASE, to.group, to.role, name))
+        if self._is_newest(to.about, age):
             agreed.assign(to)
 
     # Cut off -------------------------------------------------------------------------------------
@@ -251,7 +231,7 @@ class Consultation:
         """Let what the vehicle states for itself alone count, and note what is to be undone."""
         n_assigned, n_left = len(agreed.assigned), len(agreed.left)
         for observation in pending:
-            if observation.fact.attribute != self._headed_by:
+            if self.requests.of(observation).act is not Act.SUCCEED:
                 self._count(observation, agreed, alone=True)
         for one in agreed.left[n_left:]:
             if one in self._taken_alone:
@@ -260,17 +240,22 @@ class Consultation:
                 self._displaced_alone[one] = None
         self._taken_alone.update(dict.fromkeys(agreed.assigned[n_assigned:]))
 
-    def come_back(self, organisation: Organisation) -> Agreed:
+    def come_back(self, me: str, organisation: Organisation) -> Agreed:
         """The vehicle is cut off no longer: it leaves what it took on alone, and others hold again what they held.
 
         Args:
+            me: its name.
             organisation: that counted so far.
         """
         agreed = Agreed(organisation)
         for one in self._taken_alone:
-            agreed.leave(one)
+            agreed.leave(Request(me, Act.RELEASE, one.group, one.role, one.vehicle))
         for one in self._displaced_alone:
-            agreed.assign(one)
+            agreed.assign(Request(me, Act.ASSIGN, one.group, one.role, one.vehicle))
         self._taken_alone.clear()
         self._displaced_alone.clear()
         return agreed
+
+
+def _assignment(asked: Request) -> RoleAssignment:
+    return RoleAssignment(asked.group, asked.role, asked.assignee)

@@ -17,9 +17,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from remoras.activities import ActivitySet, Objective
+from remoras.authority import Rules, Ruling
 from remoras.beliefs import Beliefs, Fact
 from remoras.database import AUVDatabase
 from remoras.mission import SocialPart
@@ -34,11 +36,24 @@ from remoras.social.own_facts import OwnFacts
 from remoras.social.planning import Deliberation, MissionPlanner, missions_of
 from remoras.social.pursuit import Pursuit
 from remoras.social.receivers import aims
+from remoras.social.requests import HAS_MISSION
 from remoras.social.standing import Standing
 from remoras.social.workload import Workload
 from remoras.strategy import Strategy
 from remoras.work import Point, Work
 from worldmodel import Change
+
+
+class Considered(NamedTuple):
+    """What facts that changed mean for this vehicle.
+
+    Attributes:
+        activities_due: True if its activities have to be chosen anew.
+        rulings: what became of the missions that groups were given.
+    """
+
+    activities_due: bool
+    rulings: list[Ruling]
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,13 +62,13 @@ class Consulted:
 
     Attributes:
         assigned, left: roles that it took and left.
-        refused: what does not count, and why, in words.
+        rulings: what became of every request, in the view of this vehicle.
         activities_due: True if its activities have to be chosen anew.
     """
 
     assigned: list[RoleAssignment]
     left: list[RoleAssignment]
-    refused: list[str]
+    rulings: list[Ruling]
     activities_due: bool
 
 
@@ -65,16 +80,18 @@ class Review:
         events: "absent" or "present", and the peer that has become so.
         facts: what this vehicle tells the others about itself on falling out and on coming back.
         assigned, left: roles that it plays again and no longer, now that it has come back.
+        rulings: the same of all vehicles.
         activities_due: True if its activities have to be chosen anew.
         passed_on: what those who are absent now have told, and cannot repeat; each fact by itself.
     """
 
-    events: tuple[tuple[str, str], ...] = ()
-    facts: list[Fact] = field(default_factory=list)
-    assigned: list[RoleAssignment] = field(default_factory=list)
-    left: list[RoleAssignment] = field(default_factory=list)
-    activities_due: bool = False
-    passed_on: list[Fact] = field(default_factory=list)
+    events: tuple[tuple[str, str], ...]
+    facts: list[Fact]
+    assigned: list[RoleAssignment]
+    left: list[RoleAssignment]
+    rulings: list[Ruling]
+    activities_due: bool
+    passed_on: list[Fact]
 
 
 class SocialLayer:
@@ -122,16 +139,17 @@ class SocialLayer:
         self.pursuit = Pursuit(database[me], mission, self._mission_name)
         self._conclusions = Conclusions(me, mission, self._mission_name, beliefs)
         self._gatherings = Gatherings(beliefs, agreement.organisation.groups, agreement.meets_after)
-        self.standing = Standing(me, database, beliefs, agreement.organisation, lease_s, picture.frame_s)
-        self._workload = Workload(me, database, mission, beliefs)
+        rules = Rules(database, strategy.declaration.authorities, self._jobs, agreement.supervisors)
+        self.standing = Standing(me, rules, beliefs, agreement.organisation, lease_s, picture.frame_s)
+        self._workload = Workload(me, rules, mission, beliefs)
         self._led = self.standing.led
         planned = {group: agreement.plans[group] for group in self._led if group in agreement.plans}
         self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned)
         self.planner.resume(self.facts)
         self.planner.take_on(group for group in self._led if group in self.missions)
-        self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, self._jobs)
+        self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, rules)
         if strategy.declaration.meets and not self._negotiation.takes_part:
-            self._negotiation.expect_away(self._work({}).values())
+            self._negotiation.expect_away(self._work().values())
 
     @property
     def organisation(self) -> Organisation:
@@ -146,15 +164,14 @@ class SocialLayer:
     @property
     def facts(self) -> OwnFacts:
         """What its plans are made of, as it is now."""
-        planned = self.planner, self.objectives
-        return OwnFacts(
-            self._beliefs, self.database, self.present, self._gatherings, self.standing.is_cut_off, *planned
-        )
+        at, known = self.standing, (self._beliefs, self.database)
+        given = at.consultation.missions
+        return OwnFacts(*known, at.present, given, self._gatherings, at.is_cut_off, self.planner, self.objectives)
 
     @property
     def missions(self) -> Mapping[str, str]:
         """What each group is to do, by its name, as far as it is known."""
-        return missions_of(self.organisation.groups.values(), self._beliefs)
+        return missions_of(self.organisation.groups.values(), self.standing.consultation.missions)
 
     def objectives_of(self, vehicle: str) -> tuple[Objective, ...]:
         """Objectives of all roles that ``vehicle`` plays."""
@@ -165,68 +182,61 @@ class SocialLayer:
         """True if this vehicle is a head of ``group`` and has the social layer to lead it."""
         return group in self._led
 
-    def _work(self, positions_m: Mapping[str, Point]) -> dict[str, Work]:
+    def _work(self, positions_m: Mapping[str, Point] | None = None) -> dict[str, Work]:
         at = self.standing
         return self._workload.of_groups(at.present, at.takes_no_jobs, at.is_cut_off, positions_m)
 
     # Hearing -------------------------------------------------------------------------------------
 
-    def consider(self, changes: Sequence[Change], told: bool = True) -> bool:
-        """Take note of changed facts; True if activities rest on them and have to be chosen anew.
-
-        Organisational facts wait for the end of the round. A mission for a group that this vehicle leads makes planning
-        due now, and so does a fact that one of its plans rests on.
+    def consider(self, changes: Sequence[Change], told: bool = True) -> Considered:
+        """Take note of changed facts; those that are organisational wait for the end of the round, but for missions.
 
         Args:
             changes: of the world model.
             told: False if this vehicle keeps to itself what it states.
         """
         alone = self.standing.is_cut_off and not told
+        with_mission, rulings = self.standing.hear(changes, alone)
         for change in changes:
-            self.standing.consultation.note(change, alone)
             self._negotiation.note(change)
             self.planner.note(change)
         self._workload.note(changes)
-        keys = self._beliefs.keys_of(changes)
-        self.standing.note_availability(keys)
+        keys = {key for key in self._beliefs.keys_of(changes) if key[0] != HAS_MISSION}
+        keys.update((HAS_MISSION, group) for group in with_mission)
         if not self._gatherings.keys.isdisjoint(keys):
             if alone:
                 self._gatherings.note_alone(keys, changes[0].block.time_s)
             self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
         self.planner.reconsider(keys, self._led, self.facts)
         if self.standing.is_cut_off and any(job.done in keys for job in self._jobs.values()):
-            for group in self._led:  # it is free for what others have left
-                self.planner.plan_again(group)
-        return self.pursuit.let_go(keys)
+            self.planner.plan_again(self._led)  # it is free for what others have left
+        return Considered(self.pursuit.let_go(keys), rulings)
 
     # Who is there --------------------------------------------------------------------------------
 
-    def look_around(self, now_s: float) -> Review:
-        """End of a round: see who is there. Where somebody is not, others take the roles, and heads plan anew."""
-        before = self.present.roles_of(self.me)
+    def look_around(self, now_s: float) -> Review | None:
+        """End of a round: see who is there; None if nothing changed. Roles of the absent fall free, heads replan."""
+        before = self.present
         seen = self.standing.look_around(
             now_s, self._negotiation.heard_or_expected_s(self._picture.peers.heard_s, self.database.names, now_s)
         )
         if seen is None:
-            return Review()
+            return None
         self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
         self._picture.groups.returned_s |= dict.fromkeys(seen.changes.present, now_s)
         events = tuple((event, peer) for event, peers in seen.changes._asdict().items() for peer in peers)
         moved = {peer for _, peer in events}
         roles = [one for one in self.organisation.assignments if one.vehicle in moved]
-        undone = seen.undone
-        keys = {("members", f"{one.group}.{one.role}") for one in [*roles, *undone.assigned, *undone.left]}
+        keys = {("members", f"{one.group}.{one.role}") for one in [*roles, *seen.undone.assigned, *seen.undone.left]}
         stale = self.pursuit.let_go(keys | self._gatherings.concluded_alone)
         self._renew_leads()
-        for one in roles:
-            if one.group in self._led and one.vehicle in seen.changes.absent:
-                self.planner.lose(one, self.present)
-            elif one.group in self._led:
-                self.planner.plan_again(one.group)
-        assigned = [one for one in undone.assigned if one.vehicle == self.me]
-        left = [one for one in undone.left if one.vehicle == self.me]
+        led = [one for one in roles if one.group in self._led]
+        self.planner.lose((one for one in led if one.vehicle in seen.changes.absent), self.present)
+        self.planner.plan_again({one.group for one in led if one.vehicle in seen.changes.present})
+        assigned, left = seen.undone.of(self.me)
         passed_on = [] if self.standing.is_cut_off else self._workload.told_by(seen.changes.absent)
-        return Review(events, seen.facts, assigned, left, stale or before != self.present.roles_of(self.me), passed_on)
+        is_due = stale or before.roles_of(self.me) != self.present.roles_of(self.me)
+        return Review(events, seen.facts, assigned, left, seen.undone.rulings, is_due, passed_on)
 
     @property
     def is_silent(self) -> bool:
@@ -250,17 +260,17 @@ class SocialLayer:
     def consult(self) -> Consulted:
         """End of a round: what was said in it of roles and objectives counts from now on."""
         agreed = self.standing.agree()
+        self._negotiation.disregard(agreed.unlawful)
+        rulings = [one for one in agreed.rulings if not one.repeats(self.objectives)]
         self.objectives |= {(one.group, one.role, one.name): one for one in agreed.objectives}
-        self.planner.end_round(self.facts)
         self._renew_leads()
-        self.planner.issued.difference_update(agreed.left)
-        for one in agreed.left:
-            if self.leads(one.group):
-                self.planner.lose(one, self.present)
+        self.planner.end_round(agreed.left, self.facts)
+        self.planner.reconsider({(HAS_MISSION, group) for group in agreed.missions}, self._led, self.facts)
+        self.planner.lose((one for one in agreed.left if one.group in self._led), self.present)
         stale = self.pursuit.let_go({("members", f"{a.group}.{a.role}") for a in [*agreed.assigned, *agreed.left]})
-        assigned = [one for one in agreed.assigned if one.vehicle == self.me]
-        left = [one for one in agreed.left if one.vehicle == self.me]
-        return Consulted(assigned, left, agreed.refused, bool(agreed.objectives or stale or assigned or left))
+        assigned, left = agreed.of(self.me)
+        is_due = bool(agreed.objectives or stale or assigned or left)
+        return Consulted(assigned, left, rulings, is_due)
 
     def negotiate(self, now_s: float, motion: Motion, calls: Mapping[str, float]) -> list[tuple[list[Fact], bool]]:
         """End of a round: facts that this vehicle states together to organise its groups, and whether it tells them.
@@ -298,7 +308,7 @@ class SocialLayer:
     def findings(self, motion: Motion) -> list[Fact]:
         """What this vehicle concludes as the leader of its groups, as facts."""
         facts: list[Fact] = []
-        idle_since_s, work = self._picture.groups.idle_since_s, self._work({}) if self._led else {}
+        idle_since_s, work = self._picture.groups.idle_since_s, self._work() if self._led else {}
         for name in self._led:
             if work[name].has_something_left:
                 idle_since_s.pop(name, None)
@@ -310,14 +320,14 @@ class SocialLayer:
 
     def gives_out(self, group: str) -> bool:
         """True while ``group`` has work, for somebody present, that this vehicle has to give out or to see done."""
-        return group in self._negotiation.holding and self._work({})[group].has_something_left
+        return group in self._negotiation.holding and self._work()[group].has_something_left
 
     def _holds(self, work: Work) -> bool:
         """True while a group still has work to hand out or to confirm, so that it does not count as gathered."""
-        name = work.group.name
-        unheard = frozenset(self._picture.peers.unheard) - self.standing.absent
-        gives_out = name in self._negotiation.holding and work.has_something_left
-        return gives_out or (self.leads(name) and self.planner.waits_for(unheard, work.done))
+        name, absent = work.group.name, self.standing.absent
+        if name in self._negotiation.holding and work.has_something_left:
+            return True
+        return self.leads(name) and self.planner.waits_for(frozenset(self._picture.peers.unheard) - absent, work.done)
 
     def addressed(self, change: Change) -> dict[str, set[str]]:
         """Who has to hear of a block of this vehicle's own, by name, and the roles that it gives them."""

@@ -99,11 +99,8 @@ class Membership:
         self._since_s = 0.0
         self.absent: frozenset[str] = frozenset()
         """Names of the peers that are absent now."""
-
-    @property
-    def cut_off(self) -> bool:
+        self.cut_off = False
         """True while the vehicle has heard nobody at all for a lease."""
-        return bool(self._peers) and len(self.absent) == len(self._peers)
 
     def look_around(self, now_s: float, heard_s: Mapping[str, float]) -> Changes:
         """End of a TDMA frame: see who is absent and present now.
@@ -118,4 +115,5 @@ class Membership:
         before, self.absent = self.absent, absent_peers(self._peers, heard_s, self._since_s, now_s, self._lease_s)
         if before == self.absent:
             return NO_CHANGES
+        self.cut_off = len(self.absent) == len(self._peers)
         return Changes(tuple(sorted(self.absent - before)), tuple(sorted(before - self.absent)))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 
+from remoras.authority import Rules
 from remoras.beliefs import Beliefs
 from remoras.organisation import Organisation
+from remoras.social.agreed import Place
 from remoras.strategy import JOB_DONE, Heard, Negotiator, Situation, Statement, Strategy, ask, negotiator_of
 from remoras.work import Job, Outlook, Point, Work
-from worldmodel import Change, TBox
+from worldmodel import Block, Change, TBox
 
 LEG = 1.5
 """Who takes no part in the work expects the longest leg to last as much of one vehicle's share of all work."""
@@ -38,7 +40,7 @@ class Negotiation:
         organisation: as agreed before the mission.
         beliefs: facts of this vehicle.
         rally_points_m: rally points by name.
-        jobs: of the mission, by name.
+        rules: the jobs, and who has no part in dividing them: what such vehicles say of it does not count.
     """
 
     def __init__(
@@ -48,24 +50,29 @@ class Negotiation:
         organisation: Organisation,
         beliefs: Beliefs,
         rally_points_m: Mapping[str, Point],
-        jobs: Mapping[str, Job],
+        rules: Rules,
     ) -> None:
         self._me = me
+        self._apart = rules.apart
         self._strategy = strategy.name
         self._beliefs = beliefs
         tbox = beliefs.model.tbox
         self._attributes = frozenset(
-            tbox.attribute_named(name).uid for name in negotiated_attributes(strategy, jobs, tbox)
+            tbox.attribute_named(name).uid for name in negotiated_attributes(strategy, rules.jobs, tbox)
         )
+        plain = (*ROLE_ATTRIBUTES, *(job.done[0] for job in rules.jobs.values()))
+        self._of_all = frozenset(tbox.attribute_named(name).uid for name in plain)  # those apart may state them too
         self._negotiators: dict[str, Negotiator] = {}
         self._rally_m: dict[str, Point | None] = {}
         for group in organisation.groups.values():
-            if any(role.job is not None for role in group.roles) and organisation.is_member(me, group.name):
+            has_jobs = any(role.job is not None for role in group.roles)
+            if has_jobs and me not in rules.apart and organisation.is_member(me, group.name):
                 negotiator = negotiator_of(strategy, me, group)
                 if negotiator is not None:
                     self._negotiators[group.name] = negotiator
                     self._rally_m[group.name] = rally_points_m.get(group.rally_point or "")
-        self._heard: list[Heard] = []
+        self._heard: list[Block] = []
+        self._unlawful: Collection[Place] = ()
         self._round = 0
         self.holding = frozenset(self._negotiators)
         """Groups that still have work to hand out, so they do not count as gathered."""
@@ -116,11 +123,34 @@ class Negotiation:
     def note(self, change: Change) -> None:
         """Keep what a peer states until the end of the round."""
         block = change.block
-        if self._negotiators and block.facts[0].attribute in self._attributes:
+        attribute = block.facts[0].attribute
+        if self._negotiators and attribute in self._attributes:
             issuer = self._beliefs.name(block.origin)
-            if issuer != self._me:
-                facts = tuple(self._beliefs.by_name(fact) for fact in block.facts)
-                self._heard.append(Heard(issuer, block.time_s, facts))
+            if issuer != self._me and (attribute in self._of_all or issuer not in self._apart):
+                self._heard.append(block)
+
+    def disregard(self, unlawful: Collection[Place]) -> None:
+        """Leave out of what was heard in this round what the issuers had no right to state.
+
+        Args:
+            unlawful: origin and sequence of the block of each such fact, and its position there.
+        """
+        self._unlawful = unlawful
+
+    def _take_heard(self) -> tuple[Heard, ...]:
+        """What was heard in this round."""
+        blocks, self._heard = self._heard, []
+        unlawful, self._unlawful = self._unlawful, ()
+        found = []
+        for block in blocks:
+            facts = tuple(
+                self._beliefs.by_name(fact)
+                for position, fact in enumerate(block.facts)
+                if (block.origin, block.sequence, position) not in unlawful
+            )
+            if facts:
+                found.append(Heard(self._beliefs.name(block.origin), block.time_s, facts))
+        return tuple(found)
 
     def negotiate(
         self,
@@ -146,7 +176,7 @@ class Negotiation:
         """
         self._round += 1
         now_s = self._beliefs.model.quantise_time(now_s)
-        heard, self._heard = tuple(self._heard), []
+        heard = self._take_heard()
         statements: list[Statement] = []
         holding = []
         self.silent, expected = False, set[str]()

@@ -22,6 +22,7 @@ class OwnFacts:
         beliefs: of the vehicle.
         database: static data of all vehicles.
         present: who plays what and is there.
+        given: missions that groups were given at sea.
         gatherings: which meetings count; is_cut_off: whether the vehicle hears nobody.
         planner: of the missions that the vehicle plans.
         objectives: of roles, by group, role and name.
@@ -30,6 +31,7 @@ class OwnFacts:
     beliefs: Beliefs
     database: AUVDatabase
     present: Organisation
+    given: Mapping[str, str]
     gatherings: Gatherings
     is_cut_off: bool
     planner: MissionPlanner
@@ -50,7 +52,7 @@ class OwnFacts:
                 found = self.objectives.get((group, role, name))
                 return default if found is None else found.argument
             case "hasMission":
-                return missions_of(self.present.groups.values(), self.beliefs).get(about, default)
+                return missions_of(self.present.groups.values(), self.given).get(about, default)
             case "data":
                 return self.database[about]
         if self.gatherings.is_undone(key, self.is_cut_off):

@@ -16,7 +16,7 @@ from remoras.beliefs import Beliefs, Fact, Key
 from remoras.htn import Domain, Execution, FactsLike, NoPlan, Plan, Task, plan
 from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, GIVE_MISSION
 from remoras.organisation import Group, Organisation, RoleAssignment
-from remoras.social.consultation import OBJECTIVE_PREFIX
+from remoras.social.requests import OBJECTIVE_PREFIX
 from remoras.strategy import Strategy, adapt_roles
 from remoras.work import Work, precedence
 from worldmodel import Change
@@ -37,9 +37,14 @@ class Deliberation:
     parts: list[list[Fact]] = field(default_factory=list)
 
 
-def missions_of(groups: Iterable[Group], beliefs: Beliefs) -> dict[str, str]:
-    """What each group is to do, by its name, as far as it is known."""
-    found = {group.name: beliefs.get(("hasMission", group.name), group.mission) for group in groups}
+def missions_of(groups: Iterable[Group], given: Mapping[str, str]) -> dict[str, str]:
+    """What each group is to do, by its name, as far as it is known.
+
+    Args:
+        groups: with the missions that some have from the start.
+        given: missions that groups were given since, by their names.
+    """
+    found = {group.name: given.get(group.name, group.mission) for group in groups}
     return {group: mission for group, mission in found.items() if mission is not None}
 
 
@@ -121,7 +126,7 @@ class MissionPlanner:
         """
         for group in led:
             execution = self.executions.get(group)
-            if execution is not None and execution.awaits(keys):
+            if execution is not None and not execution.awaited.isdisjoint(keys):
                 self._settle(group, execution, facts)
             found = self._impossible.get(group) or execution
             if ("hasMission", group) in keys or (found is not None and found.is_touched(keys)):
@@ -147,37 +152,41 @@ class MissionPlanner:
         for group in taken_over:
             self._plan_anew(group)
 
-    def plan_again(self, group: str) -> None:
-        """Somebody of the group has come back or is free again: its mission is due if it has been planned here."""
-        if self.has_planned(group):
-            self._plan_anew(group)
+    def plan_again(self, groups: Iterable[str]) -> None:
+        """Members have come back or are free again: missions of these groups are due if they have been planned here."""
+        for group in groups:
+            if self.has_planned(group):
+                self._plan_anew(group)
 
-    def lose(self, one: RoleAssignment, present: Organisation) -> None:
-        """Somebody has left a role, or fallen silent in it: steps have failed that run for it, if nobody plays it now.
+    def lose(self, left: Iterable[RoleAssignment], present: Organisation) -> None:
+        """Vehicles have left roles, or fallen silent in them: if nobody plays one now, its running steps have failed.
 
         Args:
-            one: role and vehicle.
+            left: roles and vehicles, of groups that this vehicle leads.
             present: who plays what now.
         """
-        if self.has_planned(one.group):
-            path = f"{one.group}.{one.role}"
-            self.lost[path] = (*self.lost.get(path, ()), one.vehicle)
-            vacant = self._vacant.setdefault(one.group, set())
-            if not present.members(one.group, one.role):
-                vacant.add((one.group, one.role))
-            self._due.add(one.group)
+        for one in left:
+            if self.has_planned(one.group):
+                path = f"{one.group}.{one.role}"
+                self.lost[path] = (*self.lost.get(path, ()), one.vehicle)
+                vacant = self._vacant.setdefault(one.group, set())
+                if not present.members(one.group, one.role):
+                    vacant.add((one.group, one.role))
+                self._due.add(one.group)
 
     def waits_for(self, peers: Collection[str], done: Collection[str]) -> bool:
         """True while one of ``peers`` was given a job that is not done and of which nothing has come back."""
         return any(vehicle in peers and job not in done for vehicle, job in self._awaited)
 
-    def end_round(self, facts: FactsLike) -> None:
+    def end_round(self, left: Iterable[RoleAssignment], facts: FactsLike) -> None:
         """What was proposed in this round has been said, and counts unless somebody has refused it.
 
         Args:
+            left: roles that vehicles have left: they are given out no longer.
             facts: that the vehicle knows now.
         """
         self._proposed.clear()
+        self.issued.difference_update(left)
         for group, execution in self.executions.items():
             self._settle(group, execution, facts)
 

@@ -41,14 +41,14 @@ class Pursuit:
         self._domain = mission.activity_domain
         self._means: dict[Objective, Means] = {}
         self._mended: set[Objective] = set()
+        self._rests_on: frozenset[Key] = frozenset()  # what any of these rests on
         self.executions: dict[Objective, Execution] = {}
 
     def let_go(self, keys: Collection[Key]) -> bool:
         """Let go of activities that rest on any of the facts ``keys``; True if there were some."""
-        if not keys:
+        if self._rests_on.isdisjoint(keys):
             return False
-        ends = {one for one, execution in self.executions.items() if execution.awaits(keys)}
-        stale = [one for one, (_, rests_on) in self._means.items() if one in ends or not rests_on.isdisjoint(keys)]
+        stale = [one for one, (_, rests_on) in self._means.items() if not rests_on.isdisjoint(keys)]
         for objective in stale:
             del self._means[objective]
         return bool(stale)
@@ -66,6 +66,7 @@ class Pursuit:
             if one in self.executions:
                 self.executions[one].abandon()
         self._means = {one: self._means.get(one) or self._means_to(one, facts, position_m) for one in ordered}
+        self._rests_on = frozenset().union(*(rests_on for _, rests_on in self._means.values()))
         return tuple(activity_set for sets, _ in self._means.values() for activity_set in sets)
 
     def fail(self, objective: Objective, activities: Collection[str], facts: FactsLike) -> bool:
@@ -100,7 +101,7 @@ class Pursuit:
             "activities",
             lambda: self._mission.activities(list(beside.values()), objective, self._data, facts, position_m),
         )
-        return sets, rests_on | execution.rests_on
+        return sets, rests_on | execution.rests_on | execution.awaited
 
     def _planned(self, domain: Domain, objective: Objective, facts: FactsLike) -> Execution:
         """The plan for an objective, made anew unless a branch of it has just been, and carried on.

@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact
 from remoras.mission import SocialPart
-from remoras.social.consultation import OBJECTIVE_PREFIX
+from remoras.social.requests import OBJECTIVE_PREFIX
 from worldmodel import PropertyValue
 
 PLAYS = "playsRole"
@@ -79,6 +79,8 @@ def aims(
         mission: says which objectives a vehicle pursues without others.
     """
     roles = [value for _, attribute, value in facts if attribute == PLAYS]
+    if not roles:
+        return []
     return [
         beliefs.fact(f"{one.group}.{one.role}", OBJECTIVE_PREFIX + one.name, one.argument)
         for one in objectives

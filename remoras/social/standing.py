@@ -7,19 +7,22 @@ orders is for itself alone. When it hears somebody again, it lets go of what it 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from remoras.activities import Objective
-from remoras.beliefs import Beliefs, Fact, Key
-from remoras.database import AUVDatabase
+from remoras.authority import Rules, Ruling
+from remoras.beliefs import Beliefs, Fact
 from remoras.organisation import Organisation
-from remoras.social.consultation import Agreed, Consultation
+from remoras.social.agreed import Agreed
+from remoras.social.consultation import Consultation
 from remoras.social.membership import NO_CHANGES, Changes, Membership, acted_on
 from remoras.social.negotiation import ROLE_ATTRIBUTES
 from remoras.social.receivers import by_receiver
 from remoras.social.statements import AVAILABLE, Statements
 from worldmodel import Change
+
+NEVER = (-1.0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +45,7 @@ class Standing:
 
     Args:
         me: own name.
-        database: static data of all vehicles.
+        rules: of who may change what, with the static data of all vehicles.
         beliefs: of the vehicle.
         organisation: as agreed before the mission.
         lease_s: how long a peer that is not heard counts as present; frame_s: length of a TDMA frame.
@@ -51,21 +54,23 @@ class Standing:
     def __init__(
         self,
         me: str,
-        database: AUVDatabase,
+        rules: Rules,
         beliefs: Beliefs,
         organisation: Organisation,
         lease_s: float,
         frame_s: float,
     ) -> None:
         self._me = me
-        self._database = database
+        self._database = database = rules.database
         self._beliefs = beliefs
         self._membership = Membership(me, database.names, lease_s, frame_s)
         self._statements = Statements(me, beliefs, database)
         self._unavailable: frozenset[str] = frozenset()
+        self._available = beliefs.model.tbox.attribute_named(AVAILABLE).uid
+        self._available_since: dict[int, tuple[float, int, int]] = {}  # by origin
         self._is_out_of_reach = False  # it has said that it takes no jobs, since it is cut off
         self._given_up: set[Objective] = set()
-        self.consultation = Consultation(beliefs, database)
+        self.consultation = Consultation(beliefs, rules, organisation)
         self.organisation = organisation
         self.present = organisation
         self._renew(organisation)
@@ -99,12 +104,17 @@ class Standing:
         leads_alone = self._database[self._me].social_layer
         self.present = acted_on(organisation, self._me, self.absent, self.is_cut_off, leads_alone)
 
-    def note_availability(self, keys: Collection[Key]) -> None:
-        """See who takes jobs, if one of the changed facts ``keys`` is about that."""
-        if any(attribute == AVAILABLE for attribute, _ in keys):
-            self._unavailable = frozenset(
-                name for name in self._database if self._beliefs.get((AVAILABLE, name)) is False
-            )
+    def _note_availability(self, change: Change) -> None:
+        """See who takes jobs, by what each vehicle says of itself: the newest counts."""
+        block = change.block
+        for position, fact in enumerate(block.facts):
+            age = block.time_s, block.sequence, position
+            if fact.attribute != self._available or fact.subject != block.origin:
+                continue
+            if age > self._available_since.get(block.origin, NEVER):
+                self._available_since[block.origin] = age
+                name = {self._beliefs.name(block.origin)}
+                self._unavailable = self._unavailable - name if fact.value else self._unavailable | name
 
     # The end of a round --------------------------------------------------------------------------
 
@@ -127,7 +137,7 @@ class Standing:
                 self._is_out_of_reach = True
                 facts.append(self._statements.available(False))
         elif was_cut_off and not self.is_cut_off:
-            undone = self.consultation.come_back(self.organisation)
+            undone = self.consultation.come_back(self._me, self.organisation)
             if self._is_out_of_reach:
                 self._is_out_of_reach = False
                 facts = [self._statements.available(True)]
@@ -139,6 +149,25 @@ class Standing:
         agreed = self.consultation.end(self.organisation, self.absent, self.takes_no_jobs)
         self._renew(agreed.organisation)
         return agreed
+
+    def hear(self, changes: Iterable[Change], alone: bool) -> tuple[list[str], list[Ruling]]:
+        """Take note of what blocks say of the organisation, and let missions that they give to groups count at once.
+
+        Args:
+            changes: that the blocks made to the world model.
+            alone: True if this vehicle states them for itself alone.
+
+        Returns:
+            The groups that have a mission anew, and what became of each.
+        """
+        agreed, gives_mission = None, self.consultation.requests.gives_mission
+        for change in changes:
+            self._note_availability(change)
+            self.consultation.note(change, alone)
+            if any(map(gives_mission, change.block.facts)):
+                agreed = agreed or Agreed(self.organisation, self.absent, self.takes_no_jobs)
+                self.consultation.give_missions(change, agreed, alone)
+        return (agreed.missions, agreed.rulings) if agreed is not None else ([], [])
 
     # What the vehicle states ---------------------------------------------------------------------
 
@@ -173,7 +202,7 @@ class Standing:
 
     def by_receiver(self, facts: Sequence[Fact], is_individual: Callable[[Objective], bool]) -> list[list[Fact]]:
         """What a plan comes down to in parts, by the vehicles that it concerns."""
-        return by_receiver(facts, self._beliefs, self.consultation.role_named, is_individual)
+        return by_receiver(facts, self._beliefs, self.consultation.requests.role_named, is_individual)
 
     def addressed(self, change: Change, everybody: bool) -> dict[str, set[str]]:
         """Vehicles that have to hear of a block of this vehicle's own, by name, and the roles that it gives them.
@@ -187,7 +216,7 @@ class Standing:
         given: dict[str, set[str]] = {}
         groups: set[str] = set()
         for fact in change.block.facts:
-            if (said := self.consultation.role_named(fact)) is None:
+            if (said := self.consultation.requests.role_named(fact)) is None:
                 continue
             attribute, role = said
             if attribute in ROLE_ATTRIBUTES:

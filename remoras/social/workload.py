@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
+from remoras.authority import Rules
 from remoras.beliefs import Beliefs, Fact
-from remoras.database import AUVDatabase
 from remoras.mission import SocialPart
 from remoras.organisation import Organisation
 from remoras.plugins import answer
@@ -21,14 +21,15 @@ class Workload:
 
     Args:
         me: own name.
-        database: static data of all vehicles.
+        rules: who may do jobs, with the static data of all vehicles.
         mission: its jobs, and when enough of them is done.
         beliefs: of the vehicle.
     """
 
-    def __init__(self, me: str, database: AUVDatabase, mission: SocialPart, beliefs: Beliefs) -> None:
+    def __init__(self, me: str, rules: Rules, mission: SocialPart, beliefs: Beliefs) -> None:
         self._me = me
-        self._database = database
+        self._database = rules.database
+        self._apart = rules.apart
         self._mission = mission
         self._jobs = jobs = mission.jobs
         self._beliefs = beliefs
@@ -40,6 +41,8 @@ class Workload:
         self._left: dict[str, Job] = {}
         self._done: frozenset[str] = frozenset()
         self._is_enough = False
+        self._asked: tuple[Organisation, frozenset[str], bool] | None = None
+        self._kept: dict[str, Work] = {}
 
     def note(self, changes: Iterable[Change]) -> None:
         """Facts were recorded or merged: jobs that some of them are about have to be worked out anew."""
@@ -62,7 +65,11 @@ class Workload:
         ]
 
     def of_groups(
-        self, organisation: Organisation, takes_no_jobs: frozenset[str], alone: bool, positions_m: Mapping[str, Point]
+        self,
+        organisation: Organisation,
+        takes_no_jobs: frozenset[str],
+        alone: bool,
+        positions_m: Mapping[str, Point] | None,
     ) -> dict[str, Work]:
         """The work of every group, by its name.
 
@@ -70,10 +77,22 @@ class Workload:
             organisation: that the vehicle acts on.
             takes_no_jobs: vehicles that take none.
             alone: the vehicle is cut off.
-            positions_m: last positions known, by vehicle.
+            positions_m: last positions known, by vehicle; None where it does not matter who is where: the work is then
+                kept until it changes.
         """
+        asked = organisation, takes_no_jobs, alone
+        if positions_m is not None:
+            return self._works(*asked, positions_m)
+        if self._stale or self._asked != asked:
+            self._kept, self._asked = self._works(*asked, {}), asked
+        return self._kept
+
+    def _works(
+        self, organisation: Organisation, takes_no_jobs: frozenset[str], alone: bool, positions_m: Mapping[str, Point]
+    ) -> dict[str, Work]:
         self._work_out()
-        found = works(organisation, self._database, self._left, self._done, positions_m, takes_no_jobs, self._is_enough)
+        no_jobs = takes_no_jobs | self._apart
+        found = works(organisation, self._database, self._left, self._done, positions_m, no_jobs, self._is_enough)
         if alone and any(work.held_by(self._me) for work in found.values()):  # its own jobs come first
             return {name: replace(one, unavailable=one.unavailable | {self._me}) for name, one in found.items()}
         return found

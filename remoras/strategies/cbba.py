@@ -31,6 +31,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from remoras.authority import Authority
 from remoras.organisation import Group, RoleSpecification
 from remoras.strategies.allocation import Engagement, Expectations, planned
 from remoras.strategies.claims import Claim, Claims
@@ -327,6 +328,8 @@ class Cbba:
             JOB_DONE: "the sender has done a job",
         },
         blocks_per_round=2,
+        authorities=frozenset({Authority.TAKE}),
+        private_jobs=True,
     )
     form = staticmethod(founded)
     adapt = staticmethod(common_roles)

@@ -27,6 +27,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from remoras.authority import Authority
 from remoras.organisation import Group, RoleSpecification
 from remoras.strategies.allocation import Engagement, Expectations, planned
 from remoras.strategies.claims import Claim, Claims
@@ -351,6 +352,7 @@ class ContractNet:
             JOB_DONE: "the sender has done a job",
         },
         blocks_per_round=2,
+        authorities=frozenset({Authority.RECRUIT}),
     )
     form = staticmethod(founded)
     adapt = staticmethod(common_roles)

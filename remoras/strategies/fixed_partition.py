@@ -15,6 +15,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from remoras.authority import Authority
 from remoras.organisation import Group, RoleAssignment, RoleSpecification
 from remoras.strategies.allocation import all_jobs
 from remoras.strategies.chains import chained, chains
@@ -82,7 +83,11 @@ class FixedPartition:
 
     name: ClassVar[str] = "fixed-partition"
     declaration: ClassVar[Declaration] = Declaration(
-        source="the floor that any communication has to beat", messages={}, communicates=False
+        source="the floor that any communication has to beat",
+        messages={},
+        communicates=False,
+        authorities=frozenset({Authority.FOLLOW}),
+        private_jobs=True,
     )
     form = staticmethod(founded)
 

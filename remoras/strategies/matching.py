@@ -1,12 +1,16 @@
 """Who had best do what, one job to each: a bottleneck assignment followed by one of minimum cost.
 
-Source: Burkard, Dell'Amico, Martello 2009 (linear bottleneck and linear sum assignment), here as matchings and flows.
+Source: Burkard, Dell'Amico, Martello 2009: linear bottleneck assignment by a threshold, linear sum assignment by
+shortest augmenting paths, which is SciPy's.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+
+TIE_BREAK = 100_000
+"""A pair that costs a millisecond more is worse than any fall of ties."""
+Pair = tuple[int, int]
 
 
 def assignment(costs_ms: Sequence[Sequence[int | None]]) -> dict[int, int]:
@@ -18,36 +22,43 @@ def assignment(costs_ms: Sequence[Sequence[int | None]]) -> dict[int, int]:
     >>> assignment([[1, 1], [1, 1]])
     {0: 0, 1: 1}
     """
-    import networkx as nx  # a tenth of a second to load, and few strategies need it
-
-    pairs = [(cost, r, c) for r, row in enumerate(costs_ms) for c, cost in enumerate(row) if cost is not None]
+    pairs = {(r, c): cost for r, row in enumerate(costs_ms) for c, cost in enumerate(row) if cost is not None}
     if not pairs:
         return {}
-    n_columns = 1 + max(c for _, _, c in pairs)
+    shape = len(costs_ms), 1 + max(c for _, c in pairs)
+    limit = _bottleneck(pairs, shape)
+    weights = {  # ties are least where lower rows have lower columns
+        (r, c): cost * TIE_BREAK + r * (shape[1] - 1 - c) for (r, c), cost in pairs.items() if cost <= limit
+    }
+    return {r: c for r, c in _cheapest(weights, shape) if (r, c) in weights}
 
-    def matched(limit: int) -> int:
-        graph: Any = nx.Graph()
-        rows = [("row", r) for r in dict.fromkeys(r for cost, r, _ in pairs if cost <= limit)]
-        graph.add_nodes_from(rows)
-        graph.add_edges_from((("row", r), ("column", c)) for cost, r, c in pairs if cost <= limit)
-        return len(nx.bipartite.hopcroft_karp_matching(graph, rows)) // 2
 
-    limits = sorted({cost for cost, _, _ in pairs})
-    most = matched(limits[-1])
+def _bottleneck(pairs: Mapping[Pair, int], shape: Pair) -> int:
+    """The least cost to which pairs may be limited so that as many rows are assigned as without a limit."""
+
+    def n_assigned(limit: int) -> int:
+        weights = {pair: 0 for pair, cost in pairs.items() if cost <= limit}
+        return sum(pair in weights for pair in _cheapest(weights, shape))
+
+    limits = sorted(set(pairs.values()))
+    most = n_assigned(limits[-1])
     low, high = 0, len(limits) - 1
     while low < high:
         middle = (low + high) // 2
-        if matched(limits[middle]) == most:
+        if n_assigned(limits[middle]) == most:
             high = middle
         else:
             low = middle + 1
-    graph: Any = nx.DiGraph()
-    for cost, r, c in pairs:
-        if cost <= limits[low]:
-            graph.add_edge("source", ("row", r), capacity=1, weight=0)
-            graph.add_edge(("column", c), "sink", capacity=1, weight=0)
-            tie_break = r * (n_columns - 1 - c)  # least where lower rows have lower columns
-            graph.add_edge(("row", r), ("column", c), capacity=1, weight=cost * 100_000 + tie_break)
-    flows = nx.max_flow_min_cost(graph, "source", "sink")
-    chosen = {r: c for cost, r, c in pairs if cost <= limits[low] and flows[("row", r)].get(("column", c), 0) == 1}
-    return dict(sorted(chosen.items()))
+    return limits[low]
+
+
+def _cheapest(weights: Mapping[Pair, int], shape: Pair) -> list[Pair]:
+    """Row and column of each pair so that as few as possible lack in ``weights``, and their sum is least."""
+    import numpy as np  # these take a third of a second to load, and few strategies need them
+    from scipy.optimize import linear_sum_assignment
+
+    matrix = np.full(shape, 1.0 + min(shape) * max(weights.values(), default=0))  # a row more is worth any costs
+    for pair, weight in weights.items():
+        matrix[pair] = weight
+    rows, columns = linear_sum_assignment(matrix)
+    return list(zip(rows.tolist(), columns.tolist(), strict=True))

@@ -22,6 +22,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from remoras.authority import Authority
 from remoras.database import VehicleData
 from remoras.organisation import Group
 from remoras.strategies.allocation import Plan, helped, planned
@@ -218,6 +219,8 @@ class StatusBroadcast:
             JOB_DONE: "the sender has done a job",
         },
         blocks_per_round=1,
+        authorities=frozenset({Authority.TAKE}),
+        private_jobs=True,
     )
     form = staticmethod(founded)
     adapt = staticmethod(common_roles)

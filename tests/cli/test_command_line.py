@@ -25,7 +25,7 @@ from remoras.face import load as face_load
 
 SHORT = ["--set", "scenario.duration_s=30"]
 NOT_BUILT = ["stress", "node", "swarm"]
-HEAVY = ["numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "pydantic", "networkx"]
+HEAVY = ["numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "pydantic", "scipy"]
 
 
 # Importing ----------------------------------------------------------------------------------------
@@ -110,7 +110,7 @@ def test_what_can_be_named_is_listed_and_described(kind: str, among: str):
     assert text.exit_code == 0
     assert re.search(rf"^ +{among} +\S", text.stdout, re.MULTILINE)
     rows = json.loads(remoras("list", kind, "--json").stdout)
-    details = {"source", "messages", "parameters"} if kind == "strategies" else set()
+    details = {"source", "messages", "authorities", "parameters"} if kind == "strategies" else set()
     assert [set(row) for row in rows] == [{"name", "description"} | details] * len(rows)
     assert among in {row["name"] for row in rows}
     assert all(row["description"] for row in rows)
@@ -122,6 +122,7 @@ def test_what_can_be_set_of_a_strategy_is_listed():
     )
     assert central["source"].startswith("leader-follower")
     assert central["messages"]["jobDone"] == "a vehicle has done a job"
+    assert central["authorities"] == []
     assert [(p["name"], p["default"]) for p in central["parameters"]] == [
         ("queue", 2),
         ("margin", 0.05),

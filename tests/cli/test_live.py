@@ -1,130 +1,22 @@
 """The command that shows a run while it goes: what it serves, what it refuses, and that it gives what ``run`` gives."""
 
-import base64
 import http.client
 import json
 import signal
 import socket
-import struct
 import subprocess
 import sys
-import threading
 import time
-import zlib
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import pytest
+from crashing import Crash
 from invoked import remoras
-
-pytest.importorskip("starlette")
-pytest.importorskip("uvicorn")
+from live_program import LONG, PATIENCE_S, SCENARIO, SEED, SHORT, served, wait_until
 
 from missions.runs.results import Results, write
 from missions.runs.run import run
-from missions.runs.setup import resolved
-from missions.runs.underway import Underway
 from missions.scenarios import load
-from remoras.cli.live.form import Form
-from remoras.cli.live.server import LiveServer, listener
-from remoras.cli.live.session import Session
-
-SCENARIO, SEED = "mapping-rendezvous", 3
-SHORT = (("--set", "scenario.duration_s=60"), ("--per", "channel.per=0.6"))
-LONG = (("--per", "channel.per=0.6"),)
-PATIENCE_S = 60.0
-
-
-def wait_until(what: Callable[[], bool]) -> None:
-    until_s = time.monotonic() + PATIENCE_S
-    while not what():
-        assert time.monotonic() < until_s, "it takes too long"
-        time.sleep(0.02)
-
-
-def head_of(data: bytes) -> dict[str, Any]:
-    """What a block of data says of the run; the columns of numbers behind it are left out."""
-    content = zlib.decompress(base64.b64decode(data), -15)
-    found: dict[str, Any] = json.loads(content[4 : 4 + struct.unpack_from("<I", content)[0]])
-    return found
-
-
-class Client:
-    """What a page, or somebody else, asks of a server."""
-
-    def __init__(self, server: LiveServer, session: Session) -> None:
-        self.server, self.session = server, session
-        self.port = int(server.url.rstrip("/").rpartition(":")[2])
-
-    def ask(self, method: str, path: str, body: Any = None, **headers: str) -> tuple[int, dict[str, Any]]:
-        """Status and JSON of an answer."""
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE_S)
-        text = body if body is None or isinstance(body, bytes) else json.dumps(body).encode()
-        given = {"Content-Type": "application/json"} | {
-            name.replace("_", "-"): value for name, value in headers.items()
-        }
-        connection.request(method, path, text, given)
-        answer = connection.getresponse()
-        content = answer.read().decode()
-        connection.close()
-        return answer.status, json.loads(content) if content.startswith("{") else {"text": content}
-
-    def control(self, **what: Any) -> dict[str, Any]:
-        """State of the run after something that is allowed."""
-        status, told = self.ask("POST", "/control", what)
-        assert status == 200, told
-        return told
-
-    def refused(self, **what: Any) -> str:
-        """Why the page may not ask for that."""
-        status, told = self.ask("POST", "/control", what)
-        assert status == 400, told
-        return str(told["error"])
-
-    def blocks(self, until: Callable[[dict[str, Any]], bool]) -> list[dict[str, Any]]:
-        """Heads of the blocks that a page gets, up to the first that is wanted."""
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE_S)
-        connection.request("GET", "/events")
-        answer = connection.getresponse()
-        assert answer.getheader("content-type", "").startswith("text/event-stream")
-        found: list[dict[str, Any]] = []
-        while not found or not until(found[-1]):
-            if answer.readline() == b"event: rows\n":
-                found.append(head_of(answer.readline().removeprefix(b"data: ")))
-        connection.close()
-        return found
-
-    @property
-    def phase(self) -> str:
-        return str(self.session.state()["phase"])
-
-    @property
-    def time_s(self) -> float:
-        return float(self.session.state()["time_s"])
-
-    def finished(self) -> None:
-        """Let the run go on to its end, at full speed."""
-        self.control(do="speed", speed="full")
-        self.control(do="play")
-        wait_until(lambda: self.phase == "finished")
-
-
-@contextmanager
-def served(overrides: tuple[tuple[str, str], ...], out: Path | None = None) -> Iterator[Client]:
-    """A server on a free port, ended afterwards."""
-    setup = resolved(load(SCENARIO, overrides))
-    session = Session(setup, SEED, out)
-    server = LiveServer(session, Form(SCENARIO, list(overrides), setup.scenario), setup.scenario, listener(0))
-    thread = threading.Thread(target=server.run)
-    thread.start()
-    try:
-        yield Client(server, session)
-    finally:
-        server.stop()
-        thread.join()
-        session.close()
 
 
 def assert_same_results(one: Path, other: Path) -> None:
@@ -289,15 +181,8 @@ def test_no_file_is_served(tmp_path: Path) -> None:
             assert told["error"] == "served are /, /events and, by POST, /control; no file of this machine is"
 
 
-def test_a_crash_is_told_and_what_was_there_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    step = Underway.step
-
-    def crashing(self: Underway) -> None:
-        if self.now_s >= 30.0:
-            raise RuntimeError("the hull broke")
-        step(self)
-
-    monkeypatch.setattr(Underway, "step", crashing)
+def test_a_crash_is_told_and_what_was_there_is_kept(tmp_path: Path, crash: Crash) -> None:
+    crash.at(30.0)
     with served(SHORT, tmp_path / "out") as client:
         client.control(do="speed", speed="full")
         client.control(do="play")
@@ -305,7 +190,7 @@ def test_a_crash_is_told_and_what_was_there_is_kept(tmp_path: Path, monkeypatch:
         assert client.session.state()["message"] == (
             "RuntimeError: the hull broke; what had happened until then is kept on this page"
         )
-        monkeypatch.setattr(Underway, "step", step)
+        crash.never()
         (shown,) = client.blocks(lambda block: True)
         assert shown["track_rows"] == [31, 31, 31, 31]  # from 0 s to 30 s
         assert shown["header"]["verdict"].endswith("of the goal: crashed at 30.0 s")

@@ -3,7 +3,6 @@
 import base64
 import random
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,21 +10,16 @@ import pytest
 
 sys.path.append(str(Path(__file__).parent.parent / "visualisation" / "replay"))
 
-from chromium import Window, browser
+from browsing import Window
+from crashing import Crash
+from live_program import LONG, SHORT, Client, served, wait_until
 from replayed import data_of
-from test_live import LONG, SHORT, Client, served, wait_until
 
 import remoras
 from missions.runs.results import Results
-from missions.runs.underway import Underway
+from remoras.faults import FaultKind
 
 pytestmark = pytest.mark.slow
-
-
-@pytest.fixture(scope="module")
-def chrome() -> Iterator[Any]:
-    with browser() as found:
-        yield found
 
 
 BOTH = """async ([text, times_s]) => {
@@ -97,6 +91,7 @@ def test_settings_apply_from_a_moment_on_and_the_view_may_hold(chrome: Any) -> N
         client.control(do="step", n=100)
         page.wait_for_function("() => R.app.clock.t === 100 && R.app.clock.following")
         before = window.ask("() => JSON.stringify(R.app.runs[0].packets.slice(0, 40))")
+        assert page.get_by_label("Kind of a fault").locator("option").all_inner_texts() == list(FaultKind)
         page.get_by_label("Vehicle of a fault").select_option("AUV01")
         assert page.get_by_role("button", name="Apply here").is_disabled()
         page.get_by_role("button", name="+ fault").click()
@@ -125,15 +120,8 @@ def test_what_is_refused_is_said_and_the_run_stays(chrome: Any) -> None:
         assert client.phase == "ready"
 
 
-def test_a_crash_is_said_and_the_page_keeps_what_it_had(chrome: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    step = Underway.step
-
-    def crashing(self: Underway) -> None:
-        if self.now_s >= 30.0:
-            raise RuntimeError("the hull broke")
-        step(self)
-
-    monkeypatch.setattr(Underway, "step", crashing)
+def test_a_crash_is_said_and_the_page_keeps_what_it_had(chrome: Any, crash: Crash) -> None:
+    crash.at(30.0)
     with served(SHORT) as client:
         window = opened(chrome, client)
         window.page.get_by_label("Speed of the run").select_option("full")

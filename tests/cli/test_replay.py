@@ -14,7 +14,7 @@ from missions.runs.results import write
 from missions.runs.run import run
 from missions.scenarios import load
 
-SLOW_TO_LOAD = {"pandas", "matplotlib", "scipy", "networkx", "numba", "duckdb", "distributed"}
+SLOW_TO_LOAD = {"pandas", "matplotlib", "scipy", "numba", "duckdb", "distributed"}
 
 
 def record(folder: Path, *settings: str, scenario: str = "mapping-rendezvous", seed: int = 1) -> Path:

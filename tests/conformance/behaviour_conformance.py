@@ -30,7 +30,7 @@ class Moment:
 
 
 def story(data: VehicleData, peers: Sequence[str], groups: Sequence[str], seed: int = 1) -> list[Moment]:
-    """The life of a vehicle: it knows nothing at first, then hears of peers, works, meets, evades and strays."""
+    """The life of a vehicle: it knows nothing at first, then hears of peers, works, meets, sees others and strays."""
     draw = random.Random(seed)
     picture, moments = Picture(frame_s=10.0), []
     for number in range(N_MOMENTS):
@@ -43,7 +43,7 @@ def story(data: VehicleData, peers: Sequence[str], groups: Sequence[str], seed: 
             battery=1.0 - number / N_MOMENTS,
             reserve=draw.uniform(0.0, 0.3),
             outside_m=draw.choice([0.0, 0.0, 0.5, 40.0]),
-            collision=draw.choice([None, (draw.uniform(-math.pi, math.pi), draw.uniform(0.0, 1.0))]),
+            contacts_m=draw.choice([(), ((x_m + draw.uniform(-FIELD_M, FIELD_M), y_m),)]),
             last_yield_s=picture.body.last_yield_s,
         )
         if number > N_MOMENTS // 10:

@@ -153,6 +153,22 @@ class Gullible(Central):
         return _Gullible(Central.negotiator(self, me, group), me, group)
 
 
+class _Presumptuous(_Altered):
+    """Gives itself what it is able to do, without being asked."""
+
+    def altered(self, move: Move, situation: Situation) -> Move:
+        work = situation.work
+        able = [role for role in work.open if work.able(work.database[self._me], role)]
+        said = tuple(Statement(((self._me, "playsRole", self._group.path(role.name)),)) for role in able)
+        return replace(move, statements=move.statements + said)
+
+
+@dataclass(frozen=True, slots=True)
+class Presumptuous(Central):
+    def negotiator(self, me: str, group: Group) -> Negotiator:
+        return _Presumptuous(Central.negotiator(self, me, group), me, group)
+
+
 class _Fickle(_Altered):
     """Gives every job that it holds up in every frame, and takes it again."""
 

@@ -30,12 +30,14 @@ from conformance_worlds import (
     small_patches,
     works_of,
 )
-from exchange_of_statements import KINDS_OF_JOBS, Team, never
+from exchange_of_statements import KINDS_OF_JOBS, ROLES, Team, never
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from missions.runs.run import Run, run
+from remoras.authority import CONSULTING, Act, Authority, Request, Rules, may_assign
 from remoras.errors import StrategyError
+from remoras.organisation import Outcome
 from remoras.plugins import named_object
 from remoras.strategies import configured, parameters, strategies
 from remoras.strategy import INFLUENCE_SIGNAL, JOB_DONE, OBJECTIVE, Situation, Strategy, faults_of_strategy
@@ -55,6 +57,7 @@ NEARLY_ALL = 0.9
 """Share of an area's cells that count as mapped: a row turned on too early leaves out a corner."""
 OFTEN = 3
 """A vehicle that leaves one role more often than this does not know its mind."""
+UNLAWFUL = (Outcome.OUTSIDE, Outcome.NO_SOCIAL_LAYER, Outcome.NO_AUTHORITY)
 HASH_SEEDS = ("0", "1")
 EXAMPLES = settings(
     max_examples=30,
@@ -198,6 +201,10 @@ def _check_states(strategy: Strategy) -> None:
         if not members:
             return
         me = data.draw(st.sampled_from(members))
+        authorities, communicates = strategy.declaration.authorities, strategy.declaration.communicates
+        if authorities & CONSULTING and not database[me].social_layer:
+            return  # it is not asked
+        rules = Rules(database, authorities, jobs)
         negotiator = strategy.negotiator(me, group)
         if negotiator is None:
             return
@@ -215,6 +222,10 @@ def _check_states(strategy: Strategy) -> None:
             )
             statements = negotiator.negotiate(situation).statements
             _assert_within(situation, group.name, statements)
+            _assert_lawful(situation, me, rules, statements)
+            for said in statements if communicates and not strategy.declaration.private_jobs else ():
+                kept = [fact for fact in said.facts if fact[1] in ROLES and not said.told]
+                assert not kept, f"{me} keeps {kept} to itself, but its declaration has not private_jobs"
             mentioned = [subject for statement in statements for subject, _, _ in statement.facts]
 
     holds()
@@ -228,6 +239,25 @@ def _assert_within(situation: Situation, group: str, statements: Any) -> None:
         assert organisation.groups[group].role(role) is not None, f"{said}, which is no role"
         assert organisation.is_member(vehicle, group), f"{said}, but it is no member"
         assert database[vehicle].can_play(role), f"{said}, but it cannot play it"
+
+
+def _assert_lawful(situation: Situation, me: str, rules: Rules, statements: Any) -> None:
+    """What it states of roles it may state, one after the other, by what it declares."""
+    organisation = situation.work.organisation
+    for statement in statements:
+        for subject, attribute, value in statement.facts:
+            if attribute not in ROLES:
+                continue
+            of_group, _, role = str(value).partition(".")
+            act = Act.ASSIGN if attribute == "playsRole" else Act.RELEASE
+            ruling = may_assign(Request(me, act, of_group, role, subject), organisation, rules)
+            said = f"{me} states that {subject} {attribute} {value}"
+            assert ruling not in UNLAWFUL, (
+                f"{said}: {ruling.value}; it leads no group, so the declaration has to name an authority "
+                f"({', '.join(str(one) for one in Authority)}) that allows it"
+            )
+            change = organisation.assign if act is Act.ASSIGN else organisation.leave_role
+            organisation, _ = change(subject, of_group, role)
 
 
 def check_divides_any_jobs(strategy: Strategy) -> None:

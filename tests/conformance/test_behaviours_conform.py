@@ -20,7 +20,7 @@ from remoras.behaviours import (
     Supervision,
     Working,
 )
-from remoras.functional.vital import Evading, ReturningHome, ReturningToArea
+from remoras.functional.vital import ReturningHome, ReturningToArea
 
 CORNERS_M = ((0.0, 0.0), (50.0, 0.0), (50.0, 50.0), (0.0, 50.0))
 MADE: dict[str, Callable[[], Behaviour]] = {
@@ -32,7 +32,6 @@ MADE: dict[str, Callable[[], Behaviour]] = {
     "FollowingLeader": lambda: FollowingLeader(("AUV02", "AUV01"), 40.0, AUV),
     "LeadingFollowers": lambda: LeadingFollowers(("AUV01", "AUV02"), "Operational", 80.0),
     "Positioning": lambda: Positioning(("AUV01",), "Operational", (0.0, 15.0), AUV),
-    "Evading": lambda: Evading(AUV),
     "ReturningHome": lambda: ReturningHome(AUV),
     "ReturningToArea": lambda: ReturningToArea((0.0, 0.0), AUV),
     "ZigzagExploring": lambda: ZigzagExploring(SurveyJob("bank", CORNERS_M), AUV),
@@ -76,7 +75,7 @@ def test_the_lives_hold_all_that_a_vehicle_may_meet() -> None:
         lambda p: p.peers.headings_rad,
         lambda p: p.groups.gathered,
         lambda p: p.groups.planning_due,
-        lambda p: p.body.collision,
+        lambda p: p.body.contacts_m,
         lambda p: p.body.outside_m > 0.0,
         lambda p: p.body.battery <= p.body.reserve,
         lambda p: p.body.now_s == p.peers.last_news_s,

@@ -20,12 +20,12 @@ import pyarrow.parquet as pq
 import pytest
 from typer.testing import CliRunner
 
-import remoras.functional.layer as functional
 from missions.scenarios import shipped
 from missions.sweeps.study import load_study
 from remoras import face
+from remoras.avoidance import SEPARATION_M
 from remoras.cli import app
-from remoras.functional.vital import SAFETY_M, VITAL_SETS
+from remoras.functional import guidance
 from remoras.strategies import strategies
 
 ROOT = Path(__file__).parents[2]
@@ -255,7 +255,7 @@ def nearest_m(found: list[dict[str, Any]]) -> float:
 
 def test_two_vehicles_keep_their_distance_as_the_page_says(executed: Any) -> None:
     folder, _ = executed("mission")
-    assert nearest_m(rows(folder / "headon", "trajectories")) >= SAFETY_M
+    assert nearest_m(rows(folder / "headon", "trajectories")) >= SEPARATION_M
 
 
 @pytest.mark.parametrize("strategy", strategies())
@@ -266,9 +266,9 @@ def test_vehicles_keep_their_distance_though_no_author_wrote_of_it(
     folder, _ = executed("mission")
     monkeypatch.chdir(folder)
     monkeypatch.syspath_prepend(str(folder))
-    assert closest_in(strategy) >= SAFETY_M
-    monkeypatch.setattr(functional, "VITAL_SETS", VITAL_SETS[:1])
-    assert closest_in(strategy) < SAFETY_M
+    assert closest_in(strategy) >= SEPARATION_M
+    monkeypatch.setattr(guidance, "clear_velocity", lambda *_: None)
+    assert closest_in(strategy) < SEPARATION_M
 
 
 def closest_in(strategy: str) -> float:

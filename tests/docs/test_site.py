@@ -2,7 +2,6 @@
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from browsing import PATIENCE_MS, Window
 
 import remoras
 from missions.scenarios.explanations import explanations
@@ -20,14 +20,13 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = sorted(path.relative_to(DOCS).with_suffix("").as_posix() for path in DOCS.rglob("*.md"))
 NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.md"))
-PACKAGES = (
-    "remoras", "exchange", "worldmodel", "missions", "missions.mapping", "missions.scenarios", "missions.runs",
-    "missions.sweeps", "missions.comparison", "remoras.strategies", "visualisation", "visualisation.runs",
-    "visualisation.sweeps", "visualisation.replay", "visualisation.exports",
-)  # fmt: skip
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-PATIENCE_MS = 120_000.0
-"""A busy machine may take its time; nothing here is a measurement of speed."""
+PACKAGES = sorted(
+    ".".join(path.parent.relative_to(ROOT).parts)
+    for package in ("remoras", "exchange", "worldmodel", "missions", "visualisation")
+    for path in (ROOT / package).rglob("__init__.py")
+    if "__all__" in path.read_text(encoding="utf-8") and "cli" not in path.parts
+)
+"""Packages that promise names; of the command line the commands are what one uses."""
 FETCHED = re.compile(
     r"""<(?:script|img|iframe|source)\b[^>]*\bsrc\s*=\s*["']?(?:https?:)?//|<link\b[^>]*\bhref\s*=\s*["']?(?:https?:)?//""",
     re.IGNORECASE,
@@ -86,6 +85,7 @@ def test_the_reference_has_every_public_name(site: Path) -> None:
     """By the package that promises it, or by `remoras`, which offers some of them."""
     pages = [(site / f"{name}.html").read_text(encoding="utf-8") for name in ("reference", "packages")]
     described = {name for page in pages for name in re.findall(r'id="([\w.]+)"', page)}
+    assert len(PACKAGES) > 14
     for package in PACKAGES:
         for name in import_module(package).__all__:
             found = getattr(import_module(package), name)
@@ -105,40 +105,22 @@ def test_pages_name_no_address_in_memory(site: Path) -> None:
     assert [page.name for page in site.rglob("*.html") if re.search(r"0x[0-9a-f]{8,}", page.read_text("utf-8"))] == []
 
 
-@pytest.fixture(scope="module")
-def chrome() -> Iterator[Any]:
-    """A browser; tests are skipped where Playwright or Chromium is missing."""
-    playwright = pytest.importorskip("playwright.sync_api")
-    if CHROMIUM is None:
-        pytest.skip("chromium is not installed")
-    with playwright.sync_playwright() as play:
-        arguments = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking"]
-        found = play.chromium.launch(executable_path=CHROMIUM, args=arguments, timeout=PATIENCE_MS)
-        yield found
-        found.close()
-
-
 @pytest.fixture
 def opened(chrome: Any, site: Path) -> Iterator[Any]:
     """Opens a page of the site from disk; at the end, no request left the disk and the console was silent."""
     context = chrome.new_context(viewport={"width": 1280, "height": 720})
     context.set_default_timeout(PATIENCE_MS)
-    page = context.new_page()
-    requests: list[str] = []
-    faults: list[str] = []
-    page.on("request", lambda request: requests.append(request.url))
-    page.on("console", lambda said: faults.append(said.text) if said.type in ("error", "warning") else None)
-    page.on("pageerror", lambda error: faults.append(str(error)))
+    window = Window(context.new_page())
 
     def open_page(name: str) -> Any:
         file, mark, query = name.partition("?")
-        page.goto((site / file).as_uri() + mark + query, wait_until="networkidle")
-        return page
+        window.page.goto((site / file).as_uri() + mark + query, wait_until="networkidle")
+        return window.page
 
     yield open_page
-    assert requests
-    assert [url for url in requests if not url.startswith(("file:", "data:"))] == []
-    assert faults == []
+    assert window.requests
+    assert [url for url in window.requests if not url.startswith(("file:", "data:"))] == []
+    assert window.faults == []
     context.close()
 
 

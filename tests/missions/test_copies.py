@@ -18,7 +18,7 @@ from missions.runs.setup import assemble, resolved
 from missions.runs.summary import summary
 from missions.scenarios import Scenario, VehicleTable, load
 from missions.scenarios.copies import LAYER_M, MAX_VEHICLES, with_copies
-from remoras.fleet import SAME_DEPTH_M
+from remoras.separation import SAME_DEPTH_M
 
 FLEET = '[fleet]\nsize = 6\ncopies_of = "Diver"\n\n'
 BOATS = FLEET.replace("Diver", "Boat")
@@ -65,6 +65,13 @@ def test_copies_are_their_original_but_for_name_slot_depth_and_start(size: int, 
 
 def test_layers_are_far_enough_apart_to_pass_freely() -> None:
     assert LAYER_M > SAME_DEPTH_M
+
+
+def test_without_layers_copies_stay_at_the_depth_of_their_original_and_start_apart() -> None:
+    scenario = shipped_at(16, "fleet.layers=false")
+    divers = [vehicle for vehicle in scenario.vehicle if vehicle.name != "ASV00"]
+    assert {vehicle.depth_m for vehicle in divers} == {20.0}
+    assert min(math.dist(a.start_m, b.start_m) for a, b in itertools.combinations(divers, 2)) == 10.0
 
 
 def test_names_and_slots_are_the_next_that_are_free(tmp_path: Path) -> None:
@@ -136,6 +143,7 @@ def test_the_manifest_lists_every_vehicle_and_repeats_the_run(tmp_path: Path) ->
         ('size = 2\ncopies_of = "Dive"', "fleet.copies_of", '"Dive"', "allowed: Boat, Diver; did you mean 'Diver'?"),
         ('size = 6\ncopies_of = "Dive"', "fleet.copies_of", '"Dive"', "did you mean 'Diver'?"),
         ("sise = 6", "fleet.sise", "6", "did you mean 'size'?"),
+        ('layers = "no"', "fleet.layers", '"no"', "boolean"),
         ("spacing_m = 0.5", "fleet.spacing_m", "0.5", "greater than or equal to 1"),
     ],
 )
@@ -146,6 +154,13 @@ def test_what_is_wrong_with_the_fleet_is_said_once_with_its_line(
     assert (fault.key, fault.given) == (key, given)
     assert says in fault.allowed
     assert fault.line == (line_of(f"[fleet]\n{fleet}", key.split(".")[1]) if given else 1)
+
+
+def test_copies_that_would_start_too_near_to_each_other_are_refused() -> None:
+    with pytest.raises(
+        ConfigurationError, match=r"fleet.size\) = 8: its copy AUV04 has start_m = .*: 4 m from the start of AUV02"
+    ):
+        shipped_at(8, "fleet.layers=false", "fleet.spacing_m=4.0")
 
 
 def test_a_size_below_the_vehicles_listed_is_refused_by_the_option_that_asked_for_it() -> None:

@@ -163,7 +163,10 @@ def test_the_shipped_metrics_have_directions_and_labels(tmp_path: Path) -> None:
     assert list(found) == list(study.metrics)
     assert all(one.label for one in found.values())
     neither = {name for name, one in found.items() if one.better is Better.NEITHER}
-    assert neither == {"given_up_s", "left_when_given_up"}  # early is good with the work done, bad without
+    assert neither == {
+        "given_up_s", "left_when_given_up",  # early is good with the work done, bad without
+        "n_refused_acts",  # many are good where many are forged
+    }  # fmt: skip
 
 
 def test_a_metric_of_which_no_value_is_better_is_compared_and_not_ranked(

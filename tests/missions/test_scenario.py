@@ -382,7 +382,10 @@ def test_a_value_where_a_table_belongs_is_a_fault_and_no_crash(tmp_path: Path, t
     file = tmp_path / "pond.toml"
     file.write_text(SMALL, encoding="utf-8")
     setting = [("--set", f"{table}={wrong}")]
-    fine = {("decision", "{}"), ("fleet", "{}"), ("uncertainty", "{}"), ("fault", "[]")}  # each has a default
+    fine = {
+        ("fault", "[]"),
+        *((one, "{}") for one in ("decision", "fleet", "uncertainty", "guidance")),
+    }  # have defaults
     if (table, wrong) in fine:
         load(str(file), setting)
         return

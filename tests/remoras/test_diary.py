@@ -1,8 +1,9 @@
 """The diary of a vehicle: rows are written when a view or a choice changes, and say what changed."""
 
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Candidate, Objective
+from remoras.authority import Act, Request, Ruling
 from remoras.diary import Diary
-from remoras.organisation import Group, Organisation, RoleAssignment
+from remoras.organisation import Group, Organisation, Outcome, RoleAssignment
 from remoras.recorder import Recorder
 
 EXPLORING = Objective("Operational", "LeftWinger", "Exploring", "left")
@@ -68,26 +69,34 @@ def test_roles_begin_and_cease_to_drive_and_activities_are_those_of_the_choice()
     ]
 
 
-def test_a_view_is_written_as_what_has_changed_in_it() -> None:
+def test_what_was_agreed_before_is_written_by_node_and_by_nobody_in_particular() -> None:
     recorder = Recorder()
-    diary = Diary("AUV01", NAMES, recorder)
-    winger = RoleAssignment("Operational", "LeftWinger", "AUV02")
-    first, then = (
-        Organisation.of([GROUP], [winger]),
-        Organisation.of([GROUP], [RoleAssignment(*EXPLORING_ROLE, "AUV01")]),
-    )
-    diary.view(0.0, first, [EXPLORING])
-    diary.view(7.0, first, [EXPLORING])
-    diary.view(14.0, then, [EXPLORING, MEETING])
+    roles = [RoleAssignment("Operational", "LeftWinger", name) for name in ("AUV01", "AUV02")]
+    Diary("AUV01", NAMES, recorder).founded(Organisation.of([GROUP], roles), [EXPLORING])
+    winger = ("Operational", "LeftWinger")
     assert recorder.organisation == [
-        (0.0, "AUV01", "AUV02", "Operational", "LeftWinger", "assigned"),
-        (14.0, "AUV01", "AUV02", "Operational", "LeftWinger", "left"),
-        (14.0, "AUV01", "AUV01", "Operational", "LeftWinger", "assigned"),
-    ]
-    assert [(row[0], *row[4:]) for row in recorder.objectives] == [
-        (0.0, "Exploring", "left"),
-        (14.0, "RendezVous", "rally"),
+        (0.0, "AUV01", "AUV02", *winger, "assigned", "", "assign", "", "", "success"),
+        (0.0, "AUV01", "AUV01", *winger, "assigned", "", "assign", "", "", "success"),
+        (0.0, "AUV01", "", *winger, "given", "", "objective", "Exploring", "left", "success"),
     ]
 
 
-EXPLORING_ROLE = ("Operational", "LeftWinger")
+def test_changes_and_refusals_are_written_with_who_asked_for_them() -> None:
+    recorder = Recorder()
+    taken = Request("AUV02", Act.SUCCEED, "Operational", "Coordinator", "AUV02")
+    evicted = Request("AUV01", Act.RELEASE, "Operational", "Coordinator", "AUV02")
+    mission = Request("ASV00", Act.MISSION, "Operational", argument="Patrol")
+    rulings = [
+        Ruling(taken, Outcome.SUCCESS),
+        Ruling(evicted, Outcome.NO_AUTHORITY),
+        Ruling(mission, Outcome.SUCCESS),
+    ]
+    Diary("AUV01", NAMES, recorder).rulings(7.0, rulings)
+    head = ("AUV02", "Operational", "Coordinator")
+    assert recorder.organisation == [
+        (7.0, "AUV01", *head, "assigned", "AUV02", "succeed", "", "", "success"),
+        (7.0, "AUV01", *head, "refused", "AUV01", "release", "", "", "issuer without authority"),
+        (7.0, "AUV01", "", "Operational", "", "given", "ASV00", "mission", "", "Patrol", "success"),
+    ]
+    detail = "AUV01: AUV02 no longer as Coordinator of Operational: issuer without authority"
+    assert recorder.faults == [(7.0, "AUV01", "refused assignment", detail)]

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from samples import activity_set
 
 from remoras.activities import ActivityKind, ActivitySet, ActivityType
+from remoras.attraction import NO_PULLS, Pulls
 from remoras.behaviours import ADVANCING, DUE, IDLE, STANDING, Perception
 from remoras.executive.layer import ExecutiveLayer
 from remoras.executive.satisfaction import DecisionConstants
@@ -324,3 +325,36 @@ def test_a_decision_that_stands_is_the_same_object() -> None:
     executive = layer(EXPLORING, HOMING)
     first = executive.decide([ADVANCING, DUE], 0.0, 1.0)
     assert executive.decide([ADVANCING, DUE], 1.0, 1.0) is first
+
+
+# What pulls at guidance ---------------------------------------------------------------------------
+
+
+def test_a_call_that_the_guiding_activity_answers_attracts() -> None:
+    """AUV02 calls louder than AUV01: 128 and 64 of 128; nothing is heeded less than what outweighs the own content."""
+    executive = layer(HOMING)
+    executive.hear(PERFORMER, "AUV01", "Coordinator", -64, 0.0)
+    executive.hear(PERFORMER, "AUV02", "Coordinator", -128, 0.0)
+    executive.decide([DUE], 0.0, 0.0)
+    assert executive.pulls(0.0) == Pulls(0.0, {"AUV02": 1.0}, {})
+
+
+def test_an_equal_repels_as_long_as_it_is_remembered_and_no_other_role_does() -> None:
+    """-96 is three quarters of -128, at any age up to the memory of 60 s; the own call is -32, a quarter."""
+    executive = layer(HOMING, EXPLORING)
+    executive.hear(PERFORMER, "AUV01", "Performer", -96, 0.0)
+    executive.hear(CARTOGRAPHER, "AUV02", "Cartographer", -128, 0.0)
+    executive.decide([DUE, IDLE], 0.0, 0.0)
+    executive.satisfaction[PERFORMER] = -32.0
+    for now_s in (0.0, 60.0):
+        assert executive.pulls(now_s) == Pulls(0.25, {}, {"AUV01": 0.75})
+    assert executive.pulls(60.1).equals == {}
+
+
+def test_without_guidance_or_signals_nothing_pulls() -> None:
+    executive = layer(HOMING, LISTENING)
+    executive.decide([DUE, IDLE], 0.0, 0.0)
+    assert executive.pulls(0.0) == NO_PULLS
+    executive.hear(PERFORMER, "AUV01", "Performer", -96, 0.0)
+    executive.decide([IDLE, DUE], 0.0, 0.0)
+    assert executive.pulls(0.0) == NO_PULLS

@@ -8,11 +8,12 @@ import pytest
 from samples import activity_set, auv
 
 from remoras.activities import Activity, ActivitySet, ActivityType
+from remoras.avoidance import Neighbour
 from remoras.behaviours import DUE, IDLE, Behaviour, Homing, Perception, Reference, Standing
 from remoras.database import VehicleData
 from remoras.errors import PluginError
 from remoras.functional.layer import FunctionalLayer, Sensed
-from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, Neighbour
+from remoras.functional.vital import VITAL_NAMES, VITAL_SETS
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.recorder import TIME, VEHICLE, Column, Table
@@ -294,7 +295,7 @@ def test_a_mission_cannot_override_what_is_vital(name: str) -> None:
 
 def test_a_mission_is_not_asked_for_what_is_vital() -> None:
     functional = layer(mission=Answering(AssertionError("asked")))
-    assert functional.perceive(()) == [DUE, IDLE, IDLE, IDLE]
+    assert functional.perceive(()) == [DUE, IDLE, IDLE]
 
 
 # Integrity ----------------------------------------------------------------------------------------
@@ -332,25 +333,36 @@ def test_how_far_outside_the_area_of_operations(position: tuple[float, float], o
     assert functional.picture.body.outside_m == outside_m
 
 
-def test_the_most_urgent_collision_is_the_one_to_avoid() -> None:
-    """Closest in 20 s of a horizon of 30 s: urgency 1 - 20 / 30; in 6 s from the left: 0.8."""
+def test_keeping_clear_has_the_last_word_on_guidance() -> None:
+    """Somebody comes head on: the vehicle leaves its course to the right, as long as that one is in the way."""
+    functional, alone = layer(HOMING), layer(HOMING)
+    for one in (functional, alone):
+        perform(one, 0)
+        one.act(1.0)
+    functional.act(1.0, [Neighbour(30.0, 0.0, -2.0, 0.0)])
+    assert functional.motion.heading_rad < 0.0
+    assert functional.motion.x_m > 0.5
+    functional.motion.heading_rad = 0.0
+    functional.act(1.0, [Neighbour(30.0, 0.0, 2.0, 0.0)])  # it goes away
+    assert functional.motion.heading_rad > 0.0  # back to the course
+    before = alone.motion.heading_rad
+    alone.act(1.0, [Neighbour(0.0, 50.0, 2.0, 0.0)])  # side by side, 50 m off
+    assert (alone.motion.heading_rad, alone.motion.speed_mps) == (before, 1.0)
+
+
+def test_who_has_nothing_to_do_makes_way() -> None:
     functional = layer()
-    functional.sense(0.0, [Neighbour(40.0, 0.0, -2.0, 0.0)])
-    assert functional.picture.body.collision == pytest.approx((0.0, 1.0 / 3.0))
-    both = [Neighbour(40.0, 0.0, -2.0, 0.0), Neighbour(0.0, 12.0, 0.0, -2.0)]
-    for neighbours in (both, both[::-1]):
-        functional.sense(1.0, neighbours)
-        assert functional.picture.body.collision == pytest.approx((math.pi / 2.0, 0.8))
-    functional.sense(2.0, [Neighbour(40.0, 0.0, 2.0, 0.0)])
-    assert functional.picture.body.collision is None
+    for _ in range(5):
+        functional.act(1.0, [Neighbour(8.0, 0.0, -1.0, 0.0)])
+    assert functional.motion.x_m < 0.0
 
 
 def test_a_low_battery_calls_home() -> None:
-    """Every vehicle, whatever its mission is; ReturningHome is the third of the vital sets."""
+    """Every vehicle, whatever its mission is; ReturningHome is the second of the vital sets."""
     functional = layer(energy_j=10_000.0)
     functional.motion.x_m = 150.0  # 9062.5 J to go home: with a quarter on top, more than there is
     functional.sense(0.0, ())
-    assert functional.perceive(())[2] == DUE
+    assert functional.perceive(())[1] == DUE
     functional.motion.x_m = 75.0
     functional.sense(1.0, ())
-    assert functional.perceive(())[2].stimulus == 0.0
+    assert functional.perceive(())[1].stimulus == 0.0

@@ -50,7 +50,7 @@ def test_each_vehicle_has_its_own_last_position_and_heading(seen: list[tuple[str
 def test_at_the_start_nothing_was_heard_or_found_and_nobody_is_near() -> None:
     picture = Picture()
     assert picture.body.last_yield_s == picture.peers.last_news_s == -math.inf
-    assert picture.body.collision is None
+    assert picture.body.contacts_m == ()
     assert (picture.body.battery, picture.body.outside_m) == (1.0, 0.0)
     assert picture.frame_s == math.inf  # nobody speaks
 

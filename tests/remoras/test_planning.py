@@ -165,11 +165,11 @@ def test_a_plan_is_made_anew_when_a_fact_changes_that_it_rests_on(key: tuple[str
 
 def test_who_left_has_to_be_replaced_where_the_mission_was_planned() -> None:
     head = Head()
-    head.planner.plan_again("Operational")
+    head.planner.plan_again(["Operational"])
     assert not head.planner.is_due
     head.planner.take_on(["Operational"])
     head.plan()
-    head.planner.plan_again("Operational")
+    head.planner.plan_again(["Operational"])
     assert head.planner.is_due
 
 
@@ -181,14 +181,14 @@ def test_what_was_proposed_or_counts_is_not_said_again() -> None:
     ):
         head.objectives = counts
         head.planner.take_on(["Operational"])
-        head.planner.plan_again("Operational")
+        head.planner.plan_again(["Operational"])
         first = head.plan()
         assert first == ([] if counts else [LEFT, RIGHT])
-        head.planner.plan_again("Operational")
+        head.planner.plan_again(["Operational"])
         assert head.plan() == []
-        head.planner.end_round(head.beliefs)
+        head.planner.end_round([], head.beliefs)
     head.objectives = []  # what was said but never came to count is said again
-    head.planner.plan_again("Operational")
+    head.planner.plan_again(["Operational"])
     assert head.plan() == [LEFT, RIGHT]
 
 
@@ -198,7 +198,7 @@ def test_roles_go_to_members_only_and_once() -> None:
     head.planner.take_on(["Operational"])
     assert ("AUV01", "playsRole", "Operational.RightWinger") in head.plan(done=frozenset({"left"}))
     assert head.planner.issued == {RoleAssignment("Operational", "RightWinger", "AUV01")}
-    head.planner.plan_again("Operational")
+    head.planner.plan_again(["Operational"])
     assert head.plan(done=frozenset({"left"})) == []  # proposed already: the strategy sees it as played
 
 

@@ -6,15 +6,14 @@ from types import SimpleNamespace
 from typing import cast
 
 import pytest
-from samples import auv, database
 
 from missions.runs.run import run
 from missions.scenarios import load
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact
 from remoras.mission import SocialPart
-from remoras.social.consultation import Consultation
 from remoras.social.receivers import aims, by_receiver
+from remoras.social.requests import Requests
 from worldmodel import Instance, WorldModel, core_ontology_paths, read_tbox
 
 TBOX = read_tbox(*core_ontology_paths())
@@ -54,7 +53,7 @@ def test_each_vehicle_has_its_roles_and_what_their_holders_pursue_then_come_all_
         (MAPPER, HOMING, "buoy"),
         (PERFORMER, FOLLOWING, "Operational"),
     ]
-    role_named = Consultation(known, database(auv("AUV00"), auv("AUV01"))).role_named
+    role_named = Requests(known, {}).role_named
     parts = by_receiver([known.fact(*one) for one in stated], known, role_named, is_individual)
     assert parts == [[known.fact(*stated[index]) for index in part] for part in ((0, 3, 6), (1, 2, 5, 6), (7,), (4,))]
 

@@ -1,5 +1,7 @@
 """A vehicle that runs low on energy goes home, leaves its roles, and its area passes on."""
 
+import math
+
 from missions.runs.run import Run, run
 from missions.runs.summary import summary
 from missions.scenarios import load
@@ -23,7 +25,7 @@ def test_its_area_is_allocated_anew_and_the_others_meet_without_it() -> None:
 def test_it_comes_home_before_its_battery_is_empty() -> None:
     finished = with_a_weak_auv01()
     track = [row for row in finished.recorder.trajectories if row[1] == "AUV01"]
-    home = [row for row in track if row[2] ** 2 + row[3] ** 2 <= 1.0 and row[0] > 100.0]
+    home = [row for row in track if math.dist(row[2:4], track[0][2:4]) <= 1.0 and row[0] > 100.0]
     assert home
     assert home[0][6] < 100_000.0
 

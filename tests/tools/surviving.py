@@ -23,7 +23,6 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from statistics import fmean
 from typing import Any, NamedTuple
 
-from missions.meeting.truth import is_survivor
 from missions.metric import NOT_APPLICABLE
 from missions.runs.fleet_metrics import recovery_time_s
 from missions.runs.run import Run
@@ -88,7 +87,7 @@ def longest_double_lead_s(fleet: Fleet) -> float:
     longest_s = 0.0
     while fleet.running:
         fleet.step()
-        survivors = [vehicle for vehicle in fleet.view.vehicles if is_survivor(vehicle)]
+        survivors = [vehicle for vehicle in fleet.view.vehicles if vehicle.is_in_contact]
         for group in survivors[0].organisation.groups if survivors else ():
             if sum(vehicle.leads(group) for vehicle in survivors) > 1:
                 longest_s = max(longest_s, fleet.now_s - since_s.setdefault(group, fleet.now_s))

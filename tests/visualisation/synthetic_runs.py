@@ -189,7 +189,7 @@ class Fiction:
             for packet in packets
             for receiver in packet[6]
         ]
-        leader, diver = self.roles[0][1], self.roles[-1][1]
+        leader, *_, diver = [*(role for _, role in self.roles), "", ""]
         weighed = [
             ("", "Evading", 1.0, True, None), (leader, LONG, 0.5, True, 0.4), (diver, "Homing", 0.3, False, 0.3)
         ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Columns of whole numbers as bytes that compress well; ``assets/model.js`` reads them back.
+"""Columns of whole numbers as bytes that compress well; ``assets/data.js`` reads them back.
 
 A column is kept as its differences of some order, each difference as a whole number without sign (0, -1, 1, -2, ...),
 seven bits to a byte, the lowest first; the eighth bit says that more follow.

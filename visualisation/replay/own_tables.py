@@ -15,6 +15,8 @@ SPARED_BITS = 8
 """Of a number as 32-bit float so many of its last bits are not kept: four digits are left, whatever its size."""
 LARGEST = 3e38
 """Numbers beyond are kept as this."""
+EXACT = 2**52
+"""From here on the page may add differences inexactly, so that the numbers behind a large one would be wrong."""
 KINDS = {"double": "float", "int64": "int"}
 """Kinds of columns of numbers by their types in Arrow; all others are texts."""
 
@@ -53,7 +55,9 @@ def _add_told(columns: Columns, names: Names, called: str, field: Any, values: S
         numbers = np.array([np.nan if value is None else value for value in values], dtype=float)
         is_there = np.isfinite(numbers)
         numbers = np.where(is_there, numbers, 0.0)
-        columns.add(f"{called}.told.{field.name}", _bits(numbers) if kind == "float" else numbers, 1)
+        whole = _bits(numbers) if kind == "float" else numbers
+        order = 1 if np.max(np.abs(whole), initial=0) < EXACT else 0
+        columns.add(f"{called}.told.{field.name}", whole, order)
         columns.add(f"{called}.lacks.{field.name}", (~is_there).astype(np.int64))
     return {"name": field.name, "unit": unit, "kind": kind}
 

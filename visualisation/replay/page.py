@@ -17,9 +17,9 @@ from visualisation.errors import DrawingError
 
 MODEL = ("data.js", "model.js", "knowledge.js", "work.js", "chain.js")
 VIEW = (
-    "palette.js", "pen.js", "clock.js", "facts.js", "map.js", "packets.js", "belief.js", "strips.js", "signals.js",
-    "lanes.js", "minds.js", "matrix.js", "cost.js", "why.js", "news.js", "tables.js", "layout.js", "hands.js",
-    "view.js", "save.js", "app.js",
+    "palette.js", "elements.js", "pen.js", "clock.js", "facts.js", "map.js", "packets.js", "belief.js", "strips.js",
+    "signals.js", "lanes.js", "minds.js", "matrix.js", "cost.js", "why.js", "news.js", "tables.js", "layout.js",
+    "hands.js", "view.js", "save.js", "app.js",
 )  # fmt: skip
 SCRIPTS = MODEL + VIEW
 """Scripts in the order in which the page has them."""

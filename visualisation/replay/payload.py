@@ -176,25 +176,20 @@ class Payload:
     def _add_tiles(self, columns: Columns, tables: Tables) -> set[str]:
         """When squares of the places were done in truth; returns the tables of that."""
         parts = [place.tiles for place in self._places if place.tiles is not None]
-        found: list[tuple[float, int, int]] = []
+        found: list[tuple[float, int]] = []
         first = 0
         for tiles in parts:
             numbers = {square: first + number for number, square in enumerate(tiles.squares)}
             first += len(tiles.squares)
-            table = tables.find(tiles.table, ("time_s", "vehicle", *tiles.columns))
+            table = tables.find(tiles.table, ("time_s", *tiles.columns))
             if table is None:
                 continue
             squares = zip(*(table[column].to_pylist() for column in tiles.columns), strict=True)
-            rows = zip(table["time_s"].to_pylist(), table["vehicle"].to_pylist(), squares, strict=True)
-            found += [
-                (time_s, numbers[square], self._names.vehicle(vehicle))
-                for time_s, vehicle, square in rows
-                if square in numbers
-            ]
+            rows = zip(table["time_s"].to_pylist(), squares, strict=True)
+            found += [(time_s, numbers[square]) for time_s, square in rows if square in numbers]
         found.sort()
-        columns.add("done.time", [time_s for time_s, _, _ in found], 1, TIME_STEP_S)
-        columns.add("done.tile", [tile for _, tile, _ in found], 1)
-        columns.add("done.vehicle", [vehicle for _, _, vehicle in found])
+        columns.add("done.time", [time_s for time_s, _ in found], 1, TIME_STEP_S)
+        columns.add("done.tile", [tile for _, tile in found], 1)
         return {tiles.table for tiles in parts}
 
     def _add_layers(self, columns: Columns, tables: Tables, known: set[str]) -> list[dict[str, Any]]:
@@ -239,15 +234,12 @@ def _header(results: RunResults, scenario: Mapping[str, Any], slot_s: float | No
         "run_id": manifest.get("run_id", ""),
         "completed": bool(summary.get("completed")),
         "is_underway": bool(summary.get("is_underway")),
-        "goal_fraction": goal_fraction,
         "verdict": _verdict(summary, goal_fraction),
         "end_s": end_s,
-        "duration_s": float(scenario.get("scenario", {}).get("duration_s", end_s)),
         "slot_s": slot_s,
         "frame_s": None if slot_s is None else slot_s * len(scenario.get("vehicle", ())),
         "range_m": communication.get("range_m"),
         "sound_mps": world.get("sound_speed_mps", 1500.0),
-        "datum": world.get("origin_deg"),
         "settings": dict(_settings(scenario)),
     }
 

@@ -37,20 +37,17 @@ EVENTS: Mapping[str, Kinds] = {
     "organisation": {
         "time_s": "time", "vehicle": "vehicle", "peer": "vehicle", "group": "text", "role": "text", "event": "text",
     },
-    "objectives": {
-        "time_s": "time", "vehicle": "vehicle", "group": "text", "role": "text", "objective": "text",
-        "argument": "text",
-    },
     "membership": {"time_s": "time", "vehicle": "vehicle", "peer": "vehicle", "event": "text"},
     "activities": {"time_s": "time", "vehicle": "vehicle", "type": "text", "name": "text", "role": "text"},
     "decisions": {
         "time_s": "time", "vehicle": "vehicle", "group": "text", "role": "text", "objective": "text",
         "argument": "text", "activities": "texts", "stimulus": "share", "own": "share", "external": "share",
-        "source": "vehicle", "slot": "whole", "chosen": "whole",
+        "source": "vehicle", "slot": "whole", "chosen": "whole", "best_mean": "lack",
     },
     "faults": {"time_s": "time", "vehicle": "vehicle", "kind": "text", "detail": "text"},
 }  # fmt: skip
-"""Tables of which every row is something that happened, with the kinds of their columns."""
+"""Tables of which every row is something that happened, with the kinds of their columns; of a ``lack`` the page knows
+only whether the value is missing."""
 ORDER = {"time": 1}
 """Order of the differences that are kept, by kind of column; 0 of others."""
 STEP = {"time": TIME_STEP_S, "share": SHARE_STEP}
@@ -124,6 +121,8 @@ def add_events(columns: Columns, names: Names, table: Any, called: str, kinds: K
             numbers = [names.text(" + ".join(several)) for several in values.to_pylist()]
         elif kind == "whole":
             numbers = [NOBODY if value is None else int(value) for value in values.to_pylist()]
+        elif kind == "lack":
+            numbers = [int(value is None) for value in values.to_pylist()]
         else:
             numbers = array(values)
         columns.add(f"{called}.{column}", numbers, ORDER.get(kind, 0), STEP.get(kind, 1.0))
@@ -253,7 +252,6 @@ def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, said:
     columns.add("packets.length", end_s - start_s, 0, TIME_STEP_S)
     columns.add("packets.sender", sender)
     columns.add("packets.size", array(packets["size_bits"]))
-    columns.add("packets.acks", array(packets["acks"]))
     outcome = np.full((len(start_s), len(names.vehicles)), UNREACHED)
     arrival_s = np.repeat(end_s, len(names.vehicles)).reshape(outcome.shape)
     lost, by = _flat(packets["lost_by"])

@@ -39,7 +39,11 @@ class Facts:
         return default
 
     def values(self, key: tuple[str, str]) -> set[float]:
-        return self.cells
+        return self.cells if key[0] == "mappedCell" else set()
+
+    @property
+    def n_told(self) -> int:
+        return len(self.cells)
 
 
 @dataclass

@@ -47,6 +47,8 @@ class Facts:
     def values(self, key: tuple[str, str]) -> set[Any]:
         return {self.known[key]} if key in self.known else set()
 
+    n_told = 0
+
 
 def with_finds(number: int = 2, *more: str) -> Scenario:
     settings = (f"finds.number={number}", "finds.longest_stay_s=200", *more)

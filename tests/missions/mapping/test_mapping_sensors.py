@@ -36,8 +36,8 @@ def test_what_lies_under_the_vehicle() -> None:
     # at a common corner of four cells, whose centres are 12.5 sqrt(2) = 17.7 m away
     assert sorted(FIELD.under(50.0, 50.0, 17.6)) == []
     assert sorted(FIELD.under(50.0, 50.0, 17.7)) == [(1, 1), (1, 2), (2, 1), (2, 2)]
-    assert FIELD.under(62.5, 37.5, 12.5) == [(2, 1)]
-    assert FIELD.under(-12.5, 12.5, 12.5) == []  # the seabed there belongs to no area
+    assert FIELD.under(62.5, 37.5, 12.5) == ((2, 1),)
+    assert FIELD.under(-12.5, 12.5, 12.5) == ()  # the seabed there belongs to no area
 
 
 def cells(sensor: SwathSensor, x_m: float, y_m: float, speed_mps: float) -> list[tuple[int, int]]:

@@ -30,7 +30,11 @@ class Facts:
         return self.known.get(key, default)
 
     def values(self, key: Key) -> set[Any]:
-        return self.cells[key[1]]
+        if key[0] == "mappedCell":
+            return self.cells[key[1]]
+        return {self.known[key]} if key in self.known else set()
+
+    n_told = 0
 
 
 def answers(facts: Facts, goal: float, finds: tuple[str, ...] = ()) -> float:

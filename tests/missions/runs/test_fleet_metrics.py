@@ -6,7 +6,14 @@ from typing import Any
 import pytest
 
 from missions.metric import NOT_APPLICABLE
-from missions.runs.fleet_metrics import able_to_work, closest_approach_m, idle_s, job_roles, recovery_time_s
+from missions.runs.fleet_metrics import (
+    able_to_work,
+    closest_approach_m,
+    conflicts,
+    idle_s,
+    job_roles,
+    recovery_time_s,
+)
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
 from missions.runs.summary import summary
@@ -59,16 +66,18 @@ def test_who_joins_late_is_neither_idle_nor_close_before() -> None:
     assert closest_approach_m(finished(trajectories=rows)) == 0.0
 
 
-def test_only_vehicles_in_one_layer_come_close_and_not_in_the_first_minute() -> None:
-    """AUV00 and AUV01 are 5 m apart (3, 4) at 60 s, all others far; before that, all are in one place."""
+def test_only_vehicles_in_one_layer_come_close() -> None:
+    """AUV00 and AUV01 are 2.5 m apart (1.5, 2) at 60 s, ASV00 nearer, but at the surface; at first all are far off."""
     names = [vehicle.name for vehicle in SCENARIO.vehicle]
     depth_m = {vehicle.name: vehicle.depth_m for vehicle in SCENARIO.vehicle}
-    at_60_m = {"AUV00": (0.0, 0.0), "AUV01": (3.0, 4.0), "AUV02": (900.0, 0.0), "ASV00": (0.0, 1.0)}
-    rows = [(0.0, name, 0.0, 0.0, 0.0, 0.0, 0.0) for name in names]
+    at_60_m = {"AUV00": (0.0, 0.0), "AUV01": (1.5, 2.0), "AUV02": (900.0, 0.0), "ASV00": (0.0, 1.0)}
+    rows = [(0.0, name, 40.0 * number, 0.0, 0.0, 0.0, 0.0) for number, name in enumerate(names)]
     rows += [(60.0, name, *at_60_m[name], 0.0, 0.0, 0.0) for name in names]
     assert abs(depth_m["AUV00"] - depth_m["AUV01"]) <= 3.0 < abs(depth_m["AUV00"] - depth_m["ASV00"])
-    assert closest_approach_m(finished(trajectories=rows)) == 5.0
-    assert closest_approach_m(finished(trajectories=rows[: len(names)])) is None
+    both, first = finished(trajectories=rows), finished(trajectories=rows[: len(names)])
+    assert (closest_approach_m(both), conflicts(both)) == (2.5, 1)
+    assert (closest_approach_m(first), conflicts(first)) == (40.0, 0)
+    assert closest_approach_m(finished(trajectories=[])) is None
 
 
 HELD = [(0.0, "AUV01", G, "LeftWinger", "assigned"), (0.0, "AUV02", G, "RightWinger", "assigned")]

@@ -1,11 +1,13 @@
 """What is rebuilt of a recorded run is what the vehicles knew: compared with the live fleet at random moments."""
 
 import random
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
@@ -48,7 +50,7 @@ def state_of(fleet: Fleet) -> dict[str, Any]:
         found[vehicle.name] = (
             (model.state_hash(), sorted(model.arrivals.waiting), sorted(model.arrivals.refused), model.next_sequence),
             (standing.organisation, standing.present, standing.absent),
-            frozenset(vehicle.social.objectives.values()),
+            (frozenset(vehicle.social.objectives.values()), vehicle.social.missions),
         )
     return found
 
@@ -93,13 +95,13 @@ def compare(loaded: Scenario, seed: int, folder: Path | None = None, channel: Ch
     knew = live(loaded, seed, moments_s, channel)
     assert len(knew) == MOMENTS
     for at_s, vehicles in knew.items():
-        for name, (held, seen, objectives) in vehicles.items():
+        for name, (held, seen, aims) in vehicles.items():
             known = results.known(name, at_s)
             model = known.model
             rebuilt = (model.state_hash(), sorted(model.arrivals.waiting), sorted(model.arrivals.refused))
             assert (*rebuilt, model.next_sequence) == held, (name, at_s)
             assert (known.organisation, known.present, known.absent) == seen, (name, at_s)
-            assert known.objectives == objectives, (name, at_s)
+            assert (known.objectives, known.missions) == aims, (name, at_s)
     return finished
 
 
@@ -176,6 +178,19 @@ def test_values_and_beliefs_are_by_name(folder: Path) -> None:
     assert heard_s[0] <= 120.0
 
 
+def test_numbers_that_can_only_be_whole_have_no_point(folder: Path) -> None:
+    """Cells are numbered, and so are seconds; the share of a battery and places are not whole."""
+    known = Results.read(folder).known("AUV01", 120.0)
+    cells = [one for one in known.beliefs if one.attribute == "mappedCell"]
+    assert cells
+    assert all(one.value.isdecimal() for one in cells)
+    found = known.value(cells[0].subject, "mappedCell")
+    assert (type(found), str(found)) == (int, cells[0].value)
+    battery = next(one.value for one in known.beliefs if one.attribute == "batteryFraction")
+    assert "." in battery
+    assert type(known.value("AUV01", "batteryFraction")) is float
+
+
 def test_who_and_when_are_checked(folder: Path) -> None:
     results = Results.read(folder)
     with pytest.raises(OutputError, match=r"no vehicle 'AUV1'; there are .*; did you mean 'AUV0"):
@@ -183,6 +198,12 @@ def test_who_and_when_are_checked(folder: Path) -> None:
     for at_s in (-1.0, 120.5, float("nan")):
         with pytest.raises(OutputError, match=rf"at_s is {at_s}; allowed: 0 to 120\.0, the end of the run"):
             results.known("AUV01", at_s)
+    for wrong in ("x", None, [1.0], 1 + 0j):
+        with pytest.raises(OutputError, match=rf"at_s is {re.escape(repr(wrong))}; allowed: 0 to 120\.0, the end"):
+            results.known("AUV01", wrong)  # type: ignore[arg-type]
+    with pytest.raises(OutputError, match=r"no vehicle 3; there are"):
+        results.known(3, 10.0)  # type: ignore[arg-type]
+    assert repr(results.known("AUV01", np.int64(10))) == "<Known to AUV01 at 10 s>"
 
 
 def test_an_older_folder_is_read_and_says_that_it_cannot_tell(folder: Path, tmp_path: Path) -> None:
@@ -190,7 +211,7 @@ def test_an_older_folder_is_read_and_says_that_it_cannot_tell(folder: Path, tmp_
     older = tmp_path / "older"
     older.mkdir()
     for path in folder.iterdir():
-        if path.stem in ("items", "decisions", "organisation", "objectives"):
+        if path.stem in ("items", "decisions", "organisation"):
             continue
         if path.stem == "packets":
             pq.write_table(pq.read_table(path).select(range(8)), older / path.name)
@@ -201,11 +222,9 @@ def test_an_older_folder_is_read_and_says_that_it_cannot_tell(folder: Path, tmp_
     results = Results.read(older)
     assert results.table("packets").num_rows > 0
     assert results.table("trajectories").column_names[-1] == "energy_j"
-    with pytest.raises(
-        OutputError, match=r"older version wrote it \(lacking or older: items, organisation, objectives\)"
-    ):
+    with pytest.raises(OutputError, match=r"older version wrote it \(lacking or older: items, organisation\)"):
         results.known("AUV01", 10.0)
-    for name in ("items", "organisation", "objectives"):
+    for name in ("items", "organisation"):
         (older / f"{name}.parquet").write_bytes((folder / f"{name}.parquet").read_bytes())
     with pytest.raises(OutputError, match=r"lacking or older: packets"):
         Results.read(older).known("AUV01", 10.0)

@@ -30,7 +30,7 @@ SUMMARY = """scenario, strategy, policy, channel, per, seed, n_vehicles, complet
 goal_fraction, distance_m, energy_j, modem_energy_j, n_packets, n_bytes,
 bits_headers, bits_assignments, bits_claims, bits_status, bits_signals, bits_observations,
 delivery_ratio, mean_latency_s, p95_latency_s, consistency_time_s, consistent_fraction, false_beliefs,
-wrong_belief_fraction, idle_s, closest_approach_m,
+wrong_belief_fraction, view_divergence, holder_conflict_fraction, n_refused_acts, idle_s, closest_approach_m, conflicts,
 coverage_fraction, time_to_50_s, time_to_80_s, time_to_95_s, time_to_100_s,
 duplicate_fraction, least_mapped_fraction, wall_s,
 milestones""".replace("\n", " ").split(", ")
@@ -39,8 +39,7 @@ COLUMNS = {
     "trajectories": "time_s, vehicle, x_m, y_m, heading_rad, speed_mps, energy_j, depth_m",
     "roles": "time_s, vehicle, group, role, event",
     "membership": "time_s, vehicle, peer, event",
-    "organisation": "time_s, vehicle, peer, group, role, event",
-    "objectives": "time_s, vehicle, group, role, objective, argument",
+    "organisation": "time_s, vehicle, peer, group, role, event, issuer, act, objective, argument, outcome",
     "activities": "time_s, vehicle, type, name, role, motivation",
     "decisions": "time_s, vehicle, group, role, objective, argument, activities, stimulus, own, external, "
     "source, slot, chosen, best_mean",

@@ -169,3 +169,15 @@ def test_a_group_that_nobody_comes_to_lead_is_a_fault(tmp_path: Path) -> None:
     scenario = load(str(file))
     with pytest.raises(ConfigurationError, match=r"group\.Team\.role\.Skipper: nobody came to play it before"):
         resolved(scenario)
+
+
+def test_a_job_that_vehicles_without_the_social_layer_alone_are_able_to_do_needs_a_head_to_give_it_out(
+    tmp_path: Path,
+) -> None:
+    """The Diver alone can do the jobs."""
+    file = tmp_path / "pond.toml"
+    file.write_text(SMALL.replace('name = "Diver"', 'name = "Diver"\nsocial_layer = false'), encoding="utf-8")
+    resolved(load(str(file), [("--set", "strategy.name='central'")]))
+    auctioned = load(str(file), [("--set", "strategy.name='contract-net'")])
+    with pytest.raises(ConfigurationError, match=r"role\..*\.job.*contract-net .* Diver has none: set social_layer"):
+        resolved(auctioned)

@@ -1,11 +1,12 @@
-"""A lossy run, a browser, and the page of the run in it, for all tests of pages."""
+"""A lossy run, and its page in a browser, for all tests of pages."""
 
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import Window, browser, opened, written
+from browsing import Window
+from chromium import opened, written
 from replayed import LOSSY, recorded
 
 from missions.runs.results import Results
@@ -14,12 +15,6 @@ from missions.runs.results import Results
 @pytest.fixture(scope="session")
 def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
     return recorded(tmp_path_factory.mktemp("replayed") / "run", LOSSY)
-
-
-@pytest.fixture(scope="session")
-def chrome() -> Iterator[Any]:
-    with browser() as found:
-        yield found
 
 
 @pytest.fixture

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from browsing import CHROMIUM, QUIET
 
 from missions.runs.results import Results, write
 from missions.runs.run import run
@@ -19,12 +20,8 @@ from visualisation.replay import run_data
 from visualisation.replay.page import MODEL, asset
 
 NODE = shutil.which("node") or shutil.which("nodejs")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-QUIET = (
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--virtual-time-budget=60000",
-    "--dump-dom",
-)  # fmt: skip
+AT_ONCE = ("--virtual-time-budget=60000", "--dump-dom")
+"""Lets Chromium print a page when its scripts have done all they do."""
 LOSSY = "channel.per=0.6"
 """The setting of the run at which a page has to show most: six of ten packets are lost."""
 
@@ -71,5 +68,7 @@ def asked(
     body = "".join(f"<script>{script}</script>" for script in scripts)
     show = "(text) => { document.body.innerHTML = '<pre id=out></pre>'; document.body.firstChild.textContent = text; }"
     page.write_text(f"<meta charset=utf-8><body>{body}<script>{call}.then({show}, {show});</script>", encoding="utf-8")
-    said = subprocess.run([CHROMIUM, *QUIET, page.as_uri()], capture_output=True, text=True, timeout=120, check=False)
+    said = subprocess.run(
+        [CHROMIUM, *QUIET, *AT_ONCE, page.as_uri()], capture_output=True, text=True, timeout=120, check=False
+    )
     return json.loads(html.unescape(said.stdout.partition('<pre id="out">')[2].partition("</pre>")[0]))

@@ -5,7 +5,8 @@ from typing import Any
 from xml.etree import ElementTree
 
 import pytest
-from chromium import Window, opened, written
+from browsing import Window
+from chromium import opened, written
 from replayed import LOSSY, recorded
 
 from missions.runs.results import Results

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import Window, opened, seek, written
+from browsing import Window
+from chromium import opened, seek, written
 from replayed import LOSSY, recorded
 
 from missions.runs.results import Results
@@ -151,3 +152,21 @@ def test_a_run_without_packets_or_work_and_with_odd_names_is_shown(chrome: Any, 
         assert window.ask("() => document.querySelectorAll('b b, main > b').length") == 0
         tag = "() => new DOMParser().parseFromString(R.app.svg(), 'image/svg+xml').documentElement.tagName"
         assert window.ask(tag) == "svg"
+
+
+CROSSED = """(view) => {
+  const crossed = [], draw = R.drawCross;
+  R.drawCross = (pen, x, y, size, colour) => { if (colour === R.theme.ink) crossed.push([x, y]); };
+  view.map.paint();
+  R.drawCross = draw;
+  const at = (v) => { const { x, y } = view.run.at(v, R.app.clock.t); return [view.frame.x(x), view.frame.y(y)]; };
+  return crossed.map((place) => view.run.vehicles.findIndex((_, v) => at(v).join() === place.join()));
+}"""
+
+
+def test_a_vehicle_is_crossed_out_while_it_is_out_of_the_mission(chrome: Any, tmp_path: Path) -> None:
+    """Also if it comes back, or joins later."""
+    fault = "fault=[{kind='lost',vehicle='AUV02',at_s=40,until_s=70},{kind='joins',vehicle='AUV00',at_s=20}]"
+    run = recorded(tmp_path / "run", "scenario.duration_s=100", fault)
+    with opened(chrome, written(tmp_path, run)) as window:
+        assert seek(window, [10.0, 30.0, 50.0, 80.0], CROSSED) == [[1], [], [3], []]

@@ -22,7 +22,7 @@ from missions.scenarios import load
 from visualisation.errors import DrawingError
 from visualisation.replay import missing, page_text, run_data
 
-NEWER = ("items", "decisions", "organisation", "objectives")
+NEWER = ("items", "decisions", "organisation")
 OLD_COLUMNS = {"packets": 8, "trajectories": 7}
 """An older version wrote so many columns of these tables, and none of the newer tables."""
 WICKED = ['AUV "one"', "</script><b>'x'", "船 \U0001f6a2 ü", "<!-- & -->"]
@@ -342,24 +342,37 @@ def test_giving_up_is_traced_to_the_signal_that_caused_it(tmp_path: Path) -> Non
     assert sent["text"].endswith("as its Homing stood still")
 
 
+COUNTS = "([run]) => run.layers.find((one) => one.name === 'counts').rows.map((row) => row.values[0])"
+
+
+def test_a_large_number_leaves_those_behind_it_as_they_are(tmp_path: Path) -> None:
+    results = recorded(tmp_path / "run", "scenario.duration_s=5")
+    counts = [5, 2**60 + 2**9, 7, -(2**59), 9]
+    pq.write_table(pa.table({"time_s": [0.0, 1.0, 2.0, 3.0, 4.0], "count": counts}), results.folder / "counts.parquet")
+    assert list(map(float, asked([data_of(results)], COUNTS, tmp_path))) == counts
+
+
+VITAL = """([run]) => run.vehicles.map((_, v) => run.decisions(v)
+  .filter((one) => one.candidates.some((of) => of.isVital))
+  .map((one) => [one.time_s, run.why(v, one.time_s).map((link) => link.text)]))"""
+
+
+def test_what_is_vital_is_told_as_care_for_itself(tmp_path: Path) -> None:
+    """AUV01 has just the energy to come home: what it does then it does whatever else could be done."""
+    results = recorded(tmp_path / "run", "vehicle.AUV01.energy_j=60000", "scenario.duration_s=200")
+    rows = results.table("decisions").to_pylist()
+    home = [row for row in rows if row["chosen"] and row["activities"] == ["ReturningHome"]]
+    assert {row["vehicle"] for row in home} == {"AUV01"}
+    names = [vehicle.name for vehicle in results.scenario.vehicle]
+    told = dict(zip(names, asked([data_of(results)], VITAL, tmp_path), strict=True))
+    assert [at_s for at_s, _ in told["AUV01"]] == sorted({row["time_s"] for row in home})
+    assert told["AUV01"][-1][1] == ["AUV01 cared for itself: ReturningHome, stimulus 1.00"]
+    assert all(not of for name, of in told.items() if name != "AUV01")
+
+
 def test_without_its_cause_the_chain_is_gone(tmp_path: Path) -> None:
     """Nobody heeds signals, so nobody gives up, and no choice is owed to one."""
     assert not any(moved_by_signals(chain) for chain in chains(("decision.weight_external=0",), tmp_path))
-
-
-# Two runs -----------------------------------------------------------------------------------------
-
-APART = "([one, two]) => R.divergence(one, two)"
-
-
-def test_two_runs_part_at_the_first_packet_that_another_heard(tmp_path: Path) -> None:
-    """The same seed at two loss rates: the first slot with other receivers is where they part."""
-    runs = [recorded(tmp_path / str(per), f"channel.per={per}", "scenario.duration_s=200") for per in (0.3, 0.6)]
-    pairs = zip(*(one.table("packets").to_pylist() for one in runs), strict=False)
-    first = next(a for a, b in pairs if a["receivers"] != b["receivers"])
-    told = asked([data_of(one) for one in runs], APART, tmp_path)
-    assert told == {"time_s": first["time_s"], "text": f"slot {first['slot']} is heard by others"}
-    assert asked([data_of(runs[0])] * 2, APART, tmp_path) is None
 
 
 def test_the_data_say_what_they_are(lossy: Results) -> None:

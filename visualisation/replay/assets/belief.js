@@ -4,13 +4,6 @@
 (function () {
   const GHOST_PX = 6, FEW = 12, FAR_M = 1e5;
 
-  /** Roles of every vehicle as sets of "group role", by vehicle. */
-  R.roleSets = function (facts, roles) {
-    const sets = facts.run.vehicles.map(() => new Map());
-    for (const { v, group, role } of roles) sets[v].set(group + "|" + role, role);
-    return sets;
-  };
-
   /** Where `v` is wrong about its peers' roles: {peer, extra: it believes, missing: it has not heard of}. */
   R.disagreements = function (facts, v, time_s) {
     const { extra, lacking } = facts.run.disagreements(v, time_s);

@@ -17,7 +17,8 @@ globalThis.R = globalThis.R || {};
 
   Object.assign(R.Run.prototype, {
     // [{time_s, candidates: [{label, group, role, objective, activities, stimulus, own, external, motivation, source,
-    // slot, chosen}]}]: written when what stands to choice, or the choice, changed.
+    // slot, chosen, isVital}]}]: written when what stands to choice, or the choice, changed. What is vital comes before
+    // all else: no combination is weighed for it.
     decisions(v) {
       return this._decisions[v];
     },
@@ -53,6 +54,7 @@ globalThis.R = globalThis.R || {};
         group: row.group, role: row.role, objective: row.objective, argument: row.argument, activities: row.activities,
         stimulus: row.stimulus, own: row.own, external: row.external, motivation: row.own + row.external,
         source: row.source, slot: row.slot, chosen: row.chosen === 1,
+        isVital: row.chosen === 1 && row.role === "" && row.best_mean === 1,
       });
     }
     return found;
@@ -94,15 +96,10 @@ globalThis.R = globalThis.R || {};
   }
 
   function explainVital(run, v, decision, links) {
-    const vital = decision.candidates.filter(isVital);
+    const vital = decision.candidates.filter((one) => one.isVital);
     if (!vital.length) return;
-    const what = vital.map((one) => `${one.activities}, motivation ${one.own.toFixed(2)}`).join("; ");
+    const what = vital.map((one) => `${one.activities}, stimulus ${one.stimulus.toFixed(2)}`).join("; ");
     links.push(link(`${run.vehicles[v].name} cared for itself: ${what}`, decision.time_s, v));
-  }
-
-  // Care for itself comes before all objectives: its motivation is above any that they may have.
-  function isVital(candidate) {
-    return candidate.chosen && candidate.role === "" && candidate.own > 1;
   }
 
   function choiceText(name, chosen, decision, before) {
@@ -117,7 +114,7 @@ globalThis.R = globalThis.R || {};
   function leavingText(decision, before) {
     if (!before) return "chose";
     const goesOn = (one) => decision.candidates.some((now) => now.chosen && now.label === one.label);
-    const given = before.candidates.filter((one) => !goesOn(one) && (isPursued(one) || isVital(one)));
+    const given = before.candidates.filter((one) => !goesOn(one) && (isPursued(one) || one.isVital));
     const work = given.find(isPursued);
     if (!work) return given.length ? `after ${given[0].activities} turned to` : "chose";
     const now = decision.candidates.find((one) => one.label === work.label);
@@ -173,7 +170,7 @@ globalThis.R = globalThis.R || {};
     if (found < 0) return null;
     const item = run.items[found], heard_s = run.heard_s(v, found), name = run.vehicles[v].name;
     if (item.origin === v) return link(`${name} decided that ${words}`, item.recorded_s, v);
-    const brought = (one) => one.items.includes(found) && one.to.some((to) => to.v === v && to.arrival_s === heard_s);
+    const brought = (one) => (one.items.includes(found) || one.status.includes(found)) && one.to.some((to) => to.v === v && to.arrival_s === heard_s);
     const packet = run.packets.find(brought), origin = run.vehicles[item.origin].name;
     const by = packet ? ` in slot ${packet.slot}` : "";
     return link(`${name} heard${by} that ${words}, as ${origin} decided`, heard_s, v, packet ? packet.slot : -1);
@@ -194,7 +191,7 @@ globalThis.R = globalThis.R || {};
     const nameOf = (v) => (run.vehicles[v] ? run.vehicles[v].name : "");
     for (const { time_s, name, vehicle, group } of run.milestones) {
       const whose = nameOf(vehicle) || group;
-      add(time_s, "milestone", vehicle, name.replaceAll("_", " ") + (whose ? ": " + whose : ""));
+      add(time_s, "milestone", vehicle, R.words(name) + (whose ? ": " + whose : ""));
     }
     run.vehicles.forEach((vehicle, v) => {
       const bars = run.bars(v).filter((bar) => bar.driving);
@@ -230,11 +227,10 @@ globalThis.R = globalThis.R || {};
   // The first moment at which two runs differ: {time_s, text}; null if they never do.
   R.divergence = function (one, two) {
     const found = [];
-    const n = Math.min(one.packets.length, two.packets.length);
-    for (let p = 0; p < n; p++) {
-      const said = difference(one, one.packets[p], two.packets[p]);
+    for (let p = 0; p < Math.max(one.packets.length, two.packets.length); p++) {
+      const a = one.packets[p], b = two.packets[p], said = a && b ? difference(one, a, two, b) : "only one of them says more";
       if (!said) continue;
-      found.push({ time_s: Math.min(one.packets[p].start_s, two.packets[p].start_s), text: said });
+      found.push({ time_s: Math.min(...[a, b].filter(Boolean).map((packet) => packet.start_s)), text: said });
       break;
     }
     const acts = (run) => run.events.filter((event) => event.kind !== "fault");
@@ -246,15 +242,22 @@ globalThis.R = globalThis.R || {};
       found.push({ time_s: first.time_s, text: first.text + " in one of them" });
       break;
     }
+    const ends_s = [one, two].map((run) => run.header.end_s);
+    if (ends_s[0] !== ends_s[1]) found.push({ time_s: Math.min(...ends_s), text: "one of them ends" });
     return found.length ? found.reduce((first, next) => (next.time_s < first.time_s ? next : first)) : null;
   };
 
-  function difference(run, a, b) {
+  function difference(one, a, two, b) {
     if (a.slot !== b.slot || a.sender !== b.sender) return "another packet is sent";
-    if (a.size_bits !== b.size_bits || a.items.length !== b.items.length) {
-      return `${run.vehicles[a.sender].name} says something else in slot ${a.slot}`;
+    if (a.size_bits !== b.size_bits || saidIn(one, a) !== saidIn(two, b)) {
+      return `${one.vehicles[a.sender].name} says something else in slot ${a.slot}`;
     }
     const heard = ({ to }) => to.filter((one) => one.arrival_s !== null).map((one) => one.v).sort((x, y) => x - y);
     return heard(a).join() === heard(b).join() ? "" : `slot ${a.slot} is heard by others`;
+  }
+
+  // What a packet says, as a text to compare.
+  function saidIn(run, { items, status, signals }) {
+    return JSON.stringify([[...items, ...status].map((n) => [run.items[n].uid, run.items[n].facts]), signals]);
   }
 })();

@@ -35,11 +35,7 @@
       pen.fillText(`${100 * share} %`, scale.left - 6, y(share));
     }
     pen.stroke();
-    pen.textAlign = "center";
-    const step = R.niceStep(scale.to_s, (scale.right - scale.left) / 90);
-    for (let t = 0; t <= scale.to_s; t += step) {
-      if (scale.x(t) < scale.right - 10) pen.fillText(R.seconds(t), scale.x(t), h - FOOT_PX / 2);
-    }
+    R.drawTimes(pen, scale, h - FOOT_PX / 2);
   }
 
   /* The gap between what is done and what is known of it is the price of the losses. */
@@ -87,7 +83,7 @@
     pen.lineTo(x, h - FOOT_PX);
     pen.stroke();
     for (const [key, , colour] of SERIES) {
-      const value = R.costAt(cost, key, time_s);
+      const value = valueAt(cost, key, time_s);
       if (value === null) continue;
       pen.fillStyle = colour(R.theme);
       pen.beginPath();
@@ -105,11 +101,10 @@
     return gap_s / truth[last];
   };
 
-  R.costAt = function (cost, key, time_s) {
-    let at = -1;
-    while (at + 1 < cost.t.length && cost.t[at + 1] <= time_s) at += 1;
+  function valueAt(cost, key, time_s) {
+    const at = R.lastAt(cost.t, time_s);
     return at < 0 || !cost[key].length ? null : cost[key][at];
-  };
+  }
 
   function drawKey(pen, cost, w, time_s) {
     let x = 12, y = 14;
@@ -126,7 +121,7 @@
     };
     for (const [key, name, colour, dash, width] of SERIES) {
       if (!cost[key].length) continue;
-      const value = R.costAt(cost, key, time_s);
+      const value = valueAt(cost, key, time_s);
       entry(name + (value === null ? "" : ` ${Math.round(100 * value)} %`), (left, top) => {
         pen.strokeStyle = colour(R.theme);
         pen.lineWidth = width;

@@ -18,18 +18,19 @@ globalThis.R = globalThis.R || {};
     return bytes;
   }
 
-  // Numbers of up to 53 bits: so products instead of shifts, which JavaScript has for 32 bits only.
+  // Numbers of up to 53 bits, longer ones rounded: so products instead of shifts, which JavaScript has for 32 bits only.
   function unpack(bytes, start, count, order, step) {
     const values = new Float64Array(count);
     let at = start;
     for (let i = 0; i < count; i++) {
+      const isNegative = bytes[at] % 2 === 1;
       let word = 0, scale = 1, byte;
       do {
         byte = bytes[at++];
         word += (byte & 127) * scale;
         scale *= 128;
       } while (byte > 127);
-      values[i] = word % 2 ? -(word + 1) / 2 : word / 2;
+      values[i] = isNegative ? -(word + 1) / 2 : word / 2;
     }
     for (let n = 0; n < order; n++) {
       for (let i = 1; i < count; i++) values[i] += values[i - 1];

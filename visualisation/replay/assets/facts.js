@@ -5,14 +5,13 @@
   const SILENT_FRAMES = 3;
   /* Lanes fold only in fleets larger than this, and only so many or more alike. */
   const FOLDS_ABOVE = 8, FOLDS_FROM = 3;
-  const SOUND_MPS = 1500;
 
   R.Facts = class {
     constructor(run, looks = R.roleLooks([run])) {
       this.run = run;
       this.looks = looks;
       this.n = run.vehicles.length;
-      this.sound_mps = run.header.sound_mps || SOUND_MPS;
+      this.sound_mps = run.header.sound_mps;
       this.end_s = run.header.end_s;
       this.receptions = run.vehicles.map(() => ({ heard: [], lost: [], sent: [] }));
       run.packets.forEach((packet, number) => {
@@ -24,6 +23,7 @@
       this.extent = extentOf(run);
       this.held = run.vehicles.map((_, v) => rolesHeld(run.bars(v).filter((bar) => !bar.driving)));
       this.driving = run.vehicles.map((_, v) => spellsOf(run.bars(v).filter((bar) => bar.driving), this.looks));
+      this.drivingFrom_s = this.driving.map((spells) => spells.map((spell) => spell.from_s));
       this.decisions = run.vehicles.map((_, v) => markChanges(run.decisions(v)));
       this.flags = run.vehicles.map((_, v) => flagsOf(run, v));
     }
@@ -56,13 +56,7 @@
 
     /** The spell {from_s, to_s, roles, role} of what drives `v` at a time, or null while it waits. */
     drivingAt(v, time_s) {
-      const spells = this.driving[v];
-      let low = 0, high = spells.length;
-      while (low < high) {
-        const middle = (low + high) >> 1;
-        if (spells[middle].from_s <= time_s) low = middle + 1; else high = middle;
-      }
-      const spell = spells[low - 1];
+      const spell = this.driving[v][R.lastAt(this.drivingFrom_s[v], time_s)];
       return spell && (time_s < spell.to_s || spell.to_s >= this.end_s) ? spell : null;
     }
 
@@ -71,7 +65,7 @@
       const groups = new Map();
       this.run.vehicles.forEach((vehicle, v) => {
         const role = this.held[v].length ? this.held[v][0].role : "no role", waits = this.mostlyWaits(v);
-        const key = [vehicle.type, role, waits].join("|");
+        const key = [vehicle.type, role, waits].join("\n");
         if (!groups.has(key)) groups.set(key, { key, role, waits, members: [] });
         groups.get(key).members.push(v);
       });
@@ -174,7 +168,7 @@
   function rolesHeld(bars) {
     const rows = new Map();
     for (const bar of bars) {
-      const key = bar.group + "|" + bar.role;
+      const key = bar.group + "\n" + bar.role;
       if (!rows.has(key)) rows.set(key, { group: bar.group, role: bar.role, spells: [] });
       rows.get(key).spells.push(bar);
     }

@@ -81,7 +81,7 @@
   R.vehicleTip = function (facts, v, time_s) {
     const state = facts.run.at(v, time_s), vehicle = facts.run.vehicles[v], spell = facts.drivingAt(v, time_s);
     return `${vehicle.name} (${vehicle.type}) · ${spell ? spell.text : "waits"} · ${state.speed.toFixed(1)} m/s · ` +
-      `x ${Math.round(state.x)} m, y ${Math.round(state.y)} m, depth ${Math.round(vehicle.depth_m || 0)} m · ${(state.energy / 1000).toFixed(1)} kJ used`;
+      `x ${Math.round(state.x)} m, y ${Math.round(state.y)} m, depth ${Math.round(vehicle.depth_m)} m · ${(state.energy / 1000).toFixed(1)} kJ used`;
   };
 
   R.listenLanes = function (view) {

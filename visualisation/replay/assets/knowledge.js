@@ -10,7 +10,7 @@ globalThis.R = globalThis.R || {};
   R.learn = function (run) {
     run._heard = heardOf(run);
     run._byFact = byFact(run);
-    const views = run._rows("organisation");
+    const views = run._rows("organisation").filter((row) => row.event === "assigned" || row.event === "left");
     const ofVehicle = (rows, v) => rows.filter((row) => row.vehicle === v);
     run._views = run.vehicles.map((_, v) => changes(ofVehicle(views, v), "assigned", (row) => row.peer));
     const assignments = run._rows("roles").filter((row) => row.event === "assigned" || row.event === "left");
@@ -39,8 +39,8 @@ globalThis.R = globalThis.R || {};
         const at = p === v ? -1 : R.lastAt(this._news[v][p].positionHeard_s, t);
         if (at < 0) return;
         const item = this.items[this._news[v][p].positions[at]];
-        const [x, y] = positionIn(item);
-        peers.push({ v: p, x, y, since_s: item.time_s, heard_s: this._news[v][p].positionHeard_s[at] });
+        const [x, y] = positionOf(this.vehicles[p].name, item);
+        peers.push({ v: p, x, y, since_s: item.time_s });
       });
       return {
         peers,
@@ -52,14 +52,10 @@ globalThis.R = globalThis.R || {};
       };
     },
 
-    // The same for what is so; roles are those that each holder takes itself to have.
+    // Which places are done in truth, and what has been found.
     truth(t) {
       return {
-        peers: this.vehicles.map((_, v) => ({ v, ...this.at(v, t), since_s: t })),
-        absent: [],
-        roles: heldAt(this._truth, t),
         places: indices(this.world.places, (place) => place.done_s !== null && place.done_s <= t),
-        tilesKnown_s: this.tiles.done_s,
         finds: indices(this.finds, (find) => this.items[find.item].recorded_s <= t),
       };
     },
@@ -160,8 +156,10 @@ globalThis.R = globalThis.R || {};
     return found;
   }
 
-  function positionIn(item) {
-    return item.facts.find((fact) => fact.attribute === POSITION).value;
+  // Where an item says that a vehicle is; undefined if it does not.
+  function positionOf(name, item) {
+    const said = item.facts.find((fact) => fact.attribute === POSITION && fact.subject === name);
+    return said && said.value;
   }
 
   function indices(list, holds) {
@@ -182,8 +180,7 @@ globalThis.R = globalThis.R || {};
     return news.map(({ heard }, p) => {
       heard.sort((a, b) => a[0] - b[0] || run.items[a[1]].time_s - run.items[b[1]].time_s);
       const name = run.vehicles[p].name;
-      const saysWhere = (item) => item.facts.some((fact) => fact.attribute === POSITION && fact.subject === name);
-      const newest = newer(run, heard), positions = newer(run, heard.filter(([, n]) => saysWhere(run.items[n])));
+      const newest = newer(run, heard), positions = newer(run, heard.filter(([, n]) => positionOf(name, run.items[n])));
       return {
         newestHeard_s: newest.heard_s,
         newest_s: newest.items.map((n) => run.items[n].time_s),

@@ -258,6 +258,12 @@
     return found;
   }
 
+  /** Times of a chart in a line at height `y`. */
+  R.drawTimes = function (pen, scale, y) {
+    pen.textAlign = "center";
+    for (const { x, text } of ticks(scale)) if (text) pen.fillText(text, x, y);
+  };
+
   /** The moment of the clock on the axis; a time of the axis that it would cover in part is wiped out whole. */
   R.drawMoment = function (pen, scale, time_s, w) {
     pen.font = R.BOLD;

@@ -8,8 +8,7 @@
     const { header } = run;
     const line = R.make("header", "facts");
     line.append(R.make("h1", "", header.scenario));
-    const loss = header.per === null || header.per === undefined ? header.channel : `${header.channel}, loss ${header.per}`;
-    const facts = [["strategy", header.strategy], ["policy", header.policy], ["channel", loss], ["seed", header.seed]];
+    const facts = [["strategy", header.strategy], ["policy", header.policy], ["channel", channelText(header)], ["seed", header.seed]];
     /* Side by side there is room for what differs only: the version is among it if it does. */
     if (runs.length === 1) facts.push(["version", header.version]);
     for (const [name, value] of facts) {
@@ -34,9 +33,12 @@
     return line;
   }
 
+  /* Not every channel has one rate of loss. */
+  const channelText = ({ channel, per }) => (per === null || per === undefined ? channel : `${channel}, loss ${per}`);
+
   R.factsText = function ({ header }) {
-    return [`scenario ${header.scenario}`, `strategy ${header.strategy}`, `policy ${header.policy}`, `channel ${header.channel}`,
-            `loss ${header.per}`, `seed ${header.seed}`, `version ${header.version}`, `run ${header.run_id}`, header.verdict].join(", ");
+    return [`scenario ${header.scenario}`, `strategy ${header.strategy}`, `policy ${header.policy}`, `channel ${channelText(header)}`,
+            `seed ${header.seed}`, `version ${header.version}`, `run ${header.run_id}`, header.verdict].join(", ");
   };
 
   /** The line of controls; `app` acts. */
@@ -138,7 +140,7 @@
     "Lanes: the labelled bar is the role that drives the vehicle; thin rows below are roles it holds; a small triangle marks a change of choice: click it for the reasons.",
     "Strip below: a full tick upwards is a packet heard, a hollow tick downwards one lost, a dot one sent. Zoomed out: shares. Hatched: deaf, every packet lost for three frames or more.",
     "Orange arrows: influence signals, from the sender's slot to the choice they moved; zoomed in, every signal that was heard.",
-    "Map: a full line is a packet heard, a broken line with a cross one lost. By slot, rings are the sound in the water. Diamonds and dots: rows of the mission's own tables (see Tables); green squares: finds.",
+    "Map: a full line is a packet heard, a broken line with a cross one lost; where many fade at once, of the older ones the crosses stay. By slot, rings are the sound in the water. Diamonds and dots: rows of the mission's own tables (see Tables); green squares: finds.",
     "With a vehicle selected, purple is what it believes: hollow symbols where it last heard its peers, discs where they may be, dotted lines to where they are, hatching for work it has not heard of, ≠ for roles it has wrong.",
     "Wheel: zoom. Drag: move. Double click: whole map, whole run. Lanes of alike vehicles fold; click one to open it.",
   ];

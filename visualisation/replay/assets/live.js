@@ -8,7 +8,6 @@
   const GLIDE_S = 0.45;
   /* Building the run anew takes longer as it grows; so much of the time goes into it at most. */
   const GREATEST_SHARE = 0.25;
-  const KINDS = ["lost", "mute", "deaf", "slow", "sensor", "joins"];
   const GONE = "The program does not answer; it may have ended. The page keeps what it had.";
 
   R.Live = class {
@@ -61,7 +60,6 @@
       }
       this.kind = R.make("select");
       this.kind.setAttribute("aria-label", "Kind of a fault");
-      for (const kind of KINDS) this.kind.append(new Option(kind));
       this.vehicle = R.make("select");
       this.vehicle.setAttribute("aria-label", "Vehicle of a fault");
       this.add = R.button("+ fault", () => this.addFault());
@@ -73,6 +71,7 @@
       for (const button of [this.add, this.again, this.here]) button.type = "button";
       this.form.addEventListener("submit", (event) => { event.preventDefault(); this.restart(0); });
       this.form.append(this.kind, this.vehicle, this.add, this.again, this.here);
+      this.bar.inert = this.form.inert = true; // until there is a run
     }
 
     say(text, isBad = false) {
@@ -131,6 +130,7 @@
     show(state) {
       const before = this.state, { phase, time_s, duration_s } = state;
       this.state = state;
+      this.bar.inert = this.form.inert = false;
       this.bar.dataset.phase = phase;
       this.phase.textContent = `${phase}, ${R.seconds(time_s)}` + (OVER.has(phase) ? "" : ` of at most ${R.seconds(duration_s)}`);
       this.play.textContent = phase === "running" ? "❚❚ Pause run" : phase === "ready" ? "▶ Start run" : "▶ Resume run";
@@ -144,6 +144,7 @@
     fill({ form, allowed, vehicles }) {
       this.fields.strategy.replaceChildren(...allowed.strategy.map((name) => new Option(name)));
       this.fields.policy.replaceChildren(...allowed.policy.map((name) => new Option(name)));
+      this.kind.replaceChildren(...allowed.kind.map((name) => new Option(name)));
       this.vehicle.replaceChildren(...vehicles.map((name) => new Option(name)));
       for (const [name, field] of Object.entries(this.fields)) field.value = form[name] === null ? "" : form[name];
       this.mark();

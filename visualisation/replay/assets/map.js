@@ -28,7 +28,7 @@
   };
 
   R.drawWorld = function (pen, frame, facts, withNames = true) {
-    const { world, header } = facts.run;
+    const { world } = facts.run;
     pen.fillStyle = R.theme.sea;
     pen.fillRect(0, 0, frame.w, frame.h);
     pen.strokeStyle = R.theme.line;
@@ -38,7 +38,7 @@
                      (world.y_m[1] - world.y_m[0]) * frame.scale);
     }
     for (const place of world.places) drawPlace(pen, frame, place);
-    if (withNames) drawScaleBar(pen, frame, header);
+    if (withNames) drawScaleBar(pen, frame);
   };
 
   function drawPlace(pen, frame, place) {
@@ -130,8 +130,7 @@
   }
 
   R.drawTrack = function (pen, frame, { t, x, y }, from_s, to_s) {
-    let n = firstAfter(t, from_s);
-    if (n > 0) n -= 1;
+    let n = Math.max(R.lastAt(t, from_s), 0);
     if (n >= t.length || t[n] > to_s) return;
     pen.beginPath();
     pen.moveTo(frame.x(x[n]), frame.y(y[n]));
@@ -145,15 +144,6 @@
     }
     pen.stroke();
   };
-
-  function firstAfter(times, time_s) {
-    let low = 0, high = times.length;
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (times[middle] <= time_s) low = middle + 1; else high = middle;
-    }
-    return low;
-  }
 
   R.drawTracks = function (pen, frame, facts, from_s, to_s) {
     pen.strokeStyle = R.theme.muted;
@@ -216,7 +206,7 @@
 
   R.glyphSize = (facts) => (facts.n > 24 ? GLYPH_PX - 2 : GLYPH_PX);
 
-  /** Vehicles as they are, the last minutes of their tracks, and names where there is room. */
+  /** Vehicles as they are, crossed out while they are out of the mission; the last minutes of their tracks; names where there is room. */
   R.drawVehicles = function (pen, frame, facts, time_s, { selected = -1, names = true, size = R.glyphSize(facts), taken = [] } = {}) {
     const { run } = facts;
     const states = run.vehicles.map((_, v) => run.at(v, time_s));
@@ -234,7 +224,7 @@
       R.drawGlyph(pen, x, y, states[v].heading, R.shapeOf(facts, v), size,
                   bar ? facts.looks.get(bar.role).fill : R.theme.paper, R.theme.ink);
       if (v === selected) drawRing(pen, x, y, size + 6);
-      if (run.vehicles[v].lost_s !== null && time_s >= run.vehicles[v].lost_s) R.drawCross(pen, x, y, size + 2, R.theme.ink);
+      if (run.outAt(v, time_s)) R.drawCross(pen, x, y, size + 2, R.theme.ink);
       taken.push([x - size, y - size, 2 * size, 2 * size]);
     }
     if (names) nameVehicles(pen, frame, facts, states, selected, taken);

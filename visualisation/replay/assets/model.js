@@ -31,7 +31,7 @@ globalThis.R = globalThis.R || {};
       this.columns = columns;
       this.header = about.header;
       this.missing = about.missing;
-      this.vehicles = about.vehicles.map((one) => ({ depth_m: 0, ...one, lost_s: null, out: [] }));
+      this.vehicles = about.vehicles.map((one) => ({ ...one, out: [] }));
       this._tracks = tracksOf(this);
       this.faults = this._rows("faults");
       markLost(this);
@@ -138,7 +138,7 @@ globalThis.R = globalThis.R || {};
   };
 
   const NUMBERS = new Set([
-    "time_s", "vehicle", "peer", "stimulus", "own", "external", "source", "slot", "chosen",
+    "time_s", "vehicle", "peer", "stimulus", "own", "external", "source", "slot", "chosen", "best_mean",
   ]);
 
   function tracksOf(run) {
@@ -156,7 +156,7 @@ globalThis.R = globalThis.R || {};
     });
   }
 
-  // out: [{kind, from_s, to_s}] while a vehicle is lost, has not joined yet or has no energy; lost_s: since when for good.
+  // out: [{kind, from_s, to_s}] while a vehicle is lost, has not joined yet or has no energy.
   function markLost(run) {
     const since = new Map();
     for (const { kind, vehicle, detail, time_s } of run.faults) {
@@ -166,10 +166,6 @@ globalThis.R = globalThis.R || {};
         since.set(key, { kind, from_s: time_s, to_s: Infinity });
         of.out.push(since.get(key));
       } else if (since.has(key)) since.get(key).to_s = time_s;
-    }
-    for (const of of run.vehicles) {
-      const last = of.out.filter((spell) => spell.to_s === Infinity);
-      if (last.length) of.lost_s = Math.min(...last.map((spell) => spell.from_s));
     }
   }
 
@@ -263,7 +259,6 @@ globalThis.R = globalThis.R || {};
       end_s: start_s + column("length")[p],
       sender: column("sender")[p],
       size_bits: column("size")[p],
-      acks: column("acks")[p],
       items: items[p].filter((item) => item >= 0),
       status: status[p].filter((item) => item >= 0),
       to: [],
@@ -285,7 +280,7 @@ globalThis.R = globalThis.R || {};
     return packets;
   }
 
-  // One signal of a role has an entry for every role that it addresses: they become one.
+  // One signal of a role has an entry for every role of its group that it addresses: they become one.
   function signalsOf(run, n) {
     const counts = run.columns["packets.signals.n"];
     if (!counts) return Array.from({ length: n }, () => []);

@@ -20,8 +20,8 @@
     const parts = [], out = facts.run.outAt(v, time_s);
     if (out) parts.push(`It is out of the mission: ${outText(out)}.`);
     parts.push(...knownJobs(facts, v, time_s));
-    if (done) parts.push(unheard.length ? `Of ${done} squares done it has not heard of ${unheard.length}: ${byPlace(facts, unheard)} (hatched on the map).` : `It knows of all ${done} squares done.`);
-    parts.push(wrong.size ? `It has the roles of ${wrong.size} of ${facts.n - 1} peers wrong.` : "It has the roles of all peers right.");
+    if (done) parts.push(unheard.length ? `Of ${R.plural(done, "square")} done it has not heard of ${unheard.length}: ${byPlace(facts, unheard)} (hatched on the map).` : `It knows of ${all(done, "square")} done.`);
+    if (facts.n > 1) parts.push(wrong.size ? `It has the roles of ${wrong.size} of ${R.plural(facts.n - 1, "peer")} wrong.` : "It has the roles of all peers right.");
     const age_s = facts.run.matrix(time_s).age_s[v];
     const oldest = age_s.reduce((worst, age, peer) => (peer !== v && (worst < 0 || age > age_s[worst]) ? peer : worst), -1);
     if (oldest >= 0) {
@@ -31,13 +31,15 @@
     return parts.join(" ");
   }
 
+  const all = (count, noun) => (count === 1 ? `the one ${noun}` : `all ${R.plural(count, noun)}`);
+
   /* "5 in left, 3 in middle". */
   function byPlace({ run }, tiles) {
     const count = new Map();
     for (const tile of tiles) count.set(run.tiles.place[tile], (count.get(run.tiles.place[tile]) || 0) + 1);
-    const all = [...count].sort((a, b) => b[1] - a[1]);
-    const most = all.slice(0, MOST_PLACES).map(([place, n]) => `${n} in ${run.world.places[place].name}`);
-    return most.join(", ") + (all.length > MOST_PLACES ? ", others elsewhere" : "");
+    const places = [...count].sort((a, b) => b[1] - a[1]);
+    const most = places.slice(0, MOST_PLACES).map(([place, n]) => `${n} in ${run.world.places[place].name}`);
+    return most.join(", ") + (places.length > MOST_PLACES ? ", others elsewhere" : "");
   }
 
   const listed = (jobs) => jobs.slice(0, MOST_NAMES).map((job) => job.name).join(", ") + (jobs.length > MOST_NAMES ? " and more" : "");
@@ -47,7 +49,7 @@
     const done = facts.run.jobs.filter((job) => job.done_s !== null && job.done_s <= time_s);
     const unheard = done.filter((job) => job.known_s[v] > time_s);
     if (!done.length) return [];
-    return [unheard.length ? `Of ${done.length} jobs done it has not heard of ${unheard.length}: ${listed(unheard)}.` : `It knows of all ${done.length} jobs done.`];
+    return [unheard.length ? `Of ${R.plural(done.length, "job")} done it has not heard of ${unheard.length}: ${listed(unheard)}.` : `It knows of ${all(done.length, "job")} done.`];
   }
 
   /* How it stands with the jobs in truth; of one that nobody has found the record has the name alone. */
@@ -56,7 +58,7 @@
     if (!jobs.length) return [];
     const done = jobs.filter((job) => job.done_s !== null && job.done_s <= time_s);
     const hidden = jobs.filter((job) => job.cameUp_s > time_s), open = jobs.length - done.length - hidden.length;
-    const parts = [`Of ${jobs.length} jobs ${done.length} ${done.length === 1 ? "is" : "are"} done`, open ? `${open} known and not done` : "",
+    const parts = [`Of ${R.plural(jobs.length, "job")} ${done.length} ${done.length === 1 ? "is" : "are"} done`, open ? `${open} known and not done` : "",
                    hidden.length ? `${hidden.length} ${isLast ? "never found" : "not found yet"}: ${listed(hidden)}` : ""].filter(Boolean);
     const where = hidden.some((job) => job.cameUp_s === Infinity) ? " Where a job lies that nobody finds, the record does not say." : "";
     return [R.make("p", "", parts.join(", ") + "." + where)];
@@ -80,13 +82,13 @@
     const { run } = facts;
     const { age_s, lacking } = run.matrix(time_s);
     const ghosts = new Map(mind.peers.map((peer) => [peer.v, peer]));
-    const believed = R.roleSets(facts, mind.roles);
+    const rolesOf = (peer) => mind.roles.filter((one) => one.v === peer).map((one) => one.role).join(", ") || "none";
     const rows = run.vehicles.map((_, peer) => peer).filter((peer) => peer !== v).map((peer) => {
       const so = run.at(peer, time_s), ghost = ghosts.get(peer);
       const off_m = ghost ? Math.hypot(so.x - ghost.x, so.y - ghost.y) : null;
       return [[run.vehicles[peer].name], [Number.isFinite(age_s[v][peer]) ? R.seconds(age_s[v][peer]) : "never heard"],
               [ghost ? `${Math.round(off_m)} m (said ${R.seconds(time_s - ghost.since_s)} ago)` : "unknown"],
-              [String(lacking[v][peer])], [mind.absent.includes(peer) ? "taken for absent" : [...believed[peer].values()].join(", ") || "none"],
+              [String(lacking[v][peer])], [mind.absent.includes(peer) ? "taken for absent" : rolesOf(peer)],
               run.outAt(peer, time_s) ? [outText(run.outAt(peer, time_s))] : mistake(wrong.get(peer))];
     });
     return R.table(["peer", "age of news", "place is off by", "items lacking", "roles as it believes", "truth"], rows);
@@ -120,23 +122,6 @@
     return [R.make("h2", "", `The fleet at ${R.seconds(time_s)}`), R.make("p", "", "Select a vehicle to see its world beside the truth. What was heard, and how long each was deaf, is told of the whole run."), ...jobsLine(facts, time_s),
             R.table(["vehicle", "is driven by", "heard", "longest deaf", "deaf in all", "peers' roles wrong", "squares unheard"], rows)];
   }
-
-  /** A table of [text, class, action] cells. */
-  R.table = function (heads, rows) {
-    const table = R.make("table"), head = R.make("tr");
-    for (const text of heads) head.append(R.make("th", "", text));
-    table.append(head);
-    for (const row of rows) {
-      const line = R.make("tr");
-      for (const [text, name, action] of row) {
-        const cell = R.make("td", name, action ? "" : text);
-        if (action) cell.append(R.button(text, action, "link"));
-        line.append(cell);
-      }
-      table.append(line);
-    }
-    return table;
-  };
 
   /** The list of what happened, of one vehicle and of groups, or of all. */
   R.showEvents = function (body, facts, v, time_s, go) {

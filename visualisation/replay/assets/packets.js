@@ -1,29 +1,47 @@
 "use strict";
 /* Packets on the map. By slot they are wave fronts that travel; otherwise links that fade: whole if heard, broken by a
-   cross near the receiver if lost. */
+   cross near the receiver if lost. Where more links fade than the eye can tell apart, only the newest are drawn whole;
+   of those before, a loss remains as a stub with its cross at the receiver, and what was heard is left out. */
 (function () {
-  const FADE_S = 0.25, MOST_LINKS = 300, SHORT_OF_PX = 16;
+  const FADE_S = 0.25, FLIGHT_S = 3, SHORT_OF_PX = 16, STUB_PX = 10, MOST_WHOLE = 30, MOST_LINKS = 150;
 
-  /** Draws what is in the water, or was lately; `selected` leaves only packets from and to that vehicle. */
-  R.drawPackets = function (pen, frame, facts, clock, selected) {
-    const time_s = clock.t;
-    const waves = clock.pace === "slot";
-    const fade_s = waves ? 1.2 * facts.run.header.slot_s : Math.max(facts.run.header.frame_s, clock.playing ? clock.rate * FADE_S : 0);
-    const [low, high] = facts.run.packetsIn(time_s - fade_s - 3, time_s);
-    let room = MOST_LINKS;
-    for (let p = Math.min(high, facts.run.packets.length) - 1; p >= low && room > 0; p -= 1) {
-      const packet = facts.run.packets[p];
-      if (packet.start_s > time_s) continue;
-      const from = point(facts, frame, packet.sender, packet.start_s);
-      if (waves) drawWave(pen, frame, facts, packet, from, time_s);
+  /** Links of what is in the water, or was lately, the newest first: [{packet, to, age: 0 new to 1 faded, isWhole}]. Of
+      links from one vehicle to another that end alike the newest is meant; `selected` leaves those from and to it. */
+  R.linksAt = function (facts, clock, selected) {
+    const { run } = facts, time_s = clock.t, waves = clock.pace === "slot";
+    const fade_s = waves ? 1.2 * run.header.slot_s : Math.max(run.header.frame_s, clock.playing ? clock.rate * FADE_S : 0);
+    const [low, high] = run.packetsIn(time_s - fade_s - FLIGHT_S, time_s);
+    const links = [], seen = new Set();
+    for (let p = high - 1; p >= low; p -= 1) {
+      const packet = run.packets[p];
       for (const to of packet.to) {
         if (facts.n > 8 && selected >= 0 && to.v !== selected && packet.sender !== selected) continue;
         const age_s = time_s - (waves ? facts.arrival_s(packet, to) : packet.start_s);
-        if (age_s < 0 || age_s > fade_s) continue;
-        pen.globalAlpha = 1 - 0.85 * age_s / fade_s;
-        R.drawLink(pen, from, point(facts, frame, to.v, packet.start_s), to.arrival_s !== null);
-        room -= 1;
+        const key = [packet.sender, to.v, to.arrival_s === null].join();
+        if (age_s < 0 || age_s > fade_s || seen.has(key)) continue;
+        if (links.length === MOST_LINKS) return links;
+        seen.add(key);
+        links.push({ packet, to, age: fade_s ? age_s / fade_s : 0, isWhole: links.length < MOST_WHOLE });
       }
+    }
+    return links;
+  };
+
+  /** Draws what is in the water, or was lately; losses on top. */
+  R.drawPackets = function (pen, frame, facts, clock, selected) {
+    const { run } = facts, time_s = clock.t;
+    if (clock.pace === "slot") {
+      const [low, high] = run.packetsIn(time_s - 1.2 * run.header.slot_s - FLIGHT_S, time_s);
+      for (const packet of run.packets.slice(low, high)) {
+        drawWave(pen, frame, facts, packet, point(facts, frame, packet.sender, packet.start_s), time_s);
+      }
+    }
+    const isHeard = ({ to }) => to.arrival_s !== null, links = R.linksAt(facts, clock, selected).reverse();
+    for (const link of [...links.filter((one) => isHeard(one) && one.isWhole), ...links.filter((one) => !isHeard(one))]) {
+      const { packet, to, age, isWhole } = link;
+      pen.globalAlpha = 1 - 0.85 * age;
+      const from = point(facts, frame, packet.sender, packet.start_s);
+      R.drawLink(pen, from, point(facts, frame, to.v, packet.start_s), isHeard(link), isWhole);
     }
     pen.globalAlpha = 1;
   };
@@ -33,21 +51,22 @@
     return [frame.x(state.x), frame.y(state.y)];
   }
 
-  /** A link from one point to another: a line that arrives, or one that ends in a cross short of the receiver. */
-  R.drawLink = function (pen, [x0, y0], [x1, y1], heard) {
+  /** A link from one point to another: a line that arrives, or one that ends in a cross short of the receiver, of which
+      the last part may be enough. */
+  R.drawLink = function (pen, [x0, y0], [x1, y1], heard, isWhole = true) {
     const length = Math.hypot(x1 - x0, y1 - y0);
     if (length < 4) return;
-    const short = heard ? 0 : Math.min(SHORT_OF_PX, length / 2);
-    const [endX, endY] = [x1 - (x1 - x0) * short / length, y1 - (y1 - y0) * short / length];
+    const short = heard ? 0 : Math.min(SHORT_OF_PX, length / 2), drawn = isWhole ? length : Math.min(length, short + STUB_PX);
+    const before = (px) => [x1 - (x1 - x0) * px / length, y1 - (y1 - y0) * px / length];
     pen.strokeStyle = heard ? R.theme.ink : R.VERMILLION;
     pen.lineWidth = heard ? 1.5 : 1.2;
-    pen.setLineDash(heard ? [] : [5, 4]);
+    pen.setLineDash(heard || !isWhole ? [] : [5, 4]);
     pen.beginPath();
-    pen.moveTo(x0, y0);
-    pen.lineTo(endX, endY);
+    pen.moveTo(...before(drawn));
+    pen.lineTo(...before(short));
     pen.stroke();
     pen.setLineDash([]);
-    if (!heard) R.drawCross(pen, endX, endY, 4, R.VERMILLION);
+    if (!heard) R.drawCross(pen, ...before(short), 4, R.VERMILLION);
   };
 
   /* The packet as a ring in the water: its head left at the start, its tail when the sender fell silent. */

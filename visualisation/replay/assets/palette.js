@@ -9,7 +9,6 @@ globalThis.R = globalThis.R || {};
   R.PURPLE = "#CC79A7";
   R.ORANGE = "#E69F00";
   R.VERMILLION = "#D55E00";
-  R.TEXT_PX = 12;
   R.FONT = "12px system-ui, 'DejaVu Sans', sans-serif";
   R.BOLD = "bold 12px system-ui, 'DejaVu Sans', sans-serif";
 

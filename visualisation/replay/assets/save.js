@@ -83,14 +83,13 @@
     setTimeout(() => URL.revokeObjectURL(link.href), 60000);
   };
 
-  /** Records maps and lanes into a video; `stop()` saves it. */
+  /** Records maps and lanes into a video until `stop()`. */
   R.Clip = class {
     constructor(app) {
       this.app = app;
       this.canvas = document.createElement("canvas");
       this.draw();
       const type = ["video/webm;codecs=vp8", "video/webm", "video/mp4"].find((one) => MediaRecorder.isTypeSupported(one));
-      this.type = type || "";
       this.recorder = new MediaRecorder(this.canvas.captureStream(CLIP_FPS), type ? { mimeType: type, videoBitsPerSecond: 6e6 } : {});
       this.parts = [];
       this.recorder.addEventListener("dataavailable", (event) => { if (event.data.size) this.parts.push(event.data); });
@@ -130,7 +129,7 @@
         await new Promise((resolve) => { setTimeout(resolve, WAIT_MS); });
       }
       return new Promise((resolve) => {
-        this.recorder.addEventListener("stop", () => resolve(new Blob(this.parts, { type: this.type || "video/webm" })), { once: true });
+        this.recorder.addEventListener("stop", () => resolve(new Blob(this.parts, { type: this.recorder.mimeType })), { once: true });
         this.recorder.stop();
       });
     }

@@ -26,7 +26,7 @@
       const packet = facts.run.packets[p];
       for (const signal of packet.signals) {
         for (const to of packet.to) {
-          if (to.arrival_s === null || !R.addresses(facts, signal, to.v, packet.start_s)) continue;
+          if (to.arrival_s === null || !addresses(facts, signal, to.v, packet.start_s)) continue;
           const from = [scale.x(packet.start_s), middles.get(packet.sender)];
           pen.globalAlpha = 0.7;
           arrow(pen, from, [scale.x(to.arrival_s), middles.get(to.v)], 1);
@@ -36,12 +36,11 @@
     }
   }
 
-  /** True if `signal` is meant for a role that vehicle `v` holds at that time. */
-  R.addresses = function (facts, signal, v, time_s) {
-    return signal.addressed.some((address) => typeof address === "number" ? address === v
-      : facts.held[v].some((row) => (address === row.role || address === row.group + "." + row.role)
-          && row.spells.some((spell) => spell.from_s <= time_s && time_s < spell.to_s)));
-  };
+  /* True if a signal is meant for a role of its group that vehicle `v` holds at that time. */
+  function addresses(facts, signal, v, time_s) {
+    return facts.held[v].some((row) => row.group === signal.group && signal.addressed.includes(row.role)
+      && row.spells.some((spell) => spell.from_s <= time_s && time_s < spell.to_s));
+  }
 
   function drawHeeded(pen, facts, middles, scale) {
     for (let v = 0; v < facts.n; v += 1) {

@@ -54,7 +54,7 @@
     const w = Math.max(1.5, Math.min(slot_px * 0.4, 6));
     const up = middle - y - 1, down = y + h - middle - 2;
     const each = (numbers, paint) => {
-      for (let n = R.firstFrom(numbers, packets, scale.from_s - 10); n < numbers.length; n += 1) {
+      for (let n = firstFrom(facts.run, numbers, scale.from_s); n < numbers.length; n += 1) {
         const x = scale.x(packets[numbers[n]].start_s);
         if (x > scale.right) break;
         if (x >= scale.left) paint(x);
@@ -69,15 +69,8 @@
     each(sent, (x) => { pen.beginPath(); pen.arc(x + w / 2, middle, 2.5, 0, 2 * Math.PI); pen.fill(); });
   }
 
-  /** First of `numbers` whose packet starts at or after a time; they are in the order of time. */
-  R.firstFrom = function (numbers, packets, time_s) {
-    let low = 0, high = numbers.length;
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (packets[numbers[middle]].start_s < time_s) low = middle + 1; else high = middle;
-    }
-    return low;
-  };
+  /* First of the numbers of packets, which ascend, whose packet starts at or after a time. */
+  const firstFrom = (run, numbers, time_s) => R.lastAt(numbers, run.packetsIn(time_s, time_s)[0] - 1) + 1;
 
   /* Per bucket the share heard as a bar upwards and the share lost as an outline downwards. */
   function drawDensity(pen, facts, members, scale, y, middle, h) {
@@ -86,7 +79,7 @@
     for (const v of members) {
       for (const outcome of ["heard", "lost"]) {
         const numbers = facts.receptions[v][outcome];
-        for (let k = R.firstFrom(numbers, facts.run.packets, scale.from_s); k < numbers.length; k += 1) {
+        for (let k = firstFrom(facts.run, numbers, scale.from_s); k < numbers.length; k += 1) {
           const bucket = Math.floor((scale.x(facts.run.packets[numbers[k]].start_s) - scale.left) / BUCKET_PX);
           if (bucket >= n) break;
           if (bucket >= 0) count[outcome][bucket] += 1;

@@ -161,8 +161,6 @@
       pen.fillText(R.plain(value, ""), scale.left - 6, y(value));
     }
     pen.stroke();
-    pen.textAlign = "center";
-    const step = R.niceStep(scale.to_s, (scale.right - scale.left) / 90);
-    for (let t = 0; t <= scale.to_s; t += step) if (scale.x(t) < scale.right - 10) pen.fillText(R.seconds(t), scale.x(t), h - FOOT_PX / 2);
+    R.drawTimes(pen, scale, h - FOOT_PX / 2);
   }
 })();

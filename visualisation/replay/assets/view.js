@@ -25,7 +25,8 @@
     take(run) {
       const end_s = Math.max(run.header.end_s, LEAST_SPAN_S);
       const isWhole = this.window[0] === 0 && this.window[1] >= this.run.header.end_s;
-      Object.assign(this, { run, facts: new R.Facts(run), ground: new R.Ground(), laneKey: "", laidFor: "" });
+      Object.assign(this, { run, facts: new R.Facts(run), laneKey: "", laidFor: "" });
+      this.ground.key = ""; // drawn anew
       if (isWhole || this.window[1] > end_s) this.window = [0, end_s];
       this.body.dataset.shows = "";
       this.root.firstChild.replaceWith(R.factsLine(run));
@@ -112,7 +113,9 @@
       this.follow();
       this.paintLanes();
       const now_ms = performance.now();
-      if (panelNow || !this.app.clock.playing || now_ms - this.panelAt_ms > PANEL_EVERY_MS) {
+      /* While a button of the panel is pressed it stays, else it would be gone before it is let go. */
+      const isPressed = this.body.querySelector("button:active");
+      if (panelNow || (!isPressed && (!this.app.clock.playing || now_ms - this.panelAt_ms > PANEL_EVERY_MS))) {
         this.panelAt_ms = now_ms;
         this.paintPanel();
       }

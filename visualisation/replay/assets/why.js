@@ -106,20 +106,4 @@
     });
     return list;
   }
-
-  /** An element with a class and a text. */
-  R.make = function (tag, name = "", text = "") {
-    const element = document.createElement(tag);
-    if (name) element.className = name;
-    if (text) element.textContent = text;
-    return element;
-  };
-
-  /** A button; without an action it is greyed out. */
-  R.button = function (text, action, name = "") {
-    const element = R.make("button", name, text);
-    element.type = "button";
-    if (action) element.addEventListener("click", action); else element.disabled = true;
-    return element;
-  };
 })();

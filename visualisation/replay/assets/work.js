@@ -14,13 +14,13 @@ globalThis.R = globalThis.R || {};
     run.cost = costOf(run);
   };
 
-  // Squares of the places: {x, y, size, place: west, south, side, index of the place; done_s, doneBy; known_s[v]}.
+  // Squares of the places: {x, y, size, place: west, south, side, index of the place; done_s; known_s[v]}.
   function tilesOf(run) {
     const { "tiles.column": column, "tiles.row": row } = run.columns;
     const n = column.length;
     const tiles = {
       n, x: new Float64Array(n), y: new Float64Array(n), size: new Float64Array(n), place: new Int32Array(n),
-      done_s: new Float64Array(n).fill(Infinity), doneBy: new Int32Array(n).fill(-1),
+      done_s: new Float64Array(n).fill(Infinity),
       known_s: run.vehicles.map(() => new Float64Array(n).fill(Infinity)),
     };
     let first = 0;
@@ -35,12 +35,8 @@ globalThis.R = globalThis.R || {};
       knowTiles(run, tiles, place, first);
       first += place.tiles.n;
     });
-    const { "done.tile": done, "done.time": done_s, "done.vehicle": doneBy } = run.columns;
-    done.forEach((tile, at) => {
-      if (done_s[at] >= tiles.done_s[tile]) return;
-      tiles.done_s[tile] = done_s[at];
-      tiles.doneBy[tile] = doneBy[at];
-    });
+    const { "done.tile": done, "done.time": done_s } = run.columns;
+    done.forEach((tile, at) => { tiles.done_s[tile] = Math.min(tiles.done_s[tile], done_s[at]); });
     return tiles;
   }
 

@@ -1,0 +1,142 @@
+"""Metrics of the organisation: how far the vehicles' views of it differ, who holds too much, what was refused.
+
+They are computed from the table ``organisation``, which says of every vehicle when its view changed: of a role that a
+vehicle plays, its own view is the truth. Vehicles that are out of the mission do not count meanwhile.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+from remoras.faults import OVER, FaultKind
+
+if TYPE_CHECKING:
+    from missions.runs.run import Run
+
+AWAY = frozenset({FaultKind.LOST, FaultKind.JOINS})
+"""Kinds of faults during which a vehicle is out of the mission."""
+RoleKey = tuple[str, str]
+
+
+class _Event(NamedTuple):
+    """A view changed; where ``role`` is None, the vehicle came into the mission (``holds``) or went out of it."""
+
+    time_s: float
+    vehicle: str
+    peer: str
+    role: RoleKey | None
+    holds: bool
+
+
+def _events(run: Run) -> list[_Event]:
+    """All changes in time order; of those at one time vehicles come and go first."""
+    changes = [
+        _Event(row[0], row[1], row[2], (row[3], row[4]), row[5] == "assigned")
+        for row in run.recorder.organisation
+        if row[5] in ("assigned", "left")
+    ]
+    return sorted([*_comings_and_goings(run), *changes], key=lambda one: one.time_s)
+
+
+def _comings_and_goings(run: Run) -> Iterator[_Event]:
+    n_reasons: Counter[str] = Counter()
+    for time_s, vehicle, kind, detail in run.recorder.faults:
+        if kind not in AWAY and kind != "energy":
+            continue
+        before = n_reasons[vehicle]
+        n_reasons[vehicle] += -1 if detail == OVER else 1
+        if (before == 0) != (n_reasons[vehicle] == 0):
+            yield _Event(time_s, vehicle, "", None, n_reasons[vehicle] == 0)
+
+
+class _Views:
+    """The views of all vehicles at one moment, and how many pairs of them differ.
+
+    Args:
+        names: of the vehicles.
+        left_out: roles that are compared by nobody.
+        rooms: most holders of the roles that have a limit.
+    """
+
+    def __init__(self, names: tuple[str, ...], left_out: frozenset[RoleKey], rooms: dict[RoleKey, int]) -> None:
+        self._names = names
+        self._left_out = left_out
+        self._rooms = rooms
+        self._inside = set(names)
+        self._views: dict[tuple[str, str], set[RoleKey]] = {(v, p): set() for v in names for p in names}
+        self._n_wrong: Counter[tuple[str, str]] = Counter()
+
+    def apply(self, event: _Event) -> None:
+        """Take note of a change."""
+        viewer, peer, role = event.vehicle, event.peer, event.role
+        if role is None:
+            (self._inside.add if event.holds else self._inside.discard)(viewer)
+            return
+        view = self._views[viewer, peer]
+        if (role in view) == event.holds:
+            return
+        (view.add if event.holds else view.discard)(role)
+        if role in self._left_out:
+            return
+        for other in self._names if viewer == peer else (viewer,):
+            if other != peer:
+                agree = (role in self._views[other, peer]) == (role in self._views[peer, peer])
+                self._n_wrong[other, peer] += -1 if agree else 1
+
+    @property
+    def divergence(self) -> float | None:
+        """Share of the pairs (viewer, peer) in which the viewer errs on what the peer plays; None without pairs."""
+        n_inside = len(self._inside)
+        n_wrong = sum(n > 0 and self._inside.issuperset(pair) for pair, n in self._n_wrong.items())
+        return n_wrong / (n_inside * (n_inside - 1)) if n_inside > 1 else None
+
+    @property
+    def is_in_conflict(self) -> bool:
+        """True if more vehicles take themselves to hold some role than it has room for."""
+        holders = Counter(role for name in self._inside for role in self._views[name, name] if role in self._rooms)
+        return any(n > self._rooms[role] for role, n in holders.items())
+
+
+def _moments(run: Run) -> Iterator[tuple[float, _Views]]:
+    """The views of all vehicles, each time with how long they stood so (s)."""
+    keeps_jobs = run.setup.strategy.declaration.private_jobs
+    groups = run.setup.agreement.organisation.groups.values()
+    roles = {(group.name, role.name): role for group in groups for role in group.roles}
+    views = _Views(
+        tuple(run.setup.database),
+        frozenset(key for key, role in roles.items() if keeps_jobs and role.job is not None),
+        {key: role.maximum for key, role in roles.items() if role.maximum is not None},
+    )
+    before_s = 0.0
+    for event in _events(run):
+        if event.time_s >= run.end_s:
+            break
+        if event.time_s > before_s:
+            yield event.time_s - before_s, views
+            before_s = event.time_s
+        views.apply(event)
+    yield run.end_s - before_s, views
+
+
+def view_divergence(run: Run) -> float | None:
+    """Share of the time, over all pairs of vehicles, in which the one errs on which roles the other plays.
+
+    Roles with a job are left out where the strategy declares that vehicles note theirs for themselves alone.
+    """
+    shares = [(spell_s, share) for spell_s, views in _moments(run) if (share := views.divergence) is not None]
+    total_s = sum(spell_s for spell_s, _ in shares)
+    return round(sum(spell_s * share for spell_s, share in shares) / total_s, 6) if total_s > 0.0 else None
+
+
+def holder_conflict_fraction(run: Run) -> float | None:
+    """Share of the time in which more vehicles took themselves to hold some role than it has room for."""
+    spells = [(spell_s, views.is_in_conflict) for spell_s, views in _moments(run)]
+    total_s = sum(spell_s for spell_s, _ in spells)
+    return round(sum(spell_s for spell_s, conflict in spells if conflict) / total_s, 6) if total_s > 0.0 else None
+
+
+def n_refused_acts(run: Run) -> int:
+    """Requests to change the organisation that vehicles refused, each vehicle's refusal counted."""
+    return sum(row[5] == "refused" for row in run.recorder.organisation)

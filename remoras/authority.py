@@ -1,0 +1,248 @@
+"""Authority: who may change what in an organisation, decided by one pure function.
+
+The rules, in the order in which they are asked (REMORAS, section IV.B; Ferber, Gutknecht, Michel 2003):
+
+1. Group and role exist.
+2. The issuer is a member of the group. A group's mission comes from its own head or from one that supervises it.
+3. Who leads or gives out has the social layer. A plain vehicle follows what the head of its group tells it.
+4. The issuer leads the group. Members have the authorities besides that the strategy declares. Everybody may leave
+   roles of its own.
+5. The assignee is a member of the group, is able, plays the role that this one is to be played with, and takes jobs
+   where the role has one.
+6. The role has room. Holders that are absent make room.
+
+A vehicle knows only what it has heard, so the same request may be refused by one and granted by another. It counts who
+led when the request was made: whoever decides passes that as ``leads``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+
+from remoras.activities import Objective
+from remoras.database import AUVDatabase
+from remoras.organisation import Organisation, Outcome, RoleSpecification
+from remoras.work import Job
+
+NOBODY: frozenset[str] = frozenset()
+
+
+class Act(Enum):
+    """What an issuer wants to change."""
+
+    ASSIGN = "assign"
+    RELEASE = "release"
+    OBJECTIVE = "objective"
+    MISSION = "mission"
+    SUCCEED = "succeed"
+    CREATE = "create"
+    DISSOLVE = "dissolve"
+
+
+class Authority(Enum):
+    """What members may change that do not lead their group, by declaration of the strategy; roles with a job alone."""
+
+    TAKE = "take"
+    """A member with the social layer takes a role itself, and says what it is for."""
+    RECRUIT = "recruit"
+    """The same, and it gives such roles to other members with the social layer, and takes them back."""
+    FOLLOW = "follow"
+    """Any member takes the next role of what was agreed before the mission."""
+
+
+CONSULTING = frozenset({Authority.TAKE, Authority.RECRUIT})
+"""Authorities by which vehicles divide jobs among themselves; those without the social layer have no part in it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What ``issuer`` wants to change.
+
+    Attributes:
+        issuer: name of the vehicle; empty for what was agreed before the mission.
+        act: kind of change.
+        group: that is changed.
+        role: of the group; empty for changes of the group itself.
+        assignee: who is to play the role, or no longer; the issuer itself where it succeeds.
+        objective, argument: what the role is for; of a mission the argument is its name.
+    """
+
+    issuer: str
+    act: Act
+    group: str
+    role: str = ""
+    assignee: str = ""
+    objective: str = ""
+    argument: str = ""
+
+    @property
+    def about(self) -> tuple[str, ...]:
+        """What it speaks of: of several requests about the same the newest counts."""
+        if self.act is Act.OBJECTIVE:
+            return self.group, self.role, f"objective {self.objective}"
+        return (self.group, self.role, self.assignee) if self.role else (self.group, "mission")
+
+    def __str__(self) -> str:
+        words = {
+            Act.ASSIGN: f"{self.assignee} as {self.role} of {self.group}",
+            Act.RELEASE: f"{self.assignee} no longer as {self.role} of {self.group}",
+            Act.OBJECTIVE: f"{self.objective} {self.argument} for {self.role} of {self.group}",
+            Act.MISSION: f"{self.argument} for {self.group}",
+            Act.SUCCEED: f"itself as head of {self.group}",
+        }
+        return words.get(self.act, f"to {self.act.value} {self.group}")
+
+
+@dataclass(frozen=True, slots=True)
+class Ruling:
+    """What became of a request."""
+
+    asked: Request
+    outcome: Outcome
+
+    @property
+    def event(self) -> str:
+        """In a word: assigned, left, given or refused."""
+        if self.outcome is not Outcome.SUCCESS:
+            return "refused"
+        return {Act.ASSIGN: "assigned", Act.SUCCEED: "assigned", Act.RELEASE: "left"}.get(self.asked.act, "given")
+
+    def repeats(self, objectives: Mapping[tuple[str, str, str], Objective]) -> bool:
+        """True if it gives a role an objective that it has, by the ``objectives`` of roles by group, role and name."""
+        known = objectives.get((self.asked.group, self.asked.role, self.asked.objective))
+        return self.event == "given" and known is not None and known.argument == self.asked.argument
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What the whole fleet knows before the mission of who may change what.
+
+    Attributes:
+        database: static data of all vehicles.
+        authorities: that the strategy declares.
+        jobs: of the mission, by name.
+        supervisors: groups whose heads give a group its mission, by its name.
+    """
+
+    database: AUVDatabase
+    authorities: frozenset[Authority] = frozenset()
+    jobs: Mapping[str, Job] = field(default_factory=dict)
+    supervisors: Mapping[str, Collection[str]] = field(default_factory=dict)
+
+    @property
+    def apart(self) -> frozenset[str]:
+        """Vehicles that have no part where the others divide jobs among themselves: they have no social layer."""
+        if self.authorities.isdisjoint(CONSULTING):
+            return NOBODY
+        return frozenset(name for name, data in self.database.items() if not data.social_layer)
+
+    def is_able(self, vehicle: str, role: RoleSpecification) -> bool:
+        """True if the vehicle can play the role, has the social layer to lead by it, and what its job takes."""
+        data = self.database[vehicle]
+        job = self.jobs.get(role.job) if role.job is not None else None
+        leads = data.social_layer or not role.head
+        return data.can_play(role.name) and leads and (job is None or job.is_able(data))
+
+
+def may_assign(
+    asked: Request,
+    organisation: Organisation,
+    rules: Rules,
+    leads: Callable[[str, str], bool] | None = None,
+    absent: Collection[str] = NOBODY,
+    unavailable: Collection[str] = NOBODY,
+) -> Outcome:
+    """``Outcome.SUCCESS`` if a request may be granted, else why it is refused; nothing is changed.
+
+    Args:
+        asked: the request.
+        organisation: as whoever decides knows it.
+        rules: that hold for the whole fleet.
+        leads: says of a vehicle and a group whether it led it when it asked; as the organisation has it if None.
+        absent: vehicles that make room for others.
+        unavailable: vehicles that take no jobs.
+    """
+    led = leads if leads is not None else lambda vehicle, group: vehicle in organisation.heads(group)
+    return (
+        _unknown(asked, organisation)
+        or _unauthorised(asked, organisation, rules, led, absent)
+        or _unfit(asked, organisation, rules, absent, unavailable)
+        or Outcome.SUCCESS
+    )
+
+
+def _unknown(asked: Request, organisation: Organisation) -> Outcome | None:
+    group = organisation.groups.get(asked.group)
+    if asked.act is Act.CREATE:
+        return None if group is None else Outcome.ALREADY_GROUP
+    if group is None:
+        return Outcome.NOT_GROUP
+    named = asked.act in (Act.MISSION, Act.DISSOLVE) or not group.roles or group.role(asked.role) is not None
+    return None if named else Outcome.NOT_ROLE
+
+
+def _unauthorised(
+    asked: Request,
+    organisation: Organisation,
+    rules: Rules,
+    led: Callable[[str, str], bool],
+    absent: Collection[str],
+) -> Outcome | None:
+    me, group, has_social_layer = asked.issuer, asked.group, rules.database[asked.issuer].social_layer
+    if asked.act is Act.CREATE:
+        may = any(led(me, one) for one in organisation.groups)
+    elif asked.act in (Act.MISSION, Act.DISSOLVE):
+        may = any(led(me, one) for one in (group, *rules.supervisors.get(group, ())))
+    elif led(me, group):
+        may = True
+    elif not organisation.is_member(me, group):
+        return Outcome.OUTSIDE
+    elif asked.act is Act.SUCCEED:
+        may = bool(organisation.groups[group].succession)
+    else:
+        may = _is_declared(asked, organisation, rules, absent)
+        has_social_layer |= may and rules.authorities.isdisjoint(CONSULTING)
+    is_own = asked.assignee == me
+    if is_own and asked.act is Act.RELEASE:
+        return None
+    if not has_social_layer:
+        return Outcome.NO_SOCIAL_LAYER
+    return None if may and (is_own or asked.act is not Act.SUCCEED) else Outcome.NO_AUTHORITY
+
+
+def _is_declared(asked: Request, organisation: Organisation, rules: Rules, absent: Collection[str]) -> bool:
+    """True if a member that does not lead has the authority by declaration."""
+    role = organisation.groups[asked.group].role(asked.role)
+    if role is None or role.job is None or not rules.authorities:
+        return False
+    recruits, other = Authority.RECRUIT in rules.authorities, asked.assignee
+    if asked.act is Act.OBJECTIVE:
+        return recruits or organisation.plays(asked.issuer, asked.group, asked.role)
+    if other == asked.issuer:
+        return True
+    in_its_place = asked.act is Act.RELEASE and other in absent
+    return in_its_place or (recruits and rules.database[other].social_layer)
+
+
+def _unfit(
+    asked: Request, organisation: Organisation, rules: Rules, absent: Collection[str], unavailable: Collection[str]
+) -> Outcome | None:
+    role = organisation.groups[asked.group].role(asked.role) if asked.act in (Act.ASSIGN, Act.SUCCEED) else None
+    if role is None:
+        return None
+    vehicle, group = asked.assignee, asked.group
+    if asked.act is Act.ASSIGN and not organisation.is_member(vehicle, group):
+        return Outcome.NOT_OF_GROUP
+    if not rules.is_able(vehicle, role):
+        return Outcome.UNABLE
+    if asked.act is Act.SUCCEED:
+        return None  # the old head gives way
+    if role.played_by is not None and not organisation.plays(vehicle, *role.played_by):
+        return Outcome.INCOMPATIBLE
+    if role.job is not None and vehicle in unavailable:
+        return Outcome.UNAVAILABLE
+    holders = organisation.members(group, role.name)
+    is_full = role.maximum is not None and len(holders) >= role.maximum and vehicle not in holders
+    return Outcome.NO_ROOM if is_full and not set(holders) <= set(absent) else None

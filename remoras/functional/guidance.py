@@ -1,0 +1,133 @@
+"""Guidance: how a vehicle moves in a tick, by what guides it and by who is near.
+
+What the decision guides the vehicle to gives a velocity. Signals of those who are near attract and repel, see
+``remoras.attraction``: so far it is what the vehicle prefers. Keeping clear of neighbours has the last word, see
+``remoras.avoidance``. Where nobody is near, guidance is carried out as it is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from remoras.attraction import NO_PULLS, Pulls, PullWeights, attracted, repelled, stronger
+from remoras.avoidance import SEPARATION_M, Bounds, HalfPlane, Neighbour, Velocity, clear_velocity, walls_of, within
+from remoras.behaviours import Reference
+from remoras.database import VehicleData
+from remoras.motion import Motion, advance, follow
+from remoras.work import Point
+
+
+@dataclass(frozen=True, slots=True)
+class GuidanceConstants:
+    """Distance that a vehicle keeps from others in its depth layer (m), and weights of signals."""
+
+    separation_m: float = SEPARATION_M
+    weights: PullWeights = field(default_factory=PullWeights)
+
+
+USUAL = GuidanceConstants()
+"""Constants of guidance unless a scenario sets others."""
+
+
+class Guidance:
+    """Moves one vehicle.
+
+    Args:
+        motion: of the vehicle; is changed in every tick.
+        data: its limits.
+        bounds_m: of the area of operations.
+        constants: distance that it keeps from others in its depth layer, and weights of signals.
+
+    Attributes:
+        withdraws: True while the vehicle gives way to a call that is stronger than its own.
+    """
+
+    def __init__(self, motion: Motion, data: VehicleData, bounds_m: Bounds, constants: GuidanceConstants) -> None:
+        self._motion = motion
+        self._data = data
+        self._bounds_m = bounds_m
+        self._constants = constants
+        self._pulls = NO_PULLS
+        self.withdraws = False
+        self._greatest_speed_mps = max(data.transit_speed_mps, data.survey_speed_mps)
+        self._speed_factor = 1.0
+
+    def slow_down(self, factor: float) -> None:
+        """Let the vehicle go at this share of every speed from now on."""
+        self._speed_factor = factor
+
+    def heed(self, pulls: Pulls) -> None:
+        """Let signals pull like this until the next decision."""
+        self._pulls = pulls
+
+    def move(
+        self,
+        reference: Reference | None,
+        neighbours: Sequence[Neighbour],
+        positions_m: Mapping[str, Point],
+        dt_s: float,
+    ) -> None:
+        """Move for ``dt_s`` as far as neighbours allow; without a reference, slow down to a stop.
+
+        Args:
+            reference: of the activity that guides.
+            neighbours: what the obstacle sonar sees.
+            positions_m: where others were heard last, by name.
+            dt_s: for how long.
+        """
+        motion = self._motion
+        self.withdraws = False
+        if reference is None:
+            target_m, speed_mps = motion.position_m, 0.0
+        else:
+            target_m = reference[0]
+            speed_mps = self._speed_factor * min(reference[1], self._greatest_speed_mps)
+        if neighbours:
+            goal = _velocity(motion, target_m, speed_mps, dt_s)
+            velocity = self._clear_of(neighbours, goal, positions_m)
+            if velocity is not goal:
+                follow(motion, self._data, velocity, dt_s)
+                return
+        advance(motion, self._data, target_m, speed_mps, dt_s)
+
+    def _clear_of(self, neighbours: Sequence[Neighbour], goal: Velocity, positions_m: Mapping[str, Point]) -> Velocity:
+        """The velocity (m/s) that signals and neighbours leave of a goal's; ``goal`` itself if they change nothing."""
+        weights, pulls, position_m = self._constants.weights, self._pulls, self._motion.position_m
+        most_mps = self._speed_factor * self._greatest_speed_mps
+        walls = walls_of(self._bounds_m, *position_m)
+        preferred = goal
+        if pulls.answered and weights.attraction > 0.0:
+            preferred = within(walls, attracted(goal, position_m, pulls, positions_m, weights.attraction), most_mps)
+        clear = self._clear(preferred, neighbours, walls)
+        if clear is not None and pulls.equals and weights.repulsion > 0.0:
+            by = stronger(pulls, self._data.name)
+            pushed = repelled(preferred, position_m, by, positions_m, weights.repulsion * most_mps)
+            if pushed != preferred:
+                self.withdraws = True
+                preferred = within(walls, pushed, most_mps)
+                clear = self._clear(preferred, neighbours, walls)
+        return preferred if clear is None else clear
+
+    def _clear(
+        self, preferred: Velocity, neighbours: Sequence[Neighbour], walls: Sequence[HalfPlane]
+    ) -> Velocity | None:
+        """The velocity that keeps clear of neighbours (m/s); None if nobody is in the way."""
+        return clear_velocity(
+            preferred,
+            self._motion.velocity_mps,
+            neighbours,
+            self._constants.separation_m,
+            self._data.turn_rate_radps,
+            self._speed_factor * self._greatest_speed_mps,
+            walls,
+        )
+
+
+def _velocity(motion: Motion, target_m: Point, speed_mps: float, dt_s: float) -> Velocity:
+    """Velocity (m/s) towards a target, not beyond it within ``dt_s``."""
+    dx_m, dy_m = target_m[0] - motion.x_m, target_m[1] - motion.y_m
+    range_m = math.hypot(dx_m, dy_m)
+    share = min(speed_mps, range_m / dt_s) / range_m if range_m > 0.0 else 0.0
+    return share * dx_m, share * dy_m

@@ -1,0 +1,139 @@
+"""Separation: which vehicles are near each other, as the obstacle sonars see them and as it really is.
+
+Vehicles whose depths differ by more than ``SAME_DEPTH_M`` pass freely. Depths do not change in a run, so the fleet
+falls into layers once. In every tick those of a layer that are near each other are found by squares as wide as the
+sonar reaches: only vehicles in one square or in adjacent ones are compared.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Protocol
+
+from remoras.avoidance import Neighbour
+from remoras.database import VehicleData
+from remoras.motion import Motion
+from remoras.recorder import Row
+
+SONAR_M = 60.0
+"""Range of the obstacle sonar."""
+SAME_DEPTH_M = 3.0
+"""Vehicles that differ more than this in depth pass freely."""
+TOLERANCE_M = 0.001
+"""Distances are compared to the millimetre: a start that is written as far off as it has to be is no conflict."""
+CONFLICT = "conflict"
+"""Kind of the rows in ``faults`` which say that two vehicles are nearer to each other than they are to be."""
+_HALF = ((1, -1), (1, 0), (1, 1), (0, 1))
+"""Squares adjacent to one, of each opposite pair only one."""
+
+
+class _Layer(Protocol):
+    @property
+    def motion(self) -> Motion:
+        """State of motion."""
+        ...
+
+
+class Moving(Protocol):
+    """What has a name, a depth and a motion: a vehicle."""
+
+    data: VehicleData
+
+    @property
+    def functional(self) -> _Layer:
+        """What moves it."""
+        ...
+
+    @property
+    def is_alive(self) -> bool:
+        """True unless it floats up out of the way."""
+        ...
+
+
+def in_layers(depths_m: Sequence[float]) -> list[list[int]]:
+    """Indices of the depths in groups between which nobody meets anybody; a depth that meets no other is left out.
+
+    >>> in_layers([20.0, 0.0, 22.0, 24.5])
+    [[0, 2, 3]]
+    """
+    layers: list[list[int]] = []
+    before_m = -math.inf
+    for depth_m, index in sorted((depth_m, index) for index, depth_m in enumerate(depths_m)):
+        if depth_m - before_m > SAME_DEPTH_M:
+            layers.append([])
+        layers[-1].append(index)
+        before_m = depth_m
+    return [sorted(layer) for layer in layers if len(layer) > 1]
+
+
+class Separation:
+    """Watches the distances between the vehicles of a fleet.
+
+    Args:
+        vehicles: of the fleet, in the order of the nodes.
+        separation_m: distance that two vehicles in one layer are to keep.
+    """
+
+    def __init__(self, vehicles: Sequence[Moving], separation_m: float) -> None:
+        self._vehicles = vehicles
+        self._separation_m = separation_m
+        self._layers = in_layers([vehicle.data.depth_m for vehicle in vehicles])
+        self._pairs: list[tuple[int, int]] = []
+        self._conflicts: frozenset[tuple[int, int]] = frozenset()
+
+    def look(self) -> dict[int, list[Neighbour]]:
+        """What the obstacle sonar of every vehicle sees of the others, by node; who sees nobody is missing.
+
+        One without power floats up, out of the way.
+        """
+        self._pairs = []
+        seen: dict[int, list[Neighbour]] = {}
+        for layer in self._layers:
+            alive = [index for index in layer if self._vehicles[index].is_alive]
+            if len(alive) > 1:
+                self._look_in(alive, seen)
+        return seen
+
+    def _look_in(self, layer: Iterable[int], seen: dict[int, list[Neighbour]]) -> None:
+        """Add what the vehicles of a layer see of each other, in the order of the nodes."""
+        squares: dict[tuple[int, int], list[int]] = {}
+        motions = {index: self._vehicles[index].functional.motion for index in layer}
+        for index, motion in motions.items():
+            squares.setdefault((int(motion.x_m // SONAR_M), int(motion.y_m // SONAR_M)), []).append(index)
+        near: list[tuple[int, int]] = []
+        for (column, row), own in squares.items():
+            for number, one in enumerate(own):
+                near += [(one, other) for other in own[number + 1 :]]
+            for right, up in _HALF:
+                if others := squares.get((column + right, row + up)):
+                    near += [(one, other) if one < other else (other, one) for one in own for other in others]
+        for one, other in sorted(near):
+            a, b = motions[one], motions[other]
+            dx_m, dy_m = b.x_m - a.x_m, b.y_m - a.y_m
+            if dx_m * dx_m + dy_m * dy_m > SONAR_M * SONAR_M:
+                continue
+            of_one, of_other = self._vehicles[one].data, self._vehicles[other].data
+            if abs(of_one.depth_m - of_other.depth_m) > SAME_DEPTH_M:
+                continue
+            self._pairs.append((one, other))
+            seen.setdefault(of_one.node, []).append(Neighbour(dx_m, dy_m, *b.velocity_mps))
+            seen.setdefault(of_other.node, []).append(Neighbour(-dx_m, -dy_m, *a.velocity_mps))
+
+    def conflicts(self, now_s: float) -> list[Row]:
+        """Rows for ``faults`` of pairs that have come too near since the last call.
+
+        Only pairs that saw each other are looked at: the sonar reaches farther than two vehicles move in a tick.
+        """
+        if not self._pairs:
+            self._conflicts = frozenset()
+            return []
+        before, self._conflicts = self._conflicts, frozenset(pair for pair in self._pairs if self._are_too_near(*pair))
+        return [
+            (now_s, self._vehicles[one].data.name, CONFLICT, self._vehicles[other].data.name)
+            for one, other in sorted(self._conflicts - before)
+        ]
+
+    def _are_too_near(self, one: int, other: int) -> bool:
+        a, b = self._vehicles[one].functional.motion, self._vehicles[other].functional.motion
+        return math.hypot(b.x_m - a.x_m, b.y_m - a.y_m) < self._separation_m - TOLERANCE_M

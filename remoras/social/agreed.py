@@ -1,0 +1,86 @@
+"""What counts from the end of a round, and how it came to be: every change with whoever asked for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from remoras.activities import Objective
+from remoras.authority import NOBODY, Act, Request, Ruling
+from remoras.organisation import Organisation, Outcome, RoleAssignment
+from worldmodel import Observation
+
+Place = tuple[int, int, int]
+"""Where a statement is: origin and sequence of its block, and its position there."""
+UNCHANGED = frozenset({Outcome.ROLE_ALREADY_HANDLED, Outcome.ROLE_NOT_HANDLED})
+"""Outcomes of what is so already: neither a change nor a refusal."""
+
+
+@dataclass(slots=True)
+class Agreed:
+    """What counts from the end of a round.
+
+    Attributes:
+        organisation: with all that was agreed.
+        absent: vehicles that make room for others; unavailable: those that take no jobs.
+        assigned, left: roles that vehicles took and left, in the order in which they did.
+        objectives: given to roles; missions: names of groups that were given one.
+        rulings: what became of every request, changes and refusals, in order.
+        unlawful: statements that their issuers had no right to make.
+    """
+
+    organisation: Organisation
+    absent: frozenset[str] = NOBODY
+    unavailable: frozenset[str] = NOBODY
+    assigned: list[RoleAssignment] = field(default_factory=list)
+    left: list[RoleAssignment] = field(default_factory=list)
+    objectives: list[Objective] = field(default_factory=list)
+    missions: list[str] = field(default_factory=list)
+    rulings: list[Ruling] = field(default_factory=list)
+    unlawful: set[Place] = field(default_factory=set)
+
+    def of(self, vehicle: str) -> tuple[list[RoleAssignment], list[RoleAssignment]]:
+        """Roles that one vehicle took, and those that it left."""
+        taken = [one for one in self.assigned if one.vehicle == vehicle]
+        return taken, [one for one in self.left if one.vehicle == vehicle]
+
+    def assign(self, asked: Request, yielding: frozenset[str] = NOBODY) -> Outcome:
+        """Let a vehicle play a role; where there is no room, in the place of holders that all are absent or yield."""
+        one = RoleAssignment(asked.group, asked.role, asked.assignee)
+        organisation, outcome = self.organisation.assign(one.vehicle, one.group, one.role)
+        holders = self.organisation.members(one.group, one.role)
+        if outcome is Outcome.NO_ROOM and (self.absent | yielding).issuperset(holders):
+            for name in holders:
+                self.leave(Request(asked.issuer, Act.RELEASE, one.group, one.role, name))
+            organisation, outcome = self.organisation.assign(one.vehicle, one.group, one.role)
+        if outcome is Outcome.SUCCESS:
+            self.organisation = organisation
+            self.assigned.append(one)
+            self.note(asked, outcome)
+        return outcome
+
+    def leave(self, asked: Request) -> Outcome:
+        """Let a vehicle play a role no longer."""
+        one = RoleAssignment(asked.group, asked.role, asked.assignee)
+        self.organisation, outcome = self.organisation.leave_role(one.vehicle, one.group, one.role)
+        if outcome is Outcome.SUCCESS:
+            self.left.append(one)
+        self.note(asked, outcome)
+        return outcome
+
+    def give(self, asked: Request) -> None:
+        """Let a role have an objective, or a group a mission."""
+        if asked.act is Act.MISSION:
+            self.missions.append(asked.group)
+        else:
+            self.objectives.append(Objective(asked.group, asked.role, asked.objective, asked.argument))
+        self.note(asked, Outcome.SUCCESS)
+
+    def refuse(self, asked: Request, outcome: Outcome, said: Observation) -> None:
+        """Let a statement that its issuer had no right to make count for nothing."""
+        self.unlawful.add((said.origin, said.block.sequence, said.position))
+        self.note(asked, outcome)
+
+    def note(self, asked: Request, outcome: Outcome) -> None:
+        """Keep what became of a request, unless it is so already."""
+        if outcome not in UNCHANGED:
+            self.rulings.append(Ruling(asked, outcome))

@@ -1,0 +1,76 @@
+"""Requests: what the organisational facts of a world model ask for, in the words of ``remoras.authority``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from remoras.authority import Act, Request
+from remoras.beliefs import Beliefs
+from remoras.organisation import Group
+from remoras.social.negotiation import ROLE_ATTRIBUTES
+from remoras.social.succession import HEAD_TERM, HEADED_BY
+from worldmodel import Observation, PropertyValue
+
+OBJECTIVE_PREFIX = "objective"
+"""Attributes whose name begins so give a role an objective."""
+HAS_MISSION = "hasMission"
+
+
+class Requests:
+    """Facts as requests.
+
+    Args:
+        beliefs: of the vehicle, for names.
+        groups: by name.
+    """
+
+    def __init__(self, beliefs: Beliefs, groups: Mapping[str, Group]) -> None:
+        tbox = beliefs.model.tbox
+        self._name = beliefs.name
+        self._groups = groups
+        self._attributes = tbox.attributes
+        self._organisational = frozenset(
+            one.uid for one in self._attributes if one.name in ROLE_ATTRIBUTES or one.name.startswith(OBJECTIVE_PREFIX)
+        )
+        self._headed_by, self._head_term, self._has_mission = (
+            tbox.attribute_named(name).uid for name in (HEADED_BY, HEAD_TERM, HAS_MISSION)
+        )
+
+    def waits(self, fact: PropertyValue) -> bool:
+        """True if the fact is about roles, objectives or heads: what it asks for waits for the end of the round."""
+        return fact.attribute in self._organisational or fact.attribute == self._headed_by
+
+    def gives_mission(self, fact: PropertyValue) -> bool:
+        """True if the fact gives a group its mission."""
+        return fact.attribute == self._has_mission
+
+    def role_named(self, fact: PropertyValue) -> tuple[str, str] | None:
+        """Attribute and role (``Group.Role``) of a fact about roles and objectives; None for any other fact."""
+        if fact.attribute not in self._organisational:
+            return None
+        name = self._attributes[fact.attribute].name
+        return name, self._name(fact.subject if name.startswith(OBJECTIVE_PREFIX) else fact.target)
+
+    def of(self, observation: Observation) -> Request:
+        """What the issuer of a fact asks for."""
+        fact, name = observation.fact, self._name
+        issuer = name(observation.origin)
+        if fact.attribute == self._has_mission:
+            return Request(issuer, Act.MISSION, name(fact.subject), argument=name(fact.target))
+        if fact.attribute == self._headed_by:
+            group = name(fact.subject)
+            return Request(issuer, Act.SUCCEED, group, self._groups[group].head_role or "", name(fact.target))
+        attribute, path = self.role_named(fact) or ("", "")
+        group, _, role = path.partition(".")
+        if attribute.startswith(OBJECTIVE_PREFIX):
+            objective = attribute.removeprefix(OBJECTIVE_PREFIX)
+            return Request(issuer, Act.OBJECTIVE, group, role, objective=objective, argument=name(fact.target))
+        act = Act.ASSIGN if attribute == ROLE_ATTRIBUTES[0] else Act.RELEASE
+        return Request(issuer, act, group, role, name(fact.subject))
+
+    def term(self, claim: Observation) -> int | None:
+        """The term under which a vehicle claims to lead a group; None if its block does not say."""
+        for fact in claim.block.facts:
+            if fact.attribute == self._head_term and fact.subject == claim.fact.subject:
+                return round(fact.value)  # type: ignore[arg-type]  # it is a number
+        return None

@@ -1,0 +1,69 @@
+"""The folder of an exchange study appears, and is replaced, whole or not at all."""
+
+import errno
+from pathlib import Path
+
+import pytest
+from invoked import refused, remoras
+
+from visualisation import policies
+
+STUDY = ("exchange-study", "--nodes", "3", "--per", "0.3", "--policies", "ack", "--trials", "20")
+FIGURES = {f"{name}.{end}" for name in ("delivered", "source", "senders") for end in ("svg", "txt", "csv")}
+
+
+@pytest.fixture
+def older(tmp_path: Path) -> Path:
+    """Folder of a study as vector graphics, with notes of the user's."""
+    folder = tmp_path / "out"
+    made = remoras(*STUDY, "--format", "svg", "--out", folder)
+    assert made.exit_code == 0
+    assert {Path(line).name for line in made.stdout.splitlines()} == content_of(folder).keys() == FIGURES
+    (folder / "notes.txt").write_text("mine", encoding="utf-8")
+    return folder
+
+
+def content_of(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_force_takes_all_of_the_older_study_away_and_leaves_what_is_the_users(older: Path) -> None:
+    assert "--force" in refused(*STUDY, "--seed", 2, "--out", older)
+    before = content_of(older)
+    remoras(*STUDY, "--seed", 2, "--load", "poisson:0.01", "--capacity-bits", 256, "--out", older, "--force")
+    assert content_of(older).keys() == {"loaded.csv", "notes.txt"}
+    remoras(*STUDY, "--seed", 1, "--format", "svg", "--out", older, "--force")
+    assert content_of(older) == before
+    assert list(older.parent.iterdir()) == [older]
+
+
+def test_what_is_interrupted_while_it_draws_leaves_the_older_study(
+    older: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before, caption, shown = content_of(older), policies.caption, list[str]()
+
+    def interrupted(rows: list[policies.StudyRow], kind: str) -> str:
+        shown.append(kind)
+        if len(shown) == 3:
+            raise KeyboardInterrupt
+        return caption(rows, kind)
+
+    monkeypatch.setattr(policies, "caption", interrupted)
+    ended = remoras(*STUDY, "--seed", 2, "--format", "svg", "--out", older, "--force")
+    assert ended.exit_code == 130
+    assert content_of(older) == before
+
+
+def test_a_full_disk_leaves_the_older_study(older: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before, write_bytes = content_of(older), Path.write_bytes
+
+    def full(path: Path, content: bytes) -> int:
+        if path.name == "senders.svg":
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write_bytes(path, content)
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    said = refused(*STUDY, "--seed", 2, "--format", "svg", "--out", older, "--force")
+    assert said == f"remoras: --out {older}: cannot be written: No space left on device\n"
+    assert content_of(older) == before
+    assert list(older.parent.iterdir()) == [older]

@@ -1,0 +1,93 @@
+"""How Ctrl-C and a termination by the system end a command: one line, the exit code of the signal, no half results."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+RUN = ("run", "mapping-rendezvous", "--set", "scenario.duration_s=30")
+WHILE_LOADING = """
+class Signalling:
+    def find_spec(self, name, *_):
+        if name == {module!r}:
+            os.kill(os.getpid(), {number})
+sys.meta_path.insert(0, Signalling())
+"""
+WHILE_RUNNING = """
+from remoras.fleet import Fleet
+record = Fleet._record
+def signalling(self, now_s):
+    record(self, now_s)
+    if now_s >= 20.0:
+        os.kill(os.getpid(), {number})
+Fleet._record = signalling
+"""
+WHEN_WRITTEN = """
+from missions.runs import results
+write = results.write
+def signalling(*given):
+    write(*given)
+    os.kill(os.getpid(), {number})
+results.write = signalling
+"""
+ENDS = pytest.mark.parametrize(("number", "code", "said"), [(2, 130, "interrupted"), (15, 143, "terminated")])
+
+
+def ended(trap: str, *arguments: object, handlers: str = "SIG_DFL") -> "subprocess.CompletedProcess[str]":
+    """``remoras`` in a process of its own, which sends itself a signal.
+
+    Args:
+        trap: source that sends it.
+        arguments: of the command.
+        handlers: of both signals before the program begins.
+    """
+    before = f"import os, sys, signal\nfor number in (2, 15): signal.signal(number, signal.{handlers})\n"
+    program = f"{before}{trap}\nfrom remoras.__main__ import main\nmain()"
+    command = [sys.executable, "-c", program, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@ENDS
+@pytest.mark.parametrize("module", ["remoras.cli.app", "typer", "pydantic", "numpy"])
+def test_while_libraries_load_it_is_one_line(module: str, number: int, code: int, said: str) -> None:
+    done = ended(WHILE_LOADING.format(module=module, number=number), *RUN)
+    assert (done.returncode, done.stdout, done.stderr) == (code, "", f"remoras: {said}\n")
+
+
+@ENDS
+def test_in_the_middle_of_a_run_nothing_is_written(tmp_path: Path, number: int, code: int, said: str) -> None:
+    out = tmp_path / "out"
+    done = ended(WHILE_RUNNING.format(number=number), *RUN, "--out", out)
+    assert (done.returncode, done.stdout) == (code, "")
+    assert done.stderr == f"remoras: {said}; nothing was written to {out}\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_results_that_were_there_stay(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    ended("", *RUN, "--out", out)
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    done = ended(WHILE_RUNNING.format(number=15), *RUN, "--seed", 2, "--out", out, "--force")
+    assert done.stderr == f"remoras: terminated; nothing was written to {out}\n"
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+    assert list(tmp_path.iterdir()) == [out]
+
+
+def test_results_that_were_written_by_then_are_told(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    done = ended(WHEN_WRITTEN.format(number=15), *RUN, "--out", out)
+    assert (done.returncode, done.stderr) == (143, f"remoras: terminated; results are in {out}\n")
+    assert (out / "summary.json").is_file()
+
+
+def test_without_a_folder_nothing_is_said_of_one() -> None:
+    done = ended(WHILE_RUNNING.format(number=2), *RUN)
+    assert (done.returncode, done.stderr) == (130, "remoras: interrupted\n")
+
+
+def test_who_has_the_signals_ignored_is_not_interrupted() -> None:
+    """So does ``nohup``, and a shell with what it starts in the background."""
+    done = ended(WHILE_LOADING.format(module="typer", number=2), "--version", handlers="SIG_IGN")
+    assert done.returncode == 0
+    assert done.stdout.startswith("remoras ")

@@ -1,0 +1,139 @@
+"""What is told and what it does at those who hear it: behaviours 22 to 34, as far as a broadcast radio has them."""
+
+import pytest
+from agr_behaviours import AGR_CODE
+from agr_fleet import fleet_at_rest, hear, named, say
+
+from missions.errors import ConfigurationError
+from missions.runs.run import run
+from missions.scenarios import load
+from remoras.fleet import Fleet
+from remoras.organisation import Outcome
+
+LEFT = ("AUV01", "playsRole", "Operational.LeftWinger")
+
+
+def hear_a_call(fleet: Fleet, hearer: str, sender: str, frame: int = 0) -> set[str]:
+    """The sender calls for help under all its roles, in its slot of a frame; whose calls the hearer heeds then."""
+    vehicle = named(fleet, sender)
+    opens_s = fleet.schedule.start_s(frame * fleet.schedule.n_nodes + vehicle.data.node)
+    roles = [(role.group, role.role) for role in vehicle.social.organisation.roles_of(sender)]
+    sent = vehicle.radio.speak([(role, -100) for role in roles], opens_s)
+    named(fleet, hearer).hear(sent.data, opens_s + 1.0)
+    return set(named(fleet, hearer).executive.calls(opens_s + 1.0))
+
+
+def test_agr_22_who_shares_a_group_is_heeded_and_nobody_else_is() -> None:
+    """ASV00 and AUV01 share no group; AUV00 shares one with each."""
+    with fleet_at_rest() as fleet:
+        performer = named(fleet, "AUV01")
+        assert hear_a_call(fleet, "AUV01", "ASV00") == set()
+        assert hear_a_call(fleet, "AUV01", "AUV00") == {"AUV00"}
+        (ruling,) = hear(performer, say(named(fleet, "ASV00"), LEFT))
+        assert AGR_CODE[ruling.outcome] == "NOT_IN_GROUP"
+
+
+def test_agr_23_who_is_outside_turns_to_the_head_alone() -> None:
+    """What it may do is give the group its mission: the head plans it, members do nothing about it."""
+    with fleet_at_rest() as fleet:
+        block = say(named(fleet, "ASV00"), ("Operational", "hasMission", "AreaMapping"))
+        head, member = named(fleet, "AUV00"), named(fleet, "AUV01")
+        for vehicle in (head, member):
+            (ruling,) = hear(vehicle, block)
+            assert ruling.outcome is Outcome.SUCCESS
+        assert head.social.planner.is_due
+        assert not member.social.planner.is_due
+
+
+def test_agr_24_a_vehicle_signals_under_the_roles_that_it_holds() -> None:
+    with fleet_at_rest() as fleet:
+        for vehicle in fleet.vehicles:
+            held = {(one.group, one.role) for one in vehicle.social.organisation.roles_of(vehicle.name)}
+            assert {role for role, _ in vehicle.executive.signals()} == held
+
+
+def test_agr_26_what_is_said_to_a_role_is_not_said_to_the_sender() -> None:
+    """Of a block that concerns the whole group, all members have to hear but the one that states it."""
+    with fleet_at_rest() as fleet:
+        head = named(fleet, "AUV00")
+        fact = head.beliefs.fact("Operational.Performer", "objectiveRendezVous", "operational rally")
+        change = head.beliefs.model.record([fact], 1.0)
+        assert set(head.social.addressed(change)) == {"AUV01", "AUV02"}
+
+
+def test_agr_27_who_has_left_a_role_is_not_reached_by_it() -> None:
+    with fleet_at_rest() as fleet:
+        performer = named(fleet, "AUV01")
+        assert hear_a_call(fleet, "AUV01", "AUV00") == {"AUV00"}
+        hear(performer, say(performer, ("AUV01", "leftRole", "Operational.Performer")))
+        performer._adopt()
+        assert performer.executive.satisfaction == {}
+        assert hear_a_call(fleet, "AUV01", "AUV00", frame=1) == set()
+
+
+def test_agr_28_every_holder_has_one_copy_of_its_own() -> None:
+    """Heard twice it counts once; one vehicle's picture is not the other's."""
+    with fleet_at_rest() as fleet:
+        head = named(fleet, "AUV00")
+        block = say(head, LEFT)
+        first, second = named(fleet, "AUV01"), named(fleet, "AUV02")
+        assert len(hear(first, block, block)) == 1
+        assert not second.social.organisation.plays("AUV01", "Operational", "LeftWinger")
+        assert len(hear(second, block)) == 1
+        assert first.beliefs.model is not second.beliefs.model
+
+
+@pytest.mark.parametrize("strategy", ["remoras", "contract-net"])
+def test_agr_32_the_record_of_a_role_has_every_holder_and_drops_who_left(strategy: str) -> None:
+    """The table is the probe: whenever a vehicle takes or leaves a role itself, its view has the same row."""
+    settings = [("--set", f"strategy.name='{strategy}'"), ("--set", "channel.per=0.3")]
+    recorder = run(load("mapping-patches", settings), 3).recorder
+    own = [
+        (row[0], row[1], *row[3:6])
+        for row in recorder.organisation
+        if row[1] == row[2] and row[5] in ("assigned", "left")
+    ]
+    taken = [row for row in recorder.roles if row[4] in ("assigned", "left")]
+    assert len(taken) > 20
+    assert sorted(own) == sorted(taken)
+
+
+def test_agr_33_roles_go_to_members_alone_and_missions_to_other_groups_too() -> None:
+    with fleet_at_rest() as fleet:
+        peer = named(fleet, "AUV02")
+        (ruling,) = hear(peer, say(named(fleet, "AUV00"), ("ASV00", "playsRole", "Operational.LeftWinger")))
+        assert ruling.outcome is Outcome.NOT_OF_GROUP
+        (ruling,) = hear(peer, say(named(fleet, "ASV00"), ("Operational", "hasMission", "AreaMapping")))
+        assert ruling.outcome is Outcome.SUCCESS
+
+
+def test_agr_34_every_group_has_a_head_with_the_social_layer_and_all_reach_each_other() -> None:
+    """The fleet shares one channel; a group that nobody could lead is refused when the scenario is loaded."""
+    with fleet_at_rest("channel.per=0") as fleet:
+        organisation, database = named(fleet, "AUV00").social.organisation, named(fleet, "AUV00").social.database
+        for group in organisation.groups:
+            assert all(database[name].social_layer for name in organisation.heads(group))
+            assert len(organisation.members(group)) > 1
+        places_m = [data.start_m for data in database.values()]
+        for node in range(len(database)):
+            arrivals = fleet.channel.transmit(node, node, bytes(64), 0.0, places_m)
+            assert {one.receiver for one in arrivals} == set(range(len(database))) - {node}
+    with pytest.raises(ConfigurationError, match="no vehicle with the social layer to lead it"):
+        load("mapping-rendezvous", [("--set", f"vehicle.{name}.social_layer=false") for name in database])
+
+
+@pytest.mark.parametrize(
+    ("fact", "heard_by"),
+    [
+        (LEFT, {"AUV01"}),  # an AUV
+        (
+            ("Operational.Performer", "objectiveRendezVous", "operational rally"),
+            {"AUV01", "AUV02"},
+        ),  # holders of a role
+    ],
+)
+def test_agr_34_targets_are_a_vehicle_or_a_role_of_a_group(fact: tuple[str, str, str], heard_by: set[str]) -> None:
+    with fleet_at_rest() as fleet:
+        head = named(fleet, "AUV00")
+        change = head.beliefs.model.record([head.beliefs.fact(*fact)], 1.0)
+        assert set(head.social.addressed(change)) == heard_by

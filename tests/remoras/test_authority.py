@@ -1,0 +1,196 @@
+"""Who may change what: one pure decision, rule by rule, each with a request that it alone refuses."""
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from samples import auv, database
+
+from remoras.authority import Act, Authority, Request, Rules, Ruling, may_assign
+from remoras.organisation import Group, Organisation, Outcome, RoleAssignment, RoleSpecification
+
+HQ = Group(
+    "HQ",
+    (RoleSpecification("Admiral", 1, 1, head=True, founding=True), RoleSpecification("Tactician", 1, 1, founding=True)),
+    mission="Supervision",
+)
+TEAM = Group(
+    "Team",
+    (
+        RoleSpecification("Coordinator", 1, 1, head=True, founding=True, played_by=("HQ", "Tactician")),
+        RoleSpecification("Performer", founding=True),
+        RoleSpecification("Scribe"),
+        RoleSpecification("Digger", 0, 1, job="pit"),
+    ),
+    succession=("Performer",),
+)
+WORKER = ("Coordinator", "Performer", "Scribe", "Digger")
+FLEET = database(
+    auv("AUV00", playable_roles=("Admiral",)),
+    auv("AUV01", playable_roles=("Tactician", *WORKER)),
+    auv("AUV02", playable_roles=WORKER),
+    auv("AUV03", playable_roles=("Performer", "Digger")),
+    auv("AUV04", playable_roles=WORKER, social_layer=False),
+    auv("AUV05", playable_roles=WORKER),
+)
+"""Admiral, Coordinator, two Performers with the social layer, one without, and one of no group."""
+ORGANISATION = Organisation.of(
+    [HQ, TEAM],
+    [
+        RoleAssignment("HQ", "Admiral", "AUV00"),
+        RoleAssignment("HQ", "Tactician", "AUV01"),
+        RoleAssignment("Team", "Coordinator", "AUV01"),
+        RoleAssignment("Team", "Performer", "AUV02"),
+        RoleAssignment("Team", "Performer", "AUV03"),
+        RoleAssignment("Team", "Performer", "AUV04"),
+    ],
+)
+RULES = Rules(FLEET, supervisors={"Team": ("HQ",)})
+TAKING, RECRUITING, FOLLOWING = (replace(RULES, authorities=frozenset({one})) for one in Authority)
+ALL = {"heads alone": RULES, "taking": TAKING, "recruiting": RECRUITING, "following": FOLLOWING}
+
+
+def ask(issuer: str, act: Act, role: str = "Digger", assignee: str = "", group: str = "Team") -> Request:
+    return Request(issuer, act, group, role, assignee)
+
+
+@pytest.mark.parametrize(
+    ("asked", "outcome"),
+    [
+        (ask("AUV01", Act.ASSIGN, assignee="AUV02"), Outcome.SUCCESS),
+        (ask("AUV01", Act.ASSIGN, "Scribe", "AUV04"), Outcome.SUCCESS),  # who is plain does as the head tells it
+        (ask("AUV01", Act.RELEASE, "Performer", "AUV02"), Outcome.SUCCESS),
+        (ask("AUV02", Act.RELEASE, "Performer", "AUV02"), Outcome.SUCCESS),  # everybody may leave
+        (ask("AUV04", Act.RELEASE, "Performer", "AUV04"), Outcome.SUCCESS),
+        (ask("AUV01", Act.OBJECTIVE, "Performer"), Outcome.SUCCESS),
+        (Request("AUV00", Act.MISSION, "Team", argument="Dig"), Outcome.SUCCESS),  # it is no member of the group
+        (Request("AUV01", Act.MISSION, "Team", argument="Dig"), Outcome.SUCCESS),
+        (ask("AUV02", Act.SUCCEED, "Coordinator", "AUV02"), Outcome.SUCCESS),
+        (Request("AUV01", Act.CREATE, "Divers"), Outcome.SUCCESS),
+        (Request("AUV00", Act.DISSOLVE, "Team"), Outcome.SUCCESS),
+        # group and role
+        (ask("AUV01", Act.ASSIGN, "Digger", "AUV02", "Rescue"), Outcome.NOT_GROUP),
+        (Request("AUV00", Act.MISSION, "Rescue"), Outcome.NOT_GROUP),
+        (ask("AUV01", Act.ASSIGN, "Admiral", "AUV02"), Outcome.NOT_ROLE),
+        (Request("AUV01", Act.CREATE, "HQ"), Outcome.ALREADY_GROUP),
+        # member
+        (ask("AUV00", Act.ASSIGN, assignee="AUV02"), Outcome.OUTSIDE),
+        (ask("AUV05", Act.RELEASE, "Performer", "AUV02"), Outcome.OUTSIDE),
+        (ask("AUV00", Act.OBJECTIVE, "Performer"), Outcome.OUTSIDE),
+        (ask("AUV05", Act.SUCCEED, "Coordinator", "AUV05"), Outcome.OUTSIDE),
+        # social layer
+        (ask("AUV04", Act.ASSIGN, assignee="AUV02"), Outcome.NO_SOCIAL_LAYER),
+        (ask("AUV04", Act.SUCCEED, "Coordinator", "AUV04"), Outcome.NO_SOCIAL_LAYER),
+        (Request("AUV04", Act.MISSION, "Team", argument="Dig"), Outcome.NO_SOCIAL_LAYER),
+        # authority
+        (ask("AUV02", Act.RELEASE, "Coordinator", "AUV01"), Outcome.NO_AUTHORITY),  # evict
+        (ask("AUV02", Act.ASSIGN, "Scribe", "AUV03"), Outcome.NO_AUTHORITY),  # recruit
+        (ask("AUV02", Act.ASSIGN, "Coordinator", "AUV02"), Outcome.NO_AUTHORITY),  # promote
+        (ask("AUV02", Act.SUCCEED, "Coordinator", "AUV03"), Outcome.NO_AUTHORITY),  # for another
+        (ask("AUV01", Act.SUCCEED, "Admiral", "AUV01", "HQ"), Outcome.NO_AUTHORITY),  # no succession there
+        (ask("AUV02", Act.OBJECTIVE, "Performer"), Outcome.NO_AUTHORITY),
+        (Request("AUV02", Act.MISSION, "Team", argument="Dig"), Outcome.NO_AUTHORITY),
+        (Request("AUV01", Act.MISSION, "HQ", argument="Rest"), Outcome.NO_AUTHORITY),  # supervision has one direction
+        (Request("AUV02", Act.CREATE, "Divers"), Outcome.NO_AUTHORITY),
+        (Request("AUV02", Act.DISSOLVE, "Team"), Outcome.NO_AUTHORITY),
+        # assignee
+        (ask("AUV01", Act.ASSIGN, assignee="AUV05"), Outcome.NOT_OF_GROUP),
+        (ask("AUV01", Act.ASSIGN, "Scribe", "AUV03"), Outcome.UNABLE),
+        (ask("AUV01", Act.ASSIGN, "Coordinator", "AUV04"), Outcome.UNABLE),  # who leads needs the social layer
+        (ask("AUV01", Act.ASSIGN, "Coordinator", "AUV02"), Outcome.INCOMPATIBLE),  # it is no Tactician
+    ],
+)  # fmt: skip
+def test_where_heads_alone_give_out(asked: Request, outcome: Outcome) -> None:
+    before = ORGANISATION.assignments
+    assert may_assign(asked, ORGANISATION, RULES) is outcome
+    assert ORGANISATION.assignments == before
+
+
+TAKE, RECRUIT = ask("AUV02", Act.ASSIGN, assignee="AUV02"), ask("AUV02", Act.ASSIGN, assignee="AUV03")
+
+
+@pytest.mark.parametrize(
+    ("asked", "allowed_by"),
+    [
+        (TAKE, {"taking", "recruiting", "following"}),
+        (RECRUIT, {"recruiting"}),
+        (ask("AUV02", Act.RELEASE, assignee="AUV03"), {"recruiting"}),
+        (ask("AUV02", Act.OBJECTIVE), {"recruiting"}),  # others only of the role that they have
+        (ask("AUV02", Act.ASSIGN, "Scribe", "AUV02"), set()),  # roles with a job alone
+        (ask("AUV02", Act.ASSIGN, "Coordinator", "AUV02"), set()),
+        (ask("AUV02", Act.RELEASE, "Performer", "AUV03"), set()),
+        (ask("AUV02", Act.ASSIGN, assignee="AUV04"), set()),  # who is plain follows the head alone
+        (ask("AUV04", Act.ASSIGN, assignee="AUV04"), {"following"}),  # what was agreed before, without a word
+        (ask("AUV04", Act.ASSIGN, assignee="AUV03"), set()),
+        (ask("AUV05", Act.ASSIGN, assignee="AUV05"), set()),
+    ],
+)  # fmt: skip
+def test_what_a_strategy_declares(asked: Request, allowed_by: set[str]) -> None:
+    granted = {name for name, rules in ALL.items() if may_assign(asked, ORGANISATION, rules) is Outcome.SUCCESS}
+    assert granted == allowed_by
+
+
+def test_whoever_takes_a_role_says_what_it_is_for_and_takes_it_from_the_absent() -> None:
+    digging, _ = ORGANISATION.assign("AUV02", "Team", "Digger")
+    assert may_assign(ask("AUV02", Act.OBJECTIVE), digging, TAKING) is Outcome.SUCCESS
+    released = ask("AUV03", Act.RELEASE, assignee="AUV02")
+    assert may_assign(released, digging, TAKING) is Outcome.NO_AUTHORITY
+    assert may_assign(released, digging, TAKING, absent={"AUV02"}) is Outcome.SUCCESS
+
+
+def test_room_is_made_by_the_absent_alone() -> None:
+    digging, _ = ORGANISATION.assign("AUV02", "Team", "Digger")
+    asked = ask("AUV01", Act.ASSIGN, assignee="AUV03")
+    assert may_assign(asked, digging, RULES) is Outcome.NO_ROOM
+    assert may_assign(asked, digging, RULES, absent={"AUV02"}) is Outcome.SUCCESS
+    again = ask("AUV01", Act.ASSIGN, assignee="AUV02")
+    assert may_assign(again, digging, RULES) is Outcome.SUCCESS  # it has it already
+
+
+def test_who_takes_no_jobs_is_given_none() -> None:
+    job, other = ask("AUV01", Act.ASSIGN, assignee="AUV02"), ask("AUV01", Act.ASSIGN, "Scribe", "AUV02")
+    assert may_assign(job, ORGANISATION, RULES, unavailable={"AUV02"}) is Outcome.UNAVAILABLE
+    assert may_assign(other, ORGANISATION, RULES, unavailable={"AUV02"}) is Outcome.SUCCESS
+
+
+def test_it_counts_who_led_when_the_request_was_made() -> None:
+    asked = ask("AUV02", Act.ASSIGN, "Scribe", "AUV02")
+    assert may_assign(asked, ORGANISATION, RULES, lambda vehicle, group: vehicle == "AUV02") is Outcome.SUCCESS
+    by_head = ask("AUV01", Act.ASSIGN, "Scribe", "AUV02")
+    assert may_assign(by_head, ORGANISATION, RULES, lambda vehicle, group: False) is Outcome.NO_AUTHORITY
+
+
+requests = st.builds(
+    Request,
+    st.sampled_from(FLEET.names),
+    st.sampled_from(Act),
+    st.sampled_from(["HQ", "Team", "Rescue"]),
+    st.sampled_from(["Admiral", "Tactician", *WORKER]),
+    st.sampled_from(FLEET.names),
+)
+
+
+@given(requests, st.sampled_from(list(ALL.values())), st.frozensets(st.sampled_from(FLEET.names)))
+def test_nobody_without_the_social_layer_or_from_outside_changes_anything_of_others(
+    asked: Request, rules: Rules, absent: frozenset[str]
+) -> None:
+    outcome = may_assign(asked, ORGANISATION, rules, absent=absent)
+    assert outcome is may_assign(asked, ORGANISATION, rules, absent=absent)
+    if outcome is not Outcome.SUCCESS or asked.act in (Act.CREATE, Act.MISSION, Act.DISSOLVE):
+        return
+    assert ORGANISATION.is_member(asked.issuer, asked.group)
+    assert asked.issuer == asked.assignee or FLEET[asked.issuer].social_layer
+    if asked.act is Act.ASSIGN:
+        assert FLEET[asked.assignee].can_play(asked.role)
+        assert ORGANISATION.is_member(asked.assignee, asked.group)
+
+
+def test_a_ruling_says_in_a_word_what_happened() -> None:
+    words = {
+        Ruling(TAKE, Outcome.SUCCESS).event,
+        Ruling(ask("AUV02", Act.RELEASE, assignee="AUV02"), Outcome.SUCCESS).event,
+        Ruling(ask("AUV01", Act.OBJECTIVE), Outcome.SUCCESS).event,
+        Ruling(TAKE, Outcome.NO_ROOM).event,
+    }
+    assert words == {"assigned", "left", "given", "refused"}

@@ -1,0 +1,184 @@
+"""Reciprocal avoidance: what a neighbour allows, the linear program, and who turns and slows down."""
+
+import math
+import random
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from remoras.avoidance import (
+    GIVE_WAY,
+    MARGIN,
+    RIGHT_RAD,
+    HalfPlane,
+    Neighbour,
+    _least_excess,
+    _nearest,
+    allowed_by,
+    clear_velocity,
+    time_to_pass_s,
+)
+
+# When somebody passes -----------------------------------------------------------------------------
+
+
+def time_of(neighbour: Neighbour, own: tuple[float, float] = (0.0, 0.0)) -> float | None:
+    return time_to_pass_s(neighbour, own, within_m=5.0, horizon_s=30.0)
+
+
+def test_head_on() -> None:
+    """40 m apart, closing at 1 + 1 m/s: in 20 s."""
+    assert time_of(Neighbour(40.0, 0.0, -1.0, 0.0), (1.0, 0.0)) == 20.0
+
+
+def test_no_concern() -> None:
+    assert time_of(Neighbour(40.0, 0.0, 1.0, 0.0), (1.0, 0.0)) is None  # side by side at one speed
+    assert time_of(Neighbour(40.0, 0.0, 1.0, 0.0)) is None  # going away
+    assert time_of(Neighbour(40.0, 5.0, -2.0, 0.0)) is None  # passes at 5 m
+    assert time_of(Neighbour(62.0, 0.0, -2.0, 0.0)) is None  # in 31 s
+    assert time_of(Neighbour(60.0, 4.9, -2.0, 0.0)) == 30.0
+
+
+offsets = st.floats(-60.0, 60.0)
+velocities = st.floats(-3.0, 3.0)
+courses, times = st.floats(-math.pi, math.pi), st.floats(0.1, 29.9)
+
+
+@given(velocities, velocities, st.floats(0.1, 3.0), courses, times, st.floats(-7.0, 7.0))
+def test_the_time_is_that_of_the_closest_approach(
+    vx: float, vy: float, closing_mps: float, course: float, time_s: float, miss_m: float
+) -> None:
+    """Set up backwards: at ``time_s`` the neighbour passes at ``miss_m``, square to the course it is seen on."""
+    along, across = (math.cos(course), math.sin(course)), (-math.sin(course), math.cos(course))
+    neighbour = Neighbour(
+        miss_m * across[0] - closing_mps * along[0] * time_s,
+        miss_m * across[1] - closing_mps * along[1] * time_s,
+        vx + closing_mps * along[0],
+        vy + closing_mps * along[1],
+    )
+    assume(abs(abs(miss_m) - 5.0) > 1e-6)
+    found = time_of(neighbour, (vx, vy))
+    assert found == (pytest.approx(time_s) if abs(miss_m) < 5.0 else None)
+
+
+@given(st.builds(Neighbour, offsets, offsets, velocities, velocities), velocities, velocities)
+def test_both_see_the_same_encounter(neighbour: Neighbour, vx: float, vy: float) -> None:
+    mirrored = Neighbour(-neighbour.dx_m, -neighbour.dy_m, vx, vy)
+    assert time_of(neighbour, (vx, vy)) == time_of(mirrored, (neighbour.vx_mps, neighbour.vy_mps))
+
+
+# What a neighbour allows --------------------------------------------------------------------------
+
+
+def nearest_in_time_m(neighbour: Neighbour, velocity: tuple[float, float], until_s: float) -> float:
+    """Least distance of two that keep their velocities."""
+    vx, vy = neighbour.vx_mps - velocity[0], neighbour.vy_mps - velocity[1]
+    squared = vx * vx + vy * vy
+    at_s = 0.0 if squared == 0.0 else -(neighbour.dx_m * vx + neighbour.dy_m * vy) / squared
+    at_s = min(until_s, max(0.0, at_s))
+    return math.hypot(neighbour.dx_m + vx * at_s, neighbour.dy_m + vy * at_s)
+
+
+@given(st.builds(Neighbour, offsets, offsets, velocities, velocities), velocities, velocities, st.data())
+def test_two_that_both_take_what_they_allow_each_other_keep_clear(
+    neighbour: Neighbour, vx: float, vy: float, data: st.DataObject
+) -> None:
+    """The theorem of the paper, for any two velocities on or within the half-planes of each other."""
+    assume(math.hypot(neighbour.dx_m, neighbour.dy_m) > 5.01)
+    plane = allowed_by(neighbour, (vx, vy), 5.0, 10.0)
+    theirs = (neighbour.vx_mps, neighbour.vy_mps)
+    other = allowed_by(Neighbour(-neighbour.dx_m, -neighbour.dy_m, vx, vy), theirs, 5.0, 10.0)
+    chosen = []
+    for one in (plane, other):
+        along, inwards = data.draw(st.floats(-3.0, 3.0)), data.draw(st.floats(0.0, 3.0))
+        chosen.append((one.x + along * one.dx - inwards * one.dy, one.y + along * one.dy + inwards * one.dx))
+    moving = Neighbour(neighbour.dx_m, neighbour.dy_m, *chosen[1])
+    assert nearest_in_time_m(moving, chosen[0], 10.0) >= 5.0 - 1e-6
+
+
+def test_too_near_they_part_in_two_seconds() -> None:
+    """3 m apart where 5 are asked for: each takes half of 2 m in 2 s."""
+    plane = allowed_by(Neighbour(3.0, 0.0, 0.0, 0.0), (0.0, 0.0), 5.0)
+    assert plane.excess_mps((-0.5, 0.0)) == pytest.approx(0.0)
+    assert plane.excess_mps((0.0, 0.0)) == pytest.approx(0.5)
+
+
+def test_two_on_one_spot_part_too() -> None:
+    plane = allowed_by(Neighbour(0.0, 0.0, 0.0, 0.0), (0.0, 0.0), 5.0)
+    assert math.hypot(plane.dx, plane.dy) == 1.0
+    assert plane.excess_mps((0.0, 0.0)) == pytest.approx(1.25)
+
+
+# The linear program -------------------------------------------------------------------------------
+
+
+def some_planes(draw: random.Random, n_planes: int) -> list[HalfPlane]:
+    found = []
+    for _ in range(n_planes):
+        angle = draw.uniform(-math.pi, math.pi)
+        found.append(HalfPlane(draw.uniform(-2, 2), draw.uniform(-2, 2), math.cos(angle), math.sin(angle)))
+    return found
+
+
+GRID = [(0.05 * column, 0.05 * row) for column in range(-40, 41) for row in range(-40, 41)]
+"""Velocities up to 2 m/s, 0.05 m/s apart: no point of the disc is farther than 0.036 m/s from one in it, or its rim."""
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_the_program_finds_the_nearest_velocity_or_the_least_bad(seed: int) -> None:
+    """Against a fine grid of all velocities."""
+    draw = random.Random(seed)
+    planes = some_planes(draw, draw.randint(1, 7))
+    wanted = draw.uniform(-2, 2), draw.uniform(-2, 2)
+    velocities = [one for one in GRID if math.hypot(*one) <= 2.0]
+    best, n_met = _nearest(planes, 2.0, wanted)
+    if n_met == len(planes):
+        assert max(plane.excess_mps(best) for plane in planes) <= 1e-9
+        assert math.hypot(*best) <= 2.0 + 1e-9
+        allowed = [one for one in velocities if all(plane.excess_mps(one) <= 0.0 for plane in planes)]
+        assert all(math.dist(best, wanted) <= math.dist(one, wanted) + 1e-9 for one in allowed)
+    else:
+        assert not any(all(plane.excess_mps(one) < -0.05 for plane in planes) for one in velocities)
+        best = _least_excess(planes, n_met, 2.0, best)
+        least = min(max(plane.excess_mps(one) for plane in planes) for one in velocities)
+        assert max(plane.excess_mps(best) for plane in planes) <= least + 1e-9
+        assert math.hypot(*best) <= 2.0 + 1e-9
+
+
+# Who does what ------------------------------------------------------------------------------------
+
+
+def cleared(*neighbours: Neighbour, preferred: tuple[float, float] = (2.0, 0.0)) -> tuple[float, float] | None:
+    return clear_velocity(preferred, preferred, neighbours, 5.0, 0.5, 2.0)
+
+
+def test_guidance_stands_where_nobody_is_in_the_way() -> None:
+    assert cleared(Neighbour(50.0, 0.0, 2.0, 0.0)) is None  # goes the same way
+    assert cleared(Neighbour(0.0, 30.0, 2.0, 0.0)) is None  # side by side
+    assert cleared(Neighbour(-30.0, 0.0, 1.0, 0.0)) is None  # is left behind
+
+
+def test_one_that_would_pass_within_four_separations_is_given_a_berth_to_the_right() -> None:
+    """Head on but 15 m to the left: nothing has to be done, and yet the course turns to the right by 0.3 rad."""
+    passed = cleared(Neighbour(55.0, 15.0, -2.0, 0.0))
+    assert passed == pytest.approx((2.0 * math.cos(RIGHT_RAD), -2.0 * math.sin(RIGHT_RAD)))
+    assert cleared(Neighbour(50.0, 25.0, -2.0, 0.0)) is None
+
+
+def test_who_has_the_other_on_the_right_gives_way() -> None:
+    """They would meet in 5 s: the one slows down, the other one, which has it on its left, does not."""
+    slow = cleared(Neighbour(10.0, -10.0, 0.0, 2.0))
+    fast = cleared(Neighbour(10.0, 10.0, 0.0, -2.0))
+    assert slow is not None
+    assert fast is not None
+    assert math.hypot(*slow) <= 2.0 * GIVE_WAY + 1e-9 < math.hypot(*fast)
+
+
+def test_everybody_in_sight_counts() -> None:
+    """Two on either side and one ahead: no velocity is chosen that runs into any of them."""
+    ring = [Neighbour(25.0, 0.0, -1.0, 0.0), Neighbour(12.0, 16.0, 0.0, -0.5), Neighbour(12.0, -16.0, 0.0, 0.5)]
+    found = clear_velocity((1.0, 0.0), (1.0, 0.0), ring, 5.0, 0.5, 2.0)
+    assert found is not None
+    radius_m = MARGIN * 5.0 + 1.0 / 0.5
+    assert all(allowed_by(one, (1.0, 0.0), radius_m).excess_mps(found) <= 1e-9 for one in ring)

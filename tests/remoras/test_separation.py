@@ -1,0 +1,93 @@
+"""Who is near whom: cells against pairs, layers, and conflicts as rows."""
+
+import itertools
+import math
+import random
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from samples import auv
+
+from remoras.avoidance import Neighbour
+from remoras.motion import Motion
+from remoras.separation import SAME_DEPTH_M, SONAR_M, Separation, in_layers
+
+
+@dataclass
+class Buoy:
+    """A vehicle as far as it has a place."""
+
+    data: Any
+    functional: Any
+    is_alive: bool = True
+
+
+def at(number: int, x_m: float, y_m: float, depth_m: float = 20.0) -> Buoy:
+    return Buoy(auv(f"AUV{number:02d}", depth_m=depth_m), SimpleNamespace(motion=Motion(x_m, y_m, 0.1 * number, 1.0)))
+
+
+def by_pairs(fleet: list[Buoy]) -> dict[int, list[Neighbour]]:
+    """What all see, found the long way."""
+    seen: dict[int, list[Neighbour]] = {}
+    for one, other in itertools.permutations(fleet, 2):
+        a, b = one.functional.motion, other.functional.motion
+        dx_m, dy_m = b.x_m - a.x_m, b.y_m - a.y_m
+        in_reach = dx_m * dx_m + dy_m * dy_m <= SONAR_M * SONAR_M
+        in_layer = abs(one.data.depth_m - other.data.depth_m) <= SAME_DEPTH_M
+        if one.is_alive and other.is_alive and in_reach and in_layer:
+            seen.setdefault(one.data.node, []).append(Neighbour(dx_m, dy_m, *b.velocity_mps))
+    return seen
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_cells_find_what_pairs_find_in_the_order_of_the_nodes(seed: int) -> None:
+    draw = random.Random(seed)
+    fleet = [
+        at(number, draw.uniform(-200.0, 200.0), draw.uniform(-200.0, 200.0), draw.choice([18.0, 20.0, 22.5, 40.0, 0.0]))
+        for number in range(draw.randint(2, 40))
+    ]
+    for one in fleet:
+        one.is_alive = draw.random() < 0.9
+    expected = by_pairs(fleet)
+    found = Separation(fleet, 5.0).look()
+    assert {node: sorted(seen) for node, seen in found.items()} == {n: sorted(seen) for n, seen in expected.items()}
+    assert found == expected
+
+
+def test_layers_join_where_depths_come_step_by_step() -> None:
+    assert in_layers([0.0, 20.0, 24.0, 28.0]) == []
+    assert in_layers([23.0, 0.0, 20.0, 26.0]) == [[0, 2, 3]]  # 20 and 26 pass freely, 23 is in the way of both
+
+
+def test_a_pair_that_comes_too_near_is_a_row_once_until_it_has_parted() -> None:
+    near, far = at(0, 0.0, 0.0), at(1, 10.0, 0.0)
+    fleet = [near, far, at(2, 0.0, 1.0, depth_m=40.0)]
+    watch = Separation(fleet, 5.0)
+    rows = []
+    for now_s, x_m in enumerate((10.0, 4.0, 3.0, 6.0, 4.9, 4.9995)):
+        watch.look()
+        far.functional.motion.x_m = x_m
+        rows += watch.conflicts(float(now_s))
+    assert rows == [(1.0, "AUV00", "conflict", "AUV01"), (4.0, "AUV00", "conflict", "AUV01")]
+
+
+def test_exactly_the_separation_is_no_conflict() -> None:
+    watch = Separation([at(0, 0.1, 0.0), at(1, 5.1 - 1e-9, 0.0)], 5.0)
+    watch.look()
+    assert watch.conflicts(0.0) == []
+
+
+def test_one_without_power_is_out_of_the_way() -> None:
+    fleet = [at(0, 0.0, 0.0), at(1, 1.0, 0.0)]
+    fleet[1].is_alive = False
+    watch = Separation(fleet, 5.0)
+    assert watch.look() == {}
+    assert watch.conflicts(0.0) == []
+
+
+def test_two_vehicles_far_apart_share_no_cell() -> None:
+    assert Separation([at(0, 0.0, 0.0), at(1, SONAR_M + 0.1, 0.0)], 5.0).look() == {}
+    assert len(Separation([at(0, -1.0, -1.0), at(1, 1.0, 1.0)], 5.0).look()) == 2
+    assert math.isclose(Separation([at(0, 0.0, 0.0), at(1, 3.0, 4.0)], 5.0).look()[0][0].dx_m, 3.0)

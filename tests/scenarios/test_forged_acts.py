@@ -1,0 +1,237 @@
+"""Forged acts are refused by every vehicle of a fleet, under every strategy, and leave no trace.
+
+The facts are put into a world model as if they had been heard, at time 1, before anybody has said anything. The fleet
+is that of `mapping-rendezvous`: ASV00 is MissionAdministrator of the Coordination group, AUV00 its Tactician and
+Coordinator of the Operational group, AUV01 and AUV02 are Performers. Here AUV02 has no social layer.
+"""
+
+from typing import Any
+
+import pytest
+
+from missions.runs.setup import assemble, resolved
+from missions.scenarios import load
+from remoras.authority import Authority
+from remoras.fleet import Fleet
+from remoras.organisation import Organisation, Outcome
+from remoras.strategies import strategies
+from remoras.vehicle import Vehicle
+from worldmodel import Block, merge
+
+Said = tuple[str, str, str | float | bool]
+SHIPPED = tuple(name for name, one in strategies().items() if not one.declaration.is_bound)
+RECRUITING = [name for name, one in strategies().items() if Authority.RECRUIT in one.declaration.authorities]
+TAKING = [name for name, one in strategies().items() if Authority.TAKE in one.declaration.authorities]
+EVERYBODY = ("MissionAdministrator", "Tactician", "Coordinator", "Performer", "Cartographer", "LeftWinger")
+PLAIN = "vehicle.AUV02.social_layer=false"
+VERSATILE = f"vehicle.AUV01.playable_roles={list(EVERYBODY[1:])}"
+"""AUV01 would be able to be Coordinator, if it were the Tactician."""
+NARROW = "vehicle.AUV02.playable_roles=['Performer','Cartographer','RightWinger']"
+
+
+def fleet_of(strategy: str, *settings: str) -> Fleet:
+    given = {one.partition("=")[0]: one for one in (PLAIN, VERSATILE, NARROW, f"strategy.name='{strategy}'", *settings)}
+    return assemble(resolved(load("mapping-rendezvous", [("--set", one) for one in given.values()])), seed=1)
+
+
+def named(fleet: Fleet, name: str) -> Vehicle:
+    return next(vehicle for vehicle in fleet.vehicles if vehicle.name == name)
+
+
+def forged(fleet: Fleet, issuer: str, *facts: Said) -> Block:
+    """A block that the issuer never stated: made by its copy in another fleet."""
+    beliefs = named(fleet, issuer).beliefs
+    return beliefs.model.record([beliefs.fact(*fact) for fact in facts], 1.0).block
+
+
+def state(vehicle: Vehicle) -> tuple[Any, ...]:
+    social = vehicle.social
+    return (
+        social.organisation,
+        social.present,
+        dict(social.objectives),
+        dict(social.missions),
+        social.planner.is_due,
+        social.standing.takes_no_jobs,
+        social.objectives_of(vehicle.name),
+        [group for group in social.organisation.groups if social.leads(group)],
+    )
+
+
+def refused_by_all(strategy: str, issuer: str, *facts: Said, settings: tuple[str, ...] = ()) -> set[str]:
+    """Every vehicle refuses the facts and is as before; the outcomes that its rows name."""
+    forger, fleet, outcomes = fleet_of(strategy, *settings), fleet_of(strategy, *settings), []
+    block = forged(forger, issuer, *facts)
+    try:
+        for vehicle in fleet.vehicles:
+            before = state(vehicle)
+            n_rows, n_faults = len(fleet.recorder.organisation), len(fleet.recorder.faults)
+            changes = merge(vehicle.beliefs.model, [block]).changes
+            assert changes, "it was not heard"
+            vehicle._consider(changes, 1.0)
+            vehicle._take_effect(2.0)
+            assert state(vehicle) == before, f"it left a trace at {vehicle.name}"
+            rows = [row for row in fleet.recorder.organisation[n_rows:] if row[1] == vehicle.name]
+            assert rows, f"{vehicle.name} wrote no row"
+            assert {(row[5], row[6]) for row in rows} == {("refused", issuer)}
+            faults = fleet.recorder.faults[n_faults:]
+            assert [row[1:3] for row in faults] == [(vehicle.name, "refused assignment")] * len(rows)
+            outcomes += [row[-1] for row in rows]
+    finally:
+        forger.close()
+        fleet.close()
+    return set(outcomes)
+
+
+EVICT = ("AUV00", "leftRole", "Operational.Coordinator")
+FORGED: dict[str, tuple[str, Said, Outcome]] = {
+    "evict the head": ("AUV01", EVICT, Outcome.NO_AUTHORITY),
+    "evict a member": ("AUV01", ("AUV02", "leftRole", "Operational.Performer"), Outcome.NO_AUTHORITY),
+    "recruit": ("AUV01", ("AUV02", "playsRole", "Operational.Cartographer"), Outcome.NO_AUTHORITY),
+    "promote oneself": ("AUV01", ("AUV01", "playsRole", "Operational.Coordinator"), Outcome.NO_AUTHORITY),
+    "promote another": ("AUV01", ("AUV02", "playsRole", "Operational.Coordinator"), Outcome.NO_AUTHORITY),
+    "give an objective": (
+        "AUV01", ("Operational.Performer", "objectiveRendezVous", "coordination rally"), Outcome.NO_AUTHORITY,
+    ),
+    "give a mission": ("AUV01", ("Operational", "hasMission", "AreaMapping"), Outcome.NO_AUTHORITY),
+    "unable": ("AUV00", ("AUV02", "playsRole", "Operational.LeftWinger"), Outcome.UNABLE),
+    "incompatible": ("AUV00", ("AUV01", "playsRole", "Operational.Coordinator"), Outcome.INCOMPATIBLE),
+    "assign from outside": ("ASV00", ("AUV01", "playsRole", "Operational.LeftWinger"), Outcome.OUTSIDE),
+    "evict from outside": ("ASV00", EVICT, Outcome.OUTSIDE),
+    "objective from outside": (
+        "ASV00", ("Operational.LeftWinger", "objectiveExploring", "left"), Outcome.OUTSIDE,
+    ),
+    "recruit from outside": ("AUV00", ("ASV00", "playsRole", "Operational.LeftWinger"), Outcome.NOT_OF_GROUP),
+    "assign without social layer": (
+        "AUV02", ("AUV01", "playsRole", "Operational.LeftWinger"), Outcome.NO_SOCIAL_LAYER,
+    ),
+    "evict without social layer": ("AUV02", EVICT, Outcome.NO_SOCIAL_LAYER),
+    "mission without social layer": (
+        "AUV02", ("Operational", "hasMission", "AreaMapping"), Outcome.NO_SOCIAL_LAYER,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("strategy", SHIPPED)
+@pytest.mark.parametrize("act", FORGED)
+def test_every_forged_act_is_refused_by_all(act: str, strategy: str) -> None:
+    issuer, fact, outcome = FORGED[act]
+    assert refused_by_all(strategy, issuer, fact) == {outcome.value}
+
+
+def test_where_the_head_gives_out_roles_nobody_takes_one() -> None:
+    for subject in ("AUV01", "AUV02"):
+        fact = (subject, "playsRole", "Operational.RightWinger" if subject == "AUV02" else "Operational.LeftWinger")
+        assert refused_by_all("central", "AUV01", fact) == {Outcome.NO_AUTHORITY.value}
+
+
+@pytest.mark.parametrize("strategy", [*RECRUITING, *TAKING])
+def test_a_vehicle_without_the_social_layer_takes_no_part_where_vehicles_divide_jobs(strategy: str) -> None:
+    taken = ("AUV02", "playsRole", "Operational.RightWinger")
+    assert refused_by_all(strategy, "AUV02", taken) == {Outcome.NO_SOCIAL_LAYER.value}
+    assert refused_by_all(strategy, "AUV01", taken) == {Outcome.NO_AUTHORITY.value}
+
+
+@pytest.mark.parametrize(
+    ("settings", "issuer", "head", "outcome"),
+    [
+        ((), "AUV02", "AUV02", Outcome.NO_SOCIAL_LAYER),
+        ((), "AUV01", "AUV00", Outcome.NO_AUTHORITY),  # claimed for another
+        ((), "ASV00", "ASV00", Outcome.OUTSIDE),
+        (("group.Operational.succession=[]",), "AUV01", "AUV01", Outcome.NO_AUTHORITY),  # nobody succeeds there
+        (("vehicle.AUV01.playable_roles=['Performer','LeftWinger']",), "AUV01", "AUV01", Outcome.UNABLE),
+    ],
+)
+def test_a_claim_to_lead_that_is_not_sound_is_refused_by_all(
+    settings: tuple[str, ...], issuer: str, head: str, outcome: Outcome
+) -> None:
+    claim = (("Operational", "headedBy", head), ("Operational", "headTerm", 1))
+    settings = settings or ("group.Operational.succession=['Performer']",)
+    assert refused_by_all("remoras", issuer, *claim, settings=settings) == {outcome.value}
+
+
+def test_nobody_says_of_another_that_it_takes_no_jobs() -> None:
+    fleet, other = fleet_of("central"), fleet_of("central")
+    try:
+        block = forged(other, "AUV01", ("AUV02", "available", False))
+        own = forged(other, "AUV02", ("AUV02", "available", False))
+        for vehicle in fleet.vehicles:
+            vehicle._consider(merge(vehicle.beliefs.model, [block]).changes, 1.0)
+            assert vehicle.social.standing.takes_no_jobs == frozenset()
+            vehicle._consider(merge(vehicle.beliefs.model, [own]).changes, 1.0)
+            assert vehicle.social.standing.takes_no_jobs == {"AUV02"}
+    finally:
+        other.close()
+        fleet.close()
+
+
+# Whoever leads when it says so -------------------------------------------------------------------
+
+ORDER = ("AUV02", "playsRole", "Operational.RightWinger")
+CLAIM = (("Operational", "headedBy", "AUV01"), ("Operational", "headTerm", 1))
+SUCCEEDED = ("group.Operational.succession=['Performer']",)
+
+
+def heard(issuer: str, claim_s: float, order_s: float, claim_first: bool) -> Organisation:
+    """What ASV00 knows after a claim of AUV01 and an order of ``issuer``, heard in two rounds.
+
+    Args:
+        claim_s, order_s: when they were stated.
+        claim_first: the claim is heard first.
+    """
+    said, fleet = fleet_of("central", *SUCCEEDED), fleet_of("central", *SUCCEEDED)
+    blocks = []
+    for name, facts, at_s in (("AUV01", CLAIM, claim_s), (issuer, (ORDER,), order_s)):
+        beliefs = named(said, name).beliefs
+        blocks.append(beliefs.model.record([beliefs.fact(*fact) for fact in facts], at_s).block)
+    vehicle = named(fleet, "ASV00")
+    for number, block in enumerate(blocks if claim_first else blocks[::-1]):
+        vehicle._consider(merge(vehicle.beliefs.model, [block]).changes, 10.0 + number)
+        vehicle._take_effect(10.0 + number)
+    organisation = vehicle.social.organisation
+    said.close()
+    fleet.close()
+    return organisation
+
+
+@pytest.mark.parametrize("claim_first", [True, False])
+@pytest.mark.parametrize(
+    ("issuer", "claim_s", "order_s", "counts"),
+    [
+        ("AUV01", 1.0, 2.0, True),  # it leads
+        ("AUV01", 2.0, 1.0, False),  # it did not lead yet
+        ("AUV00", 2.0, 1.0, True),  # it still led
+    ],
+)
+def test_an_order_counts_by_who_led_when_it_was_given(
+    issuer: str, claim_s: float, order_s: float, counts: bool, claim_first: bool
+) -> None:
+    organisation = heard(issuer, claim_s, order_s, claim_first)
+    assert organisation.heads("Operational") == ("AUV01",)
+    assert organisation.plays("AUV02", "Operational", "RightWinger") is counts
+
+
+def test_who_leads_no_longer_is_not_obeyed_by_those_who_know() -> None:
+    """What it ordered before they heard of that is not taken back: the new head states again who has which job."""
+    for knows in (True, False):
+        organisation = heard("AUV00", 1.0, 2.0, claim_first=knows)
+        assert organisation.heads("Operational") == ("AUV01",)
+        assert organisation.plays("AUV02", "Operational", "RightWinger") is not knows
+
+
+def test_what_a_former_head_gave_gives_way_to_the_word_of_the_new_one() -> None:
+    """The new head may know nothing of what the lost one told few; by the declared authorities it is not so."""
+    wing, new = ("AUV01", "playsRole", "Operational.LeftWinger"), ("AUV00", "playsRole", "Operational.LeftWinger")
+    holders = {}
+    for strategy in ("central", "contract-net"):
+        said, fleet = fleet_of(strategy, *SUCCEEDED), fleet_of(strategy, *SUCCEEDED)
+        vehicle = named(fleet, "AUV02")
+        for issuer, facts, at_s in (("AUV00", (wing,), 1.0), ("AUV01", CLAIM, 2.0), ("AUV01", (new,), 3.0)):
+            beliefs = named(said, issuer).beliefs
+            block = beliefs.model.record([beliefs.fact(*fact) for fact in facts], at_s).block
+            vehicle._consider(merge(vehicle.beliefs.model, [block]).changes, 10.0 * at_s)
+            vehicle._take_effect(10.0 * at_s)
+        holders[strategy] = vehicle.social.organisation.members("Operational", "LeftWinger")
+        said.close()
+        fleet.close()
+    assert holders == {"central": ("AUV00",), "contract-net": ("AUV01",)}
