@@ -68,9 +68,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         super().__init__(model)
         self.data = data
         self.name = data.name
-        self.social = layers.social
-        self.executive = layers.executive
-        self.functional = layers.functional
+        self.social, self.executive, self.functional = layers.social, layers.executive, layers.functional
         self.radio = radio
         self.beliefs = beliefs
         self.condition = SOUND
@@ -153,7 +151,6 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if decision.has(ActivityType.PLANNING) and self.social.planner.is_due:
             self._plan(now_s)
         self._conclude(self.social.findings(functional.motion), now_s, not self.social.standing.is_cut_off)
-        self._diary.plans(now_s, self.social.planner.executions, self.social.pursuit.executions)
 
     def _note_what_is_done(self, perceptions: Sequence[Perception], now_s: float) -> bool:
         """Make known the first objective for which all has been done, or that cannot be done; True if there was one."""
@@ -172,8 +169,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self._diary.fault(now_s, "failed step", f"{failed.name} of {objective}")
             self._adopt()
             return True
-        facts = self.social.standing.give_up(objective)
-        if facts:
+        if facts := self.social.standing.give_up(objective):
             self._diary.fault(now_s, "cannot", str(objective))
             self._conclude(facts, now_s)
         return bool(facts)
@@ -296,6 +292,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._diary.rulings(now_s, considered.rulings)
         if considered.activities_due:
             self._adopt()
+        self._diary.plans(now_s, self.social.planner.executions, self.social.pursuit.executions)
 
 
 def _recorded(sensed: Sensed, vehicle: str, beliefs: Beliefs, now_s: float) -> Change:

@@ -134,8 +134,7 @@ class MappingMission(Mission):
         self.groups = {group.name: group for group in groups}
         self.corners_m = corners_m
         self.rally_points_m = rally_points_m
-        self._formation = formation
-        self._cell_m = cell_m
+        self._formation, self._cell_m = formation, cell_m
         self._places = places
         self.swaths_m = swaths_m
         grounds = grounds_of(cell_m, tuple(corners_m.items()))
