@@ -286,14 +286,14 @@ class FunctionalLayer:
                 perceptions.append(behaviour.perceive(motion, picture, index in performed))
         except Exception as error:
             raise self._broken(len(perceptions), "perceive", PERCEPTION, error) from error
-        if self._guidance.withdraws and self._guiding is not None:  # whoever makes way is not thrown back by it
-            perceptions[self._guiding] = perceptions[self._guiding]._replace(advance=None)
         try:  # one look at all of them, and only where something is wrong a search for which it is
             wrong = [p for p in perceptions if p.__class__ is not Perception or not 0.0 <= p.stimulus <= 1.0]
         except TypeError:
             wrong = perceptions
         if wrong:
             raise self._unsound(perceptions)
+        if self._guidance.withdraws and self._guiding is not None:  # whoever makes way is not thrown back by it
+            perceptions[self._guiding] = perceptions[self._guiding]._replace(advance=None)
         return perceptions
 
     def _unsound(self, perceptions: Sequence[Perception]) -> PluginError:
