@@ -28,7 +28,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from remoras.avoidance import Velocity
+from remoras.avoidance import SEPARATION_M, Velocity
 from remoras.work import Point
 
 REACH_M = 60.0
@@ -54,11 +54,21 @@ NO_PULLS = Pulls()
 
 
 @dataclass(frozen=True, slots=True)
-class PullWeights:
-    """Weights of the equation above; a signal without weight neither attracts nor repels."""
+class GuidanceConstants:
+    """Constants of guidance; a signal without weight neither attracts nor repels.
 
+    Attributes:
+        separation_m: distance that vehicles in one depth layer keep from each other.
+        attraction, repulsion: weights of the equation above.
+    """
+
+    separation_m: float = SEPARATION_M
     attraction: float = 1.0
     repulsion: float = 2.0
+
+
+USUAL = GuidanceConstants()
+"""Constants of guidance unless a scenario sets others."""
 
 
 def attracted(

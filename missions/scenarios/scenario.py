@@ -14,10 +14,9 @@ from missions.scenarios.channel import ChannelTable
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.faults import FaultTable
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, one_or_more
-from remoras.attraction import PullWeights
+from remoras.attraction import GuidanceConstants
 from remoras.avoidance import SEPARATION_M
 from remoras.executive.satisfaction import DecisionConstants
-from remoras.functional.guidance import GuidanceConstants
 
 
 class About(Section):
@@ -118,7 +117,7 @@ class GuidanceTable(Section):
 
     def constants(self) -> GuidanceConstants:
         """Constants of guidance."""
-        return GuidanceConstants(self.separation_m, PullWeights(self.attraction, self.repulsion))
+        return GuidanceConstants(**self.model_dump())
 
 
 class RallyPoint(Section):

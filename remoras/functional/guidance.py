@@ -9,26 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 
-from remoras.attraction import NO_PULLS, Pulls, PullWeights, attracted, repelled, stronger
-from remoras.avoidance import SEPARATION_M, Bounds, HalfPlane, Neighbour, Velocity, clear_velocity, walls_of, within
+from remoras.attraction import NO_PULLS, GuidanceConstants, Pulls, attracted, repelled, stronger
+from remoras.avoidance import Bounds, HalfPlane, Neighbour, Velocity, clear_velocity, walls_of, within
 from remoras.behaviours import Reference
 from remoras.database import VehicleData
 from remoras.motion import Motion, advance, follow
 from remoras.work import Point
-
-
-@dataclass(frozen=True, slots=True)
-class GuidanceConstants:
-    """Distance that a vehicle keeps from others in its depth layer (m), and weights of signals."""
-
-    separation_m: float = SEPARATION_M
-    weights: PullWeights = field(default_factory=PullWeights)
-
-
-USUAL = GuidanceConstants()
-"""Constants of guidance unless a scenario sets others."""
 
 
 class Guidance:
@@ -94,7 +81,7 @@ class Guidance:
 
     def _clear_of(self, neighbours: Sequence[Neighbour], goal: Velocity, positions_m: Mapping[str, Point]) -> Velocity:
         """The velocity (m/s) that signals and neighbours leave of a goal's; ``goal`` itself if they change nothing."""
-        weights, pulls, position_m = self._constants.weights, self._pulls, self._motion.position_m
+        weights, pulls, position_m = self._constants, self._pulls, self._motion.position_m
         most_mps = self._speed_factor * self._greatest_speed_mps
         walls = walls_of(self._bounds_m, *position_m)
         preferred = goal

@@ -7,12 +7,12 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from remoras.activities import ActivitySet, ActivityType
-from remoras.attraction import Pulls
+from remoras.attraction import USUAL, GuidanceConstants, Pulls
 from remoras.avoidance import Bounds, Neighbour
 from remoras.behaviours import Behaviour, Perception, Reference
 from remoras.database import VehicleData
 from remoras.errors import PluginError
-from remoras.functional.guidance import USUAL, Guidance, GuidanceConstants
+from remoras.functional.guidance import Guidance
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, vital_behaviour
 from remoras.mission import FunctionalPart
 from remoras.motion import Motion

@@ -6,10 +6,10 @@ import crossings
 import pytest
 from crossings import Traveller, travel, traveller
 
-from remoras.attraction import Pulls, PullWeights
+from remoras.attraction import GuidanceConstants, Pulls
 from remoras.behaviours import Approach, distance_m
 from remoras.executive.satisfaction import DecisionConstants, call, evolved, signal_of
-from remoras.functional.guidance import Guidance, GuidanceConstants
+from remoras.functional.guidance import Guidance
 from remoras.separation import Separation
 
 END_M = 400.0
@@ -45,18 +45,20 @@ def test_where_there_is_room_they_pass_within_the_walls(width_m: float, monkeypa
     assert farthest_m <= width_m / 2.0 + 0.01
 
 
-def meet(fleet: tuple[Traveller, Traveller], satisfactions: list[float], weights: PullWeights, until_s: int) -> float:
+def meet(
+    fleet: tuple[Traveller, Traveller], satisfactions: list[float], constants: GuidanceConstants, until_s: int
+) -> float:
     """Let two move that hear each other's signals; satisfactions follow their advance. Least distance (m)."""
-    constants = DecisionConstants()
+    decision = DecisionConstants()
     approaches = [Approach(one.data.transit_speed_mps) for one in fleet]
     watch = Separation(fleet, 5.0)
     for one in fleet:
         layer = one.functional
-        layer._guidance = Guidance(layer.motion, one.data, crossings.BOUNDS_M, GuidanceConstants(weights=weights))
+        layer._guidance = Guidance(layer.motion, one.data, crossings.BOUNDS_M, constants)
     closest_m = math.inf
     for now_s in range(1, until_s + 1):
         seen = watch.look()
-        signals = [call(signal_of(satisfaction), 0.0, constants) for satisfaction in satisfactions]
+        signals = [call(signal_of(satisfaction), 0.0, decision) for satisfaction in satisfactions]
         for number, one in enumerate(fleet):
             other = fleet[1 - number]
             one.functional.picture.peers.positions_m[other.data.name] = other.functional.motion.position_m
@@ -67,7 +69,7 @@ def meet(fleet: tuple[Traveller, Traveller], satisfactions: list[float], weights
             if to_go_m > 1.0:
                 advance = approaches[number].advance(to_go_m, float(now_s), performed=True)
                 advance = None if one.functional._guidance.withdraws else advance  # as ``perceive`` has it
-                satisfactions[number] = evolved(satisfactions[number], advance, 1.0, constants)
+                satisfactions[number] = evolved(satisfactions[number], advance, 1.0, decision)
         closest_m = min(closest_m, math.dist(*(one.functional.motion.position_m for one in fleet)))
     return closest_m
 
@@ -78,7 +80,7 @@ def test_in_one_too_narrow_the_less_satisfied_one_passes(
 ) -> None:
     """4 m are too narrow. The other one goes back before it; of two alike the first by name passes."""
     fleet = corridor(4.0, monkeypatch)
-    closest_m = meet(fleet, list(satisfactions), PullWeights(), 1200)
+    closest_m = meet(fleet, list(satisfactions), GuidanceConstants(), 1200)
     first = 0 if satisfactions[0] <= satisfactions[1] else 1
     passed, other = fleet[first].functional.motion, fleet[1 - first].functional.motion
     assert distance_m(passed, fleet[first].goal_m) <= 2.0
@@ -88,7 +90,7 @@ def test_in_one_too_narrow_the_less_satisfied_one_passes(
 
 def test_without_repulsion_they_stand_nose_to_nose(monkeypatch: pytest.MonkeyPatch) -> None:
     fleet = corridor(4.0, monkeypatch)
-    assert meet(fleet, [-60.0, 0.0], PullWeights(repulsion=0.0), 1200) >= 5.0
+    assert meet(fleet, [-60.0, 0.0], GuidanceConstants(repulsion=0.0), 1200) >= 5.0
     assert all(abs(one.functional.motion.x_m) < 10.0 for one in fleet)
 
 
@@ -98,7 +100,7 @@ def test_a_call_that_is_answered_draws_the_vehicle_to_the_one_that_calls(monkeyp
     for weight in (0.0, 1.0):
         one, other = corridor(200.0, monkeypatch)
         layer, motion = one.functional, one.functional.motion
-        constants = GuidanceConstants(weights=PullWeights(attraction=weight))
+        constants = GuidanceConstants(attraction=weight)
         layer._guidance = Guidance(motion, one.data, crossings.BOUNDS_M, constants)
         layer.picture.peers.positions_m[other.data.name] = (-70.0, 40.0)
         layer.heed(Pulls(0.0, {other.data.name: 1.0}, {}))
