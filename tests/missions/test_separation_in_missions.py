@@ -134,3 +134,17 @@ def test_a_mission_with_16_in_one_layer_keeps_clear_and_completes(name: str) -> 
 def test_without_the_rule_16_in_one_layer_come_too_near(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(guidance, "clear_velocity", lambda *_: None)
     assert len(conflicts_of(finished("mapping-patches", *ONE_LAYER, "channel.per=0.2"))) > 10
+
+
+def test_in_layers_of_their_own_nobody_is_asked_to_keep_clear(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So where no two come near in one layer, tracks are what guidance makes of them, byte for byte."""
+
+    def asked(*_: object) -> None:
+        raise AssertionError("asked to keep clear")
+
+    settings = ("vehicle.AUV01.depth_m=40.0", "vehicle.AUV02.depth_m=60.0", "scenario.duration_s=400")
+    usual = finished("mapping-rendezvous", *settings)
+    monkeypatch.setattr(guidance, "clear_velocity", asked)
+    assert finished("mapping-rendezvous", *settings).recorder.trajectories == usual.recorder.trajectories
+    with pytest.raises(AssertionError, match="asked"):
+        finished("mapping-rendezvous", "scenario.duration_s=400")
