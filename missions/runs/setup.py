@@ -382,7 +382,14 @@ def _vehicle(
             ),
             ExecutiveLayer(setup.decision),
             FunctionalLayer(
-                real, mission, world, sensors, setup.bounds_m, picture, setup.scenario.guidance.constants()
+                real,
+                mission,
+                world,
+                sensors,
+                setup.bounds_m,
+                picture,
+                setup.scenario.guidance.constants(),
+                setup.scenario.current.water(),
             ),
         ),
         Radio(setup.database.names, groups, declaration, manager, beliefs, picture.peers, recorder),

@@ -18,6 +18,7 @@ from missions.scenarios.hooks import hook_faults
 from missions.scenarios.parts import database_of, groups_of, strategy_named
 from missions.scenarios.policy import policy_faults
 from missions.scenarios.scenario import Scenario
+from missions.scenarios.sea import current_faults
 from missions.scenarios.starts import start_faults
 from missions.scenarios.tables import Raw, bounds_of, entries, list_of, names_of, one_of, point_of, table_of
 from remoras.errors import PluginError, StrategyError
@@ -42,7 +43,7 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     """
     checks = (
         _names, _slots, _times, _world, _origin, _choices, _weights, channel_faults,
-        _groups, _played_by, _successions, _vehicles, start_faults,
+        _groups, _played_by, _successions, _vehicles, start_faults, current_faults,
     )  # fmt: skip
     faults = [fault for check in checks for fault in check(raw)]
     faults += fault_table_faults(raw, "" if mission is None else next(iter(mission.sensors), ""))

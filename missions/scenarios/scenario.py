@@ -6,6 +6,7 @@ Units are in the names of the keys. A mission may extend these tables: it subcla
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
@@ -16,6 +17,7 @@ from missions.scenarios.faults import FaultTable
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, one_or_more
 from remoras.attraction import GuidanceConstants
 from remoras.avoidance import SEPARATION_M
+from remoras.current import Current
 from remoras.executive.satisfaction import DecisionConstants
 
 
@@ -120,6 +122,30 @@ class GuidanceTable(Section):
         return GuidanceConstants(**self.model_dump())
 
 
+class CurrentTable(Section):
+    """The table ``[current]``."""
+
+    east_mps: float = Field(0.0, ge=-5.0, le=5.0, description="current towards the east at the surface")
+    north_mps: float = Field(0.0, ge=-5.0, le=5.0, description="current towards the north at the surface")
+    shear_depth_m: Positive | None = Field(
+        None, description="depth at which the current has fallen to nothing, evenly; alike at all depths if absent"
+    )
+    tide_period_h: Positive | None = Field(
+        None, description="time in which the current turns and returns, 12.42 for the moon's tide; steady if absent"
+    )
+    tide_phase: float = Field(
+        0.0, ge=0.0, le=1.0, description="share of the period that is over at the start: 0 full, 0.25 slack, 0.5 turned"
+    )
+
+    def water(self) -> Current | None:
+        """The current; None where the water stands."""
+        if self.east_mps == self.north_mps == 0.0:
+            return None
+        depth_m = math.inf if self.shear_depth_m is None else self.shear_depth_m
+        period_s = math.inf if self.tide_period_h is None else 3600.0 * self.tide_period_h
+        return Current(self.east_mps, self.north_mps, depth_m, period_s, self.tide_phase)
+
+
 class RallyPoint(Section):
     """One ``[[rally_point]]``."""
 
@@ -213,6 +239,7 @@ class Scenario(Section):
     uncertainty: Uncertainty = Uncertainty()
     decision: DecisionTable = DecisionTable()
     guidance: GuidanceTable = GuidanceTable()
+    current: CurrentTable = CurrentTable()
     mission: Section = Field(Section(), description="settings of the mission")
     rally_point: tuple[RallyPoint, ...] = ()
     group: tuple[GroupTable, ...] = Field(min_length=1)

@@ -2,7 +2,8 @@
 
 What the decision guides the vehicle to gives a velocity. Signals of those who are near attract and repel, see
 ``remoras.attraction``: so far it is what the vehicle prefers. Keeping clear of neighbours has the last word, see
-``remoras.avoidance``. Where nobody is near, guidance is carried out as it is.
+``remoras.avoidance``. Where nobody is near, guidance is carried out as it is. Velocities are through the water, which
+may move itself, see ``remoras.current``: who is to stay heads into the current.
 """
 
 from __future__ import annotations
@@ -13,9 +14,14 @@ from collections.abc import Mapping, Sequence
 from remoras.attraction import NO_PULLS, GuidanceConstants, Pulls, attracted, repelled, stronger
 from remoras.avoidance import Bounds, HalfPlane, Neighbour, Velocity, clear_velocity, walls_of, within
 from remoras.behaviours import Reference
+from remoras.current import Current, through_water
 from remoras.database import VehicleData
 from remoras.motion import Motion, advance, follow
 from remoras.work import Point
+
+
+STILL = (0.0, 0.0)
+"""Velocity of water that stands."""
 
 
 class Guidance:
@@ -26,16 +32,26 @@ class Guidance:
         data: its limits.
         bounds_m: of the area of operations.
         constants: distance that it keeps from others in its depth layer, and weights of signals.
+        current: of the water; None where it stands.
 
     Attributes:
         withdraws: True while the vehicle gives way to a call that is stronger than its own.
     """
 
-    def __init__(self, motion: Motion, data: VehicleData, bounds_m: Bounds, constants: GuidanceConstants) -> None:
+    def __init__(
+        self,
+        motion: Motion,
+        data: VehicleData,
+        bounds_m: Bounds,
+        constants: GuidanceConstants,
+        current: Current | None = None,
+    ) -> None:
         self._motion = motion
         self._data = data
         self._bounds_m = bounds_m
         self._constants = constants
+        self._current = current
+        self._flow_mps = STILL
         self._pulls = NO_PULLS
         self.withdraws = False
         self._greatest_speed_mps = max(data.transit_speed_mps, data.survey_speed_mps)
@@ -54,6 +70,7 @@ class Guidance:
         reference: Reference | None,
         neighbours: Sequence[Neighbour],
         positions_m: Mapping[str, Point],
+        now_s: float,
         dt_s: float,
     ) -> None:
         """Move for ``dt_s`` as far as neighbours allow; without a reference, slow down to a stop.
@@ -62,7 +79,7 @@ class Guidance:
             reference: of the activity that guides.
             neighbours: what the obstacle sonar sees.
             positions_m: where others were heard last, by name.
-            dt_s: for how long.
+            now_s: time at which the motion begins; dt_s: for how long.
         """
         motion = self._motion
         self.withdraws = False
@@ -71,6 +88,40 @@ class Guidance:
         else:
             target_m = reference[0]
             speed_mps = self._speed_factor * min(reference[1], self._greatest_speed_mps)
+        if self._current is not None:
+            self._flow_mps = self._current.at(self._data.depth_m, now_s)
+            target_m, speed_mps = self._upstream(target_m, speed_mps, dt_s)
+        self._carry_out(target_m, speed_mps, neighbours, positions_m, dt_s)
+        if self._current is not None:
+            motion.x_m += self._flow_mps[0] * dt_s
+            motion.y_m += self._flow_mps[1] * dt_s
+
+    def _upstream(self, target_m: Point, speed_mps: float, dt_s: float) -> tuple[Point, float]:
+        """Where to head for in moving water to come straight to a target, and how fast; without a speed, to stay."""
+        motion, flow = self._motion, self._flow_mps
+        if speed_mps <= 0.0:
+            most_mps = self._speed_factor * self._greatest_speed_mps
+            return (motion.x_m - flow[0] * dt_s, motion.y_m - flow[1] * dt_s), min(math.hypot(*flow), most_mps)
+        dx_m, dy_m = target_m[0] - motion.x_m, target_m[1] - motion.y_m
+        range_m = math.hypot(dx_m, dy_m)
+        course = (dx_m / range_m, dy_m / range_m) if range_m > 0.0 else STILL
+        water = through_water(course, speed_mps, flow)
+        ground_mps = math.hypot(water[0] + flow[0], water[1] + flow[1])
+        if ground_mps * dt_s >= range_m:  # there within the tick
+            return (target_m[0] - flow[0] * dt_s, target_m[1] - flow[1] * dt_s), speed_mps
+        time_s = range_m / ground_mps if ground_mps > 0.0 else dt_s
+        return (motion.x_m + water[0] * time_s, motion.y_m + water[1] * time_s), speed_mps
+
+    def _carry_out(
+        self,
+        target_m: Point,
+        speed_mps: float,
+        neighbours: Sequence[Neighbour],
+        positions_m: Mapping[str, Point],
+        dt_s: float,
+    ) -> None:
+        """Move through the water towards a target, clear of neighbours."""
+        motion = self._motion
         if neighbours:
             goal = _velocity(motion, target_m, speed_mps, dt_s)
             velocity = self._clear_of(neighbours, goal, positions_m)
@@ -84,6 +135,8 @@ class Guidance:
         weights, pulls, position_m = self._constants, self._pulls, self._motion.position_m
         most_mps = self._speed_factor * self._greatest_speed_mps
         walls = walls_of(self._bounds_m, *position_m)
+        if self._current is not None:
+            walls = [one._replace(x=one.x - self._flow_mps[0], y=one.y - self._flow_mps[1]) for one in walls]
         preferred = goal
         if pulls.answered and weights.attraction > 0.0:
             preferred = within(walls, attracted(goal, position_m, pulls, positions_m, weights.attraction), most_mps)

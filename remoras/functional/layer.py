@@ -10,6 +10,7 @@ from remoras.activities import ActivitySet, ActivityType
 from remoras.attraction import USUAL, GuidanceConstants, Pulls
 from remoras.avoidance import Bounds, Neighbour
 from remoras.behaviours import Behaviour, Perception, Reference
+from remoras.current import Current
 from remoras.database import VehicleData
 from remoras.errors import PluginError
 from remoras.functional.guidance import Guidance
@@ -97,6 +98,7 @@ class FunctionalLayer:
         bounds_m: area of operations.
         picture: what behaviours see; its part ``body`` is written here and nowhere else.
         constants: of guidance.
+        current: of the water; None where it stands.
     """
 
     def __init__(
@@ -108,6 +110,7 @@ class FunctionalLayer:
         bounds_m: Bounds,
         picture: Picture,
         constants: GuidanceConstants = USUAL,
+        current: Current | None = None,
     ) -> None:
         self.data = data
         self.motion = Motion(*data.start_m)
@@ -122,7 +125,7 @@ class FunctionalLayer:
         self._world = world
         self._sensors = sensors
         self._bounds_m = bounds_m
-        self._guidance = Guidance(self.motion, data, bounds_m, constants)
+        self._guidance = Guidance(self.motion, data, bounds_m, constants, current)
         self._reserve_per_m = _reserve_per_m(data, data.survey_speed_mps)
         self._dead: frozenset[str] = frozenset()
         self._sets: tuple[ActivitySet, ...] = ()
@@ -318,7 +321,7 @@ class FunctionalLayer:
             PluginError: the behaviour that guides raises, or returns anything but a finite Reference or None.
         """
         reference = None if self._guiding is None else self._reference(self._guiding)
-        self._guidance.move(reference, neighbours, self.picture.peers.positions_m, dt_s)
+        self._guidance.move(reference, neighbours, self.picture.peers.positions_m, self.picture.body.now_s, dt_s)
         self._check_energy()
         if self.exhausted:
             self.motion.speed_mps = 0.0

@@ -10,6 +10,7 @@ from samples import activity_set, auv
 
 from remoras.activities import Activity, ActivityType
 from remoras.behaviours import Behaviour, Reference, Standing, distance_m
+from remoras.current import Current
 from remoras.database import VehicleData
 from remoras.functional.layer import FunctionalLayer
 from remoras.functional.vital import VITAL_SETS
@@ -79,10 +80,17 @@ class Crossing:
     longest_time: float
 
 
-def traveller(number: int, start_m: Point, goal_m: Point, speed_mps: float = 2.0, **changes: Any) -> Traveller:
+def traveller(
+    number: int,
+    start_m: Point,
+    goal_m: Point,
+    speed_mps: float = 2.0,
+    current: Current | None = None,
+    **changes: Any,
+) -> Traveller:
     """A vehicle that starts on its course."""
     data = auv(f"AUV{number:02d}", start_m=start_m, transit_speed_mps=speed_mps, energy_j=1e9, **changes)
-    functional = FunctionalLayer(data, Errand(goal_m), None, {}, BOUNDS_M, Picture())
+    functional = FunctionalLayer(data, Errand(goal_m), None, {}, BOUNDS_M, Picture(), current=current)
     functional.prepare([GOING])
     functional.perform([len(VITAL_SETS)])
     functional.motion.heading_rad = math.atan2(goal_m[1] - start_m[1], goal_m[0] - start_m[0])
@@ -130,12 +138,12 @@ def _jitter(draw: random.Random) -> float:
     return draw.uniform(-JITTER_M, JITTER_M)
 
 
-def crossing(kind: str, n_vehicles: int, seed: int) -> list[Traveller]:
+def crossing(kind: str, n_vehicles: int, seed: int, current: Current | None = None) -> list[Traveller]:
     """The vehicles of a crossing, in somewhat different places and at somewhat different speeds for each seed."""
     draw = random.Random(seed)
     ways = KINDS[kind](n_vehicles, draw)
     return [
-        traveller(number, start_m, goal_m, 2.0 * draw.uniform(1.0 - SPREAD, 1.0 + SPREAD))
+        traveller(number, start_m, goal_m, 2.0 * draw.uniform(1.0 - SPREAD, 1.0 + SPREAD), current)
         for number, (start_m, goal_m) in enumerate(ways)
     ]
 
@@ -148,6 +156,7 @@ def travel(fleet: Sequence[Traveller], until_s: float = 1200.0) -> Crossing:
         now_s += 1.0
         seen = watch.look()
         for one in fleet:
+            one.functional.picture.body.now_s = now_s - 1.0
             one.functional.act(1.0, seen.get(one.data.node, ()))
             if one.arrived_s is None and distance_m(one.functional.motion, one.goal_m) <= ARRIVED_M:
                 one.arrived_s, one.way_m = now_s, one.functional.motion.distance_m

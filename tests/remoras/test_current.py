@@ -1,0 +1,84 @@
+"""Current: what runs where and when, and that vehicles make good their course in it, stay in it and cross in it."""
+
+import math
+
+import pytest
+from crossings import KINDS, crossing, travel, traveller
+from hypothesis import given
+from hypothesis import strategies as st
+
+from remoras.current import Current, through_water
+
+ACROSS = Current(0.0, 0.6)
+TIDE = Current(0.5, -0.3, tide_period_s=1200.0, tide_phase=0.1)
+SHEARED = Current(0.8, 0.8, shear_depth_m=50.0)
+
+
+@given(st.floats(0.0, 100.0), st.floats(0.0, 1e5))
+def test_a_plain_current_is_the_same_everywhere_and_always(depth_m: float, now_s: float) -> None:
+    assert Current(0.3, -0.2).at(depth_m, now_s) == pytest.approx((0.3, -0.2))
+
+
+def test_shear_and_tide() -> None:
+    """At 20 of 50 m three fifths are left; a quarter of a period is slack water, half of it turns the current."""
+    assert SHEARED.at(20.0, 0.0) == pytest.approx((0.48, 0.48))
+    assert SHEARED.at(60.0, 0.0) == (0.0, 0.0)
+    tide = Current(1.0, 0.0, tide_period_s=400.0)
+    assert [tide.at(0.0, now_s)[0] for now_s in (0.0, 100.0, 200.0, 300.0, 400.0)] == pytest.approx([1, 0, -1, 0, 1])
+    assert Current(1.0, 0.0, tide_period_s=400.0, tide_phase=0.5).at(0.0, 0.0)[0] == pytest.approx(-1.0)
+
+
+courses, speeds = st.floats(-math.pi, math.pi), st.floats(0.0, 1.4)
+
+
+@given(courses, courses, speeds)
+def test_the_course_is_made_good_at_full_speed(course: float, towards: float, flow_mps: float) -> None:
+    """Any current slower than the vehicle: what is left over ground goes along the course."""
+    unit, flow = (math.cos(course), math.sin(course)), (flow_mps * math.cos(towards), flow_mps * math.sin(towards))
+    water = through_water(unit, 1.5, flow)
+    ground = water[0] + flow[0], water[1] + flow[1]
+    assert math.hypot(*water) == pytest.approx(1.5)
+    assert ground[0] * unit[1] - ground[1] * unit[0] == pytest.approx(0.0, abs=1e-9)
+    assert ground[0] * unit[0] + ground[1] * unit[1] > 0.0
+
+
+@pytest.mark.parametrize("current", [ACROSS, TIDE, SHEARED])
+def test_the_track_over_ground_is_straight(current: Current) -> None:
+    """Once it has speed: it starts at rest, and is carried off by less than a second's worth each second until then."""
+    one = traveller(0, (-300.0, 0.0), (300.0, 0.0), current=current)
+    strayed_m = []
+    for now_s in range(250):
+        one.functional.picture.body.now_s = float(now_s)
+        one.functional.act(1.0)
+        strayed_m.append(abs(one.functional.motion.y_m))
+    assert max(strayed_m) < 4.0
+    assert max(strayed_m[150:]) < 1.5
+
+
+def test_who_is_to_stay_stays() -> None:
+    """It heads into the current at its speed, and pays for it: 0.6 m/s cost 15 * 0.6^3 = 3.24 W beside 40 W."""
+    one = traveller(0, (0.0, 0.0), (0.0, 0.0), current=ACROSS)
+    for now_s in range(600):
+        one.functional.picture.body.now_s = float(now_s)
+        one.functional.act(1.0)
+    motion = one.functional.motion
+    assert math.hypot(motion.x_m, motion.y_m) < 2.0
+    assert motion.speed_mps == pytest.approx(0.6)
+    assert motion.energy_j == pytest.approx(600.0 * 43.24, rel=0.01)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("current", [ACROSS, TIDE, SHEARED], ids=["across", "tide", "sheared"])
+def test_crossing_under_current(kind: str, current: Current) -> None:
+    found = travel(crossing(kind, 8, 1, current))
+    assert (found.n_conflicts, found.n_arrived) == (0, 8)
+    assert found.closest_m >= 5.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("current", [ACROSS, TIDE, SHEARED], ids=["across", "tide", "sheared"])
+def test_crossing_of_16_under_current_in_ten_seeds(kind: str, current: Current) -> None:
+    for seed in range(10):
+        found = travel(crossing(kind, 16, seed, current))
+        assert (found.n_conflicts, found.n_arrived) == (0, 16)
