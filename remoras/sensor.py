@@ -45,13 +45,22 @@ SELF = ""
 
 
 class Pose(NamedTuple):
-    """Where a sensor is and how it moves: metres, radians, metres per second; depth below the surface."""
+    """Where a sensor is and how it moves: metres, radians, metres per second; depth below the surface.
+
+    What it perceives is where it is. What it reports is where the vehicle takes itself to be, ``error_m`` from there.
+    """
 
     x_m: float
     y_m: float
     depth_m: float
     heading_rad: float
     speed_mps: float
+    error_m: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def believed_m(self) -> tuple[float, float]:
+        """Where the vehicle takes itself to be: (x east, y north)."""
+        return self.x_m + self.error_m[0], self.y_m + self.error_m[1]
 
 
 @dataclass(frozen=True, slots=True)

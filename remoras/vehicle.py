@@ -150,7 +150,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self._conclude(self.social.standing.resign(), now_s)
         if decision.has(ActivityType.PLANNING) and self.social.planner.is_due:
             self._plan(now_s)
-        self._conclude(self.social.findings(functional.motion), now_s, not self.social.standing.is_cut_off)
+        self._conclude(self.social.findings(functional.believed), now_s, not self.social.standing.is_cut_off)
 
     def _note_what_is_done(self, perceptions: Sequence[Perception], now_s: float) -> bool:
         """Make known the first objective for which all has been done, or that cannot be done; True if there was one."""
@@ -190,7 +190,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             return False
         changed = self._look_around(now_s) | self._take_effect(now_s)
         calls = self.executive.calls(now_s) if self.radio.influences else {}
-        for facts, told in self.social.negotiate(now_s, self.functional.motion, calls):
+        for facts, told in self.social.negotiate(now_s, self.functional.believed, calls):
             self._conclude(facts, now_s, told)
         return self._take_effect(now_s) or changed
 
@@ -223,7 +223,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self.think(now_s, 0.0)
 
     def _adopt(self) -> None:
-        sets = self.functional.prepare(self.social.activity_sets(self.functional.motion.position_m))
+        sets = self.functional.prepare(self.social.activity_sets(self.functional.believed.position_m))
         self.executive.adopt(sets, [(a.group, a.role) for a in self.social.present.roles_of(self.name)])
         self.functional.perform(self.executive.decision.chosen)
 
@@ -236,7 +236,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if self.social.is_silent:
             return None
         node = self.data.node
-        self._conclude([(node, self._position, self.functional.motion.position_m)], now_s)
+        self._conclude([(node, self._position, self.functional.believed.position_m)], now_s)
         battery = round(max(0.0, self.functional.picture.body.battery), 2)
         if self.beliefs.model.value(node, self._battery) != battery:
             self._conclude([(node, self._battery, battery)], now_s)

@@ -16,6 +16,10 @@ FAULTS = 3
 """`trial` of the draws that say which vehicle a fault befalls, and when."""
 FINDS = 4
 """`trial` of the draws that say where a mission's features lie, and how long each takes."""
+MISSES = 5
+"""`trial` of the draws that say in which ticks a sensor yields nothing."""
+DRIFTS = 6
+"""`trial` of the draws that say in which direction a vehicle takes itself to be off."""
 
 _LOW_64 = 0xFFFF_FFFF_FFFF_FFFF
 _LOW_37 = (1 << 37) - 1

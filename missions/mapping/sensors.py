@@ -119,6 +119,10 @@ VISIT_GAP_S = 1.5
 """Two looks that are farther apart belong to two visits; a motion tick is a second at most."""
 
 
+KNOWN = (0.0, 0.0)
+"""Error of a vehicle that knows where it is."""
+
+
 class Stays:
     """How long one vehicle has stayed at features, near and slowly enough; several visits add up."""
 
@@ -163,23 +167,35 @@ class SwathSensor:
         self._reach_m = swath_m / 2.0
         self._speed_limit_mps = speed_limit_mps * LIMIT_TOLERANCE
         self.mapped: set[Cell] = set()
+        self._found: set[str] = set()
 
     def sense(self, pose: Pose, world: Seabed, now_s: float) -> list[Observation]:
         """Cells mapped now that this sensor had not mapped before, and features found or inspected."""
         if pose.speed_mps > self._speed_limit_mps:
             return []
-        new = [cell for cell in world.under(pose.x_m, pose.y_m, self._reach_m) if cell not in self.mapped]
+        new = [cell for cell in world.under(*pose.believed_m, self._reach_m) if cell not in self.mapped]
         if not new and not world.features:
             return []
         self.mapped.update(new)
-        found = []
+        found = [] if pose.error_m == KNOWN else self._found_off(pose, world)
         for cell in new:
             area, index = world.cells[cell]
             found.append(Observation(((area, "mappedCell", index),)))
-            if (feature := world.features.get(cell)) is not None:
+            if pose.error_m == KNOWN and (feature := world.features.get(cell)) is not None:
                 found.append(Observation(((feature.name, "foundAt", feature.position_m),)))
         for feature in self._stays.inspected(world, (pose.x_m, pose.y_m), pose.speed_mps, now_s):
             found.append(Observation(((feature.name, "inspectedBy", self._vehicle),)))
+        return found
+
+    def _found_off(self, pose: Pose, world: Seabed) -> list[Observation]:
+        """Features below a vehicle that takes itself to be elsewhere, where it takes them to be; each once."""
+        found = []
+        for cell in world.under(pose.x_m, pose.y_m, self._reach_m) if world.features else ():
+            feature = world.features.get(cell)
+            if feature is not None and feature.name not in self._found:
+                self._found.add(feature.name)
+                (x_m, y_m), (off_x_m, off_y_m) = feature.position_m, pose.error_m
+                found.append(Observation(((feature.name, "foundAt", (x_m + off_x_m, y_m + off_y_m)),)))
         return found
 
 

@@ -18,6 +18,7 @@ from missions.errors import ConfigurationError, ConfigurationFault
 from missions.metric import Metric, collected
 from missions.runs.knowledge import FACTS
 from missions.runs.metrics import CORE_METRICS
+from missions.runs.sea import sea_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import policy_of
 from missions.scenarios.scenario import Scenario, StrategyTable
@@ -303,7 +304,9 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
         setup = _known_as_it_is(setup, fleet)
 
     def make(model: Fleet) -> Sequence[Vehicle]:
-        return [_vehicle(model, setup, real, own, world, recorder) for real, own in zip(fleet, sensors, strict=True)]
+        return [
+            _vehicle(model, setup, real, own, world, recorder, seed) for real, own in zip(fleet, sensors, strict=True)
+        ]
 
     return Fleet(
         make,
@@ -346,7 +349,13 @@ def world_model(setup: Setup, node: int) -> WorldModel:
 
 
 def _vehicle(
-    fleet: Fleet, setup: Setup, real: VehicleData, sensors: dict[str, Sensor], world: Any, recorder: Recorder
+    fleet: Fleet,
+    setup: Setup,
+    real: VehicleData,
+    sensors: dict[str, Sensor],
+    world: Any,
+    recorder: Recorder,
+    seed: int,
 ) -> Vehicle:
     """A vehicle that believes what the fleet knows of it, and moves as it really is."""
     data = setup.database[real.name]
@@ -389,7 +398,7 @@ def _vehicle(
                 setup.bounds_m,
                 picture,
                 setup.scenario.guidance.constants(),
-                setup.scenario.current.water(),
+                sea_of(setup.scenario, data, seed),
             ),
         ),
         Radio(setup.database.names, groups, declaration, manager, beliefs, picture.peers, recorder),

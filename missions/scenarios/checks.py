@@ -200,6 +200,9 @@ def _world(raw: Raw) -> Iterator[ConfigurationFault]:
         for p in point_of(r, "position_m")
     ]
     places += [(f"vehicle.{v.get('name')}.start_m", p) for v in entries(raw, "vehicle") for p in point_of(v, "start_m")]
+    places += [
+        (f"beacon.{b.get('name')}.position_m", p) for b in entries(raw, "beacon") for p in point_of(b, "position_m")
+    ]
     yield from outside_faults(raw, places)
 
 

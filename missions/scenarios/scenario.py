@@ -77,6 +77,9 @@ class StrategyTable(Section):
 class Uncertainty(Section):
     """The table ``[uncertainty]``."""
 
+    p_miss: float = Field(
+        0.0, ge=0.0, lt=1.0, description="probability that a sensor yields nothing in a motion tick, tick by tick"
+    )
     speed_spread: float = Field(
         0.0,
         ge=0.0,
@@ -144,6 +147,26 @@ class CurrentTable(Section):
         depth_m = math.inf if self.shear_depth_m is None else self.shear_depth_m
         period_s = math.inf if self.tide_period_h is None else 3600.0 * self.tide_period_h
         return Current(self.east_mps, self.north_mps, depth_m, period_s, self.tide_phase)
+
+
+class NavigationTable(Section):
+    """The table ``[navigation]``."""
+
+    drift: float = Field(
+        0.0,
+        ge=0.0,
+        le=0.2,
+        description="share of its way under water by which a vehicle comes to err about its place",
+    )
+    fix_s: Positive = Field(10.0, description="time in which that error falls to 1/e, at the surface and near a beacon")
+
+
+class BeaconTable(Section):
+    """One ``[[beacon]]``."""
+
+    name: Name = Field(description="name of the beacon")
+    position_m: PointM = Field(description="x east, y north")
+    range_m: Positive = Field(description="within this distance of it vehicles learn where they are")
 
 
 class RallyPoint(Section):
@@ -241,6 +264,8 @@ class Scenario(Section):
     guidance: GuidanceTable = GuidanceTable()
     current: CurrentTable = CurrentTable()
     mission: Section = Field(Section(), description="settings of the mission")
+    navigation: NavigationTable = NavigationTable()
+    beacon: tuple[BeaconTable, ...] = ()
     rally_point: tuple[RallyPoint, ...] = ()
     group: tuple[GroupTable, ...] = Field(min_length=1)
     fleet: FleetTable | None = Field(None, exclude=True)

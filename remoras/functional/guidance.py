@@ -19,7 +19,6 @@ from remoras.database import VehicleData
 from remoras.motion import Motion, advance, follow
 from remoras.work import Point
 
-
 STILL = (0.0, 0.0)
 """Velocity of water that stands."""
 
@@ -35,6 +34,7 @@ class Guidance:
         current: of the water; None where it stands.
 
     Attributes:
+        error_m: where the vehicle takes itself to be, from where it is; guidance goes by the former.
         withdraws: True while the vehicle gives way to a call that is stronger than its own.
     """
 
@@ -52,6 +52,7 @@ class Guidance:
         self._constants = constants
         self._current = current
         self._flow_mps = STILL
+        self.error_m: Point = (0.0, 0.0)
         self._pulls = NO_PULLS
         self.withdraws = False
         self._greatest_speed_mps = max(data.transit_speed_mps, data.survey_speed_mps)
@@ -86,7 +87,7 @@ class Guidance:
         if reference is None:
             target_m, speed_mps = motion.position_m, 0.0
         else:
-            target_m = reference[0]
+            target_m = reference[0][0] - self.error_m[0], reference[0][1] - self.error_m[1]
             speed_mps = self._speed_factor * min(reference[1], self._greatest_speed_mps)
         if self._current is not None:
             self._flow_mps = self._current.at(self._data.depth_m, now_s)
@@ -132,7 +133,8 @@ class Guidance:
 
     def _clear_of(self, neighbours: Sequence[Neighbour], goal: Velocity, positions_m: Mapping[str, Point]) -> Velocity:
         """The velocity (m/s) that signals and neighbours leave of a goal's; ``goal`` itself if they change nothing."""
-        weights, pulls, position_m = self._constants, self._pulls, self._motion.position_m
+        weights, pulls = self._constants, self._pulls
+        position_m = self._motion.x_m + self.error_m[0], self._motion.y_m + self.error_m[1]
         most_mps = self._speed_factor * self._greatest_speed_mps
         walls = walls_of(self._bounds_m, *position_m)
         if self._current is not None:

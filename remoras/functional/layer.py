@@ -4,56 +4,37 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import Any
 
 from remoras.activities import ActivitySet, ActivityType
 from remoras.attraction import USUAL, GuidanceConstants, Pulls
 from remoras.avoidance import Bounds, Neighbour
 from remoras.behaviours import Behaviour, Perception, Reference
-from remoras.current import Current
 from remoras.database import VehicleData
 from remoras.errors import PluginError
 from remoras.functional.guidance import Guidance
+from remoras.functional.sensing import Sensed, Sensing
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, vital_behaviour
 from remoras.mission import FunctionalPart
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.plugins import answer, broken_promise
-from remoras.recorder import Table
-from remoras.sensor import Observation, Pose, Sensor
+from remoras.sea import CALM, Sea
+from remoras.sensor import Pose, Sensor
 from remoras.work import Point
 
 RESERVE_MARGIN = 1.25
 """Energy kept for the way home, as a multiple of what the way takes."""
 NEAR_M = 30.0
 """A vehicle that stays within this distance of a place has settled there; it gives way to others meanwhile."""
-OBSERVATIONS = "a list of Observation"
 PERCEPTION = "a Perception, stimulus 0..1"
 REFERENCE = "None, or a Reference with a finite target_m and a speed_mps of 0 or more"
 
 
-class Sensed(NamedTuple):
-    """An observation, the name of its sensor, and the table that its row goes to."""
-
-    sensor: str
-    table: Table | None
-    observation: Observation
-
-    def table_of(self, vehicle: str) -> Table:
-        """The table that the row goes to; raises PluginError if it has none, or does not fit."""
-        row = self.observation.row
-        if self.table is None:
-            raise PluginError(
-                f"sensor {self.sensor} of {vehicle}: its observation has the row {row}, but its table is None; "
-                "declare the table"
-            )
-        if len(row) + 2 != len(self.table.columns):
-            names = ", ".join(self.table.column_names[2:])
-            raise PluginError(
-                f"sensor {self.sensor} of {vehicle}: its row {row} does not fit the columns {names} of its table "
-                f"{self.table.name}"
-            )
-        return self.table
+def _shifted(motion: Motion, by_m: Point) -> Motion:
+    """The same motion somewhere else."""
+    return replace(motion, x_m=motion.x_m + by_m[0], y_m=motion.y_m + by_m[1])
 
 
 def _reserve_per_m(data: VehicleData, speed_mps: float) -> float:
@@ -98,7 +79,11 @@ class FunctionalLayer:
         bounds_m: area of operations.
         picture: what behaviours see; its part ``body`` is written here and nowhere else.
         constants: of guidance.
-        current: of the water; None where it stands.
+        sea: around the vehicle.
+
+    Attributes:
+        motion: where the vehicle really is, and how it moves.
+        believed: where it takes itself to be; the same object where it knows.
     """
 
     def __init__(
@@ -110,31 +95,31 @@ class FunctionalLayer:
         bounds_m: Bounds,
         picture: Picture,
         constants: GuidanceConstants = USUAL,
-        current: Current | None = None,
+        sea: Sea = CALM,
     ) -> None:
         self.data = data
         self.motion = Motion(*data.start_m)
         self.exhausted = False
         """True once the battery is empty: the vehicle does nothing any more."""
-        self.sensing: tuple[str, ...] = ()
-        """Names of the sensors that were on, and worked, in the last motion tick."""
+        self.believed = self.motion if sea.navigation is None else Motion(*data.start_m)
         self.picture = picture
         self._sound_target_m: Point = data.start_m
         self._settled_m: Point = data.start_m
         self._mission = mission
-        self._world = world
-        self._sensors = sensors
+        self._sensing = Sensing(data.name, sensors, world, sea.misses)
+        self._navigation = sea.navigation
         self._bounds_m = bounds_m
-        self._guidance = Guidance(self.motion, data, bounds_m, constants, current)
+        self._guidance = Guidance(self.motion, data, bounds_m, constants, sea.current)
         self._reserve_per_m = _reserve_per_m(data, data.survey_speed_mps)
-        self._dead: frozenset[str] = frozenset()
         self._sets: tuple[ActivitySet, ...] = ()
         self._of_set: dict[ActivitySet, Behaviour] = {}
         self._behaviours: list[Behaviour] = []
         self._guiding: int | None = None
-        self._on: list[tuple[str, Sensor]] = []
-        self._working: list[tuple[str, Sensor]] = []
-        self._working_names: tuple[str, ...] = ()
+
+    @property
+    def sensing(self) -> tuple[str, ...]:
+        """Names of the sensors that were on, and worked, in the last motion tick."""
+        return self._sensing.looking
 
     # Faults --------------------------------------------------------------------------------------
 
@@ -150,8 +135,7 @@ class FunctionalLayer:
         """
         self._guidance.slow_down(speed_factor)
         self._reserve_per_m = _reserve_per_m(self.data, speed_factor * self.data.survey_speed_mps)
-        self._dead = dead_sensors
-        self._see_what_works()
+        self._sensing.impair(dead_sensors)
 
     # Energy --------------------------------------------------------------------------------------
 
@@ -186,7 +170,7 @@ class FunctionalLayer:
                 have; or its behaviour cannot be made.
         """
         for activity_set in sets:
-            _refuse_unfit(activity_set, self._where(activity_set), self.data.name, self._sensors)
+            _refuse_unfit(activity_set, self._where(activity_set), self.data.name, self._sensing.names)
         self._sets = (*VITAL_SETS, *sets)
         known = self._of_set
         self._of_set = {one: known[one] if one in known else self._behaviour(one) for one in self._sets}
@@ -221,13 +205,7 @@ class FunctionalLayer:
                 named.update(activity.sensors)
                 if activity.type is ActivityType.GUIDANCE:
                     self._guiding = index
-        self._on = [(name, sensor) for name, sensor in self._sensors.items() if name in named]
-        self.picture.body.sensors_on = tuple(name for name, _ in self._on)
-        self._see_what_works()
-
-    def _see_what_works(self) -> None:
-        self._working = [(name, sensor) for name, sensor in self._on if name not in self._dead]
-        self._working_names = tuple(name for name, _ in self._working)
+        self.picture.body.sensors_on = self._sensing.switch_on(named)
 
     # Every tick and every decision ---------------------------------------------------------------
 
@@ -240,7 +218,7 @@ class FunctionalLayer:
         Raises:
             PluginError: a sensor raises, or returns anything but observations.
         """
-        motion, body, data = self.motion, self.picture.body, self.data
+        motion, body, data = self.believed, self.picture.body, self.data
         body.now_s = now_s
         body.battery = 1.0 - motion.energy_j / data.energy_j
         home_m = math.hypot(motion.x_m - data.start_m[0], motion.y_m - data.start_m[1])
@@ -250,28 +228,16 @@ class FunctionalLayer:
         body.contacts_m = tuple([(motion.x_m + one.dx_m, motion.y_m + one.dy_m) for one in neighbours])
         if math.hypot(motion.x_m - self._settled_m[0], motion.y_m - self._settled_m[1]) > NEAR_M:
             self._settled_m, body.settled_s = motion.position_m, now_s
-        self.sensing = self._working_names
-        if not self._working:
+        if not body.sensors_on:
+            self._sensing.looking = ()
             return []
-        pose = Pose(motion.x_m, motion.y_m, data.depth_m, motion.heading_rad, motion.speed_mps)
-        sensed: list[Sensed] = []
-        for name, sensor in self._working:
-            try:
-                found = sensor.sense(pose, self._world, now_s)
-                if not found and found is not None:  # hardly ever is there something
-                    continue
-                observations = tuple(found)
-            except Exception as error:
-                raise broken_promise(self._sensor(name), "sense", OBSERVATIONS, error) from error
-            if not all(isinstance(one, Observation) for one in observations):
-                raise broken_promise(self._sensor(name), "sense", OBSERVATIONS, observations)
-            sensed += [Sensed(name, sensor.table, one) for one in observations]
+        pose = Pose(self.motion.x_m, self.motion.y_m, data.depth_m, motion.heading_rad, motion.speed_mps)
+        if self._navigation is not None:
+            pose = pose._replace(error_m=self._navigation.error_m)
+        sensed = self._sensing.look(pose, now_s)
         if sensed:
             body.last_yield_s = now_s
         return sensed
-
-    def _sensor(self, name: str) -> str:
-        return f"sensor {name} of {self.data.name}"
 
     def perceive(self, performed: Sequence[int]) -> list[Perception]:
         """Stimulus and advance of every activity set.
@@ -282,7 +248,7 @@ class FunctionalLayer:
         Raises:
             PluginError: a behaviour raises, or returns anything but a Perception with a stimulus of 0..1.
         """
-        motion, picture = self.motion, self.picture
+        motion, picture = self.believed, self.picture
         perceptions: list[Perception] = []
         try:
             for index, behaviour in enumerate(self._behaviours):
@@ -325,6 +291,10 @@ class FunctionalLayer:
         self._check_energy()
         if self.exhausted:
             self.motion.speed_mps = 0.0
+        if self._navigation is not None:
+            self._navigation.go(self.motion.position_m, self.motion.speed_mps * dt_s, dt_s)
+            self._guidance.error_m = self._navigation.error_m
+            self.believed = _shifted(self.motion, self._navigation.error_m)
 
     def heed(self, pulls: Pulls) -> None:
         """Let signals of others pull at guidance like this until the next decision."""
@@ -332,7 +302,7 @@ class FunctionalLayer:
 
     def _reference(self, index: int) -> Reference | None:
         try:
-            reference = self._behaviours[index].reference(self.motion, self.picture)
+            reference = self._behaviours[index].reference(self.believed, self.picture)
             if reference is None:
                 return None
             sound = reference.__class__ is Reference and 0.0 <= reference[1] < math.inf

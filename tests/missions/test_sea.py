@@ -1,5 +1,6 @@
 """The sea in missions: off by default, as keys and axes of studies, and what is refused."""
 
+import math
 from pathlib import Path
 
 import pytest
@@ -71,3 +72,73 @@ def test_the_mission_completes_in_a_current_and_takes_longer() -> None:
     done_s = {m.vehicle: m.time_s for m in against.milestones if m.name == "mapping_done"}
     usual_s = {m.vehicle: m.time_s for m in finished().milestones if m.name == "mapping_done"}
     assert all(done_s[name] > usual_s[name] for name in done_s)
+
+
+# Navigation ---------------------------------------------------------------------------------------
+
+
+def errors_m(run: Run, vehicle: str) -> list[tuple[float, float]]:
+    """(time, distance between where a vehicle said it was and where it was), slot by slot."""
+    at_m = {row[0]: row[2:4] for row in run.recorder.trajectories if row[1] == vehicle}
+    told = [row for row in run.recorder.items if (row[1], row[5]) == (vehicle, "position")]
+    found = []
+    for row in told:
+        x_m, y_m = (float(part) for part in row[6].removeprefix("POINT (").removesuffix(")").split())
+        if (here_m := at_m.get(float(int(row[3])))) is not None:
+            found.append((row[3], math.dist(here_m, (x_m, y_m))))
+    return found
+
+
+RALLY = 'beacon=[{name="buoy",position_m=[450.0,450.0],range_m=150.0}]'
+
+
+def test_drift_takes_vehicles_off_and_a_beacon_brings_them_together() -> None:
+    """1 % of some 2.5 km of survey is 25 m, more than the 20 m within which the truth takes vehicles for together."""
+    lost = finished("navigation.drift=0.01", "scenario.duration_s=2600")
+    found = finished("navigation.drift=0.01", "scenario.duration_s=2600", RALLY)
+    assert "not together" in lost.reason
+    assert {m.group for m in found.milestones if m.name == "gathered"} == {"Operational", "Coordination"}
+    assert max(error_m for _, error_m in errors_m(lost, "AUV01")) > 15.0
+    late = [error_m for time_s, error_m in errors_m(found, "AUV01") if time_s > 1950.0]
+    assert late
+    assert max(late) < 5.0  # a position is told as of the tick before, up to 2.57 m ago
+    assert max(error_m for _, error_m in errors_m(lost, "ASV00")) < 5.0  # it is at the surface
+
+
+def test_what_is_off_is_mapped_off() -> None:
+    """The fleet takes itself to have mapped what it was to map; the truth sees what was really covered."""
+    exact, off = finished("scenario.duration_s=1900"), finished("scenario.duration_s=1900", "navigation.drift=0.01")
+    assert summary(off)["coverage_fraction"] < summary(exact)["coverage_fraction"] - 0.03
+    mapped = [{row[4] + row[6] for row in run.recorder.items if row[5] == "mappedCell"} for run in (exact, off)]
+    assert len(mapped[1]) > 0.97 * len(mapped[0])
+
+
+# Sensors ------------------------------------------------------------------------------------------
+
+
+def test_sensors_that_miss_cover_less() -> None:
+    """A square is in sight for some 20 ticks: a miss in three of ten costs nothing, in 98 of 100 two thirds remain."""
+    covered = [
+        summary(finished("scenario.duration_s=1900", f"uncertainty.p_miss={p_miss}"))["coverage_fraction"]
+        for p_miss in (0.0, 0.3, 0.98)
+    ]
+    assert covered[0] == pytest.approx(covered[1], abs=0.01)
+    assert covered[2] < covered[0] - 0.1
+
+
+# Off by default, and axes of studies --------------------------------------------------------------
+
+
+def test_a_sea_that_does_nothing_changes_no_byte() -> None:
+    short = "scenario.duration_s=300"
+    plain, beacons = finished(short), finished(short, "navigation.fix_s=1.0", RALLY)
+    for name in plain.recorder.tables:
+        assert plain.recorder.rows(name) == beacons.recorder.rows(name)
+
+
+def test_draws_of_the_sea_are_those_of_the_seed_whatever_the_strategy() -> None:
+    """So configurations of a study meet the same sea."""
+    settings = ("scenario.duration_s=60", "navigation.drift=0.05", "uncertainty.p_miss=0.5")
+    one, same, other = finished(*settings), finished(*settings), finished(*settings, seed=2)
+    assert one.recorder.trajectories == same.recorder.trajectories
+    assert one.recorder.trajectories != other.recorder.trajectories

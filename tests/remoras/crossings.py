@@ -16,6 +16,7 @@ from remoras.functional.layer import FunctionalLayer
 from remoras.functional.vital import VITAL_SETS
 from remoras.motion import Motion
 from remoras.picture import Picture
+from remoras.sea import Sea
 from remoras.separation import Separation
 from remoras.work import Point
 
@@ -90,7 +91,7 @@ def traveller(
 ) -> Traveller:
     """A vehicle that starts on its course."""
     data = auv(f"AUV{number:02d}", start_m=start_m, transit_speed_mps=speed_mps, energy_j=1e9, **changes)
-    functional = FunctionalLayer(data, Errand(goal_m), None, {}, BOUNDS_M, Picture(), current=current)
+    functional = FunctionalLayer(data, Errand(goal_m), None, {}, BOUNDS_M, Picture(), sea=Sea(current))
     functional.prepare([GOING])
     functional.perform([len(VITAL_SETS)])
     functional.motion.heading_rad = math.atan2(goal_m[1] - start_m[1], goal_m[0] - start_m[0])

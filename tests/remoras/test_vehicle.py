@@ -10,7 +10,7 @@ from missions.scenarios import load
 from remoras.avoidance import Neighbour
 from remoras.errors import PluginError
 from remoras.fleet import Fleet
-from remoras.functional.layer import Sensed
+from remoras.functional.sensing import Sensed
 from remoras.functional.vital import VITAL_SETS
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import SELF, Observation

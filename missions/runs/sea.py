@@ -1,0 +1,47 @@
+"""The sea around a vehicle in one run, as its scenario has it, with the draws of a seed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from exchange.acoustics import loss
+from missions.scenarios.scenario import Scenario
+from remoras.database import VehicleData
+from remoras.navigation import Beacon, Navigation, NavigationConstants
+from remoras.sea import Sea
+
+
+def sea_of(scenario: Scenario, data: VehicleData, seed: int) -> Sea:
+    """The sea around a vehicle; draws are keyed by seed and node, in streams of their own.
+
+    Args:
+        scenario: the whole input.
+        data: of the vehicle.
+        seed: root of all draws.
+    """
+    return Sea(scenario.current.water(), _navigation(scenario, data, seed), _misses(scenario, data, seed))
+
+
+def _navigation(scenario: Scenario, data: VehicleData, seed: int) -> Navigation | None:
+    table = scenario.navigation
+    if table.drift == 0.0:
+        return None
+    beacons = tuple(Beacon(beacon.position_m, beacon.range_m) for beacon in scenario.beacon)
+
+    def direction_rad(n_way: int) -> float:
+        return math.tau * loss.uniform(seed, loss.DRIFTS, n_way, data.node, 0)
+
+    return Navigation(NavigationConstants(table.drift, table.fix_s, beacons), data.depth_m, direction_rad)
+
+
+def _misses(scenario: Scenario, data: VehicleData, seed: int) -> Callable[[str, float], bool] | None:
+    p_miss, tick_s = scenario.uncertainty.p_miss, scenario.scenario.tick_s
+    if p_miss == 0.0:
+        return None
+    numbers = {settings.name: number for number, settings in enumerate(data.sensors)}
+
+    def misses(sensor: str, now_s: float) -> bool:
+        return loss.uniform(seed, loss.MISSES, round(now_s / tick_s), data.node, numbers[sensor]) < p_miss
+
+    return misses

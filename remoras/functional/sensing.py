@@ -1,0 +1,112 @@
+"""The sensors of a vehicle: which are on, which work, and what they yield in a tick."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from typing import Any, NamedTuple
+
+from remoras.errors import PluginError
+from remoras.plugins import broken_promise
+from remoras.recorder import Table
+from remoras.sensor import Observation, Pose, Sensor
+
+OBSERVATIONS = "a list of Observation"
+
+
+class Sensed(NamedTuple):
+    """An observation, the name of its sensor, and the table that its row goes to."""
+
+    sensor: str
+    table: Table | None
+    observation: Observation
+
+    def table_of(self, vehicle: str) -> Table:
+        """The table that the row goes to; raises PluginError if it has none, or does not fit."""
+        row = self.observation.row
+        if self.table is None:
+            raise PluginError(
+                f"sensor {self.sensor} of {vehicle}: its observation has the row {row}, but its table is None; "
+                "declare the table"
+            )
+        if len(row) + 2 != len(self.table.columns):
+            names = ", ".join(self.table.column_names[2:])
+            raise PluginError(
+                f"sensor {self.sensor} of {vehicle}: its row {row} does not fit the columns {names} of its table "
+                f"{self.table.name}"
+            )
+        return self.table
+
+
+class Sensing:
+    """Switches sensors on and off, and asks those that are on.
+
+    Args:
+        vehicle: its name.
+        sensors: by name, in the order in which they are asked.
+        world: what they perceive in this run.
+        misses: True where a sensor, by name, yields nothing in the tick of a time (s); None where none ever misses.
+
+    Attributes:
+        looking: names of the sensors that were on, and worked, in the last motion tick.
+    """
+
+    def __init__(
+        self,
+        vehicle: str,
+        sensors: Mapping[str, Sensor],
+        world: Any,
+        misses: Callable[[str, float], bool] | None = None,
+    ) -> None:
+        self.looking: tuple[str, ...] = ()
+        self._vehicle = vehicle
+        self._sensors = sensors
+        self._world = world
+        self._misses = misses
+        self._dead: frozenset[str] = frozenset()
+        self._on: list[tuple[str, Sensor]] = []
+        self._working: list[tuple[str, Sensor]] = []
+        self._working_names: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all sensors of the vehicle."""
+        return tuple(self._sensors)
+
+    def impair(self, dead: frozenset[str]) -> None:
+        """Let sensors of these names stay on and yield nothing, and no others."""
+        self._dead = dead
+        self._working = [(name, sensor) for name, sensor in self._on if name not in dead]
+        self._working_names = tuple(name for name, _ in self._working)
+
+    def switch_on(self, names: Collection[str]) -> tuple[str, ...]:
+        """Switch on the sensors of these names, and off all others; names of those that are on, working or not."""
+        self._on = [(name, sensor) for name, sensor in self._sensors.items() if name in names]
+        self.impair(self._dead)
+        return tuple(name for name, _ in self._on)
+
+    def look(self, pose: Pose, now_s: float) -> list[Sensed]:
+        """What the sensors that are on yield now.
+
+        Raises:
+            PluginError: a sensor raises, or returns anything but observations.
+        """
+        working, self.looking = self._working, self._working_names
+        if self._misses is not None:
+            working = [one for one in working if not self._misses(one[0], now_s)]
+            self.looking = tuple(name for name, _ in working)
+        sensed: list[Sensed] = []
+        for name, sensor in working:
+            try:
+                found = sensor.sense(pose, self._world, now_s)
+                if not found and found is not None:  # hardly ever is there something
+                    continue
+                observations = tuple(found)
+            except Exception as error:
+                raise broken_promise(self._where(name), "sense", OBSERVATIONS, error) from error
+            if not all(isinstance(one, Observation) for one in observations):
+                raise broken_promise(self._where(name), "sense", OBSERVATIONS, observations)
+            sensed += [Sensed(name, sensor.table, one) for one in observations]
+        return sensed
+
+    def _where(self, name: str) -> str:
+        return f"sensor {name} of {self._vehicle}"

@@ -1,0 +1,87 @@
+"""Navigation: how far off a vehicle takes itself to be from where it is.
+
+Under water a vehicle adds up its way by log and compass, and its error grows with that way. At the surface, or where it
+hears a beacon, it has a fix, and the error shrinks::
+
+    de = drift u_n ds                 under water; u_n is drawn for each way n between two fixes
+    e <- e exp(-dt / fix_s)           at the surface, or within range of a beacon
+
+What the vehicle believes of its place is where it is plus e: by that it is guided, and that is what it tells. What it
+meets is where it is: others, the channel, the ground below its sensors.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from remoras.work import Point
+
+SURFACE_M = 1.0
+"""A vehicle that is not deeper than this has a fix."""
+
+
+@dataclass(frozen=True, slots=True)
+class Beacon:
+    """Something whose place is known: who is within ``range_m`` of it has a fix."""
+
+    position_m: Point
+    range_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class NavigationConstants:
+    """The constants of the equations above; ``drift`` is a share of the way."""
+
+    drift: float
+    fix_s: float = 10.0
+    beacons: tuple[Beacon, ...] = ()
+
+
+class Navigation:
+    """The error of one vehicle.
+
+    Args:
+        constants: of all vehicles.
+        depth_m: of this one.
+        direction_rad: draws the direction in which it drifts on its n-th way between two fixes, from 0.
+
+    Attributes:
+        error_m: where it takes itself to be, from where it is.
+
+    >>> adrift = Navigation(NavigationConstants(0.01, beacons=(Beacon((0.0, 0.0), 50.0),)), 20.0, lambda n: 0.0)
+    >>> adrift.go((500.0, 0.0), 500.0, 1.0)
+    >>> adrift.error_m
+    (5.0, 0.0)
+    >>> adrift.go((0.0, 0.0), 500.0, 100.0)
+    >>> adrift.error_m[0] < 0.001
+    True
+    """
+
+    def __init__(self, constants: NavigationConstants, depth_m: float, direction_rad: Callable[[int], float]) -> None:
+        self.error_m: Point = (0.0, 0.0)
+        self._constants = constants
+        self._is_surfaced = depth_m <= SURFACE_M
+        self._direction_rad = direction_rad
+        self._n_ways = 0
+        self._course_rad: float | None = None
+
+    def go(self, position_m: Point, way_m: float, dt_s: float) -> None:
+        """Account for a tick.
+
+        Args:
+            position_m: where the vehicle really is now.
+            way_m: that it has gone in the tick; dt_s: its length.
+        """
+        constants, (x_m, y_m) = self._constants, self.error_m
+        if self._is_surfaced or any(math.dist(position_m, one.position_m) <= one.range_m for one in constants.beacons):
+            left = math.exp(-dt_s / constants.fix_s)
+            self.error_m = left * x_m, left * y_m
+            self._course_rad = None
+            return
+        if self._course_rad is None:
+            self._course_rad = self._direction_rad(self._n_ways)
+            self._n_ways += 1
+        grown_m = constants.drift * way_m
+        self.error_m = x_m + grown_m * math.cos(self._course_rad), y_m + grown_m * math.sin(self._course_rad)
