@@ -384,7 +384,8 @@ def test_a_value_where_a_table_belongs_is_a_fault_and_no_crash(tmp_path: Path, t
     setting = [("--set", f"{table}={wrong}")]
     fine = {
         ("fault", "[]"),
-        *((one, "{}") for one in ("decision", "fleet", "uncertainty", "guidance")),
+        ("beacon", "[]"),
+        *((one, "{}") for one in ("decision", "fleet", "uncertainty", "guidance", "current", "navigation")),
     }  # have defaults
     if (table, wrong) in fine:
         load(str(file), setting)

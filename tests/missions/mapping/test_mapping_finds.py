@@ -65,6 +65,25 @@ def milestones(done: Run, name: str) -> list[tuple[float, str]]:
     return [(m.time_s, m.vehicle) for m in done.milestones if m.name == name]
 
 
+# Off ---------------------------------------------------------------------------------------------
+
+
+def test_a_vehicle_that_errs_about_its_place_finds_what_is_below_it_and_reports_it_off() -> None:
+    """It is over the only feature and takes itself to be 50 m beside, where another cell is mapped; once each."""
+    (cell, feature), *_ = drawn(SEABED, FINDS, 5).features.items()
+    world = replace(SEABED, features={cell: feature})
+    x_m, y_m = (cell[0] + 0.5) * 25.0, (cell[1] + 0.5) * 25.0
+    off_m = -50.0 if x_m > 50.0 else 50.0
+    sensor = SwathSensor(20.0, 2.0, "AUV00")
+    pose = Pose(x_m, y_m, 20.0, 0.0, 1.0, (off_m, 0.0))
+    facts = [fact for one in sensor.sense(pose, world, 0.0) for fact in one.facts]
+    here = feature.position_m
+    assert (feature.name, "foundAt", (here[0] + off_m, here[1])) in facts
+    beside = cell[0] + round(off_m / 25.0), cell[1]
+    assert [fact for fact in facts if fact[1] == "mappedCell"] == [("area", "mappedCell", SEABED.cells[beside][1])]
+    assert sensor.sense(pose, world, 1.0) == []
+
+
 # Drawing -----------------------------------------------------------------------------------------
 
 
