@@ -28,7 +28,8 @@ from remoras.diary import Diary
 from remoras.errors import PluginError
 from remoras.executive.layer import ExecutiveLayer
 from remoras.faults import SOUND, Condition
-from remoras.functional.layer import FunctionalLayer, Sensed
+from remoras.functional.layer import FunctionalLayer
+from remoras.functional.sensing import Sensed
 from remoras.radio import Radio
 from remoras.recorder import Recorder
 from remoras.social.layer import Consulted, Review, SocialLayer

@@ -1,4 +1,4 @@
-"""The sea around a vehicle in one run, as its scenario has it, with the draws of a seed."""
+"""A vehicle in one run as it really is, and the sea around it, with the draws of a seed."""
 
 from __future__ import annotations
 
@@ -10,6 +10,16 @@ from missions.scenarios.scenario import Scenario
 from remoras.database import VehicleData
 from remoras.navigation import Beacon, Navigation, NavigationConstants
 from remoras.sea import Sea
+
+
+def actual(data: VehicleData, spread: float, seed: int) -> VehicleData:
+    """The vehicle as it really is in the run with that seed: somewhat slower or faster than its data.
+
+    The draw is keyed by seed and node, in a stream of its own: no strategy, policy or channel changes it.
+    """
+    if spread == 0.0:
+        return data
+    return data.faster(1.0 + spread * (2.0 * loss.uniform(seed, loss.SPEEDS, data.node, 0, 0) - 1.0))
 
 
 def sea_of(scenario: Scenario, data: VehicleData, seed: int) -> Sea:

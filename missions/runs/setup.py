@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from exchange.acoustics import loss
 from exchange.acoustics.channel import BroadcastChannel, Channel
 from exchange.acoustics.modems import Modem, modems
 from exchange.codec import Codec
@@ -18,7 +17,7 @@ from missions.errors import ConfigurationError, ConfigurationFault
 from missions.metric import Metric, collected
 from missions.runs.knowledge import FACTS
 from missions.runs.metrics import CORE_METRICS
-from missions.runs.sea import sea_of
+from missions.runs.sea import actual, sea_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import policy_of
 from missions.scenarios.scenario import Scenario, StrategyTable
@@ -224,16 +223,6 @@ def _refuse_undivided(scenario: Scenario, strategy: Strategy, agreement: Agreeme
                 faults.append(ConfigurationFault(f"group.{name}.role.{role.name}.job", f'"{role.job}"', why))
     if faults:
         raise ConfigurationError(scenario.scenario.name, faults)
-
-
-def actual(data: VehicleData, spread: float, seed: int) -> VehicleData:
-    """The vehicle as it really is in the run with that seed: somewhat slower or faster than its data.
-
-    The draw is keyed by seed and node, in a stream of its own: no strategy, policy or channel changes it.
-    """
-    if spread == 0.0:
-        return data
-    return data.faster(1.0 + spread * (2.0 * loss.uniform(seed, loss.SPEEDS, data.node, 0, 0) - 1.0))
 
 
 def sensors_of(data: VehicleData) -> dict[str, Sensor]:

@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 import pytest
+from cli.invoked import remoras
 from small_mission import SMALL, line_of
 
 from missions.errors import ConfigurationError, ConfigurationFault
@@ -142,3 +143,14 @@ def test_draws_of_the_sea_are_those_of_the_seed_whatever_the_strategy() -> None:
     one, same, other = finished(*settings), finished(*settings), finished(*settings, seed=2)
     assert one.recorder.trajectories == same.recorder.trajectories
     assert one.recorder.trajectories != other.recorder.trajectories
+
+
+def test_a_study_varies_the_sea(tmp_path: Path) -> None:
+    """Two values of each of three keys: eight configurations."""
+    keys = ("current.north_mps", "navigation.drift", "uncertainty.p_miss")
+    grid = "\n".join(f'"{key}" = [0.0, 0.1]' for key in keys)
+    about = 'name = "sea"\nscenario = "mapping-rendezvous"\nstrategies = ["remoras"]\nrepeats = 1\nseed = 1'
+    (tmp_path / "sea.toml").write_text(f"[study]\n{about}\n\n[grid]\n{grid}\n", encoding="utf-8")
+    said = remoras("validate", tmp_path / "sea.toml")
+    assert said.exit_code == 0, said.output
+    assert "8 configurations" in said.output

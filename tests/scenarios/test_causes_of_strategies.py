@@ -8,7 +8,8 @@ import pytest
 
 from missions.mapping.metrics import area_roles
 from missions.runs.run import Run, run
-from missions.runs.setup import actual, assemble, resolved
+from missions.runs.sea import actual
+from missions.runs.setup import assemble, resolved
 from missions.runs.summary import summary
 from missions.scenarios import load
 from remoras.strategies import strategies

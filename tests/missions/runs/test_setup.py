@@ -13,7 +13,8 @@ from missions.errors import ConfigurationError
 from missions.mapping import MappingMission
 from missions.runs.metrics import CORE_METRICS
 from missions.runs.run import run
-from missions.runs.setup import Setup, actual, assemble, channel_of, resolved, sensors_of
+from missions.runs.sea import actual
+from missions.runs.setup import Setup, assemble, channel_of, resolved, sensors_of
 from missions.runs.summary import summary
 from missions.scenarios import Scenario, load, parts
 from remoras.errors import PluginError
