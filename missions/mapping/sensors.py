@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 from pydantic import Field
 
@@ -46,12 +46,18 @@ class Seabed:
     """Cells of the areas to be mapped: the area, and the index in it, of each; and the features that lie in cells.
 
     ``cells`` maps (column, row) of the world grid to (area name, index in the area). A cell covers
-    ``cell_m`` by ``cell_m``; its centre is ((column + 0.5) cell_m, (row + 0.5) cell_m).
+    ``cell_m`` by ``cell_m``; its centre is ((column + 0.5) cell_m, (row + 0.5) cell_m). ``under(x_m, y_m, reach_m)``
+    gives the cells of areas whose centre is within ``reach_m`` of a place; the last are remembered, since the truth looks
+    where a sensor has.
     """
 
     cell_m: float
     cells: Mapping[Cell, tuple[str, int]]
     features: Mapping[Cell, Feature] = field(default_factory=dict)
+    under: Callable[[float, float, float], tuple[Cell, ...]] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "under", lru_cache(maxsize=64)(self._under))
 
     @classmethod
     def of_areas(cls, cell_m: float, corners_m: Mapping[str, Sequence[Point]]) -> Seabed:
@@ -76,14 +82,6 @@ class Seabed:
         columns, rows = [column for column, _ in self.cells], [row for _, row in self.cells]
         size = self.cell_m
         return min(columns) * size, min(rows) * size, (max(columns) + 1) * size, (max(rows) + 1) * size
-
-    @cached_property
-    def under(self) -> Callable[[float, float, float], tuple[Cell, ...]]:
-        """``under(x_m, y_m, reach_m)``: cells of an area whose centre is within ``reach_m`` of (x_m, y_m).
-
-        The last are remembered: the truth looks where a sensor has.
-        """
-        return lru_cache(maxsize=64)(self._under)
 
     def _under(self, x_m: float, y_m: float, reach_m: float) -> tuple[Cell, ...]:
         size = self.cell_m
