@@ -47,8 +47,8 @@ class Seabed:
 
     ``cells`` maps (column, row) of the world grid to (area name, index in the area). A cell covers
     ``cell_m`` by ``cell_m``; its centre is ((column + 0.5) cell_m, (row + 0.5) cell_m). ``under(x_m, y_m, reach_m)``
-    gives the cells of areas whose centre is within ``reach_m`` of a place; the last are remembered, since the truth looks
-    where a sensor has.
+    gives the cells of areas whose centre is within ``reach_m`` of a place; the last are remembered, since the truth
+    looks where a sensor has.
     """
 
     cell_m: float

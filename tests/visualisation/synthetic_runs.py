@@ -123,7 +123,8 @@ class Fiction:
 
         Every vehicle has a plan of its own, to home, which lasts.
         """
-        (group, leader), (_, diver), half_s = self.roles[0], self.roles[-1], 0.5 * self.end_s
+        (group, leader), (_, diver) = self._first_and_last
+        half_s = 0.5 * self.end_s
         mission = (self.vehicles[0], group, "", "", "")
         dive = f"AssignObjective({group}, {diver}, Diving, bay)"
         top, branch = (0, -1, f"Survey({group})"), (1, 0, f"Dive({group}, {diver}, bay)")
@@ -189,7 +190,7 @@ class Fiction:
             for packet in packets
             for receiver in packet[6]
         ]
-        leader, *_, diver = [*(role for _, role in self.roles), "", ""]
+        (_, leader), (_, diver) = self._first_and_last
         weighed = [
             ("", "Evading", 1.0, True, None), (leader, LONG, 0.5, True, 0.4), (diver, "Homing", 0.3, False, 0.3)
         ]  # fmt: skip
@@ -204,6 +205,12 @@ class Fiction:
             "trajectories": tracks, "roles": sorted([*roles, *self.extra_roles]), "satisfaction": values,
             "finds": finds, "faults": list(self.faults), "packets": packets, "knowledge": sorted([*told, *heard]),
         }  # fmt: skip
+
+    @property
+    def _first_and_last(self) -> tuple[tuple[str, str], tuple[str, str]]:
+        """Roles that decisions and plans are for; those of a run without roles have others."""
+        named = self.roles or (("Team", "Leader"), ("Team", "Diver"))
+        return named[0], named[-1]
 
     def _packet(self, slot: int) -> tuple[Any, ...]:
         """One packet in each slot, of each vehicle in turn; every third listener loses it, another one each time."""
