@@ -42,7 +42,8 @@ class Timetable:
         if self._meeting_s is None:
             self._meeting_s = self._expected_s(situation)
             plan = [chain for chain in chains(work) if self._me in work.holders(chain[0])]
-            self._to_follow = tuple(role for _, *rest in plan for role in rest)
+            me = work.database[self._me]
+            self._to_follow = tuple(role for _, *rest in plan for role in rest if work.able(me, role))
             self._planned = frozenset(role.name for role in work.roles)
         held = work.held_by(self._me)
         following = [role for role in self._to_follow if role in work.vacant] or self._come_up(situation)

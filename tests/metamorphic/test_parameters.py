@@ -29,7 +29,7 @@ CASE_OF = {
     "help_s": ROOM,
     "margin": SLOW,
     "contract-net.margin": LOSSES,
-    "doubt_rounds": WORST,
+    "doubt_rounds": WORST_AND_SLOW,
     "acknowledge_rounds": WORST,
     "plan-and-dispatch.acknowledge_rounds": WORST_AND_SLOW,
     "accept_rounds": WORST,

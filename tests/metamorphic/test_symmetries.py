@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 
 from missions.runs.run import Run, run
 from missions.scenarios import load, shipped
+from remoras.recorder import PLANS
 from remoras.strategies import strategies
 
 NAMES = {"ASV00": "Zulu", "AUV00": "Yankee", "AUV01": "Mike", "AUV02": "Alfa"}
@@ -95,14 +97,19 @@ def test_renaming_vehicles_renames_only(strategy: str, per: float, tmp_path: Pat
 def test_the_order_of_tables_changes_nothing(strategy: str, header: str, tmp_path: Path) -> None:
     """It fails if jobs or vehicles are taken as the file lists them, where several are as good: slots are given.
 
-    The facts of one plan go out together, in the order of the file; which of them a table has first is not compared.
+    The facts of one plan go out together, in the order of the file, and so stand its tasks; which of them a table has
+    first, and what their places are, is not compared.
     """
     text = text_of("mapping-patches")
     other = with_last_first(text, header)
     assert other != text
     assert sorted(other.split()) == sorted(text.split())
     after, before = (tables(of(one, tmp_path, strategy, 0.5)) for one in (other, text))
-    assert sorted(after.pop("items")) == sorted(before.pop("items"))
+    for name in ("items", "organisation"):
+        assert sorted(after.pop(name)) == sorted(before.pop(name))
+    node, parent = PLANS.column_names.index("node"), PLANS.column_names.index("parent")
+    shown = [Counter((*row[:node], *row[parent + 1 :]) for row in rows.pop("plans")) for rows in (after, before)]
+    assert shown[0] == shown[1]
     assert after == before
 
 

@@ -242,14 +242,14 @@ LONG_SPELLS = {"p_good_to_bad": 0.005, "p_bad_to_good": 0.005, "per_good": 0.0, 
 def test_a_group_is_not_taken_for_gathered_by_what_was_heard_long_ago(monkeypatch: pytest.MonkeyPatch) -> None:
     """In spells of 200 slots a head that trusts old news parts too early, and the group meets later.
 
-    Of the seeds 1 to 14 it does so in 8 and 9, by 142 s each; in 7 it is 13 s earlier, in the others nothing changes.
+    Of the seeds 1 to 11 it does so in 8 and 10, by 142 and 144 s; in 7 and 11 it is 4 s, in the others nothing changes.
     """
     settings = ["strategy.name=contract-net", "channel.name=gilbert-elliott"]
     settings += [f"channel.{key}={value}" for key, value in LONG_SPELLS.items()]
     scenario = load("mapping-patches", [("--set", setting) for setting in settings])
-    ends_s = [run(scenario, seed).end_s for seed in (8, 9)]
+    ends_s = [run(scenario, seed).end_s for seed in (8, 10)]
     monkeypatch.setattr("missions.meeting.meeting.NEWS_FRAMES", 1e9)
-    assert all(run(scenario, seed).end_s > end_s for seed, end_s in zip((8, 9), ends_s, strict=True))
+    assert all(run(scenario, seed).end_s > end_s for seed, end_s in zip((8, 10), ends_s, strict=True))
 
 
 @pytest.mark.slow
