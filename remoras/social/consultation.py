@@ -216,6 +216,17 @@ class Consultation:
             then = role_after(self._rules.database, name, group, agreed.organisation)
             if then is not None and self._is_newest((then.group, then.role, then.vehicle), age):
                 agreed.assign(Request(vehicle, Act.ASSIGN, then.group, then.role, then.vehicle))
+        self._take_back(group.name, vehicle, agreed)
+
+    def _take_back(self, group: str, head: str, agreed: Agreed) -> None:
+        """Where heads alone give out roles, let go of jobs whose giver, as is known now, led no more by then."""
+        if self._rules.authorities:
+            return
+        for role in self._groups[group].roles:
+            for name in agreed.organisation.members(group, role.name) if role.job is not None else ():
+                given = self._given_at(group, role.name, name)
+                if given != AGREED_BEFORE and not self._reigns.led(self.requests.name_of(given[1]), group, given):
+                    agreed.leave(Request(head, Act.RELEASE, group, role.name, name))
 
     def _hand_over(self, to: Request, holders: list[str] | tuple[str, ...], age: Age, agreed: Agreed) -> None:
         """Let holders leave a role for another, unless a newer word says something else of one of them."""

@@ -51,6 +51,10 @@ class Requests:
         name = self._attributes[fact.attribute].name
         return name, self._name(fact.subject if name.startswith(OBJECTIVE_PREFIX) else fact.target)
 
+    def name_of(self, origin: int) -> str:
+        """The vehicle whose facts have this origin."""
+        return self._name(origin)
+
     def of(self, observation: Observation) -> Request:
         """What the issuer of a fact asks for."""
         fact, name = observation.fact, self._name

@@ -43,3 +43,12 @@ def test_a_fleet_without_energy_does_not_count_as_fast() -> None:
     assert "out of action" in finished.reason
     assert finished.recorder.trajectories[-1][0] < 1000.0
     assert summary(finished)["mission_time_s"] == finished.scenario.scenario.duration_s
+
+
+def test_a_head_that_joins_late_gives_way_to_its_successor() -> None:
+    """It gives out jobs before it hears of its successor: these are taken back, or both would wait for good."""
+    late = 'fault=[{kind="joins", vehicle="AUV00", at_s=900.0}]'
+    settings = [("--set", one) for one in ("strategy.name=central", "channel.per=0.4", late)]
+    finished = run(load("mapping-patches", settings), 3)
+    assert finished.completed
+    assert finished.end_s < 3000.0
