@@ -134,6 +134,25 @@ def test_a_crash_is_said_and_the_page_keeps_what_it_had(chrome: Any, crash: Cras
         assert_sound(window, client)
 
 
+def test_an_answer_that_comes_after_later_news_changes_nothing(chrome: Any, crash: Crash) -> None:
+    crash.at(30.0)
+    with served(SHORT) as client:
+        window = opened(chrome, client)
+        window.page.get_by_label("Speed of the run").select_option("full")
+        window.page.wait_for_function("() => R.live.state.speed === null")
+        older = {**window.ask("() => R.live.state"), "phase": "running"}
+        held: list[Any] = []
+        window.page.route("**/control", lambda route: (route.fetch(), held.append(route)))
+        window.page.get_by_role("button", name="▶ Start").click()
+        window.page.wait_for_function("() => R.live.state.phase === 'crashed'")
+        with window.page.expect_response("**/control"):
+            held[0].fulfill(json=older)
+        window.page.wait_for_timeout(100)
+        assert window.ask("() => R.live.state.phase") == "crashed"
+        assert window.texts(".live .message") == [client.session.state()["message"]]
+        assert_sound(window, client)
+
+
 def test_a_notebook_shows_the_page_in_a_frame(chrome: Any, tmp_path: Path) -> None:
     shown = remoras.run("mapping-rendezvous", per=0.6, set={"scenario.duration_s": 40.0}).replay()
     notebook = tmp_path / "notebook.html"

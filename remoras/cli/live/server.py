@@ -82,6 +82,8 @@ class LiveServer:
         self._form = form
         self._listener = listener
         self._asking = asyncio.Lock()  # one request changes the run at a time
+        self._told: dict[str, Any] = {}
+        self._n_states = 0
         self._show(first)
         port = listener.getsockname()[1]
         self.url = f"http://{LOOPBACK}:{port}/"
@@ -105,8 +107,12 @@ class LiveServer:
         self._server.should_exit = True
 
     def state(self) -> dict[str, Any]:
-        """What the page says of the run and of its form."""
-        return {**self._session.state(), **self._shown}
+        """What the page says of the run and of its form, numbered: states reach a page in answers and events, in any order."""
+        state = {**self._session.state(), **self._shown}
+        if state != self._told:
+            self._told = state
+            self._n_states += 1
+        return {**state, "number": self._n_states}
 
     def _show(self, scenario: Scenario) -> None:
         self._scenario = scenario
@@ -122,9 +128,9 @@ class LiveServer:
         return HTMLResponse(live_text(f"{name}, seed {self._session.seed} - live"), headers=NOT_KEPT)
 
     async def _events(self, request: Request) -> Response:
-        return StreamingResponse(self._told(request), media_type="text/event-stream", headers=NOT_KEPT)
+        return StreamingResponse(self._news(request), media_type="text/event-stream", headers=NOT_KEPT)
 
-    async def _told(self, request: Request) -> AsyncIterator[str]:
+    async def _news(self, request: Request) -> AsyncIterator[str]:
         """What is new, as server-sent events, as long as somebody listens."""
         watcher, told = self._session.audience.watch(), ""
         try:

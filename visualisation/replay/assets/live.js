@@ -80,13 +80,13 @@
     }
 
     async ask(what) {
+      this.say("");
       try {
         const answer = await fetch("control", {
           method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(what),
         });
         const told = await answer.json();
         if (!answer.ok) { this.say(told.error, true); return; }
-        this.say("");
         this.show(told);
       } catch (error) {
         this.say(GONE, true);
@@ -129,6 +129,7 @@
 
     show(state) {
       const before = this.state, { phase, time_s, duration_s } = state;
+      if (before && state.number < before.number) return; // an answer may come after a later event
       this.state = state;
       this.bar.inert = this.form.inert = false;
       this.bar.dataset.phase = phase;
