@@ -107,7 +107,7 @@ class LiveServer:
         self._server.should_exit = True
 
     def state(self) -> dict[str, Any]:
-        """What the page says of the run and of its form, numbered: states reach a page in answers and events, in any order."""
+        """What the page says of the run and of its form, numbered in their order, in which a page may not get them."""
         state = {**self._session.state(), **self._shown}
         if state != self._told:
             self._told = state
