@@ -80,6 +80,7 @@ class MissionPlanner:
         self._vacant: dict[str, set[tuple[str, str]]] = {}  # (group, role) that all have left, where somebody has left
         self._proposed: dict[RoleAssignment | Objective, None] = {}  # said in this round, not yet counting
         self._awaited: set[tuple[str, str]] = set()  # (vehicle, job) given to it, of which nothing has come back
+        self._taken_over: set[str] = set()  # groups that another vehicle led when their missions were planned last
         self.issued: set[RoleAssignment] = set()
         self.issued_objectives: set[Objective] = set()
 
@@ -149,6 +150,7 @@ class MissionPlanner:
             taken_over: those of them that it did not lead before.
         """
         self._due.intersection_update(groups)
+        self._taken_over = self._taken_over.intersection(groups).union(taken_over)
         for group in taken_over:
             self._plan_anew(group)
 
@@ -228,6 +230,7 @@ class MissionPlanner:
                     self._impossible[group] = NoPlan(Task(mission, (group,)), execution.rests_on, ())
             if group in self._impossible:
                 impossible.append(self._impossible[group])
+            self._taken_over.discard(group)
         self._due.clear()
         self._anew.clear()
         return Deliberation(facts, impossible)
@@ -269,7 +272,9 @@ class MissionPlanner:
         return [] if missions.get(group) == mission else [self._beliefs.fact(group, "hasMission", mission)]
 
     def _give(self, objective: Objective, objectives: Collection[Objective]) -> list[Fact]:
-        if objective in self._proposed or objective in objectives:
+        """What a former head gave is given again: nobody else knows which members have heard of it."""
+        counts = objective in objectives and objective.group not in self._taken_over
+        if objective in self._proposed or counts:
             return []
         self._proposed[objective] = None
         self.issued_objectives.add(objective)

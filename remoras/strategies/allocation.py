@@ -72,6 +72,7 @@ class Expectations:
         work: Work,
         now_s: float,
         seen_s: float | None = None,
+        unheard: Collection[str] = (),
     ) -> Engagement:
         """What a vehicle holds, and when it has done what it has begun.
 
@@ -84,13 +85,14 @@ class Expectations:
             work: as it is known.
             now_s: it is not free before.
             seen_s: when its position was heard; now if None.
+            unheard: names of roles of which it is not known to have heard: it turns to them later than now.
         """
         here = Outlook(now_s, work.position_m(data.name))
         if not held:
             self._at.pop(data.name, None)
             return Engagement((), (), here)
         at = next((role for role in held if role.name == self._at.get(data.name, ("",))[0]), None)
-        if at is None:
+        if at is None or (at.name in unheard and share_left(work.job(at)) == 1.0):
             at = work.in_order(here, data, held)[0]
             then = work.after(here, data, at)
             self._at[data.name] = at.name, now_s if then is None else then.free_s

@@ -7,11 +7,12 @@ it is not are told of their next jobs only, ``queue`` at a time.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from pydantic import Field
 
+from remoras.database import VehicleData
 from remoras.organisation import Group
 from remoras.strategies.allocation import Engagement, Expectations, Plan, helped, revised
 from remoras.strategies.founding import common_roles
@@ -70,15 +71,10 @@ class Dispatcher:
         if self._me not in work.heads:
             self._was_led = True
             return Move()
-        engaged = {
-            data.name: self._expectations.of(
-                data, work.held_by(data.name), work, situation.now_s, self._seen_s(data.name, situation)
-            )
-            for data in work.workers
-        }
+        engaged = {data.name: self._engagement(data, situation) for data in work.workers}
         late = self._unacknowledged(situation)
         said = self._revision(engaged, late, situation) if self._is_due(engaged, late, situation) else []
-        statements = self._given_before(work) + [Statement((fact, *self._common(fact, work))) for fact in said]
+        statements = self._given_before(work) + [Statement(facts) for facts in self._together(said, work)]
         return Move(tuple(statements), holding=self._holds(engaged, situation))
 
     def _given_before(self, work: Work) -> list[Statement]:
@@ -97,6 +93,23 @@ class Dispatcher:
                     left = [(self._me, "leftRole", path)] if is_job and self._me not in work.holders(role) else []
                     given.append(Statement((*left, (name, "playsRole", path))))
         return given
+
+    def _together(self, said: Sequence[Statable], work: Work) -> list[tuple[Statable, ...]]:
+        """What is said at once: a role that changes hands is left and taken in one block, which counts whole.
+
+        Who heard that it is to take a role, and not that another one left it, would find no room.
+        """
+        left = {role: (name, attribute, role) for name, attribute, role in said if attribute == "leftRole"}
+        taken = {role for _, attribute, role in said if attribute == "playsRole"}
+        blocks = []
+        for fact in said:
+            _, attribute, role = fact
+            if attribute == "playsRole":
+                release = [left.pop(role)] if role in left else []
+                blocks.append((*release, fact, *self._common(fact, work)))
+            elif role not in taken:
+                blocks.append((fact,))
+        return blocks
 
     def _common(self, fact: Statable, work: Work) -> list[Statable]:
         """Roles without a job that a vehicle needs with a job which it is given."""
@@ -119,7 +132,8 @@ class Dispatcher:
             for role in work.held_by(data.name):
                 key = data.name, role.name
                 new = share_left(work.job(role)), engaged[data.name].end(data, work).free_s
-                taken[key] = self._taken.get(key, new)
+                is_heard = self._group.path(role.name) not in situation.unheard.get(data.name, ())
+                taken[key] = self._taken.get(key, new) if is_heard else new
         self._taken = taken
         shares = {role.name: share_left(work.job(role)) for role in work.unfinished}
         is_awaited = any(
@@ -127,8 +141,13 @@ class Dispatcher:
         )
         return is_awaited or any(not work.holders(role) for role in work.unfinished)
 
-    def _seen_s(self, name: str, situation: Situation) -> float:
-        return situation.now_s if name == self._me else situation.heard_s.get(name, 0.0)
+    def _engagement(self, data: VehicleData, situation: Situation) -> Engagement:
+        """What a vehicle is at and holds, as far as this one can tell."""
+        work, name, now_s = situation.work, data.name, situation.now_s
+        seen_s = now_s if name == self._me else situation.heard_s.get(name, 0.0)
+        paths = situation.unheard.get(name, ())
+        unheard = [role.name for role in work.unfinished if self._group.path(role.name) in paths]
+        return self._expectations.of(data, work.held_by(name), work, now_s, seen_s, unheard)
 
     def _is_due(self, engaged: Mapping[str, Engagement], late: Collection[object], situation: Situation) -> bool:
         """True if something has changed since the last plan and, with ``on_call``, somebody calls for work."""
@@ -177,7 +196,12 @@ class Dispatcher:
 
     def _unacknowledged(self, situation: Situation) -> set[tuple[str, str]]:
         """(vehicle, role) that this vehicle stated too long ago without an acknowledgement."""
-        unheard = [(name, role) for name, roles in situation.unheard.items() for role in sorted(roles)]
+        unheard = [
+            (name, role.name)
+            for name, paths in situation.unheard.items()
+            for role in self._group.roles
+            if self._group.path(role.name) in paths
+        ]
         self._unheard_since = {key: self._unheard_since.get(key, situation.round) for key in unheard}
         return {
             key

@@ -1,6 +1,7 @@
 """What negotiators agree on among themselves, over an exchange that loses what a script says."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import pytest
 from hypothesis import example, given, settings
@@ -11,9 +12,11 @@ from missions.mapping.jobs import SurveyJob
 from remoras.organisation import Group, RoleSpecification
 from remoras.strategies import configured, strategies
 from remoras.strategies.cbba import Cbba
+from remoras.strategies.central import Central
 from remoras.strategies.contract_net import ContractNet
+from remoras.strategies.remoras import Remoras
 from remoras.strategies.status_broadcast import StatusBroadcast
-from remoras.strategy import Heard, Move, Situation
+from remoras.strategy import Heard, Move, Situation, Strategy
 from remoras.work import Job, Point, Work
 from tests.conformance.exchange_of_statements import (
     KINDS_OF_JOBS,
@@ -165,6 +168,48 @@ def test_a_contract_does_not_go_to_a_bidder_that_cannot_play_the_role() -> None:
     awarded = stated(head.negotiate(situation(4, work)))
     assert ("AUV01", "playsRole", "Pair.Left") in awarded
     assert ("AUV01", "playsRole", "Pair.Right") not in awarded
+
+
+TWO_HANDS = database(
+    auv("AUV00", playable_roles=("Head",)), *(auv(f"AUV0{n}", playable_roles=("Hand", *ABLE)) for n in (1, 2))
+)
+
+
+def two_hands(strategy: Strategy, *held: tuple[str, str]) -> Work:
+    """Work of a head that does no jobs and two hands, who hold roles (role, vehicle)."""
+    organisation = strategy.form(TWO_HANDS, [PAIR])
+    for role, vehicle in held:
+        organisation, _ = organisation.assign(vehicle, "Pair", role)
+    return Work(PAIR, organisation, TWO_HANDS, JOBS)
+
+
+def test_a_job_that_changes_hands_is_left_and_taken_in_one_block() -> None:
+    """AUV02 has nothing, AUV01 both jobs: who hears half of the exchange would find no room, or leave it to nobody."""
+    head = Central().negotiator("AUV00", PAIR)
+    move = head.negotiate(situation(1, two_hands(Central(), ("Left", "AUV01"), ("Right", "AUV01"))))
+    moved = [statement.facts for statement in move.statements]
+    role = next(value for _, attribute, value in moved[0] if attribute == "leftRole")
+    assert moved == [(("AUV01", "leftRole", role), ("AUV02", "playsRole", role))]
+
+
+@pytest.mark.parametrize("is_heard", [True, False])
+def test_a_job_that_is_not_acknowledged_goes_to_another(is_heard: bool) -> None:
+    work = two_hands(Central(), ("Left", "AUV01"), ("Right", "AUV02"))
+    head = configured(Central(), {"acknowledge_rounds": 10}).negotiator("AUV00", PAIR)
+    unheard = {} if is_heard else {"AUV01": {"Pair.Left"}}
+    said = [stated(head.negotiate(replace(situation(number, work), unheard=unheard))) for number in range(1, 12)]
+    assert not any(said[:-1])
+    assert said[-1] == ([] if is_heard else [("AUV01", "leftRole", "Pair.Left"), ("AUV02", "playsRole", "Pair.Left")])
+
+
+@pytest.mark.parametrize(("is_heard", "holds"), [(True, False), (False, True)])
+def test_a_job_of_which_its_vehicle_has_not_heard_is_waited_for(is_heard: bool, holds: bool) -> None:
+    """Others may have begun a job and given way; who has never heard of it comes to the meeting and waits."""
+    work = two_hands(Remoras(), ("Left", "AUV01"), ("Right", "AUV02"))
+    head = configured(Remoras(), {"acknowledge_rounds": 1000}).negotiator("AUV00", PAIR)
+    unheard = {} if is_heard else {"AUV01": {"Pair.Left"}}
+    moves = [head.negotiate(replace(situation(number, work), unheard=unheard)) for number in (1, 2, 100)]
+    assert [move.holding for move in moves] == [True, True, holds]  # 1000 s later both jobs should have been done
 
 
 @pytest.mark.parametrize("doubt_rounds", [0, 10, 40])

@@ -192,6 +192,19 @@ def test_what_was_proposed_or_counts_is_not_said_again() -> None:
     assert head.plan() == [LEFT, RIGHT]
 
 
+@pytest.mark.parametrize("taken_over", [True, False])
+def test_who_takes_a_group_over_gives_again_what_its_former_head_gave(taken_over: bool) -> None:
+    """The former head may be lost before all have heard of it, and nobody else repeats it."""
+    head = Head()
+    head.objectives = [Objective("Operational", role, "RendezVous", "buoy") for role in ("LeftWinger", "RightWinger")]
+    head.planner.take_on(["Operational"])
+    head.planner.lead(["Operational"], ["Operational"] if taken_over else [])
+    assert head.plan() == ([LEFT, RIGHT] if taken_over else [])
+    head.planner.end_round([], head.beliefs)
+    head.planner.plan_again(["Operational"])
+    assert head.plan() == []  # once is enough: from now on it is repeated until all have acknowledged it
+
+
 def test_roles_go_to_members_only_and_once() -> None:
     """RightWinger is open once the left job is done; the stranger gets nothing."""
     head = Head()
