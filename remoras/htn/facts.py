@@ -227,11 +227,15 @@ class Facts:
         words; different states have different ones but for a chance of 2^-64.
         """
         words = self._words_at
-        for key, before, after in self.trail[len(words) - 1 : length]:
-            if before is MISSING:
-                before = self._given.get(key)  # noqa: PLW2901
-                self.compared.add(key)
-            words.append(words[-1] if before == after else words[-1] ^ self._word(key, before) ^ self._word(key, after))
+        if length >= len(words):
+            word, word_of = words[-1], self._word
+            for key, before, after in self.trail[len(words) - 1 : length]:
+                if before is MISSING:
+                    before = self._given.get(key)  # noqa: PLW2901
+                    self.compared.add(key)
+                if before != after:
+                    word ^= word_of(key, before) ^ word_of(key, after)
+                words.append(word)
         return words[length]
 
     def _word(self, key: Key, value: Any) -> int:

@@ -21,6 +21,8 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
+from types import GeneratorType
 from typing import Any
 
 from remoras.errors import PlanningError
@@ -34,6 +36,7 @@ MAX_CHAIN = 8
 SEQUENCE = (list, tuple)
 NO_OTHERS: Iterator[Decomposition] = iter(())
 
+_node = partial(tuple.__new__, Node)
 Agenda = list[Any]
 """A task to be done: [task, place of the task above, depth, agenda behind it, costs by word at which it was met]."""
 DEAD_END: Agenda = []
@@ -100,7 +103,8 @@ class _Search:
 
     def run(self, max_expansions: int) -> int:
         """Search to the first plan, or to the end if the cheapest is sought; returns the expansions that it took."""
-        operators = self._domain.operators
+        operator_of, recursive = self._domain.operators.get, self._domain.recursive
+        perform, enter, decompose = self._perform, self._enter, self._decompose
         agenda = self._agenda
         for n_expansions in range(max_expansions):
             if agenda is None:
@@ -109,10 +113,12 @@ class _Search:
                 if not self._known.is_cheapest:
                     self.has_ended = True
                     return n_expansions
-            elif (operator := operators.get(agenda[0][0])) is not None:
-                agenda = self._perform(agenda, operator)
+            elif (operator := operator_of(agenda[0][0])) is not None:
+                agenda = perform(agenda, operator)
+            elif self._depth_limit is not None or agenda[0][0] in recursive:
+                agenda = enter(agenda)
             else:
-                agenda = self._enter(agenda)
+                agenda = decompose(agenda, 0, NO_OTHERS)
             if agenda is DEAD_END:
                 agenda = self._turn_back()
                 if agenda is DEAD_END:
@@ -150,7 +156,7 @@ class _Search:
         self._tasks.append(task)
         self._taken.append(None)
         self._parents.append(parent)
-        return behind if not self._known.dead_ends or behind is None or self._is_new(behind) else DEAD_END
+        return behind if not self._known.dead_ends or self._is_new(behind) else DEAD_END
 
     def _enter(self, agenda: Agenda) -> Agenda | None:
         """Decompose a task that is met for the first time."""
@@ -198,33 +204,30 @@ class _Search:
 
     def _decompose(self, agenda: Agenda, next_method: int, others: Iterator[Decomposition]) -> Agenda | None:
         """Take the next decomposition of a task: another of the same method, or one of the methods after it."""
-        task, parent, depth, _, _ = agenda
-        behind: Agenda | None = agenda[3]
+        task, parent, depth, behind, _ = agenda
+        name, args = task
         facts = self._facts
-        methods = self._methods.get(task[0])
-        if methods is None and task[0] == GOAL:
-            methods = self._goal = self._goal or goal_methods(self._domain)
-        if methods is None:
-            known = ", ".join(self._domain.tasks())
-            raise PlanningError(f"task {task} is not in the domain, which has: {known}")
+        methods = self._methods.get(name) or self._methods_of(task)
         barred = self._without if parent == ROOT else ()
-        subtasks = None if others is NO_OTHERS else next(others, None)
-        while subtasks is None or (barred and (methods[next_method - 1].name, tuple(subtasks)) in barred):
+        while True:
             subtasks = None if others is NO_OTHERS else next(others, None)
-            if subtasks is not None:
-                continue
-            if next_method == len(methods):
-                return self._dead_end(task)
-            method = methods[next_method]
-            next_method += 1
-            if method.applicable is always or method.applicable(facts, *task[1]):
-                found = method.subtasks(facts, *task[1])
-                if isinstance(found, SEQUENCE):
-                    subtasks, others = found, NO_OTHERS
-                else:
-                    others = _decompositions(method, found, task)
-                    subtasks = next(others, None)
-        method = methods[next_method - 1]
+            if subtasks is None:
+                if next_method == len(methods):
+                    return self._dead_end(task)
+                method = methods[next_method]
+                next_method += 1
+                others = NO_OTHERS
+                if method.applicable is not always and not method.applicable(facts, *args):
+                    continue
+                subtasks = method.subtasks(facts, *args)
+                if not isinstance(subtasks, SEQUENCE):
+                    others = _others(method, subtasks, task)
+                    continue
+            method = methods[next_method - 1]
+            if not isinstance(subtasks, SEQUENCE):
+                raise _wrong_subtasks(method, task, subtasks)
+            if not barred or (method.name, tuple(subtasks)) not in barred:
+                break
         place = len(self._tasks)
         if others is not NO_OTHERS or next_method < len(methods):
             lengths = place, len(facts.trail), len(self._entered)
@@ -233,13 +236,22 @@ class _Search:
         self._taken.append(method.name)
         self._parents.append(parent)
         if not subtasks:
-            return behind if not self._known.dead_ends or behind is None or self._is_new(behind) else DEAD_END
+            return behind if not self._known.dead_ends or self._is_new(behind) else DEAD_END
         depth += 1
+        uses = method.uses
         for subtask in reversed(subtasks):
-            if not isinstance(subtask, Task) or (method.uses is not None and subtask[0] not in method.uses):
+            if not isinstance(subtask, Task) or (uses is not None and subtask[0] not in uses):
                 raise _wrong_subtasks(method, task, subtasks)
             behind = [subtask, place, depth, behind, None]
-        return behind
+        return behind  # type: ignore[no-any-return]
+
+    def _methods_of(self, task: Task) -> tuple[Method, ...]:
+        """The planner's own for goals."""
+        if task.name == GOAL:
+            self._goal = self._goal or goal_methods(self._domain)
+            return self._goal
+        known = ", ".join(self._domain.tasks())
+        raise PlanningError(f"task {task} is not in the domain, which has: {known}")
 
     def _turn_back(self) -> Agenda | None:
         """Go on with the last choice that has another way; DEAD_END if there is none."""
@@ -260,8 +272,11 @@ class _Search:
                 return found
         return DEAD_END
 
-    def _is_new(self, agenda: Agenda) -> bool:
+    def _is_new(self, agenda: Agenda | None) -> bool:
         """True unless the search came to this agenda in this state before, at no higher cost."""
+        # It comes here again only by a choice below the task of which this is the rest: that one finds it noted.
+        if agenda is None or (agenda[4] is None and not (self._choices and self._choices[-4] > agenda[1])):
+            return True
         cost = self._cost if self._known.is_cheapest else 0.0
         word = self._facts.word(len(self._facts.trail))
         if agenda[4] is None:
@@ -279,7 +294,7 @@ class _Search:
             place = self._parents[place]
 
     def _tree(self) -> tuple[Node, ...]:
-        return tuple(map(Node, self._tasks, self._taken, self._parents))
+        return tuple(map(_node, zip(self._tasks, self._taken, self._parents, strict=True)))
 
     def _dead_end(self, task: Task) -> Agenda:
         if len(self._known.dead_ends) < MAX_DEAD_ENDS:
@@ -306,13 +321,10 @@ def _wrong_subtasks(method: Method, task: Task, subtasks: Any) -> PlanningError:
     )
 
 
-def _decompositions(method: Method, found: Any, task: Task) -> Iterator[Decomposition]:
-    if not isinstance(found, Iterator):
+def _others(method: Method, found: Any, task: Task) -> Iterator[Decomposition]:
+    if found.__class__ is not GeneratorType and not isinstance(found, Iterator):
         raise _wrong_subtasks(method, task, found)
-    for subtasks in found:
-        if not isinstance(subtasks, list | tuple) or isinstance(subtasks, Task):
-            raise _wrong_subtasks(method, task, subtasks)
-        yield subtasks
+    return found  # type: ignore[no-any-return]
 
 
 def plan(
