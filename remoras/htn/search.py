@@ -159,7 +159,7 @@ class _Search:
         return behind if not self._known.dead_ends or self._is_new(behind) else DEAD_END
 
     def _enter(self, agenda: Agenda) -> Agenda | None:
-        """Decompose a task that is met for the first time."""
+        """Decompose a task that is met for the first time, unless that is a loop, or lies too deep."""
         task, parent, depth, _, _ = agenda
         if self._depth_limit is not None:
             if depth >= self._depth_limit:
@@ -167,22 +167,34 @@ class _Search:
                 return self._dead_end(task)
             return self._decompose(agenda, 0, NO_OTHERS)
         place, n_trail = len(self._tasks), len(self._facts.trail)
+        entered = self._open
         try:
-            above = self._open.get(task)
+            above = before = entered.get(task)
         except TypeError:  # an argument that cannot be compared by hash
             return self._decompose(agenda, 0, NO_OTHERS)
         while above is not None and not self._is_above(above[0], parent):
             above = above[2]  # it is done
-        if above is not None:  # States are compared only where a task has itself among its ancestors.
-            if above[2] is None:
-                self._note(self._open_in, (task, self._facts.word(above[1])), above[0])
-            key = task, self._facts.word(n_trail)
-            before = self._open_in.get(key)
-            if before is not None and self._is_above(before, parent):
-                return self._give_up(before, parent, task)
-            self._note(self._open_in, key, place)
-        self._note(self._open, task, (place, n_trail, above))
+        if above is not None and (loop := self._loop(task, parent, place, above)) is not None:
+            return self._give_up(loop, parent, task)
+        self._entered += (entered, task, before)
+        entered[task] = (place, n_trail, above)
         return self._decompose(agenda, 0, NO_OTHERS)
+
+    def _loop(self, task: Task, parent: int, place: int, above: _Open) -> int | None:
+        """Where the same task was entered in the same state; states are compared only where it is among the ancestors."""
+        if above[2] is None:
+            self._note((task, self._facts.word(above[1])), above[0])
+        key = task, self._facts.word(len(self._facts.trail))
+        before = self._open_in.get(key)
+        if before is not None and self._is_above(before, parent):
+            return before
+        self._note(key, place)
+        return None
+
+    def _note(self, key: Any, place: int) -> None:
+        """Enter a task with its state, until the search turns back behind this."""
+        self._entered += (self._open_in, key, self._open_in.get(key))
+        self._open_in[key] = place
 
     def _give_up(self, before: int, parent: int, task: Task) -> Agenda:
         """``task`` is that at place ``before``, in the same state."""
@@ -196,11 +208,6 @@ class _Search:
         while parent > place:
             parent = self._parents[parent]
         return parent == place
-
-    def _note(self, where: dict[Any, Any], key: Any, value: Any) -> None:
-        """Enter a task, until the search turns back behind this."""
-        self._entered += (where, key, where.get(key))
-        where[key] = value
 
     def _decompose(self, agenda: Agenda, next_method: int, others: Iterator[Decomposition]) -> Agenda | None:
         """Take the next decomposition of a task: another of the same method, or one of the methods after it."""
