@@ -142,21 +142,20 @@ class _Search:
         self._facts.undo(0)
 
     def _perform(self, agenda: Agenda, operator: Operator) -> Agenda | None:
-        task, parent, _, _, _ = agenda
-        behind: Agenda | None = agenda[3]
-        facts = self._facts
-        if operator.applicable is not always and not operator.applicable(facts, *task[1]):
+        task, parent, _, behind, _ = agenda
+        facts, known, args = self._facts, self._known, task[1]
+        if operator.applicable is not always and not operator.applicable(facts, *args):
             return self._dead_end(task)
         price = operator.cost
         self._cost += price if price.__class__ is float else operator.cost_of(facts, task)
-        if self._cost >= self._known.cost:
+        if self._cost >= known.cost:
             return self._dead_end(task)
         if operator.effects is not nothing:
-            facts.make_true(operator.effects(facts, *task[1]))
+            facts.make_true(operator.effects(facts, *args))
         self._tasks.append(task)
         self._taken.append(None)
         self._parents.append(parent)
-        return behind if not self._known.dead_ends or self._is_new(behind) else DEAD_END
+        return behind if not known.dead_ends or self._is_new(behind) else DEAD_END
 
     def _enter(self, agenda: Agenda) -> Agenda | None:
         """Decompose a task that is met for the first time, unless that is a loop, or lies too deep."""
