@@ -14,7 +14,7 @@ from benchmarks.ipc.problems import KINDS, NUMBERS, problem
 from remoras.htn import Plan, plan
 from remoras.htn.hddl import Problem
 
-REPEATS = 5
+REPEATS = 9
 RECURSION = 50_000
 IDLE = frozenset({"skip", "stay"})
 """Actions without effects, which GTPyhop leaves out of its plans; they are not counted for us either."""

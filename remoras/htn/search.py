@@ -226,18 +226,20 @@ class _Search:
                 if method.applicable is not always and not method.applicable(facts, *args):
                     continue
                 subtasks = method.subtasks(facts, *args)
-                if not isinstance(subtasks, SEQUENCE):
-                    others = _others(method, subtasks, task)
+                if subtasks.__class__ is GeneratorType or (subtasks.__class__ is not list and isinstance(subtasks, Iterator)):
+                    others = subtasks
                     continue
-            method = methods[next_method - 1]
-            if not isinstance(subtasks, SEQUENCE):
+            else:
+                method = methods[next_method - 1]
+            if subtasks.__class__ is not list and not isinstance(subtasks, SEQUENCE):
                 raise _wrong_subtasks(method, task, subtasks)
             if not barred or (method.name, tuple(subtasks)) not in barred:
                 break
         place = len(self._tasks)
         if others is not NO_OTHERS or next_method < len(methods):
-            lengths = place, len(facts.trail), len(self._entered)
-            self._choices += (agenda, next_method, others, *lengths, self._cost)
+            self._choices += (
+                agenda, next_method, others, place, len(facts.trail), len(self._entered), self._cost,
+            )  # fmt: skip
         self._tasks.append(task)
         self._taken.append(method.name)
         self._parents.append(parent)
@@ -246,7 +248,7 @@ class _Search:
         depth += 1
         uses = method.uses
         for subtask in reversed(subtasks):
-            if not isinstance(subtask, Task) or (uses is not None and subtask[0] not in uses):
+            if subtask.__class__ is not Task or (uses is not None and subtask[0] not in uses):
                 raise _wrong_subtasks(method, task, subtasks)
             behind = [subtask, place, depth, behind, None]
         return behind  # type: ignore[no-any-return]
@@ -325,12 +327,6 @@ def _wrong_subtasks(method: Method, task: Task, subtasks: Any) -> PlanningError:
         f"method {method.name!r} of task {task} must return a list of tasks, or an iterator over such lists, "
         f"not {subtasks!r}"
     )
-
-
-def _others(method: Method, found: Any, task: Task) -> Iterator[Decomposition]:
-    if found.__class__ is not GeneratorType and not isinstance(found, Iterator):
-        raise _wrong_subtasks(method, task, found)
-    return found  # type: ignore[no-any-return]
 
 
 def plan(

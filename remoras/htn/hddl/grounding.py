@@ -23,8 +23,6 @@ from remoras.htn.hddl.language import (
 )
 from remoras.htn.hddl.necessity import Needs, needs_of_methods
 
-NONE: Iterator[Decomposition] = iter(())
-
 
 class ObjectsByType:
     """The objects of a problem by their types, in the order of the files."""
@@ -121,15 +119,16 @@ class _Binding:
             else:
                 tests.append(f"{name} == {code.term(term)}")
         now, *clauses = self._in_order(self._conditions, set(head))
+        tests += now
         tasks = f"[{', '.join(map(self._task, spec.subtasks))}]"
-        lines = [f"if not ({' and '.join([*tests, *now])}): return {code.constant(NONE)}"] if tests or now else []
         if clauses:
             free = {term for one in spec.subtasks for term in one.terms if term.startswith("?")}
             found = f"({tasks} {' '.join(one for clause in clauses for one in clause)})"
             is_witnessed_once = free.issuperset(self._kinds.keys() - head.keys())
             tasks = found if is_witnessed_once else f"{code.constant(_once)}{found}"
-        subtasks = code.compiled(arguments, [*lines, f"return {tasks}"])
-        return Method(spec.name, subtasks, uses=tuple(dict.fromkeys(one.name for one in spec.subtasks)))
+        applicable = code.compiled(arguments, [f"return {' and '.join(tests)}"]) if tests else always
+        subtasks = code.compiled(arguments, [f"return {tasks}"])
+        return Method(spec.name, subtasks, applicable, tuple(dict.fromkeys(one.name for one in spec.subtasks)))
 
     def _task(self, subtask: Subtask) -> str:
         """The code that makes a task."""
