@@ -2,9 +2,10 @@
 
 The rows against GTPyhop are left out where it is not installed (``pip install gtpyhop``); its fastest strategy, the
 recursive one, is taken, with the same tests and effects; ``ipc`` has the problems after the International Planning
-Competition, which are read from HDDL. Goals: 3 times its actions per second; at most 1.2 with 10,000 more facts; at most 1.5 per level at 10,000 levels, in time and in memory; at most 0.05 of planning for the
-repair of one of 500 steps. Time grows with depth by what Python's collector takes to go through the growing tree; a row
-with the collector off shows what the planner takes.
+Competition, which are read from HDDL. Goals: 3 times its actions per second; at most 1.2 with 10,000 more facts; at
+most 1.5 per level at 10,000 levels, in time and in memory; at most 0.05 of planning for the repair of one of 500 steps.
+Time grows with depth by what Python's collector takes to go through the growing tree; a row with the collector off
+shows what the planner takes.
 """
 
 from __future__ import annotations

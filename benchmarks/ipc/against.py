@@ -50,7 +50,7 @@ def _one(gtpyhop: Any, kind: str, number: int) -> tuple[int, float, float]:
     if list(getattr(theirs, "plan", theirs)) != actions:
         raise AssertionError(f"{kind} {number}: the plans differ")
     best = [float("inf"), float("inf")]
-    ways = (
+    ways: tuple[Callable[[], Any], ...] = (
         lambda: plan(read.domain, read.facts, read.tasks, goal=read.goal),
         lambda: gtpyhop.find_plan(state, todo),
     )

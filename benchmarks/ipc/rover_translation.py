@@ -23,10 +23,10 @@ def rover(gtpyhop: Any, problem: Problem) -> tuple[Any, Todo]:
         if key[0] == "sight":
             seen_by.setdefault(key[2], []).append(key[1])
     state = gtpyhop.State(
-        "start", at=_dict(problem, "at"), way=ways, sight=sets["sight"], seen_by=seen_by, passed=set(), stands=_dict(problem, "stands"),
-        store=_dict(problem, "store_of"), empty=sets["empty"], full=set(), for_soil=sets["for_soil"],
-        for_rock=sets["for_rock"], for_images=sets["for_images"], soil=sets["soil"], rock=sets["rock"],
-        has_soil=set(), has_rock=set(), has_image=set(), aboard=_dict(problem, "aboard"),
+        "start", at=_dict(problem, "at"), way=ways, sight=sets["sight"], seen_by=seen_by, passed=set(),
+        stands=_dict(problem, "stands"), store=_dict(problem, "store_of"), empty=sets["empty"], full=set(),
+        for_soil=sets["for_soil"], for_rock=sets["for_rock"], for_images=sets["for_images"], soil=sets["soil"],
+        rock=sets["rock"], has_soil=set(), has_rock=set(), has_image=set(), aboard=_dict(problem, "aboard"),
         takes=_dict(problem, "takes"), target=_dict(problem, "target"), seen_from=_lists(problem, "seen_from"),
         calibrated=set(), told_soil=set(), told_rock=set(), told_image=set(),
     )  # fmt: skip

@@ -27,12 +27,12 @@ from typing import Any
 
 from remoras.errors import PlanningError
 from remoras.htn.domain import GOAL, Decomposition, Domain, Method, Operator, Task, always, goal_methods, nothing
+from remoras.htn.errors import endless, wrong_subtasks
 from remoras.htn.facts import Facts, FactsLike, Key
 from remoras.htn.plans import ROOT, Node, NoPlan, Plan
 
 FIRST_DEPTH = 8
 MAX_DEAD_ENDS = 100
-MAX_CHAIN = 8
 SEQUENCE = (list, tuple)
 NO_OTHERS: Iterator[Decomposition] = iter(())
 
@@ -180,7 +180,7 @@ class _Search:
         return self._decompose(agenda, 0, NO_OTHERS)
 
     def _loop(self, task: Task, parent: int, place: int, above: _Open) -> int | None:
-        """Where the same task was entered in the same state; states are compared only where it is among the ancestors."""
+        """Where the same task was entered in the same state; asked only if it is among the ancestors."""
         if above[2] is None:
             self._note((task, self._facts.word(above[1])), above[0])
         key = task, self._facts.word(len(self._facts.trail))
@@ -216,7 +216,7 @@ class _Search:
         methods = self._methods.get(name) or self._methods_of(task)
         barred = self._without if parent == ROOT else ()
         while True:
-            subtasks = None if others is NO_OTHERS else next(others, None)
+            subtasks: Any = None if others is NO_OTHERS else next(others, None)
             if subtasks is None:
                 if next_method == len(methods):
                     return self._dead_end(task)
@@ -225,14 +225,15 @@ class _Search:
                 others = NO_OTHERS
                 if method.applicable is not always and not method.applicable(facts, *args):
                     continue
-                subtasks = method.subtasks(facts, *args)
-                if subtasks.__class__ is GeneratorType or (subtasks.__class__ is not list and isinstance(subtasks, Iterator)):
-                    others = subtasks
+                found: Any = method.subtasks(facts, *args)
+                if found.__class__ is GeneratorType or (found.__class__ is not list and isinstance(found, Iterator)):
+                    others = found
                     continue
+                subtasks = found
             else:
                 method = methods[next_method - 1]
             if subtasks.__class__ is not list and not isinstance(subtasks, SEQUENCE):
-                raise _wrong_subtasks(method, task, subtasks)
+                raise wrong_subtasks(method, task, subtasks)
             if not barred or (method.name, tuple(subtasks)) not in barred:
                 break
         place = len(self._tasks)
@@ -249,7 +250,7 @@ class _Search:
         uses = method.uses
         for subtask in reversed(subtasks):
             if subtask.__class__ is not Task or (uses is not None and subtask[0] not in uses):
-                raise _wrong_subtasks(method, task, subtasks)
+                raise wrong_subtasks(method, task, subtasks)
             behind = [subtask, place, depth, behind, None]
         return behind  # type: ignore[no-any-return]
 
@@ -316,19 +317,6 @@ def _agenda(tasks: Sequence[Task], place: int, depth: int, behind: Agenda | None
     return behind
 
 
-def _wrong_subtasks(method: Method, task: Task, subtasks: Any) -> PlanningError:
-    if isinstance(subtasks, list | tuple) and all(isinstance(one, Task) for one in subtasks):
-        undeclared = sorted({one.name for one in subtasks} - set(method.uses or ()))
-        return PlanningError(
-            f"method {method.name!r} of task {task} uses {', '.join(undeclared)}, and declares only: "
-            f"{', '.join(method.uses or ()) or 'nothing'}"
-        )
-    return PlanningError(
-        f"method {method.name!r} of task {task} must return a list of tasks, or an iterator over such lists, "
-        f"not {subtasks!r}"
-    )
-
-
 def plan(
     domain: Domain,
     facts: FactsLike,
@@ -384,25 +372,8 @@ def plan(
         depth_limit *= 2
     is_complete = not search.may_have_missed()
     if known.nodes is None and not is_complete:
-        raise PlanningError(_endless(wanted, max_expansions, known.loop, chain))
+        raise PlanningError(endless(wanted, max_expansions, known.loop, chain))
     rests_on, patterns = frozenset(view.read | view.compared), frozenset(view.patterns)
     if known.nodes is None:
         return NoPlan(wanted[0], rests_on, tuple(known.dead_ends), patterns)
     return Plan(known.nodes, rests_on, patterns, known.cost, cheapest and is_complete)
-
-
-def _endless(tasks: Sequence[Task], max_expansions: int, loop: Sequence[Task], chain: Sequence[Task]) -> str:
-    text = f"no plan for {', '.join(map(str, tasks))} within {max_expansions} expansions"
-    if loop:
-        return f"{text}; endless recursion without any change: {_arrows(loop)}"
-    again = next((i for i in range(len(chain) - 2, -1, -1) if chain[i].name == chain[-1].name), None) if chain else None
-    if again is not None:
-        return f"{text}; recursion: {_arrows(chain[again:])}, {len(chain)} levels deep"
-    return f"{text}; the search stood at {_arrows(chain)}" if chain else text
-
-
-def _arrows(chain: Sequence[Task]) -> str:
-    names = [str(task) for task in chain]
-    if len(names) > MAX_CHAIN:
-        names[MAX_CHAIN // 2 : -MAX_CHAIN // 2] = ["..."]
-    return " > ".join(names)

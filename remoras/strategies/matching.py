@@ -30,12 +30,13 @@ def assignment(costs_ms: Sequence[Sequence[int | None]]) -> dict[int, int]:
     import numpy as np  # this takes a third of a second to load, and few strategies need it
 
     costs = np.array([[np.nan if cost is None else cost for cost in row] for row in costs_ms], dtype=float)
-    given = np.flatnonzero(~np.isnan(costs).all(axis=0)) if costs.ndim == 2 else ()
-    if not len(given):
+    if np.isnan(costs).all():
         return {}
-    costs = costs[:, : given[-1] + 1]
+    costs = costs[:, : 1 + int(np.flatnonzero(~np.isnan(costs).all(axis=0))[-1])]
     rows, columns = np.indices(costs.shape)
-    weights = costs * TIE_BREAK + rows * (costs.shape[1] - 1 - columns)  # ties are least where lower rows have lower columns
+    weights = costs * TIE_BREAK + rows * (
+        costs.shape[1] - 1 - columns
+    )  # ties are least where lower rows have lower columns
     weights[~(costs <= _bottleneck(costs))] = np.nan
     return {int(r): int(c) for r, c in _cheapest(weights)}
 
@@ -66,5 +67,6 @@ def _cheapest(weights: Costs) -> Costs:
 
     is_pair = ~np.isnan(weights)
     none = 1.0 + min(weights.shape) * weights[is_pair].max(initial=0.0)  # a row more is worth any costs
-    pairs = np.column_stack(linear_sum_assignment(np.where(is_pair, weights, none)))
-    return pairs[is_pair[pairs[:, 0], pairs[:, 1]]]
+    pairs: Costs = np.column_stack(linear_sum_assignment(np.where(is_pair, weights, none)))
+    found: Costs = pairs[is_pair[pairs[:, 0], pairs[:, 1]]]
+    return found

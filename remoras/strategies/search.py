@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 
 from remoras.database import VehicleData
@@ -71,8 +72,9 @@ class Search:
         self._places_m = [work.job(role).place_m for role in self._roles]
         self._jobs = [work.job(role) for role in self._roles]
         self._able = [sum(1 << r for r, role in enumerate(self._roles) if work.able(data, role)) for data in self._free]
-        self._legs: dict[tuple[int, Point], _Legs] = {}
-        self._first_legs = [self._legs_from(v, one.position_m) for v, one in enumerate(self._outlooks)]
+        self._alike = _alike(self._free)
+        self._first_legs = [self._legs_at(v, Outlook(0.0, one.position_m)) for v, one in enumerate(self._outlooks)]
+        self._legs: dict[tuple[int, int, Point], Outlook | None] = {}  # behind the first
         self._sums: dict[tuple[int, int], list[int]] = {}
         self._nearest: dict[Point, list[int]] = {}  # roles by how near to a place they are
         self._ends_s: list[dict[int, float]] = [{} for _ in self._free]
@@ -91,15 +93,17 @@ class Search:
 
     # Paths
 
-    def _legs_from(self, vehicle: int, from_m: Point) -> _Legs:
-        """How long a vehicle takes for each job from a place, and where that ends."""
-        legs = self._legs.get((vehicle, from_m))
-        if legs is None:
-            legs = self._legs[vehicle, from_m] = self._legs_at(vehicle, Outlook(0.0, from_m))
-        return legs
-
     def _legs_at(self, vehicle: int, outlook: Outlook) -> _Legs:
         return _Legs(self._jobs, self._able[vehicle], self._free[vehicle], outlook)
+
+    def _leg(self, vehicle: int, role: int, from_m: Point) -> Outlook | None:
+        """How long a vehicle takes for a job from a place, and where that ends; None if it is not able."""
+        key = vehicle, role, from_m
+        if key in self._legs:
+            return self._legs[key]
+        able = self._able[vehicle] >> role & 1
+        leg = self._legs[key] = self._jobs[role].after(Outlook(0.0, from_m), self._free[vehicle]) if able else None
+        return leg
 
     def _end_s(self, vehicle: int, jobs: int) -> float:
         """When a vehicle has done jobs in the order in which it turns to them, see ``Work.in_order``."""
@@ -107,23 +111,24 @@ class Search:
         if jobs in known:
             return known[jobs]
         self._n_paths += 1
-        end_s, at_m = self._outlooks[vehicle]
-        left, legs = jobs, self._first_legs[vehicle]
+        end_s, start_m = self._outlooks[vehicle]
+        left, at_m = jobs, start_m
         while left:
-            if left & (left - 1):
-                for role in self._nearest.get(at_m) or self._by_nearness(at_m):
-                    if left >> role & 1:
-                        break
-                left ^= 1 << role
-            else:
-                role, left = left.bit_length() - 1, 0
-            leg = legs[role]
+            role = self._next(left, at_m) if left & (left - 1) else left.bit_length() - 1
+            left ^= 1 << role
+            leg = self._first_legs[vehicle][role] if at_m is start_m else self._leg(vehicle, role, at_m)
             if leg is not None:
                 end_s, at_m = end_s + leg[0], leg[1]
-                if left:
-                    legs = self._legs_from(vehicle, at_m)
         known[jobs] = end_s = round(end_s, 3)
         return end_s
+
+    def _next(self, jobs: int, at_m: Point) -> int:
+        """Which of several jobs is nearest to a place, of equals the first."""
+        first, last = (jobs & -jobs).bit_length() - 1, jobs.bit_length() - 1
+        if jobs == 1 << first | 1 << last:
+            places_m = self._places_m
+            return first if math.dist(at_m, places_m[first]) <= math.dist(at_m, places_m[last]) else last
+        return next(role for role in self._nearest.get(at_m) or self._by_nearness(at_m) if jobs >> role & 1)
 
     def _by_nearness(self, at_m: Point) -> list[int]:
         far_m = [math.dist(at_m, place_m) for place_m in self._places_m]
@@ -146,7 +151,7 @@ class Search:
         while vacant:
             now_s = min(one.free_s for one in outlooks)
             legs = [
-                self._legs_at(vehicle, one) if one.free_s else self._legs_from(vehicle, one.position_m)
+                self._legs_at(vehicle, one) if one.free_s or held[vehicle] else self._first_legs[vehicle]
                 for vehicle, one in enumerate(outlooks)
             ]
             then = [[one[role] for one in legs] for role in vacant]
@@ -174,9 +179,10 @@ class Search:
         return held
 
     def _length_s(self, role: int) -> float:
-        """How long the job takes the fastest vehicle that is there."""
-        there, after = Outlook(0.0, self._places_m[role]), self._jobs[role].after
-        legs = [after(there, data) for data, able in zip(self._free, self._able, strict=True) if able >> role & 1]
+        """How long the job takes the fastest vehicle that is there; of vehicles that are alike one is asked."""
+        there, job = Outlook(0.0, self._places_m[role]), self._jobs[role]
+        able = [next((v for v in alike if self._able[v] >> role & 1), None) for alike in self._alike]
+        legs = [job.after(there, self._free[vehicle]) for vehicle in able if vehicle is not None]
         return round(min((leg.free_s for leg in legs if leg is not None), default=0.0), 3)
 
     # Improvement
@@ -243,7 +249,18 @@ class Search:
         return self._sums[key]
 
 
-
-
 def _effort(ends_s: Sequence[float]) -> Effort:
     return max(ends_s), round(math.fsum(ends_s), 3)
+
+
+def _alike(vehicles: Sequence[VehicleData]) -> list[list[int]]:
+    """Vehicles, by their places, that differ in nothing but who they are, where they start and what they may play."""
+    kinds: list[VehicleData] = []
+    found: list[list[int]] = []
+    for place, data in enumerate(vehicles):
+        kind = replace(data, name="", node=0, start_m=(0.0, 0.0), playable_roles=())
+        if kind not in kinds:
+            kinds.append(kind)
+            found.append([])
+        found[kinds.index(kind)].append(place)
+    return found

@@ -1,8 +1,8 @@
-"""Conditions as Python expressions: an HDDL domain is compiled, as interpreting its conditions took most of the planning.
+"""Conditions as Python expressions: an HDDL domain is compiled, as interpreting its conditions took most of the time.
 
-In an expression ``facts`` are the facts, and every variable has a name of its own. Objects and predicates stand in it as
-literals, so nothing that a file says becomes a name. In the key of an atom a variable that is not bound is ``ANY``, so
-the key is at the same time a pattern.
+In an expression ``facts`` are the facts, and every variable has a name of its own. Objects and predicates are literals
+in it, so nothing that a file says becomes a name. In the key of an atom a variable that is not bound is ``ANY``, so the
+key is at the same time a pattern.
 """
 
 from __future__ import annotations

@@ -59,7 +59,8 @@ def _operator(action: Action, objects: ObjectsByType) -> Operator:
     tests = [f"{applicable.names[one.name]} in {applicable.constant(objects.frozen(one.types))}"
              for one in action.parameters]  # fmt: skip
     tests += [applicable.test(one) for one in conjuncts(action.precondition)]
-    always_made, made = [], []
+    always_made: list[str] = []
+    made: list[str] = []
     for one in sorted(action.effects, key=lambda one: one.is_added):  # what is added stays, where both is said
         outer = dict(effects.names)
         every = effects.every(one.parameters) if one.parameters else "for _ in (0,)"

@@ -11,7 +11,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from remoras.htn.hddl.language import EQUAL, TRUE, Action, Atom, DomainSpec, Formula, MethodSpec, Not, Subtask, conjuncts
+from remoras.htn.hddl.language import (
+    EQUAL,
+    TRUE,
+    Action,
+    Atom,
+    DomainSpec,
+    Formula,
+    MethodSpec,
+    Not,
+    Subtask,
+    conjuncts,
+)
 
 
 class Literal(NamedTuple):
@@ -134,7 +145,9 @@ def _possible(
         )
         changes = reach[subtask.name]
         certain = {
-            one for one in certain if not any(_brings_about(each, _opposite(one), _which(one, kinds)) for each in changes)
+            one
+            for one in certain
+            if not any(_brings_about(each, _opposite(one), _which(one, kinds)) for each in changes)
         }
         if subtask.name in domain.actions:
             certain |= {_of_method(one, subtask) for one in _certain(domain.actions[subtask.name], objects)}
