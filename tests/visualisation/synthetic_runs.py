@@ -200,6 +200,11 @@ class Fiction:
             for name in self.vehicles
             for role in self.roles
         ]
+        seats = [
+            (time_s, name, *role, event)
+            for time_s, name, _, *role, event, _, _, _, _, _ in self.changes
+            if event in ("assigned", "left")
+        ]
         values = [
             (t, name, *role, int(120 * math.sin(t / 99 + at)))
             for t in times_s
@@ -226,7 +231,7 @@ class Fiction:
         ]  # fmt: skip
         return {
             "decisions": decisions, "plans": self._plans(), "organisation": self._organisation(),
-            "trajectories": tracks, "roles": sorted([*roles, *self.extra_roles]), "satisfaction": values,
+            "trajectories": tracks, "roles": sorted([*roles, *seats, *self.extra_roles]), "satisfaction": values,
             "finds": finds, "faults": list(self.faults), "packets": packets, "knowledge": sorted([*told, *heard]),
         }  # fmt: skip
 
