@@ -41,7 +41,8 @@ class Group(NamedTuple):
 def groups_of(scenario: Mapping[str, Any], met: Iterable[RoleKey] = ()) -> list[Group]:
     """Groups in the order of the scenario, then those that a table alone names.
 
-    A group is supervised by the one that it is ``within``; in a scenario without nesting, by the first with a mission.
+    A group is supervised by the one that it is ``within``, or whose head forms it at sea (``formed_by``); in a scenario
+    without nesting, by the first with a mission.
 
     Args:
         scenario: resolved.
@@ -52,9 +53,10 @@ def groups_of(scenario: Mapping[str, Any], met: Iterable[RoleKey] = ()) -> list[
     leading = next((group["name"] for group in declared if group.get("mission")), "")
     found: dict[str, Group] = {}
     for group in declared:
-        above = group.get("within") or ("" if is_nested or group.get("mission") else leading)
+        flat = "" if is_nested or group.get("mission") else leading
+        above = group.get("formed_by") or group.get("within") or flat
         roles = tuple(_role(role) for role in group.get("role", ()))
-        found[group["name"]] = Group(group["name"], above, roles, group.get("formed", True))
+        found[group["name"]] = Group(group["name"], above, roles, not group.get("formed_by"))
     for name, role in met:
         group = found.get(name, Group(name, "", ()))
         if role and all(role != one.name for one in group.roles):

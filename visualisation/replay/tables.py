@@ -84,7 +84,6 @@ class Tables:
             self._read[name] = self._results.table(name)
         return self._read[name] if set(columns) <= set(self._read[name].column_names) else None
 
-
     def recorded(self, name: str, kinds: Kinds) -> Kinds:
         """Those kinds of columns that a table has to have, and of those that came later the ones that it has."""
         table = self.find(name)

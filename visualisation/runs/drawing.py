@@ -126,7 +126,7 @@ def draw(
     own = _own(figures)
     _check_kinds(kinds, own)
     check_width(width_in)
-    if moment != ANY and kinds and ORGANISATION not in kinds:
+    if moment != ANY and (format == MOVING or (kinds and ORGANISATION not in kinds)):
         raise DrawingError(f"{moment}: is about the figure {ORGANISATION}; name that too")
     if format == MOVING:
         return _moving(results, kinds, folder, places, width_in)

@@ -117,7 +117,7 @@ def checked_time_s(at_s: float | None, view: View, end_s: float) -> float:
     if at_s is None:
         return view.busiest_s(end_s)
     if not 0.0 <= at_s <= end_s:
-        raise DrawingError(f"time {at_s:g} s: this run lasts from 0 to {end_s:g} s")
+        raise DrawingError(f"at {at_s:g} s: this run lasts from 0 to {end_s:g} s")
     return at_s
 
 

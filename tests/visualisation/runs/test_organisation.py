@@ -146,7 +146,7 @@ def test_a_large_fleet_fits_a_page(tmp_path: Path, width_in: float) -> None:
 @pytest.mark.parametrize(
     ("moment", "message"),
     [
-        (Moment(1200.0), "time 1200 s: this run lasts from 0 to 1000 s"),
+        (Moment(1200.0), "at 1200 s: this run lasts from 0 to 1000 s"),
         (Moment(None, "a"), "unknown vehicle 'a'; known: A, B; nearest: '[AB]'"),
     ],
 )
