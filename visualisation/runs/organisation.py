@@ -197,29 +197,32 @@ class _Drawing:
                 axes.broken_barh(bar, (top_in + 0.01, row.height_in - 0.02), **HATCH)
             if row.is_counted:
                 self._count(axes, row, top_in)
-                continue
-            for at, lane in enumerate(row.lanes):
-                for holding in lane:
-                    self._bar(axes, holding, top_in + 0.01 + at * row.lane_in, row.lane_in)
+        for at, lane in enumerate([] if row.is_counted else row.lanes):
+            for holding in lane:
+                self._bar(holding, top_in + 0.01 + at * row.lane_in, row.lane_in)
         self._mark(row.group.name, row.role, top_in + row.height_in / 2)
 
-    def _bar(self, axes: Axes, holding: Holding, top_in: float, lane_in: float) -> None:
+    def _bar(self, holding: Holding, top_in: float, lane_in: float) -> None:
+        """A bar, pale while its vehicle is away, with the name in the first window that has room for it."""
         colour = self.looks[holding.vehicle].colour if holding.vehicle in self.looks else style.GREY
         where_in = top_in + 0.008, lane_in - 0.016
-        for spans, strength in (([holding.span], PALE), (holding.present, 1.0)):
-            bars = [(span.start_s, min(span.end_s, self.end_s) - span.start_s) for span in spans]
-            axes.broken_barh(bars, where_in, facecolor=style.tint(colour, strength), linewidth=0, zorder=2)
-        low_s, high_s = axes.get_xlim()
-        left_s, right_s = max(low_s, holding.span.start_s), min(high_s, holding.span.end_s, self.end_s)
-        inch_s = (high_s - low_s) / (axes.get_position().width * self.page.page.width_in)
-        room_in = (right_s - left_s) / inch_s - 0.08
-        if lane_in >= LABELLED_IN and style.width_in(holding.vehicle, style.TINY_PT) <= room_in:
-            is_here = any(span.start_s <= left_s < span.end_s for span in holding.present)
-            axes.text(
-                left_s + 0.04 * inch_s, top_in + lane_in / 2, holding.vehicle.replace("$", r"\$"),
-                fontsize=style.TINY_PT, va="center_baseline", zorder=3,
-                color=ink(colour) if is_here else style.BLACK,
-            )  # fmt: skip
+        is_named = lane_in < LABELLED_IN
+        for axes in self.page.panels:
+            for spans, strength in (([holding.span], PALE), (holding.present, 1.0)):
+                bars = [(span.start_s, min(span.end_s, self.end_s) - span.start_s) for span in spans]
+                axes.broken_barh(bars, where_in, facecolor=style.tint(colour, strength), linewidth=0, zorder=2)
+            low_s, high_s = axes.get_xlim()
+            left_s, right_s = max(low_s, holding.span.start_s), min(high_s, holding.span.end_s, self.end_s)
+            inch_s = (high_s - low_s) / (axes.get_position().width * self.page.page.width_in)
+            has_room = style.width_in(holding.vehicle, style.TINY_PT) <= (right_s - left_s) / inch_s - 0.08
+            if has_room and not is_named:
+                is_named = True
+                is_here = any(span.start_s <= left_s < span.end_s for span in holding.present)
+                axes.text(
+                    left_s + 0.04 * inch_s, top_in + lane_in / 2, holding.vehicle.replace("$", r"\$"),
+                    fontsize=style.TINY_PT, va="center_baseline", zorder=3,
+                    color=ink(colour) if is_here else style.BLACK,
+                )  # fmt: skip
 
     def _count(self, axes: Axes, row: Row, top_in: float) -> None:
         """Share of the most holders that the role ever had."""
