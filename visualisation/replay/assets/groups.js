@@ -6,10 +6,10 @@
 
   /** What the panel shows: the same text as long as nothing has changed. */
   R.organisationKey = function (facts, v, time_s) {
-    const { run } = facts, last = run.changes(v, time_s, 1)[0];
+    const { run } = facts;
     const away = run.vehicles.map((_, p) => (run.outAt(p, time_s) ? 1 : 0));
     const views = [v < 0 ? [] : run.absent(v, time_s), v < 0 ? [] : R.disagreements(facts, v, time_s)];
-    return JSON.stringify([v, last && last.time_s, run.changes(v, time_s, Infinity).length, away, views]);
+    return JSON.stringify([v, run.changeCount(v, time_s), away, views]);
   };
 
   /** Fills `body`; `go(time_s, vehicle)` jumps. */

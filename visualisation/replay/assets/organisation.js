@@ -35,9 +35,14 @@ globalThis.R = globalThis.R || {};
       return { groups, reserves: [...this.vehicles.keys()].filter((v) => !busy.has(v)) };
     },
 
+    // How many rows of the table there are by t in a view.
+    changeCount(viewer, t) {
+      return R.lastAt(this._changed_s[viewer + 1], t) + 1;
+    },
+
     // The last rows of the table by t in a view, newest first: [{time_s, text, isRefused}].
     changes(viewer, t, most) {
-      const until = R.lastAt(this._changed_s[viewer + 1], t) + 1;
+      const until = this.changeCount(viewer, t);
       const rows = this._changes[viewer + 1].slice(Math.max(0, until - most), until).reverse();
       return rows.map((row) => ({ time_s: row.time_s, text: changeText(this, row), isRefused: row.event === REFUSED }));
     },
@@ -80,7 +85,7 @@ globalThis.R = globalThis.R || {};
     const rows = run._changes[viewer + 1], formed = new Set();
     for (const { act, event, group } of rows) if (act === CREATE && event !== REFUSED) formed.add(group);
     for (const group of run.groups) isThere.set(group.name, group.isFounded && !firstIs(rows, group.name, CREATE, formed));
-    for (const row of rows.slice(0, R.lastAt(run._changed_s[viewer + 1], t) + 1)) {
+    for (const row of rows.slice(0, run.changeCount(viewer, t))) {
       if (row.event === REFUSED) continue;
       if (row.act === CREATE || row.act === DISSOLVE) isThere.set(row.group, row.act === CREATE);
       if (row.act === MISSION) missions.set(row.group, row.argument);

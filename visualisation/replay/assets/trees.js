@@ -4,7 +4,7 @@
   const GLYPHS = { waiting: "○", running: "▶", done: "✓", failed: "✕", dropped: "⊘" };
   const WORDS = { waiting: "planned" };
 
-  /** Plans that are shown: those of the vehicle and, unless it leads them, of its groups; without one those of all groups. */
+  /** Plans that are shown: those of the vehicle, then those of its groups that others lead; without one those of all groups. */
   R.plansShown = function (facts, v, time_s) {
     const { run } = facts;
     const roles = v < 0 ? [] : run.rolesAt(-1, time_s).filter((one) => one.v === v).map((one) => one.group);
@@ -13,8 +13,7 @@
       head === v ? [] : run.plansOf(head, time_s).filter((plan) => plan.isOfGroup && plan.group === group.name)
     )));
     const own = v < 0 ? [] : run.plansOf(v, time_s);
-    return [...own.filter((plan) => plan.isOfGroup), ...ofHeads, ...own.filter((plan) => !plan.isOfGroup)]
-      .map((plan) => ({ ...plan, tasks: run.tasksOf(plan, time_s) }));
+    return [...own, ...ofHeads].map((plan) => ({ ...plan, tasks: run.tasksOf(plan, time_s) }));
   };
 
   /** Fills `body`; `go(time_s, vehicle)` jumps. */
