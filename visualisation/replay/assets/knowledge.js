@@ -60,6 +60,11 @@ globalThis.R = globalThis.R || {};
       };
     },
 
+    // Who plays what at t, as v sees it, or as every vehicle sees itself: [{v, group, role}].
+    rolesAt(v, t) {
+      return heldAt(v < 0 ? this._truth : this._views[v], t);
+    },
+
     // Peers that v took for absent at t.
     absent(v, t) {
       return heldAt(this._absences[v], t).map((one) => one.v).sort((a, b) => a - b);
