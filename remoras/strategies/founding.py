@@ -40,7 +40,7 @@ def _founders(
     database: AUVDatabase, organisation: Organisation, group: str, role: RoleSpecification, founding: Collection[str]
 ) -> list[VehicleData]:
     """Who is to play a founding role of a group; ``founding`` are the names of all such roles."""
-    able = [data for data in database.able_to_play(role.name) if data.social_layer or not role.head]
+    able = [data for data in database.able_to_play(group, role.name) if data.social_layer or not role.head]
     if role.played_by is not None:
         holders = organisation.members(*role.played_by)
         able = [data for data in able if data.name in holders]
@@ -71,7 +71,13 @@ def common_roles(work: Work, working: Collection[str] | None = None) -> tuple[Ro
         if role.founding or role.job is not None:
             continue
         held = organisation.members(group.name, role.name)
-        able = [name for name in members if database[name].can_play(role.name) and name not in held]
+        able = [
+            name
+            for name in members
+            if database[name].can_play(group.name, role.name)
+            and name not in held
+            and not organisation.is_excluded(name, role)
+        ]
         free = len(able) if role.maximum is None else max(0, role.maximum - len(held))
         if working is not None:
             able.sort(key=lambda name: name not in working)

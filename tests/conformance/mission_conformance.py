@@ -161,7 +161,7 @@ def check_activities(setup: Setup) -> None:
     """Every objective has activities for who may get it, of different types, and each set a behaviour that conforms."""
     mission, knowledge = setup.mission, Knowledge(setup)
     for objective in objectives(setup):
-        players = [data for data in setup.database.values() if data.can_play(objective.role)]
+        players = [data for data in setup.database.values() if data.can_play(objective.group, objective.role)]
         pursuits = [Pursuit(data, mission, "the mission") for data in players]
         pursued = [one.sets([objective], knowledge, data.start_m) for one, data in zip(pursuits, players, strict=True)]
         assert any(pursued), f"objective {objective}: no vehicle has an activity for it"
