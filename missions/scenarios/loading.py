@@ -21,6 +21,7 @@ from missions.scenarios.channel import leave_aside
 from missions.scenarios.checks import cross_faults, job_faults
 from missions.scenarios.copies import with_copies
 from missions.scenarios.organisation import specified
+from missions.scenarios.organisation_file import ORGANISATION, with_organisation
 from missions.scenarios.parts import mission_class, sensor_kind, sensor_settings
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.starts import with_starts_apart
@@ -47,10 +48,15 @@ def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenar
 
 def resolved(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> Scenario:
     """The scenario that a document is; see ``load``."""
+    faults = list(_contradictions(overrides))
+    chosen = [(option, text) for option, text in overrides if text.partition("=")[0].strip() == ORGANISATION]
+    faults += [fault for option, text in chosen if (fault := _override(document.raw, option, text)) is not None]
+    document, more = with_organisation(document)
+    faults += more
     raw = document.raw
     own_channel = dict(table_of(raw, "channel"))
-    faults = list(_contradictions(overrides))
-    faults += [fault for option, text in overrides if (fault := _override(raw, option, text)) is not None]
+    others = (one for one in overrides if one not in chosen)
+    faults += [fault for option, text in others if (fault := _override(raw, option, text)) is not None]
     options = {".".join(key_parts(text.partition("=")[0].strip())): option for option, text in overrides}
     faults += leave_aside(own_channel, raw, options)
     copies = with_copies(with_starts_apart(raw))
@@ -69,7 +75,7 @@ def resolved(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> S
         faults += job_faults(scenario, mission)
     if faults or scenario is None:
         raise document.error(copies.attributed(specification.attributed(faults)), options)
-    return scenario.model_copy(update={"fleet": None})
+    return scenario.model_copy(update={"fleet": None, "organisation": None})
 
 
 def _mission_of(raw: Raw) -> tuple[type[Mission] | None, list[ConfigurationFault]]:

@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import ConfigDict, Field, field_validator
 
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.faults import FaultTable
-from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more
+from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
 from remoras.attraction import GuidanceConstants
 from remoras.avoidance import SEPARATION_M
 from remoras.current import Current
@@ -225,6 +225,7 @@ class SubgroupTable(Section):
 class GroupTable(Sparse):
     """One ``[[group]]``."""
 
+    model_config = ConfigDict(json_schema_extra=unless("template", "rally_point", "role"))
     UNSAID = frozenset({"template", "within", "subgroup"})
 
     name: Name = Field(description="name of the group")
@@ -298,8 +299,14 @@ class FleetTable(Section):
 class Scenario(Sparse):
     """The whole input of a run; a mission with tables of its own subclasses it."""
 
+    model_config = ConfigDict(json_schema_extra=unless("organisation", "group"))
     UNSAID = frozenset({"role", "group_template"})
 
+    organisation: str | None = Field(
+        None,
+        exclude=True,
+        description="file with role, group_template and group, relative to this one; else they are here",
+    )
     scenario: About
     world: World
     communication: Communication

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer
@@ -36,6 +36,16 @@ class Sparse(Section):
     def _said(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         found: dict[str, Any] = handler(self)
         return {key: value for key, value in found.items() if value or key not in self.UNSAID}
+
+
+def unless(key: str, *needed: str) -> Callable[[dict[str, Any]], None]:
+    """Let a JSON Schema of a table do without keys where another one is there, which brings them."""
+
+    def either(schema: dict[str, Any]) -> None:
+        schema["required"] = [one for one in schema.get("required", []) if one not in needed]
+        schema["anyOf"] = [{"required": list(needed)}, {"required": [key]}]
+
+    return either
 
 
 def one_or_more(schema: dict[str, Any]) -> None:

@@ -140,9 +140,12 @@ def check_jobs(setup: Setup) -> None:
     for name, job in setup.mission.jobs.items():
         assert job.name == name, f"job {name!r} calls itself {job.name!r}"
         roles = [
-            role for group in setup.agreement.organisation.groups.values() for role in group.roles if role.job == name
+            (group.name, role.name)
+            for group in setup.agreement.organisation.groups.values()
+            for role in group.roles
+            if role.job == name
         ]
-        able = [d for d in setup.database.values() if job.is_able(d) and any(d.can_play(r.name) for r in roles)]
+        able = [d for d in setup.database.values() if job.is_able(d) and any(d.can_play(*role) for role in roles)]
         assert able, f"job {name!r}: nobody is able to do it who is able to play a role with it"
 
 
