@@ -42,11 +42,13 @@ class Document:
         path: what messages call it.
         text: its content.
         raw: its tables, not checked yet.
+        parts: files that some of the tables come from.
     """
 
     path: str
     text: str
     raw: dict[str, Any]
+    parts: tuple[Document, ...] = ()
 
     @classmethod
     def read(cls, name_or_path: str, known: Mapping[str, Path], what: str) -> Document:
@@ -109,7 +111,7 @@ class Document:
             options: the option that set a dotted key of the document, by key.
         """
         found = [self._located(fault, options or {}) for fault in faults]
-        return sorted(found, key=lambda fault: fault.line or 0)
+        return sorted(found, key=lambda fault: (fault.file or "", fault.line or 0))
 
     def _located(self, fault: ConfigurationFault, options: Mapping[str, str]) -> ConfigurationFault:
         if fault.key.startswith("--"):
@@ -117,7 +119,13 @@ class Document:
         for key, option in options.items():
             if f"{fault.key}.".startswith(f"{key}.") or f"{key}.".startswith(f"{fault.key}."):
                 return replace(fault, key=f"{option} ({fault.key})")
-        return fault if fault.line else replace(fault, line=self.line_of(fault.key))
+        if fault.line:
+            return fault
+        table = key_parts(fault.key)[0]
+        part = next((part for part in self.parts if table in part.raw), None)
+        if part is None:
+            return replace(fault, line=self.line_of(fault.key))
+        return replace(fault, line=part.line_of(fault.key), file=part.path)
 
     def error(
         self, faults: Iterable[ConfigurationFault], options: Mapping[str, str] | None = None

@@ -20,16 +20,21 @@ def cut(text: str, longest: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class ConfigurationFault:
-    """One thing wrong with a file: where, what was given, what is allowed."""
+    """One thing wrong with a file: where, what was given, what is allowed.
+
+    Attributes:
+        file: that it stands in, where that is not the file that was named.
+    """
 
     key: str
     given: str
     allowed: str
     line: int | None = None
+    file: str | None = None
 
     def text(self, file: str) -> str:
         """The fault on one line, as a message shows it."""
-        name = cut(file, LONGEST_KEY)
+        name = cut(self.file or file, LONGEST_KEY)
         where = f"{name}:{self.line}" if self.line else name
         given = f" = {cut(self.given, LONGEST_VALUE)}" if self.given else ""
         return f"{where}: {cut(self.key, LONGEST_KEY)}{given}: {self.allowed}"

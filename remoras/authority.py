@@ -5,10 +5,10 @@ The rules, in the order in which they are asked (REMORAS, section IV.B; Ferber, 
 1. Group and role exist.
 2. The issuer is a member of the group. A group's mission comes from its own head or from one that supervises it.
 3. Who leads or gives out has the social layer. A plain vehicle follows what the head of its group tells it.
-4. The issuer leads the group. Members have the authorities besides that the strategy declares. Everybody may leave
-   roles of its own.
-5. The assignee is a member of the group, is able, plays the role that this one is to be played with, and takes jobs
-   where the role has one.
+4. The issuer leads the group, or plays a role that has authority over the one in question. Members have the
+   authorities besides that the strategy declares. Everybody may leave roles of its own.
+5. The assignee is a member of the group, is able, plays no role that is incompatible with this one, plays the role that
+   this one is to be played with, and takes jobs where the role has one.
 6. The role has room. Holders that are absent make room.
 
 A vehicle knows only what it has heard, so the same request may be refused by one and granted by another. It counts who
@@ -138,12 +138,12 @@ class Rules:
             return NOBODY
         return frozenset(name for name, data in self.database.items() if not data.social_layer)
 
-    def is_able(self, vehicle: str, role: RoleSpecification) -> bool:
+    def is_able(self, vehicle: str, group: str, role: RoleSpecification) -> bool:
         """True if the vehicle can play the role, has the social layer to lead by it, and what its job takes."""
         data = self.database[vehicle]
         job = self.jobs.get(role.job) if role.job is not None else None
         leads = data.social_layer or not role.head
-        return data.can_play(role.name) and leads and (job is None or job.is_able(data))
+        return data.can_play(group, role.name) and leads and (job is None or job.is_able(data))
 
 
 def may_assign(
@@ -204,12 +204,20 @@ def _unauthorised(
     else:
         may = _is_declared(asked, organisation, rules, absent)
         has_social_layer |= may and rules.authorities.isdisjoint(CONSULTING)
+        may |= _has_link(asked, organisation)
     is_own = asked.assignee == me
     if is_own and asked.act is Act.RELEASE:
         return None
     if not has_social_layer:
         return Outcome.NO_SOCIAL_LAYER
     return None if may and (is_own or asked.act is not Act.SUCCEED) else Outcome.NO_AUTHORITY
+
+
+def _has_link(asked: Request, organisation: Organisation) -> bool:
+    """True if the issuer plays a role that has authority over the one in question, as the specification says."""
+    group = organisation.groups[asked.group]
+    held = (group.role(one.role) for one in organisation.roles_of(asked.issuer, asked.group))
+    return any(role is not None and asked.role in role.authority for role in held)
 
 
 def _is_declared(asked: Request, organisation: Organisation, rules: Rules, absent: Collection[str]) -> bool:
@@ -235,10 +243,12 @@ def _unfit(
     vehicle, group = asked.assignee, asked.group
     if asked.act is Act.ASSIGN and not organisation.is_member(vehicle, group):
         return Outcome.NOT_OF_GROUP
-    if not rules.is_able(vehicle, role):
+    if not rules.is_able(vehicle, group, role):
         return Outcome.UNABLE
     if asked.act is Act.SUCCEED:
         return None  # the old head gives way
+    if organisation.is_excluded(vehicle, role):
+        return Outcome.EXCLUDED
     if role.played_by is not None and not organisation.plays(vehicle, *role.played_by):
         return Outcome.INCOMPATIBLE
     if role.job is not None and vehicle in unavailable:

@@ -31,7 +31,7 @@ class VehicleData:
         energy_j: battery capacity.
         hotel_w, drag_w_per_mps3: power = hotel_w + drag_w_per_mps3 * speed^3.
         transmit_j_per_bit: energy of the modem for each bit it sends.
-        playable_roles: names of the roles it is able to play.
+        playable_roles: roles it is able to play: ``Role`` of any group, or ``Group.Role``.
         sensors: settings of its sensors, in the order of the scenario.
         speed_factor: how much faster it really is than its data, in one run; 1 in what the fleet knows.
     """
@@ -55,9 +55,9 @@ class VehicleData:
     sensors: tuple[SensorSettings, ...] = ()
     speed_factor: float = 1.0
 
-    def can_play(self, role: str) -> bool:
-        """True if it is able to play a role of that name."""
-        return role in self.playable_roles
+    def can_play(self, group: str, role: str) -> bool:
+        """True if it is able to play that role of the group."""
+        return role in self.playable_roles or f"{group}.{role}" in self.playable_roles
 
     def sensor(self, kind: type[Settings]) -> Settings | None:
         """Settings of its first sensor of a kind; None without one."""
@@ -92,6 +92,6 @@ class AUVDatabase(Mapping[str, VehicleData]):
     def __len__(self) -> int:
         return len(self._vehicles)
 
-    def able_to_play(self, role: str) -> tuple[VehicleData, ...]:
-        """Vehicles that are able to play a role of that name, in the order of the nodes."""
-        return tuple(data for data in self.values() if data.can_play(role))
+    def able_to_play(self, group: str, role: str) -> tuple[VehicleData, ...]:
+        """Vehicles that are able to play that role of the group, in the order of the nodes."""
+        return tuple(data for data in self.values() if data.can_play(group, role))

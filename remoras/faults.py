@@ -187,8 +187,8 @@ def able_to_work(database: AUVDatabase, groups: Mapping[str, Group], fault: Decl
     """
     if fault.kind is FaultKind.SENSOR:
         return [data for data in database.values() if _sensors(data, fault.sensor)]
-    working = {role.name for group in groups.values() for role in group.roles if role.job is not None}
-    return [data for data in database.values() if data.sensors or working.intersection(data.playable_roles)]
+    working = [(group.name, role.name) for group in groups.values() for role in group.roles if role.job is not None]
+    return [data for data in database.values() if data.sensors or any(data.can_play(*role) for role in working)]
 
 
 def drawn(

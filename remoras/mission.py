@@ -151,8 +151,8 @@ class VehicleView(Protocol):
         """True while ``group`` has work that it still has to give out or to see done."""
         ...
 
-    def can_play(self, role: str) -> bool:
-        """True if it is able to play a role of that name."""
+    def can_play(self, group: str, role: str) -> bool:
+        """True if it is able to play that role of the group."""
         ...
 
     def has_met(self, group: str) -> bool:

@@ -41,7 +41,12 @@ class Outcome(Enum):
     UNABLE = "assignee not able"
     INCOMPATIBLE = "assignee lacks the role to play it with"
     UNAVAILABLE = "assignee takes no jobs"
+    EXCLUDED = "assignee plays a role that excludes it"
     NO_ROOM = "no room"
+
+
+RoleKey = tuple[str, str]
+"""Group and role: two groups may have roles of one name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +61,8 @@ class RoleSpecification:
         job: name of the job that the role's holder does, or None.
         played_by: (group, role) whose holder must play it, or None.
         influences: roles of the same group that this role's influence signals address.
+        incompatible: (group, role) of the roles that no holder of this one plays, in both directions.
+        authority: roles of the same group that its holders may give out, take back and give objectives.
     """
 
     name: str
@@ -64,8 +71,19 @@ class RoleSpecification:
     head: bool = False
     founding: bool = False
     job: str | None = None
-    played_by: tuple[str, str] | None = None
+    played_by: RoleKey | None = None
     influences: tuple[str, ...] = ()
+    incompatible: frozenset[RoleKey] = frozenset()
+    authority: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Subgroups:
+    """A group has ``minimum``..``maximum`` subgroups of a template; ``maximum`` None means any number."""
+
+    template: str
+    minimum: int = 0
+    maximum: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +92,9 @@ class Group:
 
     Attributes:
         succession: roles of the group whose holders succeed a head that is lost, the first of them first.
+        within: the group that it is a subgroup of, whose heads supervise it; None where it is no subgroup.
+        templates: that it is an instance of, the nearest first.
+        subgroups: how many groups of which templates it is to have within it; any if empty.
     """
 
     name: str
@@ -81,6 +102,9 @@ class Group:
     rally_point: str | None = None
     mission: str | None = None
     succession: tuple[str, ...] = ()
+    within: str | None = None
+    templates: tuple[str, ...] = ()
+    subgroups: tuple[Subgroups, ...] = ()
 
     def role(self, name: str) -> RoleSpecification | None:
         """What the role of that name demands; None if the group does not name it."""
@@ -229,6 +253,10 @@ class Organisation:
         if vehicles.isdisjoint(a.vehicle for a in self.assignments):
             return self
         return replace(self, assignments=frozenset(a for a in self.assignments if a.vehicle not in vehicles))
+
+    def is_excluded(self, vehicle: str, role: RoleSpecification) -> bool:
+        """True if ``vehicle`` plays a role that is incompatible with ``role``."""
+        return any(self.plays(vehicle, *other) for other in role.incompatible)
 
     @classmethod
     def of(cls, groups: Iterable[Group], assignments: Iterable[RoleAssignment] = ()) -> Organisation:

@@ -106,9 +106,9 @@ class ReadOnlyVehicle:
         """True while ``group`` has work that it still has to give out or to see done."""
         return self._social.gives_out(group)
 
-    def can_play(self, role: str) -> bool:
-        """True if it is able to play a role of that name."""
-        return self._vehicle.data.can_play(role)
+    def can_play(self, group: str, role: str) -> bool:
+        """True if it is able to play that role of the group."""
+        return self._vehicle.data.can_play(group, role)
 
     def has_met(self, group: str) -> bool:
         """True if it takes ``group`` for gathered."""

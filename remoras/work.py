@@ -247,8 +247,10 @@ class Work:
         return self.jobs[role.job or ""]
 
     def able(self, data: VehicleData, role: RoleSpecification) -> bool:
-        """True if the vehicle can play the role and has what its job takes."""
-        return data.can_play(role.name) and self.job(role).is_able(data)
+        """True if the vehicle can play the role, beside those that it plays, and has what its job takes."""
+        if role.incompatible and self.organisation.is_excluded(data.name, role):
+            return False
+        return data.can_play(self.group.name, role.name) and self.job(role).is_able(data)
 
     def position_m(self, vehicle: str) -> Point:
         """Where the vehicle was last known to be."""

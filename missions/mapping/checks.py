@@ -13,8 +13,9 @@ from missions.mapping.ground import grounds_of
 from missions.mapping.scenario import FindsTable, MappingSettings
 from missions.mapping.sensors import Seabed
 from missions.mapping.survey import overlap
+from missions.scenarios.abilities import able_to_play, can_play
 from missions.scenarios.checks import outside_faults
-from missions.scenarios.tables import Raw, entries, list_of, names_of, one_of, point_of, table_of
+from missions.scenarios.tables import Raw, entries, names_of, one_of, point_of, table_of
 
 MAX_CELLS = 4096
 """Cells of one area that ``mappedCell`` can name."""
@@ -40,10 +41,12 @@ def _of_tables(raw: Raw, missions: Sequence[str]) -> Iterator[ConfigurationFault
     yield from _explorers(raw)
     yield from _mappers(raw)
     yield from _finds(raw)
-    roles = [name for group in entries(raw, "group") for name in names_of(group, "role")]
+    listed = [(group.get("name"), name) for group in entries(raw, "group") for name in names_of(group, "role")]
     for key in table_of(table_of(raw, "mission"), "importance"):
-        if "." in key:
-            yield from one_of(f"mission.importance.{key}", key.split(".")[0], roles)
+        role, dot, _ = key.rpartition(".")
+        names = [f"{group}.{name}" if "." in role else name for group, name in listed]
+        if dot:
+            yield from one_of(f"mission.importance.{key}", role, names)
 
 
 def _names(raw: Raw, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
@@ -108,7 +111,7 @@ def _explorers(raw: Raw) -> Iterator[ConfigurationFault]:
             if word not in role:
                 continue
             yield from one_of(f"{key}.{word}", role[word], [*names_of(raw, "area"), *find_names(number_of(raw))])
-            able = [v for v in entries(raw, "vehicle") if role.get("name") in list_of(v, "playable_roles")]
+            able = able_to_play(raw, group.get("name"), role.get("name"))
             if able and not any(v.get("sensor") for v in able):
                 allowed = "explores an area, but no vehicle able to play it has a [vehicle.sensor]"
                 yield ConfigurationFault(key, "", allowed)
@@ -127,7 +130,7 @@ def _mappers(raw: Raw) -> Iterator[ConfigurationFault]:
         able = [
             vehicle
             for vehicle in entries(raw, "vehicle")
-            if vehicle.get("sensor") and any(name in exploring for name in list_of(vehicle, "playable_roles"))
+            if vehicle.get("sensor") and any(can_play(vehicle, group.get("name"), name) for name in exploring)
         ]
         if not mapping or len(limits) < len(mapping):
             continue
@@ -199,13 +202,10 @@ def _is_number(value: object) -> TypeGuard[float]:
 
 def _is_able_to_map(raw: Raw, area: str) -> bool:
     """True if a vehicle with a sensor is able to play a role with the area."""
-    roles = {
-        str(role.get("name"))
+    roles = [
+        (group.get("name"), role.get("name"))
         for group in entries(raw, "group")
         for role in entries(group, "role")
         if area in (role.get("job"), role.get("area"))
-    }
-    return any(
-        vehicle.get("sensor") and not roles.isdisjoint(map(str, list_of(vehicle, "playable_roles")))
-        for vehicle in entries(raw, "vehicle")
-    )
+    ]
+    return any(vehicle.get("sensor") for role in roles for vehicle in able_to_play(raw, *role))

@@ -17,6 +17,7 @@ from typing import Any
 from exchange.acoustics import loss
 from missions.mapping.scenario import FindsTable
 from missions.mapping.sensors import Cell, Feature, Seabed, mapping_speed_mps, swath_m
+from missions.scenarios.abilities import can_play
 from missions.scenarios.tables import Raw, entries, list_of, names_of, table_of
 from remoras.beliefs import Key
 from remoras.database import VehicleData
@@ -139,7 +140,7 @@ def with_inspectors(raw: Raw) -> Raw:
     listed = set(names_of(chosen, "role"))
     new = [{"name": role, "maximum": 1, "job": find} for role, find in roles.items() if role not in listed]
     found = {**raw, "group": [_with(group, "role", new) if group is chosen else group for group in raw["group"]]}
-    able = {role for roles_of_group in exploring.values() for role in roles_of_group}
+    able = [(group.get("name"), role) for group in groups for role in exploring[id(group)]]
     played = {str(role) for vehicle in entries(raw, "vehicle") for role in list_of(vehicle, "playable_roles")}
     unplayed = [role for role in roles if role not in played]
     if isinstance(raw.get("vehicle"), list):
@@ -155,10 +156,10 @@ def explorers(group: Raw, areas: Collection[str]) -> set[str]:
     return {str(role.get("name")) for role in entries(group, "role") if role.get("job", role.get("area")) in areas}
 
 
-def _is_inspector(vehicle: Any, able: Collection[str]) -> bool:
-    if not isinstance(vehicle, dict) or not vehicle.get("sensor"):
+def _is_inspector(vehicle: Any, able: Collection[tuple[Any, str]]) -> bool:
+    if not isinstance(vehicle, dict) or not vehicle.get("sensor") or not list_of(vehicle, "playable_roles"):
         return False
-    return not set(able).isdisjoint(map(str, list_of(vehicle, "playable_roles")))
+    return any(can_play(vehicle, *role) for role in able)
 
 
 def _with(table: Mapping[str, Any], key: str, more: Sequence[Any]) -> dict[str, Any]:

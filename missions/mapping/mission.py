@@ -163,8 +163,8 @@ class MappingMission(Mission):
         }
         groups, database = groups_of(scenario), database_of(scenario, cls)
         swaths_m: dict[str, dict[str, float]] = {area.name: {} for area in scenario.area}
-        for role in (role for group in groups for role in group.roles if role.job in swaths_m):
-            swaths = {data.name: swath_m(data) for data in database.able_to_play(role.name)}
+        for group, role in ((one, role) for one in groups for role in one.roles if role.job in swaths_m):
+            swaths = {data.name: swath_m(data) for data in database.able_to_play(group.name, role.name)}
             swaths_m[role.job or ""] |= {name: swath for name, swath in swaths.items() if swath > 0.0}
         able = {name for of_area in swaths_m.values() for name in of_area}
         finds, mappers = scenario.finds or NO_FINDS, [data for data in database.values() if data.name in able]

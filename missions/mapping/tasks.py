@@ -14,6 +14,7 @@ from remoras.activities import Objective
 from remoras.database import VehicleData
 from remoras.htn import ANY, Domain, Expected, FactsLike, Method, Operator, Task
 from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, GIVE_MISSION, PURSUE
+from remoras.nesting import supervised_by
 from remoras.organisation import Group
 from remoras.work import Job
 
@@ -43,19 +44,26 @@ def social_domain(
         names = () if area is None else ("Positioning", "Exploring")
         return [Task(ASSIGN_OBJECTIVE, (group, role, name, area)) for name in names]
 
-    methods = (supervision_methods(groups), mapping_methods(groups, finds))
+    methods = (supervision_methods(groups, missions), mapping_methods(groups, finds))
     return Domain.of(
         meeting.operators(jobs, "Exploring"),
         {**dict(zip(missions, methods, strict=True)), EXPLORE: entrusted(orders), **meeting.methods()},
     )
 
 
-def supervision_methods(groups: Collection[str]) -> list[Method]:
-    """Supervision: the other groups get their missions, then the own group meets."""
+def supervision_methods(groups: Mapping[str, Group], missions: Sequence[str]) -> list[Method]:
+    """Supervision: the groups that are supervised get their missions, then the own group meets.
+
+    Args:
+        groups: by name.
+        missions: names of supervision, for groups that supervise others, and of mapping, for the rest.
+    """
+    supervision, mapping = missions
+    supervised = supervised_by(groups.values())
 
     def delegate(facts: FactsLike, group: str) -> list[Task]:
         return [
-            *(Task(GIVE_MISSION, (other, "AreaMapping")) for other in groups if other != group),
+            *(Task(GIVE_MISSION, (name, supervision if supervised[name] else mapping)) for name in supervised[group]),
             Task(MEET, (group,)),
         ]
 

@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from missions.meeting.orders import entrusted, operators
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
@@ -35,6 +36,7 @@ from remoras.database import VehicleData
 from remoras.htn import FactsLike, Method, Operator, Task
 from remoras.mission import ASSIGN_OBJECTIVE, Finding
 from remoras.motion import Motion
+from remoras.nesting import meets_after
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.work import Job, Point
@@ -63,8 +65,13 @@ Pursuit = tuple[tuple[ActivitySet, ...], frozenset[Key]]
 
 
 def importance_of(table: Mapping[str, float], objective: Objective) -> float:
-    """Importance of an objective in a table by ``Role.Objective`` or by ``Objective``; 0 where neither is listed."""
-    return table.get(f"{objective.role}.{objective.name}", table.get(objective.name, 0.0))
+    """Importance of an objective in a table by ``Group.Role.Objective``, by ``Role.Objective`` or by ``Objective``.
+
+    What says more of the role comes first; 0 where none is listed.
+    """
+    of_role = f"{objective.role}.{objective.name}"
+    of_any = table.get(of_role, table.get(objective.name, 0.0))
+    return table.get(f"{objective.group}.{of_role}", of_any)
 
 
 @dataclass(frozen=True)
@@ -77,7 +84,7 @@ class Meeting:
         follow_distance_m: a follower lets its leader get this far ahead.
         patience_s: a leader is content if news came in this time.
         deadline_s: a head that has waited this long at the rally point meets with those who are there.
-        importance: of objectives, by ``Role.Objective`` or by ``Objective``.
+        importance: of objectives, see ``importance_of``.
     """
 
     groups: Mapping[str, Group]
@@ -207,11 +214,14 @@ class Meeting:
             since_s = max(since_s, math.inf if met_s is None else met_s)
         return picture.body.now_s - since_s >= self.deadline_s
 
-    def _before(self, group: Group) -> list[str]:
-        """Groups that meet before this one: those that it supervises, since it had its mission from the start."""
-        if self.groups[group.name].mission is None:
-            return []
-        return [other.name for other in self.groups.values() if other.mission is None and other.rally_point is not None]
+    def _before(self, group: Group) -> tuple[str, ...]:
+        """Groups that meet before this one: those that it supervises, see ``remoras.nesting``."""
+        return self.meets_after[group.name]
+
+    @cached_property
+    def meets_after(self) -> Mapping[str, tuple[str, ...]]:
+        """For each group, by name, all those that meet before it."""
+        return meets_after(self.groups.values())
 
     def _all_are_there(self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture) -> bool:
         n_heard, n_not_heard = 0, 0

@@ -1,6 +1,6 @@
 """Truth of missions that end with a meeting: watches a run from outside and notes its milestones.
 
-A group that was given its mission from the start supervises the others: it counts as gathered only when they have.
+A group that supervises others counts as gathered only when they have.
 Success is judged over survivors: nobody waits for a vehicle that is dead, has resigned, or is out of contact by a
 fault, nor for a role that no survivor is free to play. Where a head has waited to the deadline, the meeting of those
 who came counts, and a milestone ``missed_meeting`` says who did not.
@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 from missions.meeting.meeting import Meeting
 from remoras.mission import FleetView, Milestone, VehicleView
+from remoras.nesting import height
 from remoras.organisation import Group
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
 
@@ -36,8 +37,9 @@ class MeetingTruth:
         self._has_met: set[tuple[str, str]] = set()
         self._is_planned = False
         self._consulted = False
-        together_first = sorted(meeting.groups.values(), key=lambda group: group.mission is not None)
-        self._apart = [group for group in together_first if group.rally_point is not None]
+        self._meets_after = before = meeting.meets_after
+        from_below = sorted(meeting.groups.values(), key=lambda group: height(group.name, before))
+        self._apart = [group for group in from_below if group.rally_point is not None]
         self._n_meetings = len(self._apart)
 
     @property
@@ -70,8 +72,7 @@ class MeetingTruth:
             self.milestones.append(Milestone(now_s, "consultation_done"))
         self.watch(fleet, now_s)
         for group in list(self._apart):
-            waits_for_others = group.mission is not None and self._apart[0].mission is None
-            if waits_for_others:
+            if any(other.name in self._meets_after[group.name] for other in self._apart):
                 continue
             self._note_who_is_there(survivors, group, now_s)
             if self.is_worked_off(group) and self._is_together(survivors, group):
@@ -187,7 +188,7 @@ class MeetingTruth:
                 n_holders = sum(v.organisation.plays(v.name, group.name, role.name) for v in survivors)
                 is_held = n_holders >= role.minimum
                 able = idle
-            if not is_held and any(v.can_play(role.name) for v in able):
+            if not is_held and any(v.can_play(group.name, role.name) for v in able):
                 lacking.append(role.name)
         return lacking
 

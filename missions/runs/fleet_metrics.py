@@ -80,8 +80,8 @@ def job_roles(scenario: Scenario) -> set[tuple[str, str]]:
 
 def able_to_work(scenario: Scenario) -> tuple[str, ...]:
     """Vehicles that are able to play a role that has a job."""
-    names = {role for _, role in job_roles(scenario)}
-    return tuple(vehicle.name for vehicle in scenario.vehicle if not names.isdisjoint(vehicle.playable_roles))
+    names = {name for group, role in job_roles(scenario) for name in (role, f"{group}.{role}")}
+    return tuple(vehicle.name for vehicle in scenario.vehicle if not names.isdisjoint(vehicle.playable_roles or ()))
 
 
 def closest_approach_m(run: Run) -> float | None:

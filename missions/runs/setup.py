@@ -216,7 +216,7 @@ def _refuse_undivided(scenario: Scenario, strategy: Strategy, agreement: Agreeme
     faults = []
     for name, group in agreement.organisation.groups.items():
         for role in group.roles:
-            able = database.able_to_play(role.name) if role.job is not None else ()
+            able = database.able_to_play(name, role.name) if role.job is not None else ()
             if able and not any(data.social_layer for data in able):
                 names = ", ".join(data.name for data in able)
                 why = f"under {strategy.name} vehicles with the social layer divide jobs, {names} has none: {remedy}"

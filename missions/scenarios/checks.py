@@ -8,19 +8,20 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 
 from exchange.acoustics.modems import modems
 from missions.errors import ConfigurationFault
 from missions.scenarios.channel import channel_faults
 from missions.scenarios.faults import draw_faults, fault_table_faults
 from missions.scenarios.hooks import hook_faults
+from missions.scenarios.organisation_checks import organisation_faults
 from missions.scenarios.parts import database_of, groups_of, strategy_named
 from missions.scenarios.policy import policy_faults
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.sea import current_faults
 from missions.scenarios.starts import start_faults
-from missions.scenarios.tables import Raw, bounds_of, entries, list_of, names_of, one_of, point_of, table_of
+from missions.scenarios.tables import Raw, bounds_of, entries, names_of, one_of, point_of, table_of, text_of
 from remoras.errors import PluginError, StrategyError
 from remoras.executive.satisfaction import DecisionConstants
 from remoras.mission import Mission
@@ -43,7 +44,7 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     """
     checks = (
         _names, _slots, _times, _world, _origin, _choices, _weights, channel_faults,
-        _groups, _played_by, _successions, _vehicles, start_faults, current_faults,
+        organisation_faults, _vehicles, start_faults, current_faults,
     )  # fmt: skip
     faults = [fault for check in checks for fault in check(raw)]
     faults += fault_table_faults(raw, "" if mission is None else next(iter(mission.sensors), ""))
@@ -110,7 +111,7 @@ def _role_jobs(scenario: Scenario, mission: type[Mission], jobs: Mapping[str, Jo
             if role.job is None:
                 continue
             yield from one_of(f"{key}.job", role.job, list(jobs))
-            able = database.able_to_play(role.name)
+            able = database.able_to_play(group.name, role.name)
             if role.job in jobs and able and not any(jobs[role.job].is_able(data) for data in able):
                 names = ", ".join(data.name for data in able)
                 yield ConfigurationFault(
@@ -257,100 +258,16 @@ def _needs(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
         yield ConfigurationFault("communication.needs", "", allowed)
 
 
-def _groups(raw: Raw) -> Iterator[ConfigurationFault]:
-    vehicles = entries(raw, "vehicle")
-    rallies = names_of(raw, "rally_point")
-    all_roles = [f"{g.get('name')}.{name}" for g in entries(raw, "group") for name in names_of(g, "role")]
-    for group in entries(raw, "group"):
-        prefix = f"group.{group.get('name')}"
-        yield from one_of(f"{prefix}.rally_point", group.get("rally_point"), rallies)
-        roles = entries(group, "role")
-        names = names_of(group, "role")
-        heads = [role for role in roles if role.get("head")]
-        if len(heads) != 1 or not heads[0].get("founding"):
-            yield ConfigurationFault(
-                f"{prefix}.role", f"{len(heads)} heads", "one role must be head = true and founding = true"
-            )
-        for role in roles:
-            key = f"{prefix}.role.{role.get('name')}"
-            yield from one_of(f"{key}.played_by", role.get("played_by"), all_roles)
-            influences = role.get("influences", [])
-            for influenced in influences if isinstance(influences, list) else []:
-                yield from one_of(f"{key}.influences", influenced, names)
-            yield from _role_players(key, role, vehicles)
-
-
-def _played_by(raw: Raw) -> Iterator[ConfigurationFault]:
-    """A role that the holder of another must play needs a vehicle that is able to play both."""
-    for group in entries(raw, "group"):
-        for role in entries(group, "role"):
-            other = role.get("played_by")
-            if not isinstance(other, str) or "." not in other:
-                continue
-            names = {str(role.get("name")), other.split(".", 1)[1]}
-            if not any(names <= set(map(str, list_of(v, "playable_roles"))) for v in entries(raw, "vehicle")):
-                key = f"group.{group.get('name')}.role.{role.get('name')}.played_by"
-                yield ConfigurationFault(key, f'"{other}"', "no vehicle is able to play both roles")
-
-
-def _successions(raw: Raw) -> Iterator[ConfigurationFault]:
-    """Holders of some role of a succession have to be able to lead."""
-    for group in entries(raw, "group"):
-        key, given = f"group.{group.get('name')}.succession", list_of(group, "succession")
-        faults = [fault for role in given for fault in one_of(key, role, names_of(group, "role"))]
-        yield from faults
-        head = next((str(role.get("name")) for role in entries(group, "role") if role.get("head")), None)
-        if faults or not given or head is None:
-            continue
-        able = [
-            vehicle
-            for vehicle in entries(raw, "vehicle")
-            if vehicle.get("social_layer", True) and head in list_of(vehicle, "playable_roles")
-        ]
-        if not any(role in list_of(vehicle, "playable_roles") for vehicle in able for role in given):
-            allowed = (
-                f"nobody can fill it: no vehicle that is able to play {' or '.join(map(str, given))} has the social "
-                f"layer and is able to play {head}; list {head} in playable_roles of one"
-            )
-            yield ConfigurationFault(key, json.dumps(given), allowed)
-
-
-def _role_players(key: str, role: Raw, vehicles: Sequence[Raw]) -> Iterator[ConfigurationFault]:
-    able = [
-        v for v in vehicles if isinstance(v.get("playable_roles"), list) and role.get("name") in v["playable_roles"]
-    ]
-    minimum, maximum = role.get("minimum", 0), role.get("maximum")
-    if not able:
-        yield ConfigurationFault(key, "", "no vehicle is able to play it: list it in playable_roles of one")
-    elif isinstance(minimum, int) and len(able) < minimum:
-        yield ConfigurationFault(f"{key}.minimum", str(minimum), f"only {len(able)} vehicles are able to play it")
-    if isinstance(minimum, int) and isinstance(maximum, int) and minimum > maximum:
-        yield ConfigurationFault(f"{key}.minimum", str(minimum), f"allowed: 0 to maximum = {maximum}")
-    if role.get("head") and able and not any(v.get("social_layer", True) for v in able):
-        names = ", ".join(str(v.get("name")) for v in able)
-        yield ConfigurationFault(
-            key,
-            "",
-            f"the group has no vehicle with the social layer to lead it: set social_layer = true for one of {names}",
-        )
-
-
 def _vehicles(raw: Raw) -> Iterator[ConfigurationFault]:
-    roles = sorted({name for group in entries(raw, "group") for name in names_of(group, "role")})
-    founding = sorted(
-        str(role.get("name"))
-        for group in entries(raw, "group")
-        for role in entries(group, "role")
-        if role.get("founding")
-    )
+    listed = [(group.get("name"), name) for group in entries(raw, "group") for name in names_of(group, "role")]
+    roles = sorted({name for _, name in listed})
+    paths = [*roles, *(f"{group}.{role}" for group, role in listed)]
     for vehicle in entries(raw, "vehicle"):
         prefix = f"vehicle.{vehicle.get('name')}"
         playable = vehicle.get("playable_roles", [])
         for role in playable if isinstance(playable, list) else []:
-            yield from one_of(f"{prefix}.playable_roles", role, roles)
-        if isinstance(playable, list) and not set(founding).intersection(map(str, playable)):
-            allowed = f"plays no founding role, so it would belong to no group; founding: {', '.join(founding)}"
-            yield ConfigurationFault(f"{prefix}.playable_roles", "", allowed)
+            if role not in paths:
+                yield from one_of(f"{prefix}.playable_roles", role, paths if "." in str(role) else roles)
         depth, limit = vehicle.get("depth_m", 0.0), vehicle.get("depth_limit_m", 0.0)
         if isinstance(depth, int | float) and isinstance(limit, int | float) and depth > limit:
             yield ConfigurationFault(f"{prefix}.depth_m", str(depth), f"allowed: 0 to depth_limit_m = {limit}")
@@ -375,6 +292,15 @@ def _missions(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     if idle and delegating is None:
         allowed = f"missing: which of {', '.join(mission.group_missions)} the group has"
         yield ConfigurationFault(f"group.{idle[0]}.mission", "", allowed)
-    elif idle and all(group.get("mission") != delegating for group in groups):
-        allowed = f'nobody gives the group its mission: one group must have mission = "{delegating}"'
-        yield ConfigurationFault(f"group.{idle[0]}.mission", "", allowed)
+        return
+    by_name = {str(group.get("name")): group for group in groups}
+    for name in map(str, idle):
+        line = [by_name[name]]
+        while (outer := by_name.get(text_of(line[-1], "within") or "")) is not None and outer not in line:
+            line.append(outer)
+        givers = [line[-1]] if len(line) > 1 else groups
+        if all(group.get("mission") != delegating for group in givers):
+            who = f"{line[-1].get('name')}, which it is within," if len(line) > 1 else "one group"
+            allowed = f'nobody gives the group its mission: {who} must have mission = "{delegating}"'
+            yield ConfigurationFault(f"group.{name}.mission", "", allowed)
+            return

@@ -11,7 +11,8 @@ from pydantic_core import PydanticCustomError
 
 from missions.errors import ConfigurationFault
 from missions.files import shown
-from missions.scenarios.tables import PointM, Positive, Raw, Section, entries, list_of, names_of, one_of, table_of
+from missions.scenarios.abilities import can_play
+from missions.scenarios.tables import PointM, Positive, Raw, Section, entries, names_of, one_of, table_of
 from remoras.database import AUVDatabase
 from remoras.faults import ANY, HEAD_OF, SLOW_FACTOR, DeclaredFault, FaultKind, able_to_work
 from remoras.organisation import Group
@@ -202,7 +203,7 @@ def _sensor(key: str, table: Raw, raw: Raw, default: str) -> Iterator[Configurat
         group = vehicle.removeprefix(HEAD_OF)
         roles = [role for one in entries(raw, "group") if one.get("name") == group for role in entries(one, "role")]
         heads = [role.get("name") for role in roles if role.get("head") is True]
-        meant = [one for one in meant if any(head in list_of(one, "playable_roles") for head in heads)]
+        meant = [one for one in meant if any(can_play(one, group, head) for head in heads)]
         if not heads:
             return  # reported as what it is
     elif not named and vehicle != ANY:

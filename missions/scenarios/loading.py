@@ -16,9 +16,12 @@ from pydantic import ValidationError
 from missions.document import MOST_LEVELS, TOO_DEEP, Document, fault_of, index_of, is_deep, key_parts
 from missions.errors import LONGEST_VALUE, ConfigurationFault, cut
 from missions.files import SCENARIO, shipped
+from missions.scenarios.abilities import with_abilities
 from missions.scenarios.channel import leave_aside
 from missions.scenarios.checks import cross_faults, job_faults
 from missions.scenarios.copies import with_copies
+from missions.scenarios.organisation import specified
+from missions.scenarios.organisation_file import ORGANISATION, with_organisation
 from missions.scenarios.parts import mission_class, sensor_kind, sensor_settings
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.starts import with_starts_apart
@@ -45,17 +48,24 @@ def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenar
 
 def resolved(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> Scenario:
     """The scenario that a document is; see ``load``."""
+    faults = list(_contradictions(overrides))
+    chosen = [(option, text) for option, text in overrides if text.partition("=")[0].strip() == ORGANISATION]
+    faults += [fault for option, text in chosen if (fault := _override(document.raw, option, text)) is not None]
+    document, more = with_organisation(document)
+    faults += more
     raw = document.raw
     own_channel = dict(table_of(raw, "channel"))
-    faults = list(_contradictions(overrides))
-    faults += [fault for option, text in overrides if (fault := _override(raw, option, text)) is not None]
+    others = (one for one in overrides if one not in chosen)
+    faults += [fault for option, text in others if (fault := _override(raw, option, text)) is not None]
     options = {".".join(key_parts(text.partition("=")[0].strip())): option for option, text in overrides}
     faults += leave_aside(own_channel, raw, options)
     copies = with_copies(with_starts_apart(raw))
-    faults += copies.faults
-    mission, more = _mission_of(copies.raw)
+    specification = specified(copies.raw)
+    faults += [*copies.faults, *specification.faults]
+    mission, more = _mission_of(specification.raw)
     faults += more
-    tables, more = _completed(copies.raw, mission)
+    able = with_abilities(specification.raw, "" if mission is None else next(iter(mission.sensors), ""))
+    tables, more = _completed(able, mission)
     faults += more
     scenario, more = _validated(document, tables, mission)
     faults += more
@@ -64,8 +74,8 @@ def resolved(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> S
     if not faults and scenario is not None and mission is not None:
         faults += job_faults(scenario, mission)
     if faults or scenario is None:
-        raise document.error(copies.attributed(faults), options)
-    return scenario.model_copy(update={"fleet": None})
+        raise document.error(copies.attributed(specification.attributed(faults)), options)
+    return scenario.model_copy(update={"fleet": None, "organisation": None})
 
 
 def _mission_of(raw: Raw) -> tuple[type[Mission] | None, list[ConfigurationFault]]:

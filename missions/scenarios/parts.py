@@ -10,11 +10,12 @@ from pydantic import ValidationError
 
 from exchange.acoustics.modems import modems
 from missions.metric import Metric
+from missions.scenarios.organisation_checks import ancestry, excluded
 from missions.scenarios.scenario import GroupTable, Scenario, VehicleTable
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
 from remoras.mission import Mission
-from remoras.organisation import Group, RoleSpecification
+from remoras.organisation import Group, RoleKey, RoleSpecification, Subgroups
 from remoras.plugins import faults_of, named_object
 from remoras.recorder import Table
 from remoras.sensor import SensorSettings
@@ -180,10 +181,12 @@ def database_of(scenario: Scenario, mission: type[Mission]) -> AUVDatabase:
 
 def groups_of(scenario: Scenario) -> tuple[Group, ...]:
     """Groups with the demands of their roles."""
-    return tuple(_group(table) for table in scenario.group)
+    raw = scenario.model_dump(include={"group", "group_template"}, mode="json")
+    apart = {tuple(path.split(".", 1)): others for path, others in excluded(raw).items()}
+    return tuple(_group(table, apart, ancestry(raw, table.template)) for table in scenario.group)
 
 
-def _group(table: GroupTable) -> Group:
+def _group(table: GroupTable, excluded: Mapping[tuple[str, ...], set[str]], templates: tuple[str, ...]) -> Group:
     roles = tuple(
         RoleSpecification(
             name=role.name,
@@ -192,9 +195,19 @@ def _group(table: GroupTable) -> Group:
             head=role.head,
             founding=role.founding,
             job=role.job,
-            played_by=(role.played_by.split(".")[0], role.played_by.split(".")[1]) if role.played_by else None,
+            played_by=_role_key(role.played_by) if role.played_by else None,
             influences=role.influences,
+            incompatible=frozenset(_role_key(other) for other in excluded[table.name, role.name]),
+            authority=role.authority,
         )
         for role in table.role
     )
-    return Group(table.name, roles, table.rally_point, table.mission, table.succession)
+    subgroups = tuple(Subgroups(one.template, one.minimum, one.maximum) for one in table.subgroup)
+    return Group(
+        table.name, roles, table.rally_point, table.mission, table.succession, table.within, templates, subgroups
+    )
+
+
+def _role_key(path: str) -> RoleKey:
+    group, _, role = path.partition(".")
+    return group, role

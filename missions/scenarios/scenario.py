@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import ConfigDict, Field, field_validator
 
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.faults import FaultTable
-from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, one_or_more
+from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
 from remoras.attraction import GuidanceConstants
 from remoras.avoidance import SEPARATION_M
 from remoras.current import Current
@@ -176,8 +176,20 @@ class RallyPoint(Section):
     position_m: PointM = Field(description="x east, y north")
 
 
-class Role(Section):
+class Requires(Section):
+    """What a role requires of a vehicle that plays it; a table in a ``[[group.role]]``."""
+
+    sensor: str | None = Field(None, description="kind or name of a sensor that it has")
+    speed_mps: Positive | None = Field(None, description="least speed on the way")
+    depth_m: Positive | None = Field(None, description="depth that it stands at least")
+    endurance_s: Positive | None = Field(None, description="time for which its battery lasts at survey speed")
+    social_layer: bool = Field(False, description="it has the social layer")
+
+
+class Role(Sparse):
     """One ``[[group.role]]``."""
+
+    UNSAID = frozenset({"incompatible", "authority", "requires"})
 
     name: Name = Field(description="name of the role")
     minimum: int = Field(0, ge=0, description="fewest holders")
@@ -187,12 +199,43 @@ class Role(Section):
     job: str | None = Field(None, description="job that its holder does")
     played_by: str | None = Field(None, description="Group.Role whose holder must play it")
     influences: tuple[str, ...] = Field((), description="roles of the group that its influence signals address")
+    incompatible: tuple[str, ...] = Field(
+        (), description="roles that no holder of it plays: Role of the group, or Group.Role; holds in both directions"
+    )
+    authority: tuple[str, ...] = Field(
+        (), description="roles of the group that its holders may give out, take back and give objectives"
+    )
+    requires: Requires | None = Field(None, description="what a vehicle needs to play it")
+    extends: tuple[str, ...] = Field(
+        (),
+        exclude=True,
+        description="roles that it has keys of: of the group or a [[role]]; the later wins, its own keys over all",
+    )
+    abstract: bool = Field(False, exclude=True, description="there to be extended alone: no role of the group")
 
 
-class GroupTable(Section):
+class SubgroupTable(Section):
+    """One ``[[group.subgroup]]``: how many groups of a template a group has within it."""
+
+    template: str = Field(description="template of the subgroups")
+    minimum: int = Field(0, ge=0, description="fewest subgroups of it")
+    maximum: int | None = Field(None, ge=1, description="most subgroups of it; any number if absent")
+
+
+class GroupTable(Sparse):
     """One ``[[group]]``."""
 
+    model_config = ConfigDict(json_schema_extra=unless("template", "rally_point", "role"))
+    UNSAID = frozenset({"template", "within", "subgroup"})
+
     name: Name = Field(description="name of the group")
+    template: str | None = Field(
+        None, description="[[group_template]] whose keys and roles it has, beside or below those that it lists itself"
+    )
+    within: str | None = Field(None, description="group that it is a subgroup of, whose head supervises it")
+    subgroup: tuple[SubgroupTable, ...] = Field(
+        (), description="how many subgroups of which templates it has; any if absent"
+    )
     rally_point: str = Field(description="where the group meets")
     mission: str | None = Field(None, description="mission it has from the start; else it is given one")
     succession: tuple[str, ...] = Field(
@@ -221,7 +264,9 @@ class VehicleTable(Section):
     hotel_w: NotNegative = Field(description="power at rest")
     drag_w_per_mps3: NotNegative = Field(description="power of propulsion per cubed speed")
     playable_roles: tuple[str, ...] = Field(
-        description="roles the vehicle is able to play, those it is meant for first"
+        (),
+        description="roles the vehicle is able to play, those it is meant for first: Role of any group, or Group.Role; "
+        "if absent, all whose requirements it meets",
     )
     sensor: tuple[dict[str, Any], ...] = Field(  # each kind of sensor says what it allows
         (),
@@ -251,9 +296,17 @@ class FleetTable(Section):
     )
 
 
-class Scenario(Section):
+class Scenario(Sparse):
     """The whole input of a run; a mission with tables of its own subclasses it."""
 
+    model_config = ConfigDict(json_schema_extra=unless("organisation", "group"))
+    UNSAID = frozenset({"role", "group_template"})
+
+    organisation: str | None = Field(
+        None,
+        exclude=True,
+        description="file with role, group_template and group, relative to this one; else they are here",
+    )
     scenario: About
     world: World
     communication: Communication
@@ -267,6 +320,12 @@ class Scenario(Section):
     navigation: NavigationTable = NavigationTable()
     beacon: tuple[BeaconTable, ...] = ()
     rally_point: tuple[RallyPoint, ...] = ()
+    role: tuple[dict[str, Any], ...] = Field(
+        (), description="roles that roles of groups extend, a table each, with the keys of a group.role"
+    )
+    group_template: tuple[dict[str, Any], ...] = Field(
+        (), description="what groups have in common, a table each, with the keys of a group; `extends` names others"
+    )
     group: tuple[GroupTable, ...] = Field(min_length=1)
     fleet: FleetTable | None = Field(None, exclude=True)
     vehicle: tuple[VehicleTable, ...] = Field(min_length=2, max_length=MAX_VEHICLES)

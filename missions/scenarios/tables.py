@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Annotated, Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer
 
 from missions.errors import ConfigurationFault
 from worldmodel import suggestion
@@ -24,6 +24,28 @@ class Section(BaseModel):
     """A TOML table: frozen, and no key that is not listed here."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Sparse(Section):
+    """A table that is written without those of its keys in ``UNSAID`` that say nothing: what few files need is unseen
+    in the others, and runs of these keep their id."""
+
+    UNSAID: ClassVar[frozenset[str]] = frozenset()
+
+    @model_serializer(mode="wrap")
+    def _said(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        found: dict[str, Any] = handler(self)
+        return {key: value for key, value in found.items() if value or key not in self.UNSAID}
+
+
+def unless(key: str, *needed: str) -> Callable[[dict[str, Any]], None]:
+    """Let a JSON Schema of a table do without keys where another one is there, which brings them."""
+
+    def either(schema: dict[str, Any]) -> None:
+        schema["required"] = [one for one in schema.get("required", []) if one not in needed]
+        schema["anyOf"] = [{"required": list(needed)}, {"required": [key]}]
+
+    return either
 
 
 def one_or_more(schema: dict[str, Any]) -> None:
@@ -47,6 +69,12 @@ def table_of(raw: Raw, key: str) -> Raw:
     """The table below a key; an empty one if there is none."""
     table = raw.get(key, {})
     return table if isinstance(table, dict) else {}
+
+
+def text_of(raw: Raw, key: str) -> str | None:
+    """The text below a key; None if there is none."""
+    found = raw.get(key)
+    return found if isinstance(found, str) else None
 
 
 def list_of(raw: Raw, key: str) -> list[Any]:

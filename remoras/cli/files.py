@@ -75,24 +75,27 @@ def validate(
         str,
         typer.Argument(
             metavar="FILE",
-            help="Scenario or study: a file, or a shipped name.",
+            help="Scenario, study or organisation: a file, or a shipped name.",
             autocompletion=completion.scenario_or_study,
         ),
     ],
     as_json: Json = False,
 ) -> None:
-    """Check a scenario or study file whole; every fault is reported with its line."""
+    """Check a scenario, study or organisation file whole; every fault is reported with its line."""
     from missions.files import check_named, is_study
 
     check_named(file)
     if is_study(file):
         _validate_study(file, as_json)
         return
+    if file.endswith(".toml") and _validate_organisation(file, as_json):
+        return
     from missions.runs.setup import resolved
     from missions.scenarios import load
 
     setup = resolved(load(file))
     schedule, founded = setup.schedule, sorted(setup.agreement.organisation.assignments)
+    reserves = [name for name in setup.database if not setup.agreement.organisation.roles_of(name)]
     if as_json:
         show_json(
             {
@@ -102,6 +105,7 @@ def validate(
                 "slot_s": schedule.slot_s,
                 "frame_s": schedule.frame_s,
                 "founding": [{"vehicle": a.vehicle, "group": a.group, "role": a.role} for a in founded],
+                "reserves": reserves,
             }
         )
         return
@@ -112,6 +116,31 @@ def validate(
     )
     for assignment in founded:
         print(f"  founding: {assignment.vehicle} plays {assignment.role} of {assignment.group}")
+    for name in reserves:
+        print(f"  reserve: {name} plays no role from the start")
+
+
+def _validate_organisation(file: str, as_json: bool) -> bool:
+    """Check an organisation file alone; False if the file is none."""
+    from missions.document import Document
+    from missions.files import text_of
+    from missions.scenarios.organisation_file import checked, is_organisation
+    from missions.scenarios.tables import entries, names_of
+
+    document = Document.of_text(text_of(Path(file)), file)
+    if not is_organisation(document.raw):
+        return False
+    groups = entries(checked(document).raw, "group")
+    n_templates, n_roles = len(entries(document.raw, "group_template")), sum(len(entries(g, "role")) for g in groups)
+    if as_json:
+        roles = [{"name": g["name"], "within": g.get("within"), "roles": names_of(g, "role")} for g in groups]
+        show_json({"file": file, "kind": "organisation", "ok": True, "templates": n_templates, "groups": roles})
+        return True
+    print(f"{file}: organisation ok; {n_templates} templates, {len(groups)} groups, {n_roles} roles")
+    for group in groups:
+        within = f" within {group['within']}" if "within" in group else ""
+        print(f"  {group['name']}{within}: {', '.join(names_of(group, 'role'))}")
+    return True
 
 
 def _validate_study(file: str, as_json: bool) -> None:
@@ -145,10 +174,10 @@ def example(
     if what == "study":
         print(example_study().rstrip())
         return
-    text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
+    example_of = shipped()["mapping-rendezvous"]
     if what == "organisation":
-        text = "[[group]]" + text.split("[[group]]", 1)[1].split("[[vehicle]]", 1)[0]
-    print(text.rstrip())
+        example_of = shipped()["mapping-nine-teams"].parent / "organisations" / "three-teams.toml"
+    print(example_of.read_text(encoding="utf-8").rstrip())
 
 
 def _explained(key: str, known: dict[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:

@@ -16,6 +16,7 @@ from remoras.database import AUVDatabase
 from remoras.errors import PlanningError
 from remoras.htn import NoPlan, Plan, Task, plan
 from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, GIVE_MISSION, SocialPart
+from remoras.nesting import meets_after, supervisors_of
 from remoras.organisation import Group, Organisation
 from remoras.strategy import Strategy, adapt_roles, form_groups
 from remoras.work import NOTHING_KNOWN, jobs_left, precedence, works
@@ -29,8 +30,7 @@ class Agreement:
         organisation: groups with the missions they have, and who plays which role.
         objectives: of roles.
         plans: of the groups whose missions are planned; all their steps have been said.
-        meets_after: for each group, those that meet before it: a group that has its mission from the start
-            supervises the others.
+        meets_after: for each group, those that meet before it, see ``remoras.nesting``.
         supervisors: for each group, the groups whose heads may give it its mission.
     """
 
@@ -56,12 +56,9 @@ def agree(strategy: Strategy, mission: SocialPart, database: AUVDatabase, groups
     """
     organisation = form_groups(strategy, database, groups)
     objectives = list(mission.founding_objectives())
-    supervised = tuple(group.name for group in groups if group.mission is None and group.rally_point is not None)
-    meets_after = {group.name: supervised if group.mission is not None else () for group in groups}
-    with_mission = [group.name for group in groups if group.mission is not None]
-    supervisors = {group.name: tuple(name for name in with_mission if name != group.name) for group in groups}
+    before, supervisors = meets_after(groups), supervisors_of(groups)
     if not strategy.declaration.planned_before:
-        return Agreement(organisation, tuple(objectives), meets_after=meets_after, supervisors=supervisors)
+        return Agreement(organisation, tuple(objectives), meets_after=before, supervisors=supervisors)
     missions = {group.name: group.mission for group in groups if group.mission is not None}
     plans: dict[str, Plan] = {}
     starts = {name: data.start_m for name, data in database.items()}
@@ -84,4 +81,4 @@ def agree(strategy: Strategy, mission: SocialPart, database: AUVDatabase, groups
                     for one in adapt_roles(strategy, work):
                         organisation, _ = organisation.assign(one.vehicle, one.group, one.role)
     given = {group.name: replace(group, mission=missions.get(group.name)) for group in groups}
-    return Agreement(replace(organisation, groups=given), tuple(objectives), plans, meets_after, supervisors)
+    return Agreement(replace(organisation, groups=given), tuple(objectives), plans, before, supervisors)

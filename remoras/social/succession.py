@@ -57,7 +57,8 @@ def successor(
 ) -> str | None:
     """Who is to lead a group without a head; None if nobody is able to.
 
-    The members that play a role of the succession and are able to lead are ordered by the first such role, then by how
+    The members that play a role of the succession, are able to lead, and play no role of another group that is
+    incompatible with it, are ordered by the first such role, then by how
     many roles with a job they are able to play, by energy and by name.
 
     Args:
@@ -71,17 +72,24 @@ def successor(
     def order(name: str) -> tuple[int, int, float, str]:
         data = database[name]
         first = next(n for n, role in enumerate(group.succession) if organisation.plays(name, group.name, role))
-        n_able = 0 if name in unavailable else sum(data.can_play(role) for role in jobs)
+        n_able = 0 if name in unavailable else sum(data.can_play(group.name, role) for role in jobs)
         return first, -n_able, -data.energy_j, name
 
+    head = group.role(group.head_role or "")
+    excluded = [] if head is None else [(of, role) for of, role in head.incompatible if of != group.name]
     holders = {name for role in group.succession for name in organisation.members(group.name, role)}
-    return min((name for name in holders if is_able_to_lead(database, name, group)), key=order, default=None)
+    able = [
+        name
+        for name in holders
+        if is_able_to_lead(database, name, group) and not any(organisation.plays(name, *other) for other in excluded)
+    ]
+    return min(able, key=order, default=None)
 
 
 def is_able_to_lead(database: AUVDatabase, vehicle: str, group: Group) -> bool:
     """True if the vehicle has the social layer and can play the head's role."""
     data = database[vehicle]
-    return data.social_layer and group.head_role is not None and data.can_play(group.head_role)
+    return data.social_layer and group.head_role is not None and data.can_play(group.name, group.head_role)
 
 
 def role_after(database: AUVDatabase, vehicle: str, group: Group, organisation: Organisation) -> RoleAssignment | None:
@@ -98,5 +106,9 @@ def role_after(database: AUVDatabase, vehicle: str, group: Group, organisation: 
     founding = {role.name for role in group.roles if role.founding}
     if any(one.role in founding for one in organisation.roles_of(vehicle, group.name)):
         return None
-    role = next((role for role in group.succession if database[vehicle].can_play(role)), None)
-    return None if role is None else RoleAssignment(group.name, role, vehicle)
+    for name in group.succession:
+        role = group.role(name)
+        is_able = database[vehicle].can_play(group.name, name)
+        if is_able and role is not None and not organisation.is_excluded(vehicle, role):
+            return RoleAssignment(group.name, name, vehicle)
+    return None

@@ -70,7 +70,7 @@ class Bidder:
     def negotiate(self, situation: Situation) -> Move:
         """Hear, give way, bid anew if something has changed, begin what has stood, tell what is new."""
         work, now = situation.work, situation.round
-        claims = self._claims = self._claims or Claims(work.database)
+        claims = self._claims = self._claims or Claims(work.database, work.group.name)
         self._listen(situation, claims)
         unfinished = [role.name for role in work.unfinished]
         self._drop({name for name in self._bundle if name not in unfinished})

@@ -19,10 +19,12 @@ class ChainOfJobs:
     """Jobs done by one vehicle, one after the other, as one job under the name of the first.
 
     Attributes:
+        group: whose roles have the jobs.
         links: name of the role and the job of each, in the order in which they are done.
         needs: jobs outside of the chain that must be done before.
     """
 
+    group: str
     links: tuple[tuple[str, Job], ...]
     needs: tuple[str, ...] = ()
 
@@ -43,7 +45,7 @@ class ChainOfJobs:
 
     def is_able(self, data: VehicleData) -> bool:
         """True if the vehicle is able to do every one of the jobs."""
-        return all(data.can_play(role) and job.is_able(data) for role, job in self.links)
+        return all(data.can_play(self.group, role) and job.is_able(data) for role, job in self.links)
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
         """When and where the vehicle will have done all of them; None if it is not able to do one."""
@@ -100,6 +102,8 @@ def chained(work: Work) -> Work:
         unseen.update(role.name for role in left[0 if is_begun and not work.holders(left[0]) else 1 :])
         within = {role.job for role in chain}
         needs = tuple(need for role in left for need in work.job(role).needs if need not in within)
-        jobs[left[0].job or ""] = ChainOfJobs(tuple((role.name, work.job(role)) for role in left), needs)
+        jobs[left[0].job or ""] = ChainOfJobs(
+            work.group.name, tuple((role.name, work.job(role)) for role in left), needs
+        )
     roles = tuple(role for role in work.group.roles if role.name not in unseen)
     return replace(work, group=replace(work.group, roles=roles), jobs=jobs)

@@ -25,10 +25,16 @@ class Claim:
 
 
 class Claims:
-    """Latest claims by role and vehicle."""
+    """Latest claims by role and vehicle.
 
-    def __init__(self, database: AUVDatabase) -> None:
+    Args:
+        database: static data of all vehicles.
+        group: whose roles are claimed.
+    """
+
+    def __init__(self, database: AUVDatabase, group: str) -> None:
         self._database = database
+        self._group = group
         self._of: dict[str, dict[str, Claim]] = {}
         self._members: Collection[str] = database.names
         self._winners: dict[str, str | None] = {}  # as far as asked for since the last change
@@ -63,7 +69,7 @@ class Claims:
         return {
             v: claim
             for v, claim in claims
-            if claim.strength > 0 and v in self._members and self._database[v].can_play(role)
+            if claim.strength > 0 and v in self._members and self._database[v].can_play(self._group, role)
         }
 
     def has(self, role: str, strength: int) -> bool:

@@ -87,7 +87,7 @@ class Contractor:
     def negotiate(self, situation: Situation) -> Move:
         """Hear, accept or leave what is held, award, announce where that is this vehicle's part, and bid."""
         work = situation.work
-        claims = self._claims = self._claims or Claims(work.database)
+        claims = self._claims = self._claims or Claims(work.database, work.group.name)
         claims.members = work.members
         self._offered = {name: offer for name, offer in self._offered.items() if offer[0] > situation.now_s}
         for heard in situation.heard:
@@ -214,7 +214,7 @@ class Contractor:
             (s, database[v].node, role, v)
             for role, auction in over.items()
             for v, s in auction.bids_s.items()
-            if v in engaged and database[v].can_play(role)
+            if v in engaged and database[v].can_play(work.group.name, role)
         )
         found: list[tuple[str, str]] = []
         served: set[str] = set()

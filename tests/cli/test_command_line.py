@@ -393,10 +393,13 @@ def test_the_example_is_a_scenario_that_validates(tmp_path: Path):
     assert load(str(file)) == load("mapping-rendezvous")
 
 
-def test_the_example_of_an_organisation_is_its_groups():
-    text = remoras("example", "organisation").stdout
-    assert text.count("[[group]]") == 2
-    assert "[[vehicle]]" not in text
+def test_the_example_of_an_organisation_is_one_that_validates(tmp_path: Path):
+    file = tmp_path / "mine.toml"
+    file.write_text(remoras("example", "organisation").stdout, encoding="utf-8")
+    checked = remoras("validate", file)
+    assert checked.exit_code == 0
+    assert "organisation ok; 1 templates, 4 groups, 17 roles" in checked.stdout
+    assert "West within Fleet: Coordinator, Performer, Cartographer, North, South" in checked.stdout
     assert "did you mean 'organisation'" in refused("example", "organization")
 
 
@@ -424,7 +427,7 @@ def test_no_key_is_explained_by_a_type_of_python():
     ("key", "kind"),
     [
         ("world.x_m", "list of 2 numbers"),
-        ("vehicle.playable_roles", "list of texts"),
+        ("vehicle.playable_roles", "list of texts, default []"),
         ("vehicle.sensor", "list of tables, default []"),
         ("vehicle.vehicle_type", 'one of "AUV", "ASV"'),
         ("vehicle.social_layer", "true or false, default true"),
@@ -666,7 +669,7 @@ def test_a_command_that_is_not_built_says_so(command: str):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["run", "nope"], "a TOML file or one of mapping-corridor, mapping-patches"),
+        (["run", "nope"], "a TOML file or one of mapping-corridor, mapping-nine-flat"),
         (["run"], "Missing argument"),
         (["run", "mapping-rendezvous", "--nope"], "No such option"),
         (["frobnicate"], "No such command"),

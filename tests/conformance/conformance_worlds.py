@@ -117,7 +117,7 @@ def organisations(draw: st.DrawFn, formed: Organisation, database: AUVDatabase) 
     for group in GROUPS:
         for name in formed.members(group.name):
             for role in group.roles:
-                if role.job is not None and database[name].can_play(role.name) and draw(st.booleans()):
+                if role.job is not None and database[name].can_play(group.name, role.name) and draw(st.booleans()):
                     formed, _ = formed.assign(name, group.name, role.name)
     return formed
 

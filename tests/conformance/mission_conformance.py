@@ -140,9 +140,12 @@ def check_jobs(setup: Setup) -> None:
     for name, job in setup.mission.jobs.items():
         assert job.name == name, f"job {name!r} calls itself {job.name!r}"
         roles = [
-            role for group in setup.agreement.organisation.groups.values() for role in group.roles if role.job == name
+            (group.name, role.name)
+            for group in setup.agreement.organisation.groups.values()
+            for role in group.roles
+            if role.job == name
         ]
-        able = [d for d in setup.database.values() if job.is_able(d) and any(d.can_play(r.name) for r in roles)]
+        able = [d for d in setup.database.values() if job.is_able(d) and any(d.can_play(*role) for role in roles)]
         assert able, f"job {name!r}: nobody is able to do it who is able to play a role with it"
 
 
@@ -161,7 +164,7 @@ def check_activities(setup: Setup) -> None:
     """Every objective has activities for who may get it, of different types, and each set a behaviour that conforms."""
     mission, knowledge = setup.mission, Knowledge(setup)
     for objective in objectives(setup):
-        players = [data for data in setup.database.values() if data.can_play(objective.role)]
+        players = [data for data in setup.database.values() if data.can_play(objective.group, objective.role)]
         pursuits = [Pursuit(data, mission, "the mission") for data in players]
         pursued = [one.sets([objective], knowledge, data.start_m) for one, data in zip(pursuits, players, strict=True)]
         assert any(pursued), f"objective {objective}: no vehicle has an activity for it"

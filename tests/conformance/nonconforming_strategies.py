@@ -93,7 +93,10 @@ class ByHash(FixedPartition):
     """Gives a job to the first in a set, and so by the hashes of names."""
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
-        able = {role: {data.name for data in work.workers if data.can_play(role.name)} for role in work.open}
+        able = {
+            role: {data.name for data in work.workers if data.can_play(work.group.name, role.name)}
+            for role in work.open
+        }
         found = [work.assignment(role, next(iter(able[role]))) for role in work.open if able[role]]
         return common_roles(work) + tuple(one for one in found if one not in work.organisation.assignments)
 

@@ -152,7 +152,7 @@ def check_allocates_within_the_group(strategy: Strategy) -> None:
         formed = strategy.form(database, GROUPS)
         assert strategy.form(database, GROUPS) == formed, "forms another organisation when asked again"
         for one in formed.assignments:
-            assert database[one.vehicle].can_play(one.role), f"{one} founds what it cannot play"
+            assert database[one.vehicle].can_play(one.group, one.role), f"{one} founds what it cannot play"
         for group in GROUPS:
             work = data.draw(works_of(group, formed, database, jobs))
             found = strategy.adapt(work)
@@ -163,7 +163,9 @@ def check_allocates_within_the_group(strategy: Strategy) -> None:
                 assert one.group == group.name, f"{one} is in another group than {group.name}"
                 assert role is not None, f"{one} is of a role that the group does not have"
                 assert formed.is_member(one.vehicle, group.name), f"{one} is given to no member of {group.name}"
-                assert database[one.vehicle].can_play(one.role), f"{one} is given to a vehicle that cannot play it"
+                assert database[one.vehicle].can_play(one.group, one.role), (
+                    f"{one} is given to a vehicle that cannot play it"
+                )
                 assert not formed.plays(one.vehicle, one.group, one.role), f"{one} is held already"
                 if role.job is not None:
                     held[role.job] += 1
@@ -238,7 +240,7 @@ def _assert_within(situation: Situation, group: str, statements: Any) -> None:
         assert of_group == group, f"{said}, but negotiates for {group}"
         assert organisation.groups[group].role(role) is not None, f"{said}, which is no role"
         assert organisation.is_member(vehicle, group), f"{said}, but it is no member"
-        assert database[vehicle].can_play(role), f"{said}, but it cannot play it"
+        assert database[vehicle].can_play(group, role), f"{said}, but it cannot play it"
 
 
 def _assert_lawful(situation: Situation, me: str, rules: Rules, statements: Any) -> None:

@@ -385,6 +385,8 @@ def test_a_value_where_a_table_belongs_is_a_fault_and_no_crash(tmp_path: Path, t
     fine = {
         ("fault", "[]"),
         ("beacon", "[]"),
+        ("role", "[]"),
+        ("group_template", "[]"),
         *((one, "{}") for one in ("decision", "fleet", "uncertainty", "guidance", "current", "navigation")),
     }  # have defaults
     if (table, wrong) in fine:

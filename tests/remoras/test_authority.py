@@ -182,7 +182,7 @@ def test_nobody_without_the_social_layer_or_from_outside_changes_anything_of_oth
     assert ORGANISATION.is_member(asked.issuer, asked.group)
     assert asked.issuer == asked.assignee or FLEET[asked.issuer].social_layer
     if asked.act is Act.ASSIGN:
-        assert FLEET[asked.assignee].can_play(asked.role)
+        assert FLEET[asked.assignee].can_play(asked.group, asked.role)
         assert ORGANISATION.is_member(asked.assignee, asked.group)
 
 

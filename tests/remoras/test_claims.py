@@ -21,7 +21,7 @@ news = st.lists(
 
 
 def table(*heard: list[News]) -> Claims:
-    made = Claims(FLEET)
+    made = Claims(FLEET, "Team")
     for role, vehicle, claim in (one for some in heard for one in some):
         made.take(role, vehicle, claim)
     return made

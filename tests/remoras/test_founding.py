@@ -1,7 +1,13 @@
 """Who founds the groups."""
 
+import itertools
+
+from hypothesis import given
+from hypothesis import strategies as st
 from samples import GROUPS, LEADER, WORKER, auv, database
 
+from remoras.database import AUVDatabase
+from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.strategies.founding import founded
 
 
@@ -30,3 +36,128 @@ def test_a_head_has_the_social_layer() -> None:
     formed = founded(fleet, GROUPS)
     assert formed.members("Coordination", "Tactician") == ("AUV00",)
     assert formed.heads("Operational") == ()
+
+
+# One assignment over all roles ----------------------------------------------------------------------
+
+
+def seats(*groups: Group) -> tuple[tuple[Group, RoleSpecification], ...]:
+    return tuple((group, role) for group in groups for role in group.roles if role.founding)
+
+
+def is_complete(organisation: Organisation, groups: tuple[Group, ...]) -> bool:
+    """True if every founding role is held as it demands, by those who may hold it together."""
+    for group, role in seats(*groups):
+        holders = organisation.members(group.name, role.name)
+        most = len(holders) if role.maximum is None else role.maximum
+        if not max(role.minimum, int(role.head)) <= len(holders) <= most:
+            return False
+        for name in holders:
+            if organisation.is_excluded(name, role):
+                return False
+            if role.played_by is not None and not organisation.plays(name, *role.played_by):
+                return False
+    return True
+
+
+def can_be_complete(fleet: AUVDatabase, groups: tuple[Group, ...]) -> bool:
+    """The same of some founding, by trying all of them."""
+    choices = []
+    for group, role in seats(*groups):
+        able = [d.name for d in fleet.able_to_play(group.name, role.name) if d.social_layer or not role.head]
+        some = [set(names) for n in range(len(able) + 1) for names in itertools.combinations(able, n)]
+        choices.append([[RoleAssignment(group.name, role.name, name) for name in sorted(names)] for names in some])
+    tried = (Organisation.of(groups, itertools.chain(*chosen)) for chosen in itertools.product(*choices))
+    return any(is_complete(one, groups) for one in tried)
+
+
+ROLES = ("Head", "Hand", "Eye")
+PATHS = [(group, role) for group in ("Upper", "Lower") for role in ROLES[:2]]
+
+
+@st.composite
+def specifications(draw: st.DrawFn) -> tuple[Group, ...]:
+    """Two groups with two founding roles each, some of which hang together."""
+    excluded = {
+        frozenset(pair) for pair in draw(st.sets(st.sampled_from([*itertools.combinations(PATHS, 2)]), max_size=2))
+    }
+    groups = []
+    for group in ("Upper", "Lower"):
+        roles = []
+        for name in ROLES[:2]:
+            minimum = draw(st.integers(0, 2))
+            maximum = draw(st.sampled_from([None, 1, 2]))
+            above = (
+                draw(st.sampled_from([None, *(("Upper", role) for role in ROLES[:2])])) if group == "Lower" else None
+            )
+            apart = frozenset(other for pair in excluded if (group, name) in pair for other in pair - {(group, name)})
+            most = maximum if maximum is None else max(maximum, minimum)
+            roles.append(RoleSpecification(name, minimum, most, name == "Head", True, None, above, incompatible=apart))
+        groups.append(Group(group, tuple(roles)))
+    return tuple(groups)
+
+
+FLEETS = st.lists(
+    st.tuples(st.sets(st.sampled_from([f"{group}.{role}" for group, role in PATHS])), st.booleans()), max_size=3
+)
+
+
+@given(specifications(), FLEETS)
+def test_whenever_all_founding_roles_can_be_filled_they_are(
+    groups: tuple[Group, ...], vehicles: list[tuple[set[str], bool]]
+) -> None:
+    """Against all foundings there are, tried one by one."""
+    fleet = database(
+        *(
+            auv(f"AUV{n:02d}", playable_roles=tuple(sorted(names)), social_layer=social)
+            for n, (names, social) in enumerate(vehicles)
+        )
+    )
+    formed = founded(fleet, groups)
+    assert is_complete(formed, groups) == can_be_complete(fleet, groups)
+    for one in formed.assignments:
+        assert fleet[one.vehicle].can_play(one.group, one.role)
+
+
+def test_who_alone_can_lead_the_group_below_is_chosen_above() -> None:
+    """By energy alone AUV01 would be the Tactician, who is not able to be the Coordinator: nobody would lead."""
+    fleet = database(
+        auv("AUV00", playable_roles=("Tactician", "Coordinator")),
+        auv("AUV01", playable_roles=("Tactician", "Performer"), energy_j=9.0e6),
+    )
+    formed = founded(fleet, GROUPS)
+    assert formed.heads("Operational") == ("AUV00",)
+    assert formed.members("Operational", "Performer") == ("AUV01",)
+
+
+def test_nobody_has_two_roles_of_a_group_that_two_could_have() -> None:
+    group = Group(
+        "Team", (RoleSpecification("Hand", 1, 1, founding=True), RoleSpecification("Eye", 1, 1, founding=True))
+    )
+    fleet = database(auv("AUV00", playable_roles=("Hand", "Eye")), auv("AUV01", playable_roles=("Hand",)))
+    formed = founded(fleet, (group,))
+    assert formed.members("Team", "Hand") == ("AUV01",)
+    assert formed.members("Team", "Eye") == ("AUV00",)
+
+
+def test_teams_within_one_group_share_the_vehicles() -> None:
+    """Each team has a Tactician of its own as its head, and the other vehicles in turns."""
+    fleet_group = Group("Fleet", (RoleSpecification("Tactician", 1, 3, founding=True),))
+    roles = (
+        RoleSpecification("Coordinator", 1, 1, True, True, None, ("Fleet", "Tactician")),
+        RoleSpecification("Performer", 1, founding=True),
+    )
+    teams = tuple(Group(f"Team {name}", roles, within="Fleet") for name in "ABC")
+    able = ("Tactician", "Coordinator", "Performer")
+    formed = founded(database(*(auv(f"AUV{n:02d}", playable_roles=able) for n in range(8))), (fleet_group, *teams))
+    assert [len(formed.members(team.name)) for team in teams] == [3, 3, 2]
+    assert len({name for team in teams for name in formed.heads(team.name)}) == 3
+    for name in (f"AUV{n:02d}" for n in range(8)):
+        assert sum(formed.is_member(name, team.name) for team in teams) == 1
+
+
+def test_a_vehicle_for_which_there_is_no_role_is_a_reserve() -> None:
+    fleet = database(
+        auv("AUV00", playable_roles=LEADER), auv("AUV01", playable_roles=WORKER), auv("AUV02", playable_roles=())
+    )
+    assert founded(fleet, GROUPS).roles_of("AUV02") == ()

@@ -52,7 +52,7 @@ class Seen:
     able: tuple[str, ...] = ("Hand",)
     met: bool = False
 
-    def can_play(self, role: str) -> bool:
+    def can_play(self, group: str, role: str) -> bool:
         return role in self.able
 
     def has_met(self, group: str) -> bool:

@@ -1,0 +1,106 @@
+"""Abilities: which roles a vehicle is able to play, by what it lists itself and by what the roles require.
+
+Works on the raw tables: where a vehicle lists no ``playable_roles``, or a role that it lists has requirements, the
+roles that it is able to play are written out as ``Group.Role``. So everything behind this reads one list.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from missions.scenarios.tables import Raw, entries, list_of, table_of
+
+PLAYABLE = "playable_roles"
+
+
+def can_play(vehicle: Raw, group: Any, role: Any) -> bool:
+    """True if a vehicle's table lists the role of the group."""
+    listed = list_of(vehicle, PLAYABLE)
+    return role in listed or f"{group}.{role}" in listed
+
+
+def able_to_play(raw: Raw, group: Any, role: Any) -> list[Raw]:
+    """Tables of the vehicles that list the role of the group."""
+    return [vehicle for vehicle in entries(raw, "vehicle") if can_play(vehicle, group, role)]
+
+
+def with_abilities(raw: Raw, default_sensor: str) -> Raw:
+    """The tables in which every vehicle lists the roles that it is able to play.
+
+    Args:
+        raw: tables of a scenario, its groups written out.
+        default_sensor: kind of a sensor whose table does not say.
+    """
+    vehicles = raw.get("vehicle")
+    roles = [(str(group.get("name")), role) for group in entries(raw, "group") for role in entries(group, "role")]
+    if not isinstance(vehicles, list) or not roles:
+        return raw
+    demanding = any("requires" in role for _, role in roles)
+    if not demanding and all(isinstance(one, dict) and PLAYABLE in one for one in vehicles):
+        return raw
+    return {**raw, "vehicle": [_with_abilities(one, roles, default_sensor) for one in vehicles]}
+
+
+def _with_abilities(vehicle: Any, roles: list[tuple[str, Raw]], default_sensor: str) -> Any:
+    if not isinstance(vehicle, dict):
+        return vehicle
+    met = [(g, str(role.get("name"))) for g, role in roles if not list(lacking(vehicle, role, default_sensor))]
+    given = vehicle.get(PLAYABLE)
+    if PLAYABLE not in vehicle:
+        return {**vehicle, PLAYABLE: [f"{group}.{role}" for group, role in met]}
+    if not isinstance(given, list):
+        return vehicle
+    asking = [(g, str(role.get("name"))) for g, role in roles if "requires" in role]
+    demanding = {name for group, role in asking for name in (role, f"{group}.{role}")}
+    able: list[Any] = []
+    for name in given:
+        if isinstance(name, str) and name in demanding:
+            able += [f"{group}.{role}" for group, role in met if name in (role, f"{group}.{role}")]
+        else:
+            able.append(name)
+    return {**vehicle, PLAYABLE: able}
+
+
+def lacking(vehicle: Raw, role: Raw, default_sensor: str) -> Iterator[str]:
+    """What a vehicle lacks of what a role requires, in words; nothing if it meets it, or if a value is malformed.
+
+    Args:
+        vehicle: its table.
+        role: its table.
+        default_sensor: kind of a sensor whose table does not say.
+    """
+    requires = table_of(role, "requires")
+    if "sensor" in requires and requires["sensor"] not in (has := list(_sensors(vehicle, default_sensor))):
+        yield f"sensor {', '.join(has)}" if has else "no sensor"
+    for key, offered in (
+        ("speed_mps", _number(vehicle, "transit_speed_mps")),
+        ("depth_m", _number(vehicle, "depth_limit_m")),
+        ("endurance_s", endurance_s(vehicle)),
+    ):
+        if (asked := _number(requires, key, math.nan)) > offered:
+            yield f"{key} {offered:g}, not {asked:g}"
+    if requires.get("social_layer") is True and vehicle.get("social_layer", True) is False:
+        yield "no social layer"
+
+
+def endurance_s(vehicle: Raw) -> float:
+    """How long its battery lasts at survey speed; infinite where nothing draws from it."""
+    speed_mps = _number(vehicle, "survey_speed_mps")
+    power_w = _number(vehicle, "hotel_w") + _number(vehicle, "drag_w_per_mps3") * speed_mps**3
+    return _number(vehicle, "energy_j") / power_w if power_w > 0.0 else math.inf
+
+
+def _sensors(vehicle: Raw, default: str) -> Iterator[str]:
+    """Kinds and names of a vehicle's sensors."""
+    given = vehicle.get("sensor")
+    for table in [given] if isinstance(given, dict) else entries(vehicle, "sensor"):
+        yield str(table.get("type") or default)
+        if "name" in table:
+            yield str(table["name"])
+
+
+def _number(table: Mapping[str, Any], key: str, default: float = 0.0) -> float:
+    value = table.get(key, default)
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else default
