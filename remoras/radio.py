@@ -14,9 +14,10 @@ from exchange.manager import ExchangeManager, Reception, Transmission
 from exchange.packets import Fragment, InfluenceSignal, ItemUid
 from remoras.beliefs import Beliefs
 from remoras.contents import BitCount
-from remoras.organisation import Group
+from remoras.organisation import Group, Organisation
 from remoras.picture import Peers
 from remoras.recorder import Recorder
+from remoras.social.needs import GroupNeeds
 from remoras.strategy import Declaration
 from worldmodel import Block, Change, TBox, merge
 
@@ -65,6 +66,7 @@ class Radio:
         beliefs: of this vehicle, into whose world model blocks are merged.
         peers: the part of the picture that is written here and nowhere else.
         recorder: takes the rows of items, signals and faults.
+        needs: by which the manager judges, where they follow from groups.
     """
 
     def __init__(
@@ -76,8 +78,10 @@ class Radio:
         beliefs: Beliefs,
         peers: Peers,
         recorder: Recorder,
+        needs: GroupNeeds | None = None,
     ) -> None:
         self.manager = manager
+        self._needs = needs
         self.communicates = declaration.communicates
         self.influences = declaration.influences
         self.is_bound = declaration.is_bound
@@ -177,6 +181,8 @@ class Radio:
             return HeardPacket(reception)
         for uid in reception.items:
             self._record_item(now_s, uid, "received")
+        for uid in reception.aside:
+            self._record_item(now_s, uid, "set aside")
         if self._unheard and reception.beliefs:
             for peer, uid in reception.beliefs:
                 self._unheard.pop((self._names[peer], uid), None)
@@ -189,6 +195,17 @@ class Radio:
         known = self._signalling
         signals = tuple([(known[one.role], one.value) for one in reception.signals if one.role in known])
         return HeardPacket(reception, emitter, changes, signals)
+
+    def regroup(self, organisation: Organisation, now_s: float) -> tuple[Change, ...]:
+        """Tell and keep what this view of the organisation asks for; what was set aside and is needed now goes in."""
+        if self._needs is None or not self._needs.renew(organisation):
+            return ()
+        renewal = self.manager.renew()
+        for uid in renewal.items:
+            self._record_item(now_s, uid, "received")
+        for uid in renewal.settled:
+            self._record_item(now_s, uid, "acknowledged")
+        return self._merged(renewal.blocks, now_s)
 
     def _merged(self, blocks: Sequence[Block], now_s: float) -> tuple[Change, ...]:
         merged = merge(self._beliefs.model, blocks)
