@@ -73,7 +73,7 @@ class Reception(NamedTuple):
 
     ``blocks`` are whole and new to this vehicle, ready to be merged; ``signals`` are the influence
     signals of ``sender``; ``beliefs`` lists (peer, item) pairs that are believed from now on;
-    ``settled`` lists items that all interested peers are now believed to hold; ``aside`` lists those whose
+    ``settled`` lists items that all interested peers are now believed to hold; ``aside`` are those whose
     block this vehicle has no need of, which are not among ``items``; ``fault`` tells why a packet was refused, else
     None.
     """
@@ -85,7 +85,7 @@ class Reception(NamedTuple):
     items: tuple[ItemUid, ...] = ()
     beliefs: tuple[tuple[int, ItemUid], ...] = ()
     settled: tuple[ItemUid, ...] = ()
-    aside: tuple[ItemUid, ...] = ()
+    aside: tuple[Fragment, ...] = ()
     fault: str | None = None
 
 
@@ -226,7 +226,7 @@ class ExchangeManager:
         blocks: list[Block] = []
         content = 0
         new_items: list[ItemUid] = []
-        aside: list[ItemUid] = []
+        aside: list[Fragment] = []
         for fragment in packet.fragments:
             if self.is_status(fragment.facts):
                 blocks.append(Block(fragment.origin, fragment.sequence, fragment.time_s, fragment.facts))
@@ -235,9 +235,12 @@ class ExchangeManager:
             if column is None:
                 column = self._register(Entry(fragment, fragment.facts))
                 block = self._assembly.add(fragment)
-                is_kept = block is None or self._interests.keeps(block, fragment.uid)
-                (new_items if is_kept else aside).append(fragment.uid)
-                if block is not None and is_kept:
+                if block is not None and not self._interests.keeps(block, fragment.uid):
+                    aside.append(fragment)
+                    block = None
+                else:
+                    new_items.append(fragment.uid)
+                if block is not None:
                     blocks.append(block)
             content |= 1 << column
         state = self._state

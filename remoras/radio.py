@@ -19,7 +19,7 @@ from remoras.picture import Peers
 from remoras.recorder import Recorder
 from remoras.social.needs import GroupNeeds
 from remoras.strategy import Declaration
-from worldmodel import Block, Change, TBox, merge
+from worldmodel import Block, Change, PropertyValue, TBox, merge
 
 JOB = "Job"
 """Class of the core ontology; what a peer says of a job is news of the mission."""
@@ -181,8 +181,9 @@ class Radio:
             return HeardPacket(reception)
         for uid in reception.items:
             self._record_item(now_s, uid, "received")
-        for uid in reception.aside:
-            self._record_item(now_s, uid, "set aside")
+        for fragment in reception.aside:
+            self._record_item(now_s, fragment.uid, "set aside")
+            self._note_news(fragment.facts, now_s)
         if self._unheard and reception.beliefs:
             for peer, uid in reception.beliefs:
                 self._unheard.pop((self._names[peer], uid), None)
@@ -211,9 +212,14 @@ class Radio:
         merged = merge(self._beliefs.model, blocks)
         for fault in merged.faults:
             self._record_fault(now_s, f"refused block: {fault.code}", fault.detail)
-        if any(fact.attribute in self._news for change in merged.changes for fact in change.block.facts):
-            self._peers.last_news_s = now_s
+        for change in merged.changes:
+            self._note_news(change.block.facts, now_s)
         return merged.changes
+
+    def _note_news(self, facts: Iterable[PropertyValue], now_s: float) -> None:
+        """See whether anything is news of the mission: work goes on, whomever it concerns."""
+        if any(fact.attribute in self._news for fact in facts):
+            self._peers.last_news_s = now_s
 
     def note(self, changes: Iterable[Change]) -> None:
         """Keep the newest positions, whoever said them."""
