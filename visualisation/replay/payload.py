@@ -146,10 +146,12 @@ class Payload:
 
     def _add_said(self, columns: Columns, tables: Tables) -> None:
         """Packets, and the items that they carried."""
-        has_contents = tables.find("packets", CONTENTS) is not None
+        has_contents, knowledge = tables.find("packets", CONTENTS) is not None, tables.find("knowledge")
         if has_contents and (recorded := tables.find("items")) is not None:
             of_run.add_items(columns, self._names, recorded.to_pylist(), self._said)
-        elif (knowledge := tables.find("knowledge")) is not None:
+            if knowledge is not None:
+                of_run.add_aside(columns, self._names, knowledge.to_pylist(), self._said)
+        elif knowledge is not None:
             of_run.add_heard(columns, self._names, knowledge.to_pylist(), self._said)
         if (packets := tables.find("packets")) is not None:
             of_run.add_packets(columns, self._names, packets, tables.find("faults"), self._said)

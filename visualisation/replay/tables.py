@@ -172,12 +172,14 @@ class Said:
         items: number of each item by its uid.
         sequences: sequence of the last item of each origin.
         faults: what befell the vehicles.
+        aside: vehicle and item of what a vehicle heard without need of it.
         first, last: slot and start (s) of the first and the last packet.
     """
 
     items: dict[str, int] = field(default_factory=dict)
     sequences: dict[str, int] = field(default_factory=dict)
     faults: list[Mapping[str, Any]] = field(default_factory=list)
+    aside: set[tuple[str, str]] = field(default_factory=set)
     first: tuple[int, float] | None = None
     last: tuple[int, float] = (0, 0.0)
 
@@ -325,7 +327,23 @@ def add_heard(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]],
     born = [row for row in rows if row["event"] == "observed"]
     facts = [{"uid": row["item"], "recorded_s": row["time_s"], **row, **nothing} for row in born]
     add_items(columns, names, facts, said)
-    heard = [row for row in rows if row["event"] == "received" and row["item"] in said.items]
+    _add_receptions(columns, names, [row for row in rows if row["event"] == "received"], said)
+
+
+def add_aside(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
+    """Items that vehicles heard without need of them, and when they took up those that they came to need."""
+    aside = [row for row in rows if row["event"] == "set aside"]
+    said.aside.update((row["vehicle"], row["item"]) for row in aside)
+    if not said.aside:
+        return
+    columns.add("aside.vehicle", [names.vehicle(row["vehicle"]) for row in aside])
+    columns.add("aside.item", [said.items[row["item"]] for row in aside], 1)
+    received = [row for row in rows if row["event"] == "received"]
+    _add_receptions(columns, names, [row for row in received if (row["vehicle"], row["item"]) in said.aside], said)
+
+
+def _add_receptions(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
+    heard = [row for row in rows if row["item"] in said.items]
     columns.add("heard.vehicle", [names.vehicle(row["vehicle"]) for row in heard])
     columns.add("heard.item", [said.items[row["item"]] for row in heard], 1)
     columns.add("heard.time", [row["time_s"] for row in heard], 1, TIME_STEP_S)
