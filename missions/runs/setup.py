@@ -39,6 +39,7 @@ from remoras.sensor import Sensor
 from remoras.social.agreement import Agreement, agree
 from remoras.social.layer import SocialLayer
 from remoras.social.negotiation import negotiated_attributes
+from remoras.social.reports import SENSORS_WORK
 from remoras.strategy import Declaration, Strategy
 from remoras.vehicle import Layers, Vehicle
 from remoras.work import Point
@@ -55,7 +56,7 @@ from worldmodel import (
 
 STATUS_PER_FRAME = 2
 """Status blocks (position, battery) that a vehicle records in a TDMA frame."""
-SOCIAL_ATTRIBUTES = ("available", "headedBy", "headTerm")
+SOCIAL_ATTRIBUTES = ("available", "headedBy", "headTerm", SENSORS_WORK)
 """What vehicles say of themselves whatever the strategy."""
 SPARE_BLOCKS = 1024
 """Blocks of a vehicle that are neither status nor observations: assignments, findings."""
@@ -123,7 +124,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     schedule = TdmaSchedule.for_range(
         len(database), modem.packet_s(modem.payload_bits), scenario.communication.range_m, world.sound_speed_mps
     )
-    agreement = agree(strategy, mission, database, groups)
+    agreement = agree(strategy, mission, database, groups, scenario.scenario.duration_s)
     _refuse_headless(scenario, agreement)
     _refuse_undivided(scenario, strategy, agreement, database)
     _recorder(mission, [sensors_of(data) for data in database.values()])
@@ -321,7 +322,7 @@ def _lease_frames(declaration: Declaration, lease_frames: int) -> float:
 def _known_as_it_is(setup: Setup, fleet: Sequence[VehicleData]) -> Setup:
     """The setup of a bound: all know how fast each vehicle really is, and have agreed on that."""
     database, scenario = AUVDatabase(tuple(fleet)), setup.scenario
-    agreement = agree(setup.strategy, setup.mission, database, groups_of(scenario))
+    agreement = agree(setup.strategy, setup.mission, database, groups_of(scenario), scenario.scenario.duration_s)
     return replace(setup, database=database, agreement=agreement)
 
 
@@ -377,6 +378,7 @@ def _vehicle(
                 setup.rally_points_m,
                 picture,
                 _lease_frames(declaration, communication.lease_frames) * setup.schedule.frame_s,
+                setup.scenario.scenario.duration_s,
             ),
             ExecutiveLayer(setup.decision),
             FunctionalLayer(
