@@ -1,6 +1,6 @@
 """What vehicles tell of their energy and their sensors decides who is given which job; taken out, missions are worse.
 
-Two vehicles and two visits: `far` at (600, 0), `near` at (-100, 0). AUV00, the head, starts at (0, 0), AUV01 at (50, 0),
+Two vehicles, two visits: `far` at (600, 0), `near` at (-100, 0). AUV00, the head, starts at (0, 0), AUV01 at (50, 0),
 so by time alone AUV01 goes far. That takes it 275 s in transit at 20 + 10 * 2^3 = 100 W, a stay of 40 s, and 458 s home
 with the margin, at 20 + 10 * 1.5^3 = 54 W: 27.5 + 2.2 + 24.6 = 54 kJ. To go near takes 7.5 + 2.2 + 6.7 = 16 kJ.
 """
@@ -53,7 +53,8 @@ def visitor(finished: Run, place: str) -> str:
 @pytest.mark.parametrize("strategy", CASES)
 def test_who_has_little_energy_is_given_what_it_can_finish(strategy: str, monkeypatch: pytest.MonkeyPatch) -> None:
     ample, short = visits(strategy, 2e6), visits(strategy, ENOUGH_TO_GO_NEAR_J)
-    assert ample.completed and short.completed
+    assert ample.completed
+    assert short.completed
     assert (visitor(ample, "place 0"), visitor(ample, "place 1")) == ("AUV01", "AUV00")
     assert (visitor(short, "place 0"), visitor(short, "place 1")) == ("AUV00", "AUV01")
     assert short.end_s < ample.end_s + 60.0  # the way from 0 instead of 50 m, and rounds of consultation
@@ -114,7 +115,8 @@ def test_a_plan_moves_what_a_vehicle_cannot_finish_and_leaves_what_nobody_can() 
 
 def test_what_a_vehicle_holds_and_cannot_finish_any_more_is_not_counted_as_its_own() -> None:
     far, near = (TEAM.role(name) for name in ("Far", "Near"))
-    assert far is not None and near is not None
+    assert far is not None
+    assert near is not None
     engaged = Engagement((), (near, far), Outlook(0.0, (0.0, 0.0)))
     assert affordable(work({}), FLEET["AUV01"], engaged) == (near, far)
     near_j = needs_j(work({}), "AUV01", "Near")
