@@ -169,7 +169,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self._diary.fault(now_s, "failed step", f"{failed.name} of {objective}")
             self._adopt()
             return True
-        if facts := self.social.standing.give_up(objective):
+        blind = any(one.sensors for one in failed.activities)
+        if facts := self.social.standing.give_up(objective, blind):
             self._diary.fault(now_s, "cannot", str(objective))
             self._conclude(facts, now_s)
         return bool(facts)

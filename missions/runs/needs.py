@@ -12,10 +12,11 @@ from remoras.plugins import answer
 from remoras.social.agreement import Agreement
 from remoras.social.needs import Path, Subjects
 from remoras.social.negotiation import negotiated_attributes
+from remoras.social.reports import SENSORS_WORK
 from remoras.strategy import Strategy
 from worldmodel import InformationNeed, Instance, NeedsIndex, TBox
 
-SOCIAL_ATTRIBUTES = ("available", "headedBy", "headTerm")
+SOCIAL_ATTRIBUTES = ("available", "headedBy", "headTerm", SENSORS_WORK)
 """What vehicles say of themselves whatever the strategy."""
 
 

@@ -123,7 +123,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     schedule = TdmaSchedule.for_range(
         len(database), modem.packet_s(modem.payload_bits), scenario.communication.range_m, world.sound_speed_mps
     )
-    agreement = agree(strategy, mission, database, groups)
+    agreement = agree(strategy, mission, database, groups, scenario.scenario.duration_s)
     _refuse_headless(scenario, agreement)
     _refuse_undivided(scenario, strategy, agreement, database)
     _recorder(mission, [sensors_of(data) for data in database.values()])
@@ -307,7 +307,7 @@ def _lease_frames(declaration: Declaration, lease_frames: int) -> float:
 def _known_as_it_is(setup: Setup, fleet: Sequence[VehicleData]) -> Setup:
     """The setup of a bound: all know how fast each vehicle really is, and have agreed on that."""
     database, scenario = AUVDatabase(tuple(fleet)), setup.scenario
-    agreement = agree(setup.strategy, setup.mission, database, groups_of(scenario))
+    agreement = agree(setup.strategy, setup.mission, database, groups_of(scenario), scenario.scenario.duration_s)
     return replace(setup, database=database, agreement=agreement)
 
 
@@ -366,6 +366,7 @@ def _vehicle(
                 setup.rally_points_m,
                 picture,
                 _lease_frames(declaration, communication.lease_frames) * setup.schedule.frame_s,
+                setup.scenario.scenario.duration_s,
             ),
             ExecutiveLayer(setup.decision),
             FunctionalLayer(
