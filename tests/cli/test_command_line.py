@@ -127,7 +127,7 @@ def test_what_can_be_set_of_a_strategy_is_listed():
         ("queue", 2),
         ("margin", 0.05),
         ("help_s", 60.0),
-        ("acknowledge_rounds", 100),
+        ("acknowledge_rounds", 400),
     ]
     assert central["parameters"][0]["description"] == "most jobs that a vehicle holds, the one it is at included"
     text = remoras("list", "strategies").stdout
