@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import pytest
-from benchmarks.ipc.problems import KINDS, NUMBERS, problem
 
+from benchmarks.ipc.problems import KINDS, NUMBERS, problem
 from remoras.htn import Node, Plan, Task, check, plan
 from remoras.htn.hddl import Problem
 from remoras.htn.validation import Verdict
