@@ -136,6 +136,8 @@ def test_every_change_that_a_viewer_made_or_refused_is_told(lost: Results, tmp_p
             assert row["event"] != "refused" or change["text"].endswith(row["outcome"])
     successions = [one["text"] for one in truth if "succeeds" in one["text"]]
     assert "AUV01 succeeds as Coordinator of Operational, by AUV01" in successions
+    listed = "([run]) => run.events.filter((one) => one.kind === 'organisation').map((one) => one.text)"
+    assert asked([data_of(lost)], listed, tmp_path) == successions
 
 
 PLANS = """([run], times) => times.map((t) => [...run.vehicles.keys()].map((v) => run.plansOf(v, t)
@@ -208,7 +210,8 @@ def test_a_failed_step_and_its_mended_branch_are_told(tmp_path: Path) -> None:
 
 
 MEANS = """([run]) => [...run.vehicles.keys()].map((v) => run.decisions(v).map((one) => [one.time_s,
-  one.candidates.map((of) => [of.own, of.external, of.chosen, of.bestMean])]))"""
+  one.candidates.map((of) => [of.own, of.external, of.chosen, of.bestMean]),
+  new Set(one.candidates.map((of) => [of.label, of.group, of.objective, of.argument].join())).size]))"""
 
 
 def test_motivations_are_told_with_the_means_of_their_combinations(lost: Results, tmp_path: Path) -> None:
@@ -216,8 +219,9 @@ def test_motivations_are_told_with_the_means_of_their_combinations(lost: Results
     rows = lost.table("decisions").to_pylist()
     for vehicle, decisions in zip(lost.scenario.vehicle, asked([data_of(lost)], MEANS, tmp_path), strict=True):
         own = [row for row in rows if row["vehicle"] == vehicle.name]
-        assert [time_s for time_s, _ in decisions] == list(dict.fromkeys(row["time_s"] for row in own))
-        for time_s, candidates in decisions:
+        assert [time_s for time_s, *_ in decisions] == list(dict.fromkeys(row["time_s"] for row in own))
+        for time_s, candidates, n_different in decisions:
+            assert n_different == len(candidates)
             so = [row for row in own if row["time_s"] == time_s][-len(candidates) :]
             for (mine, external, chosen, mean), row in zip(candidates, so, strict=True):
                 assert (mine, external) == pytest.approx((row["own"], row["external"]), abs=1e-5)
