@@ -34,7 +34,7 @@ def lost(tmp_path_factory: pytest.TempPathFactory) -> Results:
 
 def moments_s(results: Results) -> list[float]:
     end_s = float(results.summary["mission_time_s"])
-    return [0.0, *sorted(random.Random(5).uniform(0.0, end_s) for _ in range(MOMENTS))]
+    return [0.0, 210.0, *sorted(random.Random(n).uniform(0.0, end_s) for n in range(MOMENTS))]
 
 
 def rebuilt(view: View, at_s: float) -> dict[str, Any]:
@@ -82,7 +82,7 @@ def check_organisation(results: Results, data: bytes, folder: Path) -> int:
 
 
 def test_the_organisation_is_what_the_tables_have_in_every_view(lost: Results, tmp_path: Path) -> None:
-    assert check_organisation(lost, data_of(lost), tmp_path) == 2 * 5 * (MOMENTS + 1)
+    assert check_organisation(lost, data_of(lost), tmp_path) == 2 * 5 * (MOMENTS + 2)
 
 
 def test_a_group_formed_at_sea_is_there_while_its_viewer_knows_so(tmp_path: Path) -> None:
@@ -91,6 +91,8 @@ def test_a_group_formed_at_sea_is_there_while_its_viewer_knows_so(tmp_path: Path
     data = run_data(results)
     assert check_organisation(results, data, tmp_path) > 0
     (told,) = asked([data], ORGANISATION, tmp_path, [600.0])
+    ((refused, *others), *_) = [[one for one in of if one["isRefused"]] for of in asked([data], CHANGES, tmp_path)]
+    assert (refused["text"], others) == ("refused: AUV00 as Reporter of Fleet, by AUV15: issuer without authority", [])
     names = [[name for name, *_ in groups] for groups, _ in told]
     assert [viewer for viewer, of in zip(["truth", *FLEET], names, strict=True) if "Inspection" in of] == [
         "truth", FLEET[5]

@@ -60,6 +60,8 @@ def test_a_succession_ends_the_vacancy_that_a_loss_leaves(lost: Results) -> None
     (mark,) = [one for one in view.marks if (one.kind, one.role) == ("succeed", "Coordinator")]
     assert view.vacancies(operational)["Coordinator"] == [(Span(200.0, mark.time_s), 1)]
     assert operational.above == "Coordination"
+    boxes = shown(lost, 0.5 * (200.0 + mark.time_s))
+    assert boxes[boxes.index("Operational") :][1:4] == ["\u2605 Coordinator (1)", "AUV00", "vacant"]
     seen_s = [one.time_s for one in view_of(lost, "AUV02").marks if (one.kind, one.role) == ("succeed", "Coordinator")]
     assert seen_s[0] > mark.time_s  # it hears of it
 
