@@ -78,7 +78,7 @@ def test_a_finished_page_holds_what_a_replay_of_the_results_holds(chrome: Any, t
         client.finished()
         window.page.wait_for_function("() => R.app.runs[0].header.run_id !== ''")
         replayed = base64.b64encode(data_of(Results.read(tmp_path / "live"))).decode()
-        times_s = [random.Random(5).uniform(0.0, 60.0) for _ in range(20)]
+        times_s = [random.Random(n).uniform(0.0, 60.0) for n in range(20)]
         live, replay = window.ask(BOTH, [replayed, times_s])
         assert live == replay
         assert_sound(window, client)
