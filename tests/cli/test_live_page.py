@@ -25,7 +25,8 @@ pytestmark = pytest.mark.slow
 BOTH = """async ([text, times_s]) => {
   const told = (run) => times_s.map((t) => run.vehicles.map((_, v) => {
     const { x, y, heading } = run.at(v, t);
-    return [x, y, heading, run.mind(v, t), run.why(v, t), run.bars(v)];
+    const social = [run.organisation(v, t), run.plansOf(v, t).map((plan) => run.tasksOf(plan, t))];
+    return [x, y, heading, run.mind(v, t), run.why(v, t), run.bars(v), social];
   })).concat([run.truth(times_s[0]), run.matrix(times_s[0]), run.header]);
   return [R.app.runs[0], await R.decode(text)].map((run) => JSON.stringify(told(run)));
 }"""

@@ -2,6 +2,7 @@
 
 import math
 import random
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -143,6 +144,20 @@ def test_a_large_fleet_fits_a_page(tmp_path: Path, width_in: float) -> None:
     drawn = picture(fiction.write(tmp_path / "run"), "organisation", width_in=width_in)
     assert drawn.figure.get_figheight() <= organisation.TALLEST_IN
     assert "Diver (40)" in [text.get_text() for text in drawn.figure.texts]
+
+
+def test_three_nested_teams_fit_a_column_with_all_names(tmp_path: Path) -> None:
+    """Six groups of 16 vehicles at 3.5 in; what does not fit is the list of milestones, which the caption has."""
+    fiction = replace(FICTIONS["nested"], milestones=[("work_done", name, "", 900.0) for name in FLEET])
+    drawn = picture(fiction.write(tmp_path / "run"), "organisation", width_in=3.5)
+    assert drawn.figure.get_figheight() <= organisation.TALLEST_IN
+    assert "left out" not in drawn.caption
+    assert "work done: AUV15, 900 s" in drawn.caption
+    texts = [text.get_text() for axes in drawn.figure.axes if not axes.axison for text in axes.texts]
+    assert {"Fleet", "Wing", "Team A", "Team B", "Team C", "Inspection"} <= set(texts)
+    assert not [text.get_text() for text in drawn.figure.texts if "work done" in text.get_text()]
+    wide = picture(fiction.write(tmp_path / "wide"), "organisation").figure
+    assert [text.get_text() for text in wide.texts if "work done" in text.get_text()]
 
 
 @pytest.mark.parametrize(
