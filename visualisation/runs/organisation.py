@@ -41,12 +41,13 @@ COUNT_IN = 0.2
 """Height of a row that counts holders."""
 LABELLED_IN = 0.09
 """Least height of a bar with a name in it."""
+TICK: dict[str, Any] = {"marker": "|", "markersize": 8.0, "markeredgecolor": style.BLACK, "markeredgewidth": 1.2}
 MARKS: dict[str, tuple[dict[str, Any], str]] = {
     REFUSED: ({"marker": "X", "markersize": 4.5}, "refused"),
     SUCCEEDED: ({"marker": "*", "markersize": 5.5}, "succession"),
     MISSION: ({"marker": "d", "markersize": 4.5}, "mission given"),
-    CREATED: ({"marker": ">", "markersize": 4.0}, "group formed"),
-    DISSOLVED: ({"marker": "<", "markersize": 4.0}, "group dissolved"),
+    CREATED: (TICK, ""),
+    DISSOLVED: (TICK, ""),
 }
 """Look of what is marked, and what the legend says of it."""
 MARK: dict[str, Any] = {
@@ -168,6 +169,8 @@ class _Drawing:
             name = style.fitted(group.name, self.names_in, style.TINY_PT, "bold")
             self.page.note(0.08, at_in + (HEAD_IN + GAP_IN) / 2, name, style.TINY_PT, weight="bold")
             self._mark(group.name, "", at_in + (HEAD_IN + GAP_IN) / 2)
+            if not group.is_founded:
+                self._exists(group, at_in + (HEAD_IN + GAP_IN) / 2)
             at_in += HEAD_IN + GAP_IN / 2
             for row in rows:
                 self._row(row, at_in)
@@ -190,6 +193,13 @@ class _Drawing:
         title = style.fitted(title, page.width_in - 2 * boxes.MARGIN_IN, style.TEXT_PT)
         axes.text(boxes.MARGIN_IN, TITLE_IN / 2, title, fontsize=style.TEXT_PT, va="center_baseline")
         self.chart.draw(axes, TITLE_IN)
+
+    def _exists(self, group: Group, middle_in: float) -> None:
+        """A line while a group that is formed at sea is there."""
+        for span in self.view.exists[group.name]:
+            for axes in self.page.panels:
+                times_s = [span.start_s, min(span.end_s, self.end_s)]
+                axes.plot(times_s, [middle_in] * 2, color=style.BLACK, linewidth=1.2, zorder=5)
 
     def _row(self, row: Row, top_in: float) -> None:
         size_pt = style.TINY_PT
@@ -291,7 +301,13 @@ def _legend(view: View, rows: dict[str, list[Row]], has_counts: bool) -> list[Ar
         chips.append(Patch(facecolor=style.GREY, linewidth=0, label="height: share of the most holders"))
     if any(row.vacant for row in all_rows):
         chips.append(Patch(label="below minimum", **HATCH))
-    return [*chips, *(Line2D([], [], label=MARKS[kind][1], **{**MARK, **MARKS[kind][0]}) for kind in marks)]
+    ticks = {CREATED, DISSOLVED} & {*marks}
+    if ticks:
+        chips.append(Line2D([], [], label="group formed until dissolved", **{**MARK, **TICK, "linestyle": "-"}))
+    return [
+        *chips,
+        *(Line2D([], [], label=MARKS[kind][1], **{**MARK, **MARKS[kind][0]}) for kind in marks if kind not in ticks),
+    ]
 
 
 def _caption(results: RunResults, drawing: _Drawing, left_out: int, width_in: float) -> str:

@@ -93,6 +93,12 @@ def test_a_group_formed_at_sea_is_there_while_its_viewer_knows_so(tmp_path: Path
     (told,) = asked([data], ORGANISATION, tmp_path, [600.0])
     ((refused, *others), *_) = [[one for one in of if one["isRefused"]] for of in asked([data], CHANGES, tmp_path)]
     assert (refused["text"], others) == ("refused: AUV00 as Reporter of Fleet, by AUV15: issuer without authority", [])
+    turns = asked([data], "([run]) => run.turns.map((one) => [one.time_s, one.text])", tmp_path)
+    assert turns == [
+        [300.0, "Inspection is formed under AUV06, by AUV05"],
+        [520.0, "AUV03 succeeds as Leader of Team A, by AUV03"],
+        [700.0, "Inspection is dissolved, by AUV05"],
+    ]
     names = [[name for name, *_ in groups] for groups, _ in told]
     assert [viewer for viewer, of in zip(["truth", *FLEET], names, strict=True) if "Inspection" in of] == [
         "truth", FLEET[5]

@@ -130,7 +130,7 @@ def marks(results: Results, viewer: str = "") -> set[str]:
 def test_acts_are_marked_where_they_were_heard_of(tmp_path: Path) -> None:
     """Refused, succession, mission, formed and dissolved in truth; the first vehicle refused, and gave the mission."""
     results = FICTIONS["nested"].write(tmp_path / "run")
-    assert marks(results) == {"X", "*", "d", ">", "<"}
+    assert marks(results) == {"X", "*", "d", "|"}
     assert marks(results, "AUV00") == {"X", "d"}
     caption = picture(results, "organisation", moment=Moment(600.0, "AUV00")).caption
     assert caption.startswith("Organisation in the view of AUV00: above at 600 s, ")

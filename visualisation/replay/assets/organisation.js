@@ -129,8 +129,8 @@ globalThis.R = globalThis.R || {};
     const words = {
       objective: `${objective}${argument ? `(${argument})` : ""} for ${of}`,
       mission: `mission ${argument} for ${of}`,
-      create: `${of} is formed`,
-      dissolve: `${of} is dissolved`,
+      create: `${group} is formed under ${name(peer)}`,
+      dissolve: `${group} is dissolved`,
       succeed: `${name(peer)} succeeds as ${of}`,
     };
     const what = words[act] || `${name(peer)} ${event === "left" || act === "release" ? "no longer" : "as"} ${of}`;
