@@ -19,6 +19,7 @@ from missions.runs.knowledge import FACTS
 from missions.runs.metrics import CORE_METRICS
 from missions.runs.needs import needs_of_all, priorities, subjects_of
 from missions.runs.sea import actual, sea_of
+from missions.scenarios.obligations import obligations_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import policy_of
 from missions.scenarios.scenario import Scenario, StrategyTable
@@ -32,6 +33,7 @@ from remoras.faults import Fault, drawn
 from remoras.fleet import Fleet
 from remoras.functional.layer import FunctionalLayer
 from remoras.mission import Mission
+from remoras.obligations import Obligations
 from remoras.picture import Picture
 from remoras.plugins import faults_of
 from remoras.radio import Radio
@@ -294,6 +296,7 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
         scenario.scenario.duration_s,
         faults_in(setup, seed),
         scenario.guidance.separation_m,
+        Obligations(owed, mission.jobs, recorder) if (owed := obligations_of(scenario)) else None,
     )
 
 

@@ -16,6 +16,7 @@ from missions.scenarios.channel import channel_faults
 from missions.scenarios.faults import draw_faults, fault_table_faults
 from missions.scenarios.hooks import hook_faults
 from missions.scenarios.information import information_faults
+from missions.scenarios.obligations import obligation_faults
 from missions.scenarios.organisation_checks import organisation_faults
 from missions.scenarios.parts import database_of, groups_of, strategy_named
 from missions.scenarios.policy import policy_faults
@@ -51,6 +52,7 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     faults += fault_table_faults(raw, "" if mission is None else next(iter(mission.sensors), ""))
     if mission is not None:
         faults += [*_needs(raw, mission), *_missions(raw, mission), *_own_faults(raw, mission)]
+        faults += obligation_faults(raw, mission)
     return faults
 
 
