@@ -44,14 +44,11 @@ from remoras.picture import Picture
 from remoras.recorder import Recorder, Table
 from remoras.sensor import SensorSettings
 from remoras.work import Job, Known, Point
-from worldmodel import formation_ontology_path
 
 ALLOCATE_ROLES, GIVE_MISSION, ASSIGN_OBJECTIVE = "AllocateRoles", "GiveMission", "AssignObjective"
 FORM_GROUP, DISSOLVE_GROUP = "FormGroup", "DissolveGroup"
 ELEMENTARY_TASKS = (ALLOCATE_ROLES, GIVE_MISSION, ASSIGN_OBJECTIVE, FORM_GROUP, DISSOLVE_GROUP)
 """What carries out the elementary tasks of a group's mission; see ``SocialPart.social_domain``."""
-FORMATION_WORDS = formation_ontology_path()
-"""Listed in the ``vocabulary`` of a mission that forms groups at sea."""
 PURSUE = "Pursue"
 """The task by which an objective is pursued is called so, with the name of the objective behind; see
 ``SocialPart.activity_domain``."""
@@ -376,11 +373,6 @@ class Mission(SocialPart, FunctionalPart, Protocol):
             raw: the tables as TOML has them; nothing may change in them.
         """
         return raw
-
-    @property
-    def group_missions_used(self) -> tuple[str, ...]:
-        """Of ``group_missions``, those that this scenario needs, all by default."""
-        return self.group_missions
 
     @property
     def vocabulary_used(self) -> tuple[Path, ...]:

@@ -49,11 +49,12 @@ from missions.mapping.metrics import METRICS
 from missions.mapping.scenario import NEEDED_OBJECTIVES, FindsTable, MappingScenario, MappingSettings
 from missions.mapping.sensors import COVERAGE, Seabed, SwathSettings, seabed_of, swath_m
 from missions.mapping.survey import contains
-from missions.mapping.tasks import INSPECTION, MISSIONS, SUPERVISION, activity_domain, social_domain, waiting
+from missions.mapping.tasks import MISSIONS, SUPERVISION, activity_domain, social_domain, waiting
 from missions.mapping.truth import GOAL, MappingTruth
 from missions.mapping.unfinished import AfterWork, Unfinished
 from missions.meeting.meeting import OBJECTIVES, Meeting, importance_of
 from missions.metric import Metric
+from missions.scenarios.formation import FORMATION_WORDS
 from missions.scenarios.parts import database_of, groups_of
 from missions.scenarios.tables import Raw
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
@@ -65,7 +66,7 @@ from remoras.beliefs import Beliefs, Key
 from remoras.database import VehicleData
 from remoras.errors import PlanningError
 from remoras.htn import Domain, FactsLike, Task
-from remoras.mission import FORMATION_WORDS, Finding, Mission
+from remoras.mission import Finding, Mission
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
@@ -200,11 +201,6 @@ class MappingMission(Mission):
     def instances(self) -> Sequence[tuple[str, str]]:
         """The areas, and what may be found."""
         return [*(("Area", name) for name in self.corners_m), *(("Find", name) for name in self._inspections)]
-
-    @property
-    def group_missions_used(self) -> tuple[str, ...]:
-        """Without inspection where no group is formed for it."""
-        return tuple(name for name in MISSIONS if _forms(self.groups) or name != INSPECTION)
 
     @property
     def vocabulary_used(self) -> tuple[Path, ...]:

@@ -7,7 +7,11 @@ from collections.abc import Iterator
 from missions.errors import ConfigurationFault
 from missions.scenarios.tables import Raw, entries, names_of, one_of
 from remoras.faults import HEAD_OF
-from remoras.mission import FORMATION_WORDS, Mission
+from remoras.mission import Mission
+from worldmodel import formation_ontology_path
+
+FORMATION_WORDS = formation_ontology_path()
+"""Listed in the ``vocabulary`` of a mission that forms groups at sea."""
 
 
 def formation_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
