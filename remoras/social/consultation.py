@@ -93,11 +93,7 @@ class Consultation:
     # The end of a round --------------------------------------------------------------------------
 
     def end(self, agreed: Agreed) -> Agreed:
-        """End of the round: what was said in it counts now, unless something newer counts already.
-
-        Args:
-            agreed: what counted so far; what was agreed in this round is added.
-        """
+        """End of the round: what was said in it is added to what is ``agreed``, unless something newer counts already."""
         organisation = agreed.organisation
         n_changes = self._reigns.n_changes
         pending, self._pending = sorted(self._pending, key=_age), []
@@ -207,9 +203,7 @@ class Consultation:
         holders = organisation.members(asked.group, asked.role)
         return frozenset(name for name in holders if self._given_at(asked.group, asked.role, name) < since)
 
-    def _take(
-        self, asked: Request, outcome: Outcome, age: Age, agreed: Agreed, yielding: frozenset[str] = NOBODY
-    ) -> None:
+    def _take(self, asked: Request, outcome: Outcome, age: Age, agreed: Agreed, yielding: frozenset[str]) -> None:
         """Do what was asked, or note why it is refused; where there is no room, in the place of who is ``yielding``."""
         if asked.assignee:
             self._denied.pop(_assignment(asked), None)
