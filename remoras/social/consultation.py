@@ -93,7 +93,7 @@ class Consultation:
     # The end of a round --------------------------------------------------------------------------
 
     def end(self, agreed: Agreed) -> Agreed:
-        """End of the round: what was said in it is added to what is ``agreed``, unless something newer counts already."""
+        """End of the round: what was said in it is added to what is ``agreed``, unless something newer counts."""
         organisation = agreed.organisation
         n_changes = self._reigns.n_changes
         pending, self._pending = sorted(self._pending, key=_age), []
