@@ -10,6 +10,7 @@ from remoras.mission import Mission
 from remoras.organisation import Organisation
 from remoras.plugins import answer
 from remoras.social.agreement import Agreement
+from remoras.social.formations import FORMATION_ATTRIBUTES
 from remoras.social.needs import Path, Subjects
 from remoras.social.negotiation import negotiated_attributes
 from remoras.social.reports import SENSORS_WORK
@@ -28,7 +29,8 @@ def priorities(scenario: Scenario, strategy: Strategy, mission: Mission, tbox: T
     """
     known = {attribute.name for attribute in tbox.attributes}
     listed = {name: priority for name, priority in scenario.communication.needs.items() if name in known}
-    stated = (*negotiated_attributes(strategy, mission.jobs, tbox), *SOCIAL_ATTRIBUTES)
+    formation = [name for name in FORMATION_ATTRIBUTES if name in known]
+    stated = (*negotiated_attributes(strategy, mission.jobs, tbox), *SOCIAL_ATTRIBUTES, *formation)
     strategic = dict.fromkeys(stated, max(listed.values()))
     return {tbox.attribute_named(name).uid: priority for name, priority in {**strategic, **listed}.items()}
 

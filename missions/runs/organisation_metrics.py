@@ -116,7 +116,7 @@ class _Views:
 def _moments(run: Run) -> Iterator[tuple[float, _Views]]:
     """The views of all vehicles, each time with how long they stood so (s)."""
     keeps_jobs = run.setup.strategy.declaration.private_jobs
-    groups = run.setup.agreement.organisation.groups.values()
+    groups = run.setup.agreement.groups
     roles = {(group.name, role.name): role for group in groups for role in group.roles}
     views = _Views(
         tuple(run.setup.database),

@@ -158,7 +158,7 @@ def _instances(scenario: Scenario, mission: Mission, tbox: TBox) -> tuple[Instan
     named += [("Role", f"{group.name}.{role.name}") for group in scenario.group for role in group.role]
     named += mission.instances
     named += [("RallyPoint", rally.name) for rally in scenario.rally_point]
-    named += [("Mission", name) for name in mission.group_missions]
+    named += [("Mission", name) for name in mission.group_missions if name in mission.social_domain.methods]
     try:
         return tuple(Instance(uid, tbox.class_named(kind).uid, name) for uid, (kind, name) in enumerate(named))
     except UnknownNameError as error:
@@ -353,7 +353,6 @@ def _vehicle(
         communication.carrier_evidence,
         by_groups is not None,
     )
-    groups = tuple(organisation.groups.values())
     declaration = setup.strategy.declaration
     return Vehicle(
         fleet,
@@ -383,7 +382,16 @@ def _vehicle(
                 sea_of(setup.scenario, data, seed),
             ),
         ),
-        Radio(setup.database.names, groups, declaration, manager, beliefs, picture.peers, recorder, by_groups),
+        Radio(
+            setup.database.names,
+            setup.agreement.groups,
+            declaration,
+            manager,
+            beliefs,
+            picture.peers,
+            recorder,
+            by_groups,
+        ),
         beliefs,
         recorder,
     )

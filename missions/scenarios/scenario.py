@@ -249,6 +249,10 @@ class GroupTable(Sparse):
     )
     rally_point: str = Field(description="where the group meets")
     mission: str | None = Field(None, description="mission it has from the start; else it is given one")
+    formed_by: str | None = Field(
+        None,
+        description="group whose head forms this one at sea and dissolves it; founded before the mission if absent",
+    )
     succession: tuple[str, ...] = Field(
         (), description="roles of the group whose holders succeed a head that is lost, the first of them first"
     )
