@@ -183,7 +183,7 @@ class SocialLayer:
         return group in self._led
 
     def _work(self, positions_m: Mapping[str, Point] | None = None, from_s: float = 0.0) -> dict[str, Work]:
-        return self._workload.of_groups(self.standing, self._picture, positions_m, from_s)
+        return self._workload.of_groups(self.standing.footing, self._picture, positions_m, from_s)
 
     # Hearing -------------------------------------------------------------------------------------
 
@@ -327,9 +327,8 @@ class SocialLayer:
     def _holds(self, work: Work) -> bool:
         """True while a group still has work to hand out or to confirm, so that it does not count as gathered."""
         name, unheard = work.group.name, frozenset(self._picture.peers.unheard) - self.standing.absent
-        if name in self._negotiation.holding and work.has_something_left:
-            return True
-        return self.leads(name) and self.planner.orders.waits_for(unheard, work.done)
+        waits = self.leads(name) and self.planner.orders.waits_for(unheard, work.done)
+        return work.has_something_left and (waits or name in self._negotiation.holding)
 
     def addressed(self, change: Change) -> dict[str, set[str]]:
         """Who has to hear of a block of this vehicle's own, by name, and the roles that it gives them."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from remoras.activities import Objective
 from remoras.authority import Act, Request, Rules, Ruling
@@ -40,6 +41,20 @@ class Seen:
     changes: Changes
     undone: Agreed
     facts: list[Fact] = field(default_factory=list)
+
+
+class Footing(NamedTuple):
+    """What the vehicle acts on.
+
+    Attributes:
+        present: the organisation without the absent.
+        takes_no_jobs: vehicles that take none.
+        is_cut_off: it hears nobody.
+    """
+
+    present: Organisation
+    takes_no_jobs: frozenset[str]
+    is_cut_off: bool
 
 
 class Standing:
@@ -100,6 +115,11 @@ class Standing:
     def takes_no_jobs(self) -> frozenset[str]:
         """Vehicles that take no jobs; one that is cut off still takes those that it gives itself."""
         return self._unavailable - {self._me} if self._is_out_of_reach and self.is_cut_off else self._unavailable
+
+    @property
+    def footing(self) -> Footing:
+        """All that the work of its groups depends on."""
+        return Footing(self.present, self.takes_no_jobs, self.is_cut_off)
 
     @property
     def led(self) -> tuple[str, ...]:

@@ -228,6 +228,15 @@ def test_a_job_given_out_is_waited_for_until_its_vehicle_speaks_of_it() -> None:
     assert not head.planner.orders.waits_for({"AUV01"}, ())
 
 
+def test_a_job_that_has_gone_to_another_is_not_waited_for() -> None:
+    head = Head()
+    head.planner.take_on(["Operational"])
+    head.plan(done=frozenset({"left"}))
+    assert head.planner.orders.waits_for({"AUV01"}, ())
+    head.planner.end_round([RoleAssignment("Operational", "RightWinger", "AUV01")], head.beliefs)
+    assert not head.planner.orders.waits_for({"AUV01"}, ())
+
+
 def test_a_mission_is_given_to_who_does_not_have_it() -> None:
     head = Head()
     head.planner.take_on(["Operational"])
