@@ -89,16 +89,16 @@ class Interests:
             self._send(column)
 
     def settle(self, done: int, believes: Words) -> tuple[ItemUid, ...]:
-        """Close the open items that all who need them are believed to hold.
+        """Close the open items among those ``done``, which all who need them are believed to hold.
 
         Args:
-            done: item set of all such items.
             believes: item set that each node is believed to hold.
         """
-        settled = tuple(self._ledger.uid(column) for column in self.open if done >> column & 1)
+        ledger = self._ledger
+        settled = tuple(ledger.uid(column) for column in self.open if done >> column & 1)
         if settled:
             self.open = [column for column in self.open if not done >> column & 1]
-        self._ledger.note_heard(self.open, believes)
+        ledger.note_heard(self.open, believes)
         return settled
 
     def renew(self, believes: Words) -> Renewal:
