@@ -169,7 +169,7 @@ class SocialLayer:
         return OwnFacts(self._beliefs, self.database, at.present, at.consultation, *own)
 
     @property
-    def missions(self) -> Mapping[str, str]:
+    def missions(self) -> Mapping[str, tuple[str, ...]]:
         """What each group is to do, by its name, as far as it is known."""
         return missions_of(self.organisation.groups.values(), self.standing.consultation.missions)
 
@@ -195,13 +195,13 @@ class SocialLayer:
             told: False if this vehicle keeps to itself what it states.
         """
         alone = self.standing.is_cut_off and not told
-        with_mission, rulings = self.standing.hear(changes, alone)
+        given, rulings = self.standing.hear(changes, alone)
         for change in changes:
             self._negotiation.note(change)
             self.planner.orders.note(change)
         self._workload.note(changes)
         keys = {key for key in self._beliefs.keys_of(changes) if key[0] != HAS_MISSION}
-        keys.update((HAS_MISSION, group) for group in with_mission)
+        keys.update(given)
         if not self._gatherings.keys.isdisjoint(keys):
             if alone:
                 self._gatherings.note_alone(keys, changes[0].block.time_s)

@@ -99,9 +99,9 @@ class Orders:
         self._proposed[facts[0]] = None
         return list(facts)
 
-    def give_mission(self, group: str, mission: str, missions: Mapping[str, str]) -> list[Fact]:
-        """Let a group have a mission, unless that is known."""
-        return [] if missions.get(group) == mission else [self._beliefs.fact(group, "hasMission", mission)]
+    def give_mission(self, group: str, mission: str, missions: Mapping[str, Collection[str]]) -> list[Fact]:
+        """Let a group have a mission, beside those that it has, unless that is known."""
+        return [] if mission in missions.get(group, ()) else [self._beliefs.fact(group, "hasMission", mission)]
 
     def give(self, objective: Objective, objectives: Collection[Objective], again: bool = False) -> list[Fact]:
         """Let a role have an objective, unless it has, or that was proposed.

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from remoras.activities import Objective
 from remoras.authority import Act, Request, Rules, Ruling
-from remoras.beliefs import Beliefs, Fact
+from remoras.beliefs import Beliefs, Fact, Key
 from remoras.organisation import Organisation
 from remoras.social.agreed import Agreed
 from remoras.social.consultation import Consultation
@@ -180,7 +180,7 @@ class Standing:
         self._renew(agreed.organisation)
         return agreed
 
-    def hear(self, changes: Iterable[Change], alone: bool) -> tuple[list[str], list[Ruling]]:
+    def hear(self, changes: Iterable[Change], alone: bool) -> tuple[set[Key], list[Ruling]]:
         """Take note of what blocks say of the organisation, and let missions that they give to groups count at once.
 
         Args:
@@ -188,7 +188,7 @@ class Standing:
             alone: True if this vehicle states them for itself alone.
 
         Returns:
-            The groups that have a mission anew, and what became of each.
+            The facts that say of groups that they have a mission, and what became of each.
         """
         agreed, gives_mission = None, self.consultation.requests.gives_mission
         for change in changes:
@@ -198,7 +198,7 @@ class Standing:
             if any(map(gives_mission, change.block.facts)):
                 agreed = agreed or Agreed(self.organisation, self.absent, self.takes_no_jobs)
                 self.consultation.give_missions(change, agreed, alone)
-        return (agreed.missions, agreed.rulings) if agreed is not None else ([], [])
+        return (agreed.keys, agreed.rulings) if agreed is not None else (set(), [])
 
     # What the vehicle states ---------------------------------------------------------------------
 
