@@ -269,8 +269,8 @@ IN_ORGANISATION = [
         "group.Fleet.subgroup.1.minimum = 4: 3 groups of template Team are within Fleet: West, Middle, East",
     ),
     (
-        'incompatible = ["Tactician"]',
-        'incompatible = ["Tacticians"]',
+        'influences = ["Tactician"]',
+        'influences = ["Tactician"]\n  incompatible = ["Tacticians"]',
         'incompatible = ["Tacticians"]',
         "did you mean 'Tactician'?",
     ),
