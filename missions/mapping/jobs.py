@@ -31,6 +31,7 @@ class SurveyJob:
         ground: the cells of the area; made of cells of 25 m if None.
         cells: bits of the cells that are left; all if None.
         parts: of the same survey, by the bits of their cells: each is made once.
+        depth_m: that a vehicle has to stand.
     """
 
     name: str
@@ -39,6 +40,7 @@ class SurveyJob:
     ground: Ground | None = None
     cells: int | None = None
     parts: dict[int, SurveyJob] = field(default_factory=dict, compare=False, repr=False)
+    depth_m: float = 0.0
 
     @cached_property
     def on(self) -> Ground:
@@ -68,8 +70,8 @@ class SurveyJob:
         return self.bits.bit_count() / work.bit_count() if work else 0.0
 
     def is_able(self, data: VehicleData) -> bool:
-        """True if the vehicle has a mapping sensor."""
-        return swath_m(data) > 0.0
+        """True if the vehicle has a mapping sensor and stands the depth."""
+        return swath_m(data) > 0.0 and data.depth_limit_m >= self.depth_m
 
     def left(self, facts: Known) -> SurveyJob:
         """The survey of the cells that a vehicle which knows ``facts`` does not know to be mapped."""
@@ -96,7 +98,7 @@ class SurveyJob:
     def way(self, position_m: Point, data: VehicleData) -> Way | None:
         """The way over what is left by which the vehicle is done soonest; None if there is none for it."""
         swath, survey_mps = swath_m(data), mapping_speed_mps(data)
-        if swath <= 0.0 or survey_mps <= 0.0:
+        if swath <= 0.0 or survey_mps <= 0.0 or data.depth_limit_m < self.depth_m:
             return None
         (x_m, y_m), transit_mps = position_m, data.transit_speed_mps
         soonest, least_s = None, math.inf
@@ -109,7 +111,7 @@ class SurveyJob:
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
         """When and where the vehicle will be free if it surveys what is left next.
 
-        None without a sensor, or if its rows pass none of the cells that are left.
+        None without a sensor, if the area is too deep for it, or if its rows pass none of the cells that are left.
         """
         if not self.bits:
             return outlook

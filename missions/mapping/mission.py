@@ -25,6 +25,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cached_property, partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
 from missions.errors import ConfigurationFault
@@ -105,6 +106,7 @@ class MappingMission(Mission):
         places: what pictures show.
         finds: what may be found.
         find_weight: cells that a find counts for in the goal.
+        depths_m: of the areas that are deep, by name.
     """
 
     Scenario = MappingScenario
@@ -129,6 +131,7 @@ class MappingMission(Mission):
         places: Sequence[Place] = (),
         finds: FindsTable = NO_FINDS,
         find_weight: float = 1.0,
+        depths_m: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
         self.settings = settings
         self.groups = {group.name: group for group in groups}
@@ -138,7 +141,10 @@ class MappingMission(Mission):
         self._places = places
         self.swaths_m = swaths_m
         grounds = grounds_of(cell_m, tuple(corners_m.items()))
-        self._surveys = {name: SurveyJob(name, corners, (), grounds[name]) for name, corners in corners_m.items()}
+        self._surveys = {
+            name: SurveyJob(name, corners, (), grounds[name], depth_m=depths_m.get(name, 0.0))
+            for name, corners in corners_m.items()
+        }
         self.finds, self._find_weight = finds, find_weight
         self._inspections = {name: InspectionJob(name, finds.mean_stay_s) for name in find_names(finds.number)}
         self._unfinished = partial(Unfinished, self._surveys.values(), settings.goal, self._inspections)
@@ -162,12 +168,15 @@ class MappingMission(Mission):
             if role.position is not None
         }
         groups, database = groups_of(scenario), database_of(scenario, cls)
+        depths_m = {area.name: area.depth_m or 0.0 for area in scenario.area}
         swaths_m: dict[str, dict[str, float]] = {area.name: {} for area in scenario.area}
         for group, role in ((one, role) for one in groups for role in one.roles if role.job in swaths_m):
-            swaths = {data.name: swath_m(data) for data in database.able_to_play(group.name, role.name)}
-            swaths_m[role.job or ""] |= {name: swath for name, swath in swaths.items() if swath > 0.0}
-        able = {name for of_area in swaths_m.values() for name in of_area}
-        finds, mappers = scenario.finds or NO_FINDS, [data for data in database.values() if data.name in able]
+            able = [
+                d for d in database.able_to_play(group.name, role.name) if d.depth_limit_m >= depths_m[role.job or ""]
+            ]
+            swaths_m[role.job or ""] |= {data.name: swath_m(data) for data in able if swath_m(data) > 0.0}
+        mapping = {name for of_area in swaths_m.values() for name in of_area}
+        finds, mappers = scenario.finds or NO_FINDS, [data for data in database.values() if data.name in mapping]
         return cls(
             scenario.mission,
             groups,
@@ -179,6 +188,7 @@ class MappingMission(Mission):
             places(scenario),
             finds,
             weight_in_cells(finds, scenario.world.cell_m, mappers),
+            depths_m,
         )
 
     @classmethod

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from missions.metric import Better, Metric, collected
 from missions.runs.fleet_metrics import closest_approach_m, conflicts, idle_s, recovery_time_s
-from missions.runs.organisation_metrics import holder_conflict_fraction, n_refused_acts, view_divergence
+from missions.runs.organisation_metrics import holder_conflict_fraction, malformed_s, n_refused_acts, view_divergence
 from missions.scenarios.parts import mission_class, transmit_j_per_bit
 from missions.scenarios.scenario import Scenario
 from remoras.contents import Content
@@ -145,6 +145,10 @@ CORE_METRICS = (
     Metric(
         "holder_conflict_fraction", "", LOWER, "holders in conflict", holder_conflict_fraction,
         note="Share of the time in which a role has more holders, each by its own view, than it has room for.",
+    ),
+    Metric(
+        "malformed_s", "s", LOWER, "organisation malformed", malformed_s,
+        note="Time in which a founding role has too few holders, a role too many, or one who may not hold it.",
     ),
     Metric("n_refused_acts", "", Better.NEITHER, "refused acts", n_refused_acts),
     Metric("idle_s", "s", LOWER, "idle time", idle_s, note="Mean over the vehicles that are able to do a job."),
