@@ -58,6 +58,12 @@ class Search:
         self._outlooks = [outlooks[data.name] for data in self._free]
         self._places_m = [work.job(role).place_m for role in self._roles]
         self._able = [sum(1 << r for r, role in enumerate(self._roles) if work.able(data, role)) for data in self._free]
+        paths = {(work.group.name, role.name): r for r, role in enumerate(self._roles)}
+        self._excluding = [
+            1 << r | 1 << paths[other]
+            for r, role in enumerate(self._roles)
+            for other in role.incompatible & paths.keys()
+        ]
         self._legs: dict[tuple[int, int, Point], Outlook | None] = {}
         self._nearest: dict[Point, list[int]] = {}  # roles by how near to a place they are
         self._ends_s: list[dict[int, float]] = [{} for _ in self._free]
@@ -89,6 +95,9 @@ class Search:
         if jobs in known:
             return known[jobs]
         self._n_paths += 1
+        if any(jobs & both == both for both in self._excluding):  # of roles that nobody may play together
+            known[jobs] = math.inf
+            return math.inf
         end_s, at_m = self._outlooks[vehicle].free_s, self._outlooks[vehicle].position_m
         left, legs = jobs, self._legs
         while left:
