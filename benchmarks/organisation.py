@@ -2,7 +2,7 @@
 
 A tenth of the vehicles lead groups of ten; all are members of one more group, so that one has 10 or 1000 members. Each
 question is put to every vehicle in turn; changes are made to an organisation that has been asked before, and the new
-one is asked at once.
+one is asked at once. The last row is of the division of jobs, see ``dividing``.
 """
 
 from __future__ import annotations
@@ -11,8 +11,10 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from benchmarks.dividing import rows as rows_of_dividing
+from benchmarks.dividing import vehicle
 from remoras.authority import Act, Request, Rules, may_assign
-from remoras.database import AUVDatabase, VehicleData
+from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 
 SIZES = (10, 1000)
@@ -21,17 +23,10 @@ REPEATS = 7
 ALL = "All"
 
 
-def _vehicle(node: int) -> VehicleData:
-    return VehicleData(
-        f"AUV{node:04d}", "AUV", node, True, (0.0, 0.0), 10.0, 100.0, 2.0, 1.5, 0.5, 0.5, 1e6, 40.0, 15.0, 0.01,
-        ("Head", "Member", "Worker"),
-    )  # fmt: skip
-
-
 def fleet(size: int) -> tuple[Organisation, Rules]:
     """An organisation of that many vehicles, and who may change what in it."""
     roles = (RoleSpecification("Head", 1, 1, head=True), RoleSpecification("Member"), RoleSpecification("Worker"))
-    vehicles = tuple(_vehicle(node) for node in range(size))
+    vehicles = tuple(vehicle(node) for node in range(size))
     groups = [Group(ALL, roles), *(Group(f"Group{number:03d}", roles) for number in range(size // 10))]
     assignments = [
         RoleAssignment(ALL, "Head" if node == 0 else "Member", one.name) for node, one in enumerate(vehicles)
@@ -90,4 +85,4 @@ def rows() -> list[dict[str, Any]]:
             "ratio": best[name, large] / best[name, small],
         }
         for name in asked[small]
-    ]
+    ] + rows_of_dividing()

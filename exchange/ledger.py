@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from exchange.ack import Words
 from exchange.packets import Fragment, ItemUid
+from worldmodel import PropertyValue
 
 ADDRESSED_SHARE = 10
 """An item that those hold to whom it is addressed is needed so many times less by others."""
@@ -20,11 +21,13 @@ ADDRESSED_SHARE = 10
 class Entry:
     """One item as this node sees it; of one that it does not send, the fragment is all.
 
+    ``about`` are the facts by which it is judged who needs it: of its whole block, where this node knows that.
     ``bits``/``size_bits`` is its wire form, relayed or own. ``addressed`` are the peers (bit word) to which this node
     addresses it, beside those that need it.
     """
 
     fragment: Fragment
+    about: tuple[PropertyValue, ...]
     bits: int = 0
     size_bits: int = 0
     priority: int = 0
@@ -53,6 +56,10 @@ class Ledger:
         """Column of an item; None if this node has never held it."""
         return self._column_of.get(uid)
 
+    def uid(self, column: int) -> ItemUid:
+        """The item of a column."""
+        return self.entries[column].fragment.uid
+
     def add(self, entry: Entry) -> int:
         """Take in a new item; returns its column."""
         column = len(self.entries)
@@ -79,5 +86,5 @@ class Ledger:
         """UIDs of an item set, by column."""
         while items:
             lowest = items & -items
-            yield self.entries[lowest.bit_length() - 1].fragment.uid
+            yield self.uid(lowest.bit_length() - 1)
             items ^= lowest

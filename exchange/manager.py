@@ -4,7 +4,7 @@ Sans-io: bits and ``now_s`` go in; bits and frozen values come out. It reads no 
 calls nobody back.
 
 The slot of the cooperation paper (section IV, "Selecting information to be shared"), step by step:
-needs are grouped by ``NeedsIndex`` (1, 2); new candidates enter through ``offer`` and acknowledgement
+``interests`` asks who needs an item (1, 2); new candidates enter through ``offer`` and acknowledgement
 timers are one frame, so every item sent in the last frame is a candidate again (3); items that all
 interested peers are believed to hold are dropped (4); ``selection.select`` raises weights, sorts and
 fills the packet (5, 6, 7). Who is believed to hold what, and until when an item is sent, is the business of ``ack``;
@@ -18,7 +18,6 @@ is acknowledged.
 
 from __future__ import annotations
 
-from bisect import insort
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -27,37 +26,16 @@ from exchange import ack
 from exchange.blocks import Assembly, fragments_of
 from exchange.codec import MAX_FRAGMENTS_PER_PACKET, MAX_SIGNALS, Codec
 from exchange.errors import ConfigurationError, PeerFault
+from exchange.interests import Interests, Renewal
 from exchange.ledger import Entry, Ledger
 from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet
 from exchange.policies import AckPolicy, may_send
 from exchange.schedule import TdmaSchedule
 from exchange.selection import select
-from worldmodel import Block, Change, NeedsIndex, PropertyValue, Value, WorldModel
+from worldmodel import Block, Change, Needs, PropertyValue, Value, WorldModel
 
 SIGNAL_SHARE = 4
 """A packet keeps one part in this many for influence signals; fragments are cut to fit the rest."""
-
-
-def interest(fragment: Fragment, model: WorldModel, needs: NeedsIndex, me: int) -> tuple[int, int]:
-    """Peers (bit word) that need any fact of the fragment, and the highest priority among them.
-
-    Args:
-        fragment: of a block; model: that knows the classes of its instances.
-        needs: of all peers.
-        me: this node, which tells itself nothing.
-    """
-    peers, priority = 0, 0
-    for fact in fragment.facts:
-        instance = model.instance(fact.subject)
-        if instance is None:  # announced by this very block
-            announced = next((f.value for f in fragment.facts if f.subject == fact.subject and f.attribute == 0), 0)
-            class_uid = int(announced) if isinstance(announced, int) else 0
-        else:
-            class_uid = instance.class_uid
-        word, value = needs.priority_of(fact.subject, class_uid, fact.attribute)
-        peers |= word
-        priority = max(priority, value)
-    return peers & ~(1 << me), priority
 
 
 @dataclass(slots=True)
@@ -95,8 +73,9 @@ class Reception(NamedTuple):
 
     ``blocks`` are whole and new to this vehicle, ready to be merged; ``signals`` are the influence
     signals of ``sender``; ``beliefs`` lists (peer, item) pairs that are believed from now on;
-    ``settled`` lists items that all interested peers are now believed to hold; ``fault`` tells why
-    a packet was refused, else None.
+    ``settled`` lists items that all interested peers are now believed to hold; ``aside`` are those whose
+    block this vehicle has no need of, which are not among ``items``; ``fault`` tells why a packet was refused, else
+    None.
     """
 
     slot: int
@@ -106,6 +85,7 @@ class Reception(NamedTuple):
     items: tuple[ItemUid, ...] = ()
     beliefs: tuple[tuple[int, ItemUid], ...] = ()
     settled: tuple[ItemUid, ...] = ()
+    aside: tuple[Fragment, ...] = ()
     fault: str | None = None
 
 
@@ -136,8 +116,9 @@ class ExchangeManager:
         model: own world model, read only (which blocks are known, classes of instances).
         codec, schedule, policy: the same at every vehicle.
         payload_bits: size of a packet on the modem.
-        needs: which peers need what, with priorities.
+        needs: which nodes need what, with priorities; ``renew`` is called when they have changed.
         carrier_evidence: take a peer that carries an item as holding it.
+        selective: neither keep nor pass on items that this vehicle has no need of.
 
     Raises:
         ConfigurationError: the header and one signal do not fit ``payload_bits``.
@@ -151,17 +132,16 @@ class ExchangeManager:
         schedule: TdmaSchedule,
         policy: AckPolicy,
         payload_bits: int,
-        needs: NeedsIndex,
+        needs: Needs,
         carrier_evidence: bool = True,
+        selective: bool = False,
     ) -> None:
         self._me = me
-        self._model = model
         self._latest_only = frozenset(a.uid for a in model.tbox.attributes if a.latest_only)
         self._codec = codec
         self._schedule = schedule
         self._kind = policy.acknowledgement
         self._repeat = policy.repeat
-        self._needs = needs
         self._carrier_evidence = carrier_evidence
         self._room_bits = payload_bits - codec.overhead_bits
         self._signal_room_bits = max(codec.signal_bits, self._room_bits // SIGNAL_SHARE)
@@ -173,8 +153,8 @@ class ExchangeManager:
         self._n_nodes = schedule.n_nodes
         self._state = ack.new_state(self._n_nodes)
         self._ledger = Ledger(self._n_nodes)
+        self._interests = Interests(me, model, needs, self._ledger, codec, selective)
         self._assembly = Assembly()
-        self._open: list[int] = []  # columns that are not settled, by item UID
         self._status: dict[tuple[int, int], LatestValue] = {}  # by (subject, attribute)
         self._signals: tuple[InfluenceSignal, ...] = ()
         self._n_signals_said = 0
@@ -196,8 +176,7 @@ class ExchangeManager:
                 continue
             room_bits = self._room_bits - self._signal_room_bits
             for fragment in fragments_of(block, room_bits, self._codec.fragment_bits):
-                column = self._register(fragment)
-                self._ledger.entries[column].addressed = sum(1 << peer for peer in addressed)
+                self._register(Entry(fragment, block.facts, addressed=sum(1 << peer for peer in addressed)))
                 items.append(fragment)
         return tuple(items)
 
@@ -209,12 +188,11 @@ class ExchangeManager:
     def _take_status(self, block: Block) -> None:
         fragment = Fragment(block.origin, block.sequence, block.time_s, block.facts)
         key = block.facts[0].subject, block.facts[0].attribute
-        if key not in self._status:
-            interested, priority = self._interest(fragment)
-            if not interested:
-                return
-            self._status[key] = LatestValue(priority)
-        status = self._status[key]
+        interested, priority = self._interests.of_others(block.facts)
+        if not interested:
+            self._status.pop(key, None)
+            return
+        status = self._status.setdefault(key, LatestValue(priority))
         status.fragment = fragment
         status.bits, status.size_bits = self._codec.encode_fragment(fragment, self._me)
 
@@ -248,15 +226,21 @@ class ExchangeManager:
         blocks: list[Block] = []
         content = 0
         new_items: list[ItemUid] = []
+        aside: list[Fragment] = []
         for fragment in packet.fragments:
             if self.is_status(fragment.facts):
                 blocks.append(Block(fragment.origin, fragment.sequence, fragment.time_s, fragment.facts))
                 continue
             column = self._ledger.column(fragment.uid)
             if column is None:
-                column = self._register(fragment)
-                new_items.append(fragment.uid)
-                if (block := self._assembly.add(fragment)) is not None:
+                column = self._register(Entry(fragment, fragment.facts))
+                block = self._assembly.add(fragment)
+                if block is not None and not self._interests.keeps(block, fragment.uid):
+                    aside.append(fragment)
+                    block = None
+                else:
+                    new_items.append(fragment.uid)
+                if block is not None:
                     blocks.append(block)
             content |= 1 << column
         state = self._state
@@ -272,8 +256,13 @@ class ExchangeManager:
             if peer != self._me and (gained := state.believes[peer] & ~before[peer])
             for uid in self._ledger.uids(gained)
         )
-        settled = self._settle() if beliefs else ()
-        return Reception(slot, packet.sender, tuple(blocks), packet.signals, tuple(new_items), beliefs, settled)
+        settled = self._interests.settle(state) if beliefs else ()
+        new, unneeded = tuple(new_items), tuple(aside)
+        return Reception(slot, packet.sender, tuple(blocks), packet.signals, new, beliefs, settled, unneeded)
+
+    def renew(self) -> Renewal:
+        """Judge all items anew: who needs what has changed."""
+        return self._interests.renew(self._state.believes)
 
     def is_status(self, facts: Sequence[PropertyValue]) -> bool:
         """True if of every fact only the latest value matters."""
@@ -292,7 +281,7 @@ class ExchangeManager:
         signals_bits = len(signals) * self._codec.signal_bits
         columns, said = self._choose(self._room_bits + spared_bits - signals_bits)
         content = sum(1 << column for column in columns)
-        items = tuple(self._uid(column) for column in columns)
+        items = tuple(self._ledger.uid(column) for column in columns)
         rows = [0] * self._n_nodes
         ack.compose(self._kind, self._state, self._n_nodes, frame, self._me, (content,), rows)
         wire = [(bits, size_bits) for _, bits, size_bits in said]
@@ -312,7 +301,7 @@ class ExchangeManager:
 
     def _choose(self, room_bits: int) -> tuple[list[int], list[tuple[Fragment, int, int]]]:
         """By the weighted queue: columns of the items; of all that is said, status too, its wire form (bits, size)."""
-        queue: list[Entry | LatestValue] = [self._ledger.entries[column] for column in self._open]
+        queue: list[Entry | LatestValue] = [self._ledger.entries[column] for column in self._interests.open]
         queue += [status for status in self._status.values() if status.fragment is not None]
         columns: list[int] = []
         said: list[tuple[Fragment, int, int]] = []
@@ -323,7 +312,7 @@ class ExchangeManager:
             if isinstance(candidate, LatestValue):
                 candidate.fragment = None
             else:
-                columns.append(self._open[position])
+                columns.append(self._interests.open[position])
         return columns, said
 
     def holds(self, uid: ItemUid) -> bool:
@@ -338,37 +327,15 @@ class ExchangeManager:
     @property
     def n_open(self) -> int:
         """Items that this vehicle goes on sending."""
-        return len(self._open)
+        return len(self._interests.open)
 
-    def _register(self, fragment: Fragment) -> int:
-        entry = Entry(fragment)
+    def _register(self, entry: Entry) -> int:
         column = self._ledger.add(entry)
         item = 1 << column
         self._state.believes[self._me] |= item
         if may_send(self._repeat, item, self._ledger.origins[self._me]):
-            interested, entry.priority = self._interest(fragment)
-            for peer in range(self._n_nodes):
-                if peer != self._me and not interested >> peer & 1:
-                    self._ledger.unneeded[peer] |= item
-            if interested:
-                entry.bits, entry.size_bits = self._codec.encode_fragment(fragment, self._me)
-                insort(self._open, column, key=self._uid)
+            self._interests.take(column)
         return column
-
-    def _uid(self, column: int) -> ItemUid:
-        return self._ledger.entries[column].fragment.uid
-
-    def _interest(self, fragment: Fragment) -> tuple[int, int]:
-        return interest(fragment, self._model, self._needs, self._me)
-
-    def _settle(self) -> tuple[ItemUid, ...]:
-        """Close the open items that every interested peer is believed to hold."""
-        done = ack.settled(self._state, self._n_nodes, self._ledger.unneeded, 0)
-        settled = tuple(self._uid(column) for column in self._open if done >> column & 1)
-        if settled:
-            self._open = [column for column in self._open if not done >> column & 1]
-        self._ledger.note_heard(self._open, self._state.believes)
-        return settled
 
     def _frame(self, slot: int) -> int:
         """Number of the TDMA frame of a slot."""

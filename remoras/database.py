@@ -66,6 +66,10 @@ class VehicleData:
                 return sensor
         return None
 
+    def power_w(self, speed_mps: float) -> float:
+        """Power that it takes at a speed."""
+        return self.hotel_w + self.drag_w_per_mps3 * speed_mps**3
+
     def faster(self, factor: float) -> VehicleData:
         """The vehicle as it really is, with both its speeds multiplied by ``factor``."""
         return replace(

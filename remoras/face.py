@@ -215,8 +215,7 @@ class Run:
     @property
     def milestones(self) -> list[dict[str, Any]]:
         """What happened when: name, vehicle, group, time_s, in time order."""
-        found: list[dict[str, Any]] = self.summary["milestones"]
-        return found
+        return list(self.summary["milestones"])
 
     @property
     def tables(self) -> tuple[str, ...]:
@@ -244,22 +243,25 @@ class Run:
 
         return mission_of(self.scenario)
 
-    def plot(self, kind: str = "trajectories", width_in: float | None = None) -> matplotlib.figure.Figure:
+    def plot(
+        self, kind: str = "trajectories", width_in: float | None = None, at_s: float | None = None, viewer: str = ""
+    ) -> matplotlib.figure.Figure:
         """A figure of the run.
 
         Args:
-            kind: trajectories, roles, satisfaction, motivation, knowledge, delivery, tdma, or one that the mission has.
-            width_in: of the figure; what suits its kind if left out.
+            kind: of those that ``remoras plot`` knows, or one that the mission has.
+            width_in: of the figure; at_s, viewer: of the organisation, when and in whose view. All may be left out.
 
         Returns:
             A Matplotlib figure with a ``.caption``; ``.savefig(path)`` writes it, a notebook shows it by itself.
 
         Raises:
-            DrawingError: the kind is not known, or the run lacks its tables.
+            DrawingError: the kind is not known, or the run lacks its tables, that time or that vehicle.
         """
-        from visualisation.runs import picture
+        from visualisation.runs import Moment, picture
 
-        return picture(self._results, kind, self._mission.figures, self._mission.places, width_in).shown()
+        about = self._mission.figures, self._mission.places, width_in, Moment(at_s, viewer)
+        return picture(self._results, kind, *about).shown()
 
     def replay(self) -> Page:
         """The page in which the run can be watched; a notebook shows it.
@@ -278,8 +280,7 @@ class Run:
         """What a vehicle knew at a time of the run: its world model, and the organisation in its view.
 
         Args:
-            vehicle: its name.
-            at_s: time of the mission; all that happened until then, and then, counts.
+            vehicle, at_s: its name, and a time of the mission; all that happened until then, and then, counts.
 
         Raises:
             OutputError: no such vehicle or time, or an older version recorded the run.
@@ -295,8 +296,7 @@ class Run:
             force: replace an earlier export.
 
         Raises:
-            ExportError: the format is not known, lacks its libraries or a datum, or ``out`` exists or cannot be
-                written.
+            ExportError: the format is not known, lacks its libraries or a datum, or ``out`` cannot be written.
         """
         from visualisation.exports import export
 

@@ -11,7 +11,7 @@ loading a scenario        ``Scenario``, ``completed``, ``check``, ``sensors``, `
                           ``needs``
 setting a run up          ``from_scenario``, ``jobs``, ``world``, ``founding_objectives``, ``truth``, ``tables``,
                           ``instances``, ``instances_found_per_vehicle``, ``most_observations``,
-                          ``vocabulary_used``
+                          ``vocabulary_used``, ``groups_of``
 social layer, at sea      ``social_domain``, ``is_individual``, ``activity_domain``, ``activities``,
                           ``activity_sets``, ``findings``, ``completion``
 functional layer, at sea  ``behaviour_for``
@@ -28,7 +28,7 @@ staying within the borders are the vehicle's own; a mission need not and cannot 
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, Self
@@ -277,6 +277,14 @@ class SocialPart(Protocol):
     def is_enough(self, facts: Known) -> bool:
         """True if the goal asks for no more than what is known to be done; by default it asks for all jobs."""
         return False
+
+    def groups_of(self, subject: str) -> Collection[str] | None:
+        """Groups that facts about an instance of the mission's own concern, where needs follow from groups.
+
+        None by default: those with a role for the job that the instance, or the fact of its being done, is about; and
+        everybody if there is none.
+        """
+        return None
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
         """What ``vehicle`` makes known when it has done all there was to do for ``objective``; nothing by default."""

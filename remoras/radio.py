@@ -14,11 +14,12 @@ from exchange.manager import ExchangeManager, Reception, Transmission
 from exchange.packets import Fragment, InfluenceSignal, ItemUid
 from remoras.beliefs import Beliefs
 from remoras.contents import BitCount
-from remoras.organisation import Group
+from remoras.organisation import Group, Organisation
 from remoras.picture import Peers
 from remoras.recorder import Recorder
+from remoras.social.needs import GroupNeeds
 from remoras.strategy import Declaration
-from worldmodel import Block, Change, TBox, merge
+from worldmodel import Block, Change, PropertyValue, TBox, merge
 
 JOB = "Job"
 """Class of the core ontology; what a peer says of a job is news of the mission."""
@@ -65,6 +66,7 @@ class Radio:
         beliefs: of this vehicle, into whose world model blocks are merged.
         peers: the part of the picture that is written here and nowhere else.
         recorder: takes the rows of items, signals and faults.
+        needs: by which the manager judges, where they follow from groups.
     """
 
     def __init__(
@@ -76,8 +78,10 @@ class Radio:
         beliefs: Beliefs,
         peers: Peers,
         recorder: Recorder,
+        needs: GroupNeeds | None = None,
     ) -> None:
         self.manager = manager
+        self._needs = needs
         self.communicates = declaration.communicates
         self.influences = declaration.influences
         self.is_bound = declaration.is_bound
@@ -177,6 +181,9 @@ class Radio:
             return HeardPacket(reception)
         for uid in reception.items:
             self._record_item(now_s, uid, "received")
+        for fragment in reception.aside:
+            self._record_item(now_s, fragment.uid, "set aside")
+            self._note_news(fragment.facts, now_s)
         if self._unheard and reception.beliefs:
             for peer, uid in reception.beliefs:
                 self._unheard.pop((self._names[peer], uid), None)
@@ -190,13 +197,29 @@ class Radio:
         signals = tuple([(known[one.role], one.value) for one in reception.signals if one.role in known])
         return HeardPacket(reception, emitter, changes, signals)
 
+    def regroup(self, organisation: Organisation, now_s: float) -> tuple[Change, ...]:
+        """Tell and keep what this view of the organisation asks for; what was set aside and is needed now goes in."""
+        if self._needs is None or not self._needs.renew(organisation):
+            return ()
+        renewal = self.manager.renew()
+        for uid in renewal.items:
+            self._record_item(now_s, uid, "received")
+        for uid in renewal.settled:
+            self._record_item(now_s, uid, "acknowledged")
+        return self._merged(renewal.blocks, now_s)
+
     def _merged(self, blocks: Sequence[Block], now_s: float) -> tuple[Change, ...]:
         merged = merge(self._beliefs.model, blocks)
         for fault in merged.faults:
             self._record_fault(now_s, f"refused block: {fault.code}", fault.detail)
-        if any(fact.attribute in self._news for change in merged.changes for fact in change.block.facts):
-            self._peers.last_news_s = now_s
+        for change in merged.changes:
+            self._note_news(change.block.facts, now_s)
         return merged.changes
+
+    def _note_news(self, facts: Iterable[PropertyValue], now_s: float) -> None:
+        """See whether anything is news of the mission: work goes on, whomever it concerns."""
+        if any(fact.attribute in self._news for fact in facts):
+            self._peers.last_news_s = now_s
 
     def note(self, changes: Iterable[Change]) -> None:
         """Keep the newest positions, whoever said them."""

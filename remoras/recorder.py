@@ -121,7 +121,8 @@ role that it addresses (``Group.Role``; empty if it addresses none)."""
 KNOWLEDGE = Table("knowledge", (
     TIME, VEHICLE, Column("item", "str"), Column("origin", "str"), Column("event", "str"),
 ))  # fmt: skip
-"""When a vehicle observed an item, received it, or took all who need it to hold it (acknowledged)."""
+"""When a vehicle observed an item, received it, or took all who need it to hold it (acknowledged). Where needs
+follow from groups, one that it heard without need is set aside; if it comes to need it, it has received it then."""
 ITEMS = Table("items", (
     Column("uid", "str"), Column("origin", "str"), TIME, Column("recorded_s", "float", "s"), Column("subject", "str"),
     Column("attribute", "str"), Column("value", "str"), Column("kind", "str"),

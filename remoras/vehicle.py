@@ -121,9 +121,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             observation = sensed.observation
             if observation.row:
                 self._recorder.rows(sensed.table_of(self.name).name).append((now_s, self.name, *observation.row))
-            if not (observation.facts or observation.found):
-                continue
-            self._share(_recorded(sensed, self.name, self.beliefs, now_s), now_s)
+            if observation.facts or observation.found:
+                self._share(_recorded(sensed, self.name, self.beliefs, now_s), now_s)
         self._note_exhaustion(now_s)
 
     def _note_exhaustion(self, now_s: float) -> None:
@@ -170,7 +169,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self._diary.fault(now_s, "failed step", f"{failed.name} of {objective}")
             self._adopt()
             return True
-        if facts := self.social.standing.give_up(objective):
+        blind = any(one.sensors for one in failed.activities)
+        if facts := self.social.standing.give_up(objective, blind):
             self._diary.fault(now_s, "cannot", str(objective))
             self._conclude(facts, now_s)
         return bool(facts)
@@ -193,7 +193,10 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         calls = self.executive.calls(now_s) if self.radio.influences else {}
         for facts, told in self.social.negotiate(now_s, self.functional.believed, calls):
             self._conclude(facts, now_s, told)
-        return self._take_effect(now_s) or changed
+        changed |= self._take_effect(now_s)
+        if taken_up := self.radio.regroup(self.social.organisation, now_s):
+            self._consider(taken_up, now_s)
+        return changed
 
     def _look_around(self, now_s: float) -> bool:
         """See who is there, and act on it. True if somebody came or went."""
@@ -232,9 +235,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def speak(self, now_s: float) -> Transmission | None:
         """The packet for this vehicle's slot, which opens now; None from one not alive, or while it is silent."""
-        if not self.is_alive or not (self.radio.communicates or self.radio.is_bound):
-            return None
-        if self.social.is_silent:
+        if not self.is_alive or self.social.is_silent or not (self.radio.communicates or self.radio.is_bound):
             return None
         node = self.data.node
         self._conclude([(node, self._position, self.functional.believed.position_m)], now_s)

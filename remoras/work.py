@@ -11,6 +11,7 @@ import math
 from collections.abc import Collection, Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol
 
 from remoras.beliefs import Key
@@ -18,6 +19,12 @@ from remoras.database import AUVDatabase, VehicleData
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 
 Point = tuple[float, float]
+
+
+PART = 0.25
+"""Share of a job that is worth the way where others go on with the rest."""
+HOME_MARGIN = 1.25
+"""Energy kept for the way home, as a multiple of what the way takes."""
 
 
 class Outlook(NamedTuple):
@@ -120,7 +127,8 @@ class Job(Protocol):
 class DivisibleJob(Job, Protocol):
     """A job done in parts, of which a vehicle may know that some are done, or that comes up during the mission.
 
-    Whoever takes it over goes on where the other stopped. Several vehicles may do it together, if its role has room.
+    Whoever takes it over goes on where the other stopped, unless ``resumed`` is False. Several vehicles may do it
+    together, if its role has room.
     """
 
     @property
@@ -139,6 +147,11 @@ class DivisibleJob(Job, Protocol):
 def share_left(job: Job) -> float:
     """Share of a job that is left, 0..1; a job that is not divisible is left whole until it is done."""
     return getattr(job, "share_left", 1.0)
+
+
+def is_resumed(job: Job) -> bool:
+    """True if who takes the job over goes on where another stopped: so with a divisible job that does not deny it."""
+    return hasattr(job, "share_left") and getattr(job, "resumed", True)
 
 
 def jobs_left(jobs: Mapping[str, Job], facts: Known) -> tuple[dict[str, Job], frozenset[str]]:
@@ -173,6 +186,9 @@ class Work:
         positions_m: last positions known, by vehicle; the start counts where none has been heard.
         unavailable: vehicles that take no jobs, by what they said themselves.
         is_enough: the goal of the mission asks for no more than is done.
+        energy_j: what vehicles have left at ``now_s``, as far as is known; who has enough for the mission is missing.
+        now_s: time from which outlooks count.
+        barred: (vehicle, role) of jobs that a vehicle is not to be given.
     """
 
     group: Group
@@ -183,6 +199,9 @@ class Work:
     positions_m: Mapping[str, Point] = field(default_factory=dict)
     unavailable: frozenset[str] = frozenset()
     is_enough: bool = False
+    energy_j: Mapping[str, float] = field(default_factory=dict)
+    now_s: float = 0.0
+    barred: frozenset[tuple[str, str]] = frozenset()
 
     @cached_property
     def roles(self) -> tuple[RoleSpecification, ...]:
@@ -221,7 +240,7 @@ class Work:
         What the goal spares may stay undone: its vehicle is free to answer calls.
         """
         return not self.is_enough and any(
-            self.holders(role) or any(self.able(one, role) for one in self.workers) for role in self.unfinished
+            self.holders(role) or any(self._may_do(one, role) for one in self.workers) for role in self.unfinished
         )
 
     @property
@@ -248,6 +267,8 @@ class Work:
 
     def able(self, data: VehicleData, role: RoleSpecification) -> bool:
         """True if the vehicle can play the role, beside those that it plays, and has what its job takes."""
+        if self.barred and (data.name, role.name) in self.barred:
+            return False
         if role.incompatible and self.organisation.is_excluded(data.name, role):
             return False
         return data.can_play(self.group.name, role.name) and self.job(role).is_able(data)
@@ -266,6 +287,49 @@ class Work:
         while left:
             outlook = self.job(self._nearest(left, outlook)).after(outlook, data) or outlook
         return outlook
+
+    def affordable(
+        self, outlook: Outlook, data: VehicleData, roles: Iterable[RoleSpecification]
+    ) -> tuple[RoleSpecification, ...]:
+        """Those of ``roles``, in the order given, that the vehicle's energy lasts for, and for the way home after.
+
+        Ways are made in transit, all else at survey speed; up to the outlook the vehicle is taken to work. Of a job on
+        which others go on, a part is worth the way: it is the last then.
+
+        Args:
+            outlook: when and where it is free.
+            data: of the vehicle.
+            roles: in the order in which it would do their jobs.
+        """
+        left_j = self.energy_j.get(data.name)
+        if left_j is None:
+            return tuple(roles)
+        survey_w, transit_w = data.power_w(data.survey_speed_mps), data.power_w(data.transit_speed_mps)
+        left_j -= survey_w * (outlook.free_s - self.now_s)
+        found = []
+        for role in roles:
+            then = self.job(role).after(outlook, data)
+            if then is None:
+                continue
+            all_s = then.free_s - outlook.free_s
+            way_s = min(all_s, math.dist(outlook.position_m, self.job(role).place_m) / data.transit_speed_mps)
+            home_s = HOME_MARGIN * math.dist(then.position_m, data.start_m) / data.survey_speed_mps
+            for_job_j = left_j - transit_w * way_s - survey_w * home_s
+            job_j = survey_w * (all_s - way_s)
+            if job_j <= for_job_j:
+                found.append(role)
+                left_j, outlook = left_j - transit_w * way_s - job_j, then
+            elif PART * job_j <= for_job_j and is_resumed(self.job(role)):
+                return (*found, role)
+        return tuple(found)
+
+    def affords(self, outlook: Outlook, data: VehicleData, role: RoleSpecification) -> bool:
+        """True if the vehicle's energy lasts for the job of ``role`` once it is free, see ``affordable``."""
+        return data.name not in self.energy_j or bool(self.affordable(outlook, data, [role]))
+
+    def _may_do(self, data: VehicleData, role: RoleSpecification) -> bool:
+        """True if the vehicle is able to do the job of ``role``, and can afford it from where it is."""
+        return self.able(data, role) and self.affords(Outlook(self.now_s, self.position_m(data.name)), data, role)
 
     def awaited(self, vehicle: str, now_s: float) -> float:
         """How much of the wait for the meeting of the group is for a vehicle: 0..1, see ``Groups.awaited``."""
@@ -304,6 +368,10 @@ class Work:
         return RoleAssignment(self.group.name, role.name, vehicle)
 
 
+ALL_HAVE_ENOUGH: Mapping[str, float] = MappingProxyType({})
+"""``Work.energy_j`` where energy need not be looked at."""
+
+
 def works(
     organisation: Organisation,
     database: AUVDatabase,
@@ -312,10 +380,12 @@ def works(
     positions_m: Mapping[str, Point],
     unavailable: frozenset[str] = frozenset(),
     is_enough: bool = False,
+    energy_j: Mapping[str, float] = ALL_HAVE_ENOUGH,
+    now_s: float = 0.0,
 ) -> dict[str, Work]:
     """The work of every group, by its name; see ``Work`` for the arguments."""
     return {
-        name: Work(group, organisation, database, jobs, done, positions_m, unavailable, is_enough)
+        name: Work(group, organisation, database, jobs, done, positions_m, unavailable, is_enough, energy_j, now_s)
         for name, group in organisation.groups.items()
     }
 

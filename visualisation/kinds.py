@@ -7,6 +7,7 @@ from collections.abc import Mapping
 KINDS: Mapping[str, tuple[str, ...]] = {
     "trajectories": ("trajectories",),
     "roles": ("roles",),
+    "organisation": ("organisation",),
     "satisfaction": ("satisfaction", "roles"),
     "motivation": ("decisions",),
     "htn": ("plans",),

@@ -19,12 +19,13 @@ from worldmodel.errors import (
 from worldmodel.facts import Block, Change, Fault, FaultCode, Instance, Merged, Observation, PropertyValue
 from worldmodel.fields import Field
 from worldmodel.merge import merge
-from worldmodel.needs import InformationNeed, NeedsIndex
+from worldmodel.needs import NOBODY, InformationNeed, Needs, NeedsIndex, Wanted
 from worldmodel.owl import core_ontology_paths, read_tbox
 from worldmodel.snapshot import Row, models_from, rows_of
 from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, TBox, Value, ValueKind
 
 __all__ = [
+    "NOBODY",
     "TYPE_UID",
     "Attribute",
     "Block",
@@ -37,6 +38,7 @@ __all__ = [
     "Instance",
     "Merged",
     "NeedError",
+    "Needs",
     "NeedsIndex",
     "Observation",
     "OntologyClass",
@@ -49,6 +51,7 @@ __all__ = [
     "UnknownNameError",
     "Value",
     "ValueKind",
+    "Wanted",
     "WorldModel",
     "WorldModelError",
     "core_ontology_paths",

@@ -3,19 +3,34 @@
 "Each need specifies a named attribute of either an ontological class or specific class instance, referenced
 by UID" (Maurelli et al., Multi-robot cooperation, section IV). ``NeedsIndex`` groups the same needs of
 different peers and answers for one fact in two dictionary look-ups, since it enters a need of a class for
-every subclass.
+every subclass. Needs that follow from something else answer in its place, see ``Needs``.
 """
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 from worldmodel.errors import NeedError
+from worldmodel.facts import PropertyValue
 from worldmodel.tbox import TBox
 
 Wanted = tuple[int, int]
 """(bit mask of the peers that need a fact, highest priority among them)."""
 
 NOBODY: Wanted = (0, 0)
+
+
+class Needs(Protocol):
+    """Who needs what, as one vehicle believes; the answers may change while the program runs."""
+
+    def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
+        """Which peers need a fact, and the highest priority among them.
+
+        Args:
+            fact: told of an instance.
+            class_uid: of the class of that instance.
+        """
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,16 +81,15 @@ class NeedsIndex:
                 key = (class_uid, need.attribute)
                 self._of_class[key] = _together(self._of_class.get(key, NOBODY), wanted)
 
-    def priority_of(self, instance_uid: int, instance_class: int, attribute: int) -> Wanted:
-        """Return which peers need a fact, and the highest priority among them.
+    def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
+        """Which peers need a fact, and the highest priority among them.
 
         Args:
-            instance_uid: the subject of the fact.
-            instance_class: the uid of its class.
-            attribute: the uid of the attribute.
+            fact: told of an instance; its value makes no difference here.
+            class_uid: of the class of that instance.
         """
-        by_class = self._of_class.get((instance_class, attribute), NOBODY)
-        by_instance = self._of_instance.get((instance_uid, attribute))
+        by_class = self._of_class.get((class_uid, fact.attribute), NOBODY)
+        by_instance = self._of_instance.get((fact.subject, fact.attribute))
         return by_class if by_instance is None else _together(by_class, by_instance)
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 from exchange.acoustics import loss
 from missions.mapping.scenario import FindsTable
@@ -81,6 +81,7 @@ class InspectionJob:
         place_m: where it was found; the origin of the map before.
         share_left: 1 until it is done, then 0.
         needs: nothing must be done before.
+        resumed: who takes it over begins anew.
     """
 
     name: str
@@ -88,6 +89,7 @@ class InspectionJob:
     place_m: Point = (0.0, 0.0)
     share_left: float = 1.0
     needs: tuple[str, ...] = ()
+    resumed: ClassVar[bool] = False
 
     @property
     def done(self) -> Key:

@@ -147,7 +147,7 @@ class MappingMission(Mission):
         }
         self.finds, self._find_weight = finds, find_weight
         self._inspections = {name: InspectionJob(name, finds.mean_stay_s) for name in find_names(finds.number)}
-        self._unfinished = partial(Unfinished, self._surveys.values(), settings.goal, self._inspections)
+        self._unfinished = partial(Unfinished, goal=settings.goal, finds=self._inspections)
         self.meeting = Meeting(
             self.groups,
             rally_points_m,
@@ -313,7 +313,7 @@ class MappingMission(Mission):
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """The behaviour that carries out the set which ``activity`` leads."""
         if (found := self.meeting.behaviour(activity, data)) is not None:
-            return AfterWork(found, self._unfinished())
+            return AfterWork(found, self._unfinished(_own(self._surveys, self.swaths_m, data.name)))
         settings, parameters = self.settings, activity.parameters
         match activity.name:
             case "Mapping":
@@ -330,7 +330,7 @@ class MappingMission(Mission):
 
     def is_enough(self, facts: Known) -> bool:
         """True if no more is left than the goal spares, and every find is inspected."""
-        return not self._unfinished().holds(facts)
+        return not self._unfinished(self._surveys.values()).holds(facts)
 
     def _work(self, group: str) -> WorkLeft:
         """What is left of the areas of a group."""
@@ -352,6 +352,13 @@ class MappingMission(Mission):
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
         """An area that is explored is done."""
         return Finding(objective.argument, "areaDone", vehicle) if objective.name == "Exploring" else None
+
+
+def _own(
+    surveys: Mapping[str, SurveyJob], swaths_m: Mapping[str, Mapping[str, float]], vehicle: str
+) -> Iterable[SurveyJob]:
+    """Surveys that a vehicle is able to do: it may hear of no others; all, if it is able to do none."""
+    return [job for name, job in surveys.items() if vehicle in swaths_m[name]] or surveys.values()
 
 
 def _unknown(activity: str) -> PlanningError:

@@ -93,7 +93,7 @@ def operators(
         at_m: Point = facts.get(("position", holders[0])) or data.start_m
         if objective == rendez_vous:
             time_s = math.dist(at_m, rally_points_m[argument]) / data.transit_speed_mps
-            return Expected(time_s, time_s * _power_w(data, data.transit_speed_mps))
+            return Expected(time_s, time_s * data.power_w(data.transit_speed_mps))
         return expected_of(jobs[argument], data, at_m)
 
     return [
@@ -110,8 +110,4 @@ def expected_of(job: Job, data: VehicleData, at_m: Point) -> Expected | None:
         job: to be done; data: of the vehicle; at_m: where it is.
     """
     after = job.after(Outlook(0.0, at_m), data)
-    return None if after is None else Expected(after.free_s, after.free_s * _power_w(data, data.survey_speed_mps))
-
-
-def _power_w(data: VehicleData, speed_mps: float) -> float:
-    return data.hotel_w + data.drag_w_per_mps3 * speed_mps**3
+    return None if after is None else Expected(after.free_s, after.free_s * data.power_w(data.survey_speed_mps))

@@ -8,7 +8,7 @@ import statistics
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from missions.metric import Better, Metric, collected
+from missions.metric import NOT_APPLICABLE, Absent, Better, Metric, collected
 from missions.runs.fleet_metrics import closest_approach_m, conflicts, idle_s, recovery_time_s
 from missions.runs.organisation_metrics import holder_conflict_fraction, malformed_s, n_refused_acts, view_divergence
 from missions.scenarios.parts import mission_class, transmit_j_per_bit
@@ -104,14 +104,21 @@ def consistency(recorder: Recorder, n_vehicles: int) -> tuple[float | None, floa
     return (math.fsum(waits_s) / len(waits_s) if waits_s else None), len(waits_s) / len(observed_s)
 
 
-def consistency_time_s(run: Run) -> float | None:
-    """Mean time in which the whole fleet came to know an item, see ``consistency``."""
+def consistency_time_s(run: Run) -> float | Absent | None:
+    """Mean time in which the whole fleet came to know an item, see ``consistency``.
+
+    It does not apply where needs follow from groups: there nobody is to know everything.
+    """
+    if run.setup.subjects is not None:
+        return NOT_APPLICABLE
     time_s, _ = consistency(run.recorder, len(run.scenario.vehicle))
     return None if time_s is None else round(time_s, 4)
 
 
-def consistent_fraction(run: Run) -> float | None:
-    """Share of items that the whole fleet came to know, see ``consistency``."""
+def consistent_fraction(run: Run) -> float | Absent | None:
+    """Share of items that the whole fleet came to know, see ``consistency`` and ``consistency_time_s``."""
+    if run.setup.subjects is not None:
+        return NOT_APPLICABLE
     return consistency(run.recorder, len(run.scenario.vehicle))[1]
 
 

@@ -61,15 +61,19 @@ class _Views:
         names: of the vehicles.
         left_out: roles that are compared by nobody.
         rooms: most holders of the roles that have a limit.
+        by_groups: vehicles need to know of the roles of their own groups alone.
     """
 
-    def __init__(self, names: tuple[str, ...], left_out: frozenset[RoleKey], rooms: dict[RoleKey, int]) -> None:
+    def __init__(
+        self, names: tuple[str, ...], left_out: frozenset[RoleKey], rooms: dict[RoleKey, int], by_groups: bool
+    ) -> None:
         self._names = names
+        self._by_groups = by_groups
         self._left_out = left_out
         self._rooms = rooms
         self._inside = set(names)
         self._views: dict[tuple[str, str], set[RoleKey]] = {(v, p): set() for v in names for p in names}
-        self._n_wrong: Counter[tuple[str, str]] = Counter()
+        self._wrong: dict[tuple[str, str], set[RoleKey]] = {(v, p): set() for v in names for p in names}
 
     def apply(self, event: _Event) -> None:
         """Take note of a change."""
@@ -86,14 +90,21 @@ class _Views:
         for other in self._names if viewer == peer else (viewer,):
             if other != peer:
                 agree = (role in self._views[other, peer]) == (role in self._views[peer, peer])
-                self._n_wrong[other, peer] += -1 if agree else 1
+                (self._wrong[other, peer].discard if agree else self._wrong[other, peer].add)(role)
 
     @property
     def divergence(self) -> float | None:
         """Share of the pairs (viewer, peer) in which the viewer errs on what the peer plays; None without pairs."""
         n_inside = len(self._inside)
-        n_wrong = sum(n > 0 and self._inside.issuperset(pair) for pair, n in self._n_wrong.items())
+        n_wrong = sum(self._inside.issuperset(pair) and self._errs(pair[0], on) for pair, on in self._wrong.items())
         return n_wrong / (n_inside * (n_inside - 1)) if n_inside > 1 else None
+
+    def _errs(self, viewer: str, wrong: set[RoleKey]) -> bool:
+        """True if a viewer that is wrong on these roles needs to know better."""
+        if not self._by_groups or not wrong:
+            return bool(wrong)
+        own = {group for group, _ in self._views[viewer, viewer]}
+        return any(group in own for group, _ in wrong)
 
     @property
     def true_roles(self) -> Iterator[RoleAssignment]:
@@ -117,6 +128,7 @@ def _moments(run: Run) -> Iterator[tuple[float, _Views]]:
         tuple(run.setup.database),
         frozenset(key for key, role in roles.items() if keeps_jobs and role.job is not None),
         {key: role.maximum for key, role in roles.items() if role.maximum is not None},
+        run.setup.subjects is not None,
     )
     before_s = 0.0
     for event in _events(run):
@@ -132,7 +144,8 @@ def _moments(run: Run) -> Iterator[tuple[float, _Views]]:
 def view_divergence(run: Run) -> float | None:
     """Share of the time, over all pairs of vehicles, in which the one errs on which roles the other plays.
 
-    Roles with a job are left out where the strategy declares that vehicles note theirs for themselves alone.
+    Roles with a job are left out where the strategy declares that vehicles note theirs for themselves alone; where
+    needs follow from groups, so are those of groups that the one is no member of.
     """
     shares = [(spell_s, share) for spell_s, views in _moments(run) if (share := views.divergence) is not None]
     total_s = sum(spell_s for spell_s, _ in shares)

@@ -16,6 +16,7 @@ from exchange.schedule import TdmaSchedule
 from missions.metric import Metric, collected
 from missions.runs.knowledge import FACTS
 from missions.runs.metrics import CORE_METRICS
+from missions.runs.needs import needs_of_all, priorities, subjects_of
 from missions.runs.refusals import refuse_malformed, refuse_undivided
 from missions.runs.sea import actual, sea_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
@@ -37,14 +38,12 @@ from remoras.recorder import Recorder, Table
 from remoras.sensor import Sensor
 from remoras.social.agreement import Agreement, agree
 from remoras.social.layer import SocialLayer
-from remoras.social.negotiation import negotiated_attributes
+from remoras.social.needs import GroupNeeds, Subjects
 from remoras.strategy import Declaration, Strategy
 from remoras.vehicle import Layers, Vehicle
 from remoras.work import Point
 from worldmodel import (
-    InformationNeed,
     Instance,
-    NeedsIndex,
     TBox,
     UnknownNameError,
     WorldModel,
@@ -54,8 +53,6 @@ from worldmodel import (
 
 STATUS_PER_FRAME = 2
 """Status blocks (position, battery) that a vehicle records in a TDMA frame."""
-SOCIAL_ATTRIBUTES = ("available", "headedBy", "headTerm")
-"""What vehicles say of themselves whatever the strategy."""
 SPARE_BLOCKS = 1024
 """Blocks of a vehicle that are neither status nor observations: assignments, findings."""
 
@@ -70,7 +67,9 @@ class Setup:
         tbox: core ontology and the mission's vocabulary; instances: what the whole fleet has names for.
         database: vehicles as the fleet knows them; agreement: what they agree on before the mission.
         rally_points_m: by name; bounds_m: area of operations (x_min, y_min, x_max, y_max).
-        modem, schedule, codec, needs: of the exchange.
+        modem, schedule, codec: of the exchange.
+        urgency: priority of each attribute that is exchanged, by uid; subjects: what it is told of, where needs follow
+            from groups.
         decision: constants of the executive layer; metrics: of its runs, by name.
     """
 
@@ -87,7 +86,8 @@ class Setup:
     modem: Modem
     schedule: TdmaSchedule
     codec: Codec
-    needs: NeedsIndex
+    urgency: Mapping[int, int]
+    subjects: Subjects | None
     decision: DecisionConstants
     metrics: Mapping[str, Metric]
 
@@ -122,7 +122,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     schedule = TdmaSchedule.for_range(
         len(database), modem.packet_s(modem.payload_bits), scenario.communication.range_m, world.sound_speed_mps
     )
-    agreement = agree(strategy, mission, database, groups)
+    agreement = agree(strategy, mission, database, groups, scenario.scenario.duration_s)
     refuse_malformed(scenario, agreement)
     refuse_undivided(scenario, strategy, agreement, database)
     _recorder(mission, [sensors_of(data) for data in database.values()])
@@ -140,7 +140,8 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         modem=modem,
         schedule=schedule,
         codec=_codec(scenario, mission, strategy, policy, tbox, len(instances), schedule),
-        needs=_needs(scenario, strategy, mission, tbox),
+        urgency=priorities(scenario, strategy, mission, tbox),
+        subjects=subjects_of(scenario, mission, tbox, instances, database, agreement),
         decision=scenario.decision.constants(schedule.frame_s),
         metrics=collected(scenario.scenario.mission, (*CORE_METRICS, *mission_type.metrics)),
     )
@@ -159,21 +160,6 @@ def _instances(scenario: Scenario, mission: Mission, tbox: TBox) -> tuple[Instan
         return tuple(Instance(uid, tbox.class_named(kind).uid, name) for uid, (kind, name) in enumerate(named))
     except UnknownNameError as error:
         raise PluginError(f"mission {scenario.scenario.mission}: instances: {error}") from error
-
-
-def _needs(scenario: Scenario, strategy: Strategy, mission: Mission, tbox: TBox) -> NeedsIndex:
-    """Every vehicle needs every listed attribute of every instance of its domain.
-
-    What the strategy says, who leads and who takes jobs is needed most if it is not listed. An attribute that the
-    mission has no use for in this scenario is left out.
-    """
-    known = {attribute.name for attribute in tbox.attributes}
-    listed = {name: priority for name, priority in scenario.communication.needs.items() if name in known}
-    stated = (*negotiated_attributes(strategy, mission.jobs, tbox), *SOCIAL_ATTRIBUTES)
-    strategic = dict.fromkeys(stated, max(listed.values()))
-    attributes = [(tbox.attribute_named(name), priority) for name, priority in {**strategic, **listed}.items()]
-    needs = tuple(InformationNeed(a.uid, priority, class_uid=a.domain) for a, priority in attributes)
-    return NeedsIndex(tbox, {vehicle.slot: needs for vehicle in scenario.vehicle})
 
 
 def _codec(
@@ -291,7 +277,7 @@ def _lease_frames(declaration: Declaration, lease_frames: int) -> float:
 def _known_as_it_is(setup: Setup, fleet: Sequence[VehicleData]) -> Setup:
     """The setup of a bound: all know how fast each vehicle really is, and have agreed on that."""
     database, scenario = AUVDatabase(tuple(fleet)), setup.scenario
-    agreement = agree(setup.strategy, setup.mission, database, groups_of(scenario))
+    agreement = agree(setup.strategy, setup.mission, database, groups_of(scenario), scenario.scenario.duration_s)
     return replace(setup, database=database, agreement=agreement)
 
 
@@ -321,6 +307,8 @@ def _vehicle(
     communication, mission = setup.scenario.communication, setup.mission
     model = world_model(setup, data.node)
     beliefs, picture = Beliefs(model), Picture(frame_s=setup.schedule.frame_s)
+    subjects, organisation = setup.subjects, setup.agreement.organisation
+    by_groups = None if subjects is None else GroupNeeds(setup.tbox, setup.urgency, subjects, organisation)
     manager = ExchangeManager(
         data.node,
         model,
@@ -328,10 +316,11 @@ def _vehicle(
         setup.schedule,
         setup.policy,
         setup.modem.payload_bits,
-        setup.needs,
+        by_groups or needs_of_all(setup.tbox, setup.urgency, len(setup.database)),
         communication.carrier_evidence,
+        by_groups is not None,
     )
-    groups = tuple(setup.agreement.organisation.groups.values())
+    groups = tuple(organisation.groups.values())
     declaration = setup.strategy.declaration
     return Vehicle(
         fleet,
@@ -347,6 +336,7 @@ def _vehicle(
                 setup.rally_points_m,
                 picture,
                 _lease_frames(declaration, communication.lease_frames) * setup.schedule.frame_s,
+                setup.scenario.scenario.duration_s,
             ),
             ExecutiveLayer(setup.decision),
             FunctionalLayer(
@@ -360,7 +350,7 @@ def _vehicle(
                 sea_of(setup.scenario, data, seed),
             ),
         ),
-        Radio(setup.database.names, groups, declaration, manager, beliefs, picture.peers, recorder),
+        Radio(setup.database.names, groups, declaration, manager, beliefs, picture.peers, recorder, by_groups),
         beliefs,
         recorder,
     )

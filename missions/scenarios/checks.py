@@ -15,6 +15,7 @@ from missions.errors import ConfigurationFault
 from missions.scenarios.channel import channel_faults
 from missions.scenarios.faults import draw_faults, fault_table_faults
 from missions.scenarios.hooks import hook_faults
+from missions.scenarios.information import information_faults
 from missions.scenarios.organisation_checks import organisation_faults
 from missions.scenarios.parts import database_of, groups_of, strategy_named
 from missions.scenarios.policy import policy_faults
@@ -44,7 +45,7 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     """
     checks = (
         _names, _slots, _times, _world, _origin, _choices, _weights, channel_faults,
-        _vehicles, start_faults, current_faults,
+        _vehicles, start_faults, current_faults, information_faults,
     )  # fmt: skip
     faults = [fault for check in checks for fault in check(raw)]
     default_sensor = "" if mission is None else next(iter(mission.sensors), "")

@@ -26,7 +26,7 @@ from worldmodel import suggestion
 COMPULSORY_OF_MISSION = (
     "Scenario", "group_missions", "social_domain", "from_scenario", "jobs", "activity_sets", "behaviour_for", "truth",
     "founding_objectives", "is_individual", "completion", "findings", "world", "check", "completed",
-    "delegating_mission", "needs", "vocabulary", "sensors", "tables", "metrics", "figures",
+    "delegating_mission", "groups_of", "needs", "vocabulary", "sensors", "tables", "metrics", "figures",
 )  # fmt: skip
 """Members that the class of a mission must have; a subclass of ``Mission`` inherits those with a default."""
 HELD = {

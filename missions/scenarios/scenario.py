@@ -7,7 +7,7 @@ Units are in the names of the keys. A mission may extend these tables: it subcla
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import ConfigDict, Field, field_validator
 
@@ -19,6 +19,11 @@ from remoras.attraction import GuidanceConstants
 from remoras.avoidance import SEPARATION_M
 from remoras.current import Current
 from remoras.executive.satisfaction import DecisionConstants
+
+BY_GROUPS: Final = "groups"
+"""Needs follow from groups, else all vehicles have the same."""
+HELD: Final = "held by head"
+"""The head of a group holds what it knows of its jobs, else all members do."""
 
 
 class About(Section):
@@ -59,6 +64,9 @@ class Communication(Section):
     carrier_evidence: bool = Field(True, description="take a peer that sends an item as holding it")
     time_resolution_s: float = Field(
         0.1, ge=0.001, le=10.0, multiple_of=0.001, description="resolution of observation times on the wire"
+    )
+    needs_follow: Literal["all", "groups"] = Field(
+        "all", description="who needs the listed attributes: all vehicles, or those whose groups what is told concerns"
     )
     needs: dict[str, Annotated[int, Field(ge=1, le=1000)]] = Field(
         description="priority of each attribute that vehicles need of each other"
@@ -240,6 +248,10 @@ class GroupTable(Sparse):
     mission: str | None = Field(None, description="mission it has from the start; else it is given one")
     succession: tuple[str, ...] = Field(
         (), description="roles of the group whose holders succeed a head that is lost, the first of them first"
+    )
+    information: Literal["replicated", "held by head"] = Field(
+        "replicated",
+        description="who needs what the group knows of its jobs: all members, or its head and who does the job",
     )
     role: tuple[Role, ...] = Field(min_length=1, description="roles of the group")
 

@@ -201,10 +201,17 @@ def plot(
             autocompletion=completion.metric,
         ),
     ] = None,
+    at: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="When the figure organisation shows who plays what; else when most do."),
+    ] = None,
+    viewer: Annotated[
+        str, typer.Option(metavar="VEHICLE", help="In whose view the figure organisation is; else as each sees itself.")
+    ] = "",
 ) -> None:
     """Draw the figures of a run (trajectories, roles and more) or of a sweep (metrics over loss, ranking and more)."""
     with _glyphs_noted():
-        _plot(folder, kinds or (), out or folder, file_format, metric, width)
+        _plot(folder, kinds or (), out or folder, file_format, metric, width, at, viewer)
 
 
 @contextmanager
@@ -221,10 +228,19 @@ def _glyphs_noted() -> Iterator[None]:
 
 
 def _plot(
-    folder: Path, kinds: Sequence[str], out: Path, file_format: Format, metric: str | None, width: float | None
+    folder: Path,
+    kinds: Sequence[str],
+    out: Path,
+    file_format: Format,
+    metric: str | None,
+    width: float | None,
+    at_s: float | None,
+    viewer: str,
 ) -> None:
     """Draw what a folder holds, a run or a sweep."""
     if (folder / "study.json").is_file():
+        if at_s is not None or viewer:
+            fail(f"--at and --viewer: are about the organisation of a single run, and {folder} holds a sweep")
         _plot_sweep(folder, kinds, out, file_format, metric, width)
         return
     if not (folder / "summary.json").is_file():
@@ -233,18 +249,24 @@ def _plot(
         fail(f"--metric {metric}: is about the ranking of a sweep, and {folder} holds a single run")
     from missions.runs.results import Results
 
-    _show_drawn(draw_run(Results.read(folder), kinds, out, file_format, width))
+    _show_drawn(draw_run(Results.read(folder), kinds, out, file_format, width, at_s, viewer))
 
 
 def draw_run(
-    results: Results, kinds: Sequence[str], out: Path, file_format: Format, width_in: float | None = None
+    results: Results,
+    kinds: Sequence[str],
+    out: Path,
+    file_format: Format,
+    width_in: float | None = None,
+    at_s: float | None = None,
+    viewer: str = "",
 ) -> Drawn:
     """Draw a run with what its mission declares."""
     from missions.scenarios.parts import mission_of
-    from visualisation.runs import draw
+    from visualisation.runs import Moment, draw
 
-    mission = mission_of(results.scenario)
-    return draw(results, kinds, out, file_format.value, mission.figures, mission.places, width_in)
+    mission, moment = mission_of(results.scenario), Moment(at_s, viewer)
+    return draw(results, kinds, out, file_format.value, mission.figures, mission.places, width_in, moment)
 
 
 def _show_drawn(drawn: Drawn) -> None:

@@ -22,10 +22,8 @@ from remoras.picture import Picture
 from remoras.plugins import answer, broken_promise
 from remoras.sea import CALM, Sea
 from remoras.sensor import Pose, Sensor
-from remoras.work import Point
+from remoras.work import HOME_MARGIN, Point
 
-RESERVE_MARGIN = 1.25
-"""Energy kept for the way home, as a multiple of what the way takes."""
 NEAR_M = 30.0
 """A vehicle that stays within this distance of a place has settled there; it gives way to others meanwhile."""
 PERCEPTION = "a Perception, stimulus 0..1"
@@ -39,8 +37,7 @@ def _shifted(motion: Motion, by_m: Point) -> Motion:
 
 def _reserve_per_m(data: VehicleData, speed_mps: float) -> float:
     """Share of the battery that a metre of the way home takes at a speed, with the margin."""
-    home_j_per_m = (data.hotel_w + data.drag_w_per_mps3 * speed_mps**3) / speed_mps
-    return RESERVE_MARGIN * home_j_per_m / data.energy_j
+    return HOME_MARGIN * (data.power_w(speed_mps) / speed_mps) / data.energy_j
 
 
 def _refuse_unfit(activity_set: ActivitySet, where: str, vehicle: str, sensors: Collection[str]) -> None:

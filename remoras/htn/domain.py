@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 from remoras.errors import PlanningError
@@ -148,6 +149,28 @@ class Domain:
             {operator.name: operator for operator in operators},
             {name: tuple(alternatives) for name, alternatives in methods.items()},
         )
+
+    @cached_property
+    def recursive(self) -> frozenset[str]:
+        """Names of the tasks that may come up below themselves; a method that declares nothing may lead to any task."""
+        below = {
+            name: self.methods.keys() if any(one.uses is None for one in methods) else {
+                used for one in methods for used in one.uses or () if used in self.methods
+            }
+            for name, methods in self.methods.items()
+        }  # fmt: skip
+        found = {GOAL}
+        for name in below:
+            met: set[str] = set()
+            due = [name]
+            while due and name not in met:
+                for one in below[due.pop()]:
+                    if one not in met:
+                        met.add(one)
+                        due.append(one)
+            if name in met:
+                found.add(name)
+        return frozenset(found)
 
     def tasks(self) -> list[str]:
         """Names of all its tasks, sorted."""

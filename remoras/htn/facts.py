@@ -23,6 +23,8 @@ class _Mark(Enum):
     ANY = "ANY"
     MISSING = "MISSING"
 
+    __hash__ = object.__hash__  # that of an enumeration is slow, and every pattern asks for it
+
     def __repr__(self) -> str:
         return self.value
 
@@ -32,6 +34,12 @@ ANY: Final = _Mark.ANY
 MISSING: Final = _Mark.MISSING
 Shape = tuple[int, ...]
 _WORD = (1 << 64) - 1
+_Buckets = dict[Hashable, dict[tuple[Any, ...], None]]
+"""Keys of facts by what stands in the places of a shape."""
+_Answer = tuple[_Buckets, Hashable, tuple[tuple[Any, ...], ...]]
+"""Of a pattern: the buckets, which of them, and what answers where there is none."""
+_Sorted = tuple[int, Callable[[tuple[Any, ...]], Hashable], _Buckets, Shape]
+"""Of a shape: the length of keys, what reads its places, and its buckets."""
 
 
 class FactsLike(Protocol):
@@ -138,8 +146,9 @@ class Facts:
         self._words_at = [0]
         self._words = _Words()
         self._index: FactIndex | None = None
-        self._buckets: dict[tuple[Shape, Any], dict[Hashable, dict[tuple[Any, ...], None]]] = {}
-        self._shapes: dict[tuple[int, Any], list[Shape]] = {}  # of patterns, by their length and what they begin with
+        self._asked: dict[Pattern, _Answer] = {}
+        self._buckets: dict[tuple[Shape, Any], _Buckets] = {}
+        self._sorted: dict[Any, list[_Sorted]] = {}  # shapes of patterns, by what they begin with
 
     def get(self, key: Key, default: Any = None) -> Any:
         """The value of a fact; a key that is not made true on the way is noted as read."""
@@ -155,24 +164,28 @@ class Facts:
         Raises:
             PlanningError: the facts given can only be asked one by one.
         """
+        asked = self._asked.get(pattern)
+        if asked is None:
+            asked = self._asked[pattern] = self._ask(pattern)
+        buckets, values, given = asked
+        bucket = buckets.get(values)
+        return given if bucket is None else tuple(bucket)
+
+    def _ask(self, pattern: Pattern) -> _Answer:
+        """Where the facts that fit a pattern are found; where none was made true or false those given answer."""
         self.patterns.add(pattern)
         shape = _shape(pattern)
         first = pattern[0] if pattern else ANY
+        values = _reader(shape)(pattern)
+        given = self._indexed().bucket(shape, values)
         buckets = self._buckets.get((shape, first))
         if buckets is None:
-            buckets = self._open(shape, first)
-        values = _reader(shape)(pattern)
-        bucket = buckets.get(values)
-        return self._indexed().bucket(shape, values) if bucket is None else tuple(bucket)
-
-    def _open(self, shape: Shape, first: Any) -> dict[Hashable, dict[tuple[Any, ...], None]]:
-        """From now on facts made true that begin with ``first`` are sorted; where there are none those given answer."""
-        self._buckets[shape, first] = {}
-        self._shapes.setdefault((shape[0], first), []).append(shape)
-        for key, value in self._values.items():
-            if isinstance(key, tuple) and len(key) == shape[0] and (first is ANY or key[0] == first):
-                self._put(shape, first, key, value)
-        return self._buckets[shape, first]
+            buckets = self._buckets[shape, first] = {}
+            self._sorted.setdefault(first, []).append((shape[0], _reader(shape), buckets, shape))
+            for key, value in self._values.items():
+                if isinstance(key, tuple) and len(key) == shape[0] and (first is ANY or key[0] == first):
+                    self._put(buckets, shape, key, value)
+        return buckets, values, given
 
     def _indexed(self) -> FactIndex:
         if self._index is None:
@@ -186,11 +199,11 @@ class Facts:
 
     def make_true(self, effects: Mapping[Key, Any]) -> None:
         """Apply ``effects``."""
-        values = self._values
+        values, sorts, note = self._values, self._sorted, self.trail.append
         for key, value in effects.items():
-            self.trail.append((key, values.get(key, MISSING), value))
+            note((key, values.get(key, MISSING), value))
             values[key] = value
-            if self._shapes and isinstance(key, tuple):
+            if sorts and isinstance(key, tuple):
                 self._sort_in(key, value)
 
     def undo(self, length: int) -> None:
@@ -202,7 +215,7 @@ class Facts:
                 del values[key]
             else:
                 values[key] = before
-            if self._shapes and isinstance(key, tuple):
+            if self._sorted and isinstance(key, tuple):
                 value = self._given.get(key) if before is MISSING else before
                 self._sort_in(key, value)
         del self._words_at[length + 1 :]
@@ -214,11 +227,15 @@ class Facts:
         words; different states have different ones but for a chance of 2^-64.
         """
         words = self._words_at
-        for key, before, after in self.trail[len(words) - 1 : length]:
-            if before is MISSING:
-                before = self._given.get(key)  # noqa: PLW2901
-                self.compared.add(key)
-            words.append(words[-1] if before == after else words[-1] ^ self._word(key, before) ^ self._word(key, after))
+        if length >= len(words):
+            word, word_of = words[-1], self._word
+            for key, before, after in self.trail[len(words) - 1 : length]:
+                if before is MISSING:
+                    before = self._given.get(key)  # noqa: PLW2901
+                    self.compared.add(key)
+                if before != after:
+                    word ^= word_of(key, before) ^ word_of(key, after)
+                words.append(word)
         return words[length]
 
     def _word(self, key: Key, value: Any) -> int:
@@ -230,13 +247,21 @@ class Facts:
             return self._words[len(self._words)]
 
     def _sort_in(self, key: tuple[Any, ...], value: Any) -> None:
-        for first in (key[0], ANY) if key else (ANY,):
-            for shape in self._shapes.get((len(key), first), ()):
-                self._put(shape, first, key, value)
+        """Add a fact to its buckets, or take it out."""
+        sorts = self._sorted
+        for first in (key[0], ANY) if key and ANY in sorts else key[:1] or (ANY,):
+            for length, read, buckets, shape in sorts.get(first, ()):
+                if length == len(key):
+                    bucket = buckets.get(read(key))
+                    if bucket is None:
+                        self._put(buckets, shape, key, value)
+                    elif value is None or value is False:
+                        bucket.pop(key, None)
+                    else:
+                        bucket[key] = None
 
-    def _put(self, shape: Shape, first: Any, key: tuple[Any, ...], value: Any) -> None:
+    def _put(self, buckets: _Buckets, shape: Shape, key: tuple[Any, ...], value: Any) -> None:
         """Add a fact to its bucket, or take it out; a bucket begins with the facts given."""
-        buckets = self._buckets[shape, first]
         values = _reader(shape)(key)
         bucket = buckets.get(values)
         if bucket is None:

@@ -21,19 +21,22 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
+from types import GeneratorType
 from typing import Any
 
 from remoras.errors import PlanningError
 from remoras.htn.domain import GOAL, Decomposition, Domain, Method, Operator, Task, always, goal_methods, nothing
+from remoras.htn.errors import endless, wrong_subtasks
 from remoras.htn.facts import Facts, FactsLike, Key
 from remoras.htn.plans import ROOT, Node, NoPlan, Plan
 
 FIRST_DEPTH = 8
 MAX_DEAD_ENDS = 100
-MAX_CHAIN = 8
 SEQUENCE = (list, tuple)
 NO_OTHERS: Iterator[Decomposition] = iter(())
 
+_node = partial(tuple.__new__, Node)
 Agenda = list[Any]
 """A task to be done: [task, place of the task above, depth, agenda behind it, costs by word at which it was met]."""
 DEAD_END: Agenda = []
@@ -100,7 +103,8 @@ class _Search:
 
     def run(self, max_expansions: int) -> int:
         """Search to the first plan, or to the end if the cheapest is sought; returns the expansions that it took."""
-        operators = self._domain.operators
+        operator_of, recursive = self._domain.operators.get, self._domain.recursive
+        perform, enter, decompose = self._perform, self._enter, self._decompose
         agenda = self._agenda
         for n_expansions in range(max_expansions):
             if agenda is None:
@@ -109,10 +113,12 @@ class _Search:
                 if not self._known.is_cheapest:
                     self.has_ended = True
                     return n_expansions
-            elif (operator := operators.get(agenda[0][0])) is not None:
-                agenda = self._perform(agenda, operator)
+            elif (operator := operator_of(agenda[0][0])) is not None:
+                agenda = perform(agenda, operator)
+            elif self._depth_limit is not None or agenda[0][0] in recursive:
+                agenda = enter(agenda)
             else:
-                agenda = self._enter(agenda)
+                agenda = decompose(agenda, 0, NO_OTHERS)
             if agenda is DEAD_END:
                 agenda = self._turn_back()
                 if agenda is DEAD_END:
@@ -136,24 +142,23 @@ class _Search:
         self._facts.undo(0)
 
     def _perform(self, agenda: Agenda, operator: Operator) -> Agenda | None:
-        task, parent, _, _, _ = agenda
-        behind: Agenda | None = agenda[3]
-        facts = self._facts
-        if operator.applicable is not always and not operator.applicable(facts, *task[1]):
+        task, parent, _, behind, _ = agenda
+        facts, known, args = self._facts, self._known, task[1]
+        if operator.applicable is not always and not operator.applicable(facts, *args):
             return self._dead_end(task)
         price = operator.cost
         self._cost += price if price.__class__ is float else operator.cost_of(facts, task)
-        if self._cost >= self._known.cost:
+        if self._cost >= known.cost:
             return self._dead_end(task)
         if operator.effects is not nothing:
-            facts.make_true(operator.effects(facts, *task[1]))
+            facts.make_true(operator.effects(facts, *args))
         self._tasks.append(task)
         self._taken.append(None)
         self._parents.append(parent)
-        return behind if not self._known.dead_ends or behind is None or self._is_new(behind) else DEAD_END
+        return behind if not known.dead_ends or self._is_new(behind) else DEAD_END
 
     def _enter(self, agenda: Agenda) -> Agenda | None:
-        """Decompose a task that is met for the first time."""
+        """Decompose a task that is met for the first time, unless that is a loop, or lies too deep."""
         task, parent, depth, _, _ = agenda
         if self._depth_limit is not None:
             if depth >= self._depth_limit:
@@ -161,22 +166,34 @@ class _Search:
                 return self._dead_end(task)
             return self._decompose(agenda, 0, NO_OTHERS)
         place, n_trail = len(self._tasks), len(self._facts.trail)
+        entered = self._open
         try:
-            above = self._open.get(task)
+            above = before = entered.get(task)
         except TypeError:  # an argument that cannot be compared by hash
             return self._decompose(agenda, 0, NO_OTHERS)
         while above is not None and not self._is_above(above[0], parent):
             above = above[2]  # it is done
-        if above is not None:  # States are compared only where a task has itself among its ancestors.
-            if above[2] is None:
-                self._note(self._open_in, (task, self._facts.word(above[1])), above[0])
-            key = task, self._facts.word(n_trail)
-            before = self._open_in.get(key)
-            if before is not None and self._is_above(before, parent):
-                return self._give_up(before, parent, task)
-            self._note(self._open_in, key, place)
-        self._note(self._open, task, (place, n_trail, above))
+        if above is not None and (loop := self._loop(task, parent, place, above)) is not None:
+            return self._give_up(loop, parent, task)
+        self._entered += (entered, task, before)
+        entered[task] = (place, n_trail, above)
         return self._decompose(agenda, 0, NO_OTHERS)
+
+    def _loop(self, task: Task, parent: int, place: int, above: _Open) -> int | None:
+        """Where the same task was entered in the same state; asked only if it is among the ancestors."""
+        if above[2] is None:
+            self._note((task, self._facts.word(above[1])), above[0])
+        key = task, self._facts.word(len(self._facts.trail))
+        before = self._open_in.get(key)
+        if before is not None and self._is_above(before, parent):
+            return before
+        self._note(key, place)
+        return None
+
+    def _note(self, key: Any, place: int) -> None:
+        """Enter a task with its state, until the search turns back behind this."""
+        self._entered += (self._open_in, key, self._open_in.get(key))
+        self._open_in[key] = place
 
     def _give_up(self, before: int, parent: int, task: Task) -> Agenda:
         """``task`` is that at place ``before``, in the same state."""
@@ -191,55 +208,59 @@ class _Search:
             parent = self._parents[parent]
         return parent == place
 
-    def _note(self, where: dict[Any, Any], key: Any, value: Any) -> None:
-        """Enter a task, until the search turns back behind this."""
-        self._entered += (where, key, where.get(key))
-        where[key] = value
-
     def _decompose(self, agenda: Agenda, next_method: int, others: Iterator[Decomposition]) -> Agenda | None:
         """Take the next decomposition of a task: another of the same method, or one of the methods after it."""
-        task, parent, depth, _, _ = agenda
-        behind: Agenda | None = agenda[3]
+        task, parent, depth, behind, _ = agenda
+        name, args = task
         facts = self._facts
-        methods = self._methods.get(task[0])
-        if methods is None and task[0] == GOAL:
-            methods = self._goal = self._goal or goal_methods(self._domain)
-        if methods is None:
-            known = ", ".join(self._domain.tasks())
-            raise PlanningError(f"task {task} is not in the domain, which has: {known}")
+        methods = self._methods.get(name) or self._methods_of(task)
         barred = self._without if parent == ROOT else ()
-        subtasks = None if others is NO_OTHERS else next(others, None)
-        while subtasks is None or (barred and (methods[next_method - 1].name, tuple(subtasks)) in barred):
-            subtasks = None if others is NO_OTHERS else next(others, None)
-            if subtasks is not None:
-                continue
-            if next_method == len(methods):
-                return self._dead_end(task)
-            method = methods[next_method]
-            next_method += 1
-            if method.applicable is always or method.applicable(facts, *task[1]):
-                found = method.subtasks(facts, *task[1])
-                if isinstance(found, SEQUENCE):
-                    subtasks, others = found, NO_OTHERS
-                else:
-                    others = _decompositions(method, found, task)
-                    subtasks = next(others, None)
-        method = methods[next_method - 1]
+        while True:
+            subtasks: Any = None if others is NO_OTHERS else next(others, None)
+            if subtasks is None:
+                if next_method == len(methods):
+                    return self._dead_end(task)
+                method = methods[next_method]
+                next_method += 1
+                others = NO_OTHERS
+                if method.applicable is not always and not method.applicable(facts, *args):
+                    continue
+                found: Any = method.subtasks(facts, *args)
+                if found.__class__ is GeneratorType or (found.__class__ is not list and isinstance(found, Iterator)):
+                    others = found
+                    continue
+                subtasks = found
+            else:
+                method = methods[next_method - 1]
+            if subtasks.__class__ is not list and not isinstance(subtasks, SEQUENCE):
+                raise wrong_subtasks(method, task, subtasks)
+            if not barred or (method.name, tuple(subtasks)) not in barred:
+                break
         place = len(self._tasks)
         if others is not NO_OTHERS or next_method < len(methods):
-            lengths = place, len(facts.trail), len(self._entered)
-            self._choices += (agenda, next_method, others, *lengths, self._cost)
+            self._choices += (
+                agenda, next_method, others, place, len(facts.trail), len(self._entered), self._cost,
+            )  # fmt: skip
         self._tasks.append(task)
         self._taken.append(method.name)
         self._parents.append(parent)
         if not subtasks:
-            return behind if not self._known.dead_ends or behind is None or self._is_new(behind) else DEAD_END
+            return behind if not self._known.dead_ends or self._is_new(behind) else DEAD_END
         depth += 1
+        uses = method.uses
         for subtask in reversed(subtasks):
-            if not isinstance(subtask, Task) or (method.uses is not None and subtask[0] not in method.uses):
-                raise _wrong_subtasks(method, task, subtasks)
+            if subtask.__class__ is not Task or (uses is not None and subtask[0] not in uses):
+                raise wrong_subtasks(method, task, subtasks)
             behind = [subtask, place, depth, behind, None]
-        return behind
+        return behind  # type: ignore[no-any-return]
+
+    def _methods_of(self, task: Task) -> tuple[Method, ...]:
+        """The planner's own for goals."""
+        if task.name == GOAL:
+            self._goal = self._goal or goal_methods(self._domain)
+            return self._goal
+        known = ", ".join(self._domain.tasks())
+        raise PlanningError(f"task {task} is not in the domain, which has: {known}")
 
     def _turn_back(self) -> Agenda | None:
         """Go on with the last choice that has another way; DEAD_END if there is none."""
@@ -260,8 +281,11 @@ class _Search:
                 return found
         return DEAD_END
 
-    def _is_new(self, agenda: Agenda) -> bool:
+    def _is_new(self, agenda: Agenda | None) -> bool:
         """True unless the search came to this agenda in this state before, at no higher cost."""
+        # It comes here again only by a choice below the task of which this is the rest: that one finds it noted.
+        if agenda is None or (agenda[4] is None and not (self._choices and self._choices[-4] > agenda[1])):
+            return True
         cost = self._cost if self._known.is_cheapest else 0.0
         word = self._facts.word(len(self._facts.trail))
         if agenda[4] is None:
@@ -279,7 +303,7 @@ class _Search:
             place = self._parents[place]
 
     def _tree(self) -> tuple[Node, ...]:
-        return tuple(map(Node, self._tasks, self._taken, self._parents))
+        return tuple(map(_node, zip(self._tasks, self._taken, self._parents, strict=True)))
 
     def _dead_end(self, task: Task) -> Agenda:
         if len(self._known.dead_ends) < MAX_DEAD_ENDS:
@@ -291,28 +315,6 @@ def _agenda(tasks: Sequence[Task], place: int, depth: int, behind: Agenda | None
     for task in reversed(tasks):
         behind = [task, place, depth, behind, None]
     return behind
-
-
-def _wrong_subtasks(method: Method, task: Task, subtasks: Any) -> PlanningError:
-    if isinstance(subtasks, list | tuple) and all(isinstance(one, Task) for one in subtasks):
-        undeclared = sorted({one.name for one in subtasks} - set(method.uses or ()))
-        return PlanningError(
-            f"method {method.name!r} of task {task} uses {', '.join(undeclared)}, and declares only: "
-            f"{', '.join(method.uses or ()) or 'nothing'}"
-        )
-    return PlanningError(
-        f"method {method.name!r} of task {task} must return a list of tasks, or an iterator over such lists, "
-        f"not {subtasks!r}"
-    )
-
-
-def _decompositions(method: Method, found: Any, task: Task) -> Iterator[Decomposition]:
-    if not isinstance(found, Iterator):
-        raise _wrong_subtasks(method, task, found)
-    for subtasks in found:
-        if not isinstance(subtasks, list | tuple) or isinstance(subtasks, Task):
-            raise _wrong_subtasks(method, task, subtasks)
-        yield subtasks
 
 
 def plan(
@@ -370,25 +372,8 @@ def plan(
         depth_limit *= 2
     is_complete = not search.may_have_missed()
     if known.nodes is None and not is_complete:
-        raise PlanningError(_endless(wanted, max_expansions, known.loop, chain))
+        raise PlanningError(endless(wanted, max_expansions, known.loop, chain))
     rests_on, patterns = frozenset(view.read | view.compared), frozenset(view.patterns)
     if known.nodes is None:
         return NoPlan(wanted[0], rests_on, tuple(known.dead_ends), patterns)
     return Plan(known.nodes, rests_on, patterns, known.cost, cheapest and is_complete)
-
-
-def _endless(tasks: Sequence[Task], max_expansions: int, loop: Sequence[Task], chain: Sequence[Task]) -> str:
-    text = f"no plan for {', '.join(map(str, tasks))} within {max_expansions} expansions"
-    if loop:
-        return f"{text}; endless recursion without any change: {_arrows(loop)}"
-    again = next((i for i in range(len(chain) - 2, -1, -1) if chain[i].name == chain[-1].name), None) if chain else None
-    if again is not None:
-        return f"{text}; recursion: {_arrows(chain[again:])}, {len(chain)} levels deep"
-    return f"{text}; the search stood at {_arrows(chain)}" if chain else text
-
-
-def _arrows(chain: Sequence[Task]) -> str:
-    names = [str(task) for task in chain]
-    if len(names) > MAX_CHAIN:
-        names[MAX_CHAIN // 2 : -MAX_CHAIN // 2] = ["..."]
-    return " > ".join(names)

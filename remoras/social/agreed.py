@@ -21,7 +21,8 @@ class Agreed:
 
     Attributes:
         organisation: with all that was agreed.
-        absent: vehicles that make room for others; unavailable: those that take no jobs.
+        absent: vehicles that make room for others; unavailable: those that take no jobs; blind: those that
+            take none for which they need their sensors.
         assigned, left: roles that vehicles took and left, in the order in which they did.
         objectives: given to roles; missions: names of groups that were given one.
         rulings: what became of every request, changes and refusals, in order.
@@ -31,6 +32,7 @@ class Agreed:
     organisation: Organisation
     absent: frozenset[str] = NOBODY
     unavailable: frozenset[str] = NOBODY
+    blind: frozenset[str] = NOBODY
     assigned: list[RoleAssignment] = field(default_factory=list)
     left: list[RoleAssignment] = field(default_factory=list)
     objectives: list[Objective] = field(default_factory=list)

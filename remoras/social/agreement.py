@@ -7,6 +7,7 @@ vehicle that has observed nothing yet.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -18,6 +19,7 @@ from remoras.htn import NoPlan, Plan, Task, plan
 from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, GIVE_MISSION, SocialPart
 from remoras.nesting import meets_after, supervisors_of
 from remoras.organisation import Group, Organisation
+from remoras.social.reports import scarce_energy_j
 from remoras.strategy import Strategy, adapt_roles, form_groups
 from remoras.work import NOTHING_KNOWN, jobs_left, precedence, works
 
@@ -41,7 +43,13 @@ class Agreement:
     supervisors: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
-def agree(strategy: Strategy, mission: SocialPart, database: AUVDatabase, groups: Sequence[Group]) -> Agreement:
+def agree(
+    strategy: Strategy,
+    mission: SocialPart,
+    database: AUVDatabase,
+    groups: Sequence[Group],
+    until_s: float = math.inf,
+) -> Agreement:
     """The agreement that ``strategy`` starts from.
 
     Args:
@@ -49,6 +57,7 @@ def agree(strategy: Strategy, mission: SocialPart, database: AUVDatabase, groups
         mission: its social domain plans, its jobs are divided.
         database: static data of all vehicles.
         groups: with the demands of their roles, and the missions that some have from the start.
+        until_s: end of the mission.
 
     Raises:
         PlanningError: there is no plan for a mission that is to be planned before.
@@ -61,6 +70,7 @@ def agree(strategy: Strategy, mission: SocialPart, database: AUVDatabase, groups
         return Agreement(organisation, tuple(objectives), meets_after=before, supervisors=supervisors)
     missions = {group.name: group.mission for group in groups if group.mission is not None}
     plans: dict[str, Plan] = {}
+    energy_j = scarce_energy_j(database.values(), {}, 0.0, until_s)
     starts = {name: data.start_m for name, data in database.items()}
     nothing: dict[Key, object] = {}
     while due := [name for name in missions if name not in plans]:
@@ -77,7 +87,8 @@ def agree(strategy: Strategy, mission: SocialPart, database: AUVDatabase, groups
                 elif handler == ASSIGN_OBJECTIVE:
                     objectives.append(Objective(*task.args))
                 elif handler == ALLOCATE_ROLES:
-                    work = works(organisation, database, *jobs_left(mission.jobs, NOTHING_KNOWN), starts)[name]
+                    jobs, done = jobs_left(mission.jobs, NOTHING_KNOWN)
+                    work = works(organisation, database, jobs, done, starts, energy_j=energy_j)[name]
                     for one in adapt_roles(strategy, work):
                         organisation, _ = organisation.assign(one.vehicle, one.group, one.role)
     given = {group.name: replace(group, mission=missions.get(group.name)) for group in groups}

@@ -18,6 +18,7 @@ from remoras.beliefs import Beliefs
 from remoras.organisation import Organisation, Outcome, RoleAssignment
 from remoras.social.agreed import UNCHANGED, Agreed
 from remoras.social.reigns import AGREED_BEFORE, Age, Reigns
+from remoras.social.reports import without_sensors
 from remoras.social.requests import Requests
 from remoras.social.succession import Claim, Headship, role_after
 from worldmodel import Change, Observation
@@ -79,7 +80,11 @@ class Consultation:
     # The end of a round --------------------------------------------------------------------------
 
     def end(
-        self, organisation: Organisation, absent: frozenset[str] = NOBODY, unavailable: frozenset[str] = NOBODY
+        self,
+        organisation: Organisation,
+        absent: frozenset[str] = NOBODY,
+        unavailable: frozenset[str] = NOBODY,
+        blind: frozenset[str] = NOBODY,
     ) -> Agreed:
         """End of the round: what was said in it counts now, unless something newer counts already.
 
@@ -87,8 +92,9 @@ class Consultation:
             organisation: that counted so far.
             absent: vehicles whose roles others may be given.
             unavailable: vehicles that take no jobs.
+            blind: vehicles that take none for which they need their sensors.
         """
-        agreed = Agreed(organisation, absent, unavailable)
+        agreed = Agreed(organisation, absent, unavailable, blind)
         n_changes = self._reigns.n_changes
         pending, self._pending = sorted(self._pending, key=_age), []
         for observation in pending:
@@ -136,7 +142,10 @@ class Consultation:
             return agreed.organisation.is_member(vehicle, group) if alone else self._reigns.led(vehicle, group, age)
 
         yielding = agreed.absent | self._given_by_former_heads(asked, age, agreed.organisation)
-        outcome = may_assign(asked, agreed.organisation, self._rules, led, yielding, agreed.unavailable)
+        unavailable = agreed.unavailable
+        if asked.assignee in agreed.blind and self.takes_sensors(asked.group, asked.role, asked.assignee):
+            unavailable |= {asked.assignee}
+        outcome = may_assign(asked, agreed.organisation, self._rules, led, yielding, unavailable)
         if outcome not in LAWFUL:
             if outcome in MAY_COME and not alone:
                 self._waiting.append(observation)
@@ -148,6 +157,12 @@ class Consultation:
             if not alone:
                 self._newest[asked.about] = age
             self._take(asked, outcome, age, agreed, yielding)
+
+    def takes_sensors(self, group: str, role: str, vehicle: str) -> bool:
+        """True if the vehicle needs its sensors for the job of a role."""
+        of = self._groups[group].role(role) if group in self._groups else None
+        job = self._rules.jobs.get(of.job) if of is not None and of.job is not None else None
+        return job is not None and not job.is_able(without_sensors(self._rules.database[vehicle]))
 
     def _given_by_former_heads(self, asked: Request, age: Age, organisation: Organisation) -> frozenset[str]:
         """Holders of a role with a job that have it from before the issuer led, where heads alone give out roles.

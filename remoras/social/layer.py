@@ -110,6 +110,7 @@ class SocialLayer:
         rally_points_m: by name.
         picture: what is known of the peers; its part ``groups`` is written here and nowhere else.
         lease_s: how long a peer that is not heard counts as present; infinite where nobody speaks.
+        until_s: end of the mission; who has the energy to go on until then may do any work.
     """
 
     def __init__(
@@ -123,6 +124,7 @@ class SocialLayer:
         rally_points_m: Mapping[str, Point],
         picture: Picture,
         lease_s: float = math.inf,
+        until_s: float = math.inf,
     ) -> None:
         self.me = me
         self.database = database
@@ -140,8 +142,8 @@ class SocialLayer:
         self._conclusions = Conclusions(me, mission, self._mission_name, beliefs)
         self._gatherings = Gatherings(beliefs, agreement.organisation.groups, agreement.meets_after)
         rules = Rules(database, strategy.declaration.authorities, self._jobs, agreement.supervisors)
-        self.standing = Standing(me, rules, beliefs, agreement.organisation, lease_s, picture.frame_s)
-        self._workload = Workload(me, rules, mission, beliefs)
+        self.standing = Standing(me, rules, beliefs, agreement.organisation, lease_s, picture.frame_s, until_s)
+        self._workload = Workload(me, rules, mission, beliefs, self.standing.reports)
         self._led = self.standing.led
         planned = {group: agreement.plans[group] for group in self._led if group in agreement.plans}
         self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned)
@@ -182,9 +184,8 @@ class SocialLayer:
         """True if this vehicle is a head of ``group`` and has the social layer to lead it."""
         return group in self._led
 
-    def _work(self, positions_m: Mapping[str, Point] | None = None) -> dict[str, Work]:
-        at = self.standing
-        return self._workload.of_groups(at.present, at.takes_no_jobs, at.is_cut_off, positions_m)
+    def _work(self, positions_m: Mapping[str, Point] | None = None, from_s: float = 0.0) -> dict[str, Work]:
+        return self._workload.of_groups(self.standing, self._picture, positions_m, from_s)
 
     # Hearing -------------------------------------------------------------------------------------
 
@@ -283,7 +284,7 @@ class SocialLayer:
         if not (self._negotiation.takes_part or self.strategy.declaration.influences):
             return stated
         peers = self._picture.peers
-        work = self._work({**peers.positions_m, self.me: motion.position_m})
+        work = self._work({**peers.positions_m, self.me: motion.position_m}, self._beliefs.model.quantise_time(now_s))
         if self.strategy.declaration.influences:
             self._picture.groups.awaited = {name: one.awaited(self.me, now_s) for name, one in work.items()}
         unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.standing.absent}

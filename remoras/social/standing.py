@@ -7,6 +7,7 @@ orders is for itself alone. When it hears somebody again, it lets go of what it 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -19,6 +20,7 @@ from remoras.social.consultation import Consultation
 from remoras.social.membership import NO_CHANGES, Changes, Membership, acted_on
 from remoras.social.negotiation import ROLE_ATTRIBUTES
 from remoras.social.receivers import by_receiver
+from remoras.social.reports import SENSORS_WORK, Reports
 from remoras.social.statements import AVAILABLE, Statements
 from worldmodel import Change
 
@@ -49,6 +51,10 @@ class Standing:
         beliefs: of the vehicle.
         organisation: as agreed before the mission.
         lease_s: how long a peer that is not heard counts as present; frame_s: length of a TDMA frame.
+        until_s: end of the mission.
+
+    Attributes:
+        reports: what is known of the energy and the sensors of all.
     """
 
     def __init__(
@@ -59,6 +65,7 @@ class Standing:
         organisation: Organisation,
         lease_s: float,
         frame_s: float,
+        until_s: float = math.inf,
     ) -> None:
         self._me = me
         self._database = database = rules.database
@@ -70,6 +77,7 @@ class Standing:
         self._available_since: dict[int, tuple[float, int, int]] = {}  # by origin
         self._is_out_of_reach = False  # it has said that it takes no jobs, since it is cut off
         self._given_up: set[Objective] = set()
+        self.reports = Reports(beliefs, database, until_s)
         self.consultation = Consultation(beliefs, rules, organisation)
         self.organisation = organisation
         self.present = organisation
@@ -146,7 +154,7 @@ class Standing:
 
     def agree(self) -> Agreed:
         """End of a round: what was said in it counts from now on."""
-        agreed = self.consultation.end(self.organisation, self.absent, self.takes_no_jobs)
+        agreed = self.consultation.end(self.organisation, self.absent, self.takes_no_jobs, self.reports.blind)
         self._renew(agreed.organisation)
         return agreed
 
@@ -163,6 +171,7 @@ class Standing:
         agreed, gives_mission = None, self.consultation.requests.gives_mission
         for change in changes:
             self._note_availability(change)
+            self.reports.note(change)
             self.consultation.note(change, alone)
             if any(map(gives_mission, change.block.facts)):
                 agreed = agreed or Agreed(self.organisation, self.absent, self.takes_no_jobs)
@@ -186,14 +195,28 @@ class Standing:
         self._is_out_of_reach = False
         return self._statements.leaving(self.organisation.roles_of(self._me))
 
-    def give_up(self, objective: Objective) -> list[Fact]:
+    def give_up(self, objective: Objective, blind: bool = False) -> list[Fact]:
         """It cannot do what ``objective`` takes; empty if it has said so.
 
-        It takes no jobs any more and leaves those that it has, but it stays with its groups.
+        It takes no jobs any more and leaves those that it has, but it stays with its groups. Where its sensors are to
+        blame it says that, leaves the jobs that take sensors, and takes others.
+
+        Args:
+            objective: that it gives up.
+            blind: True if its sensors were on for it and yielded nothing.
         """
         if objective in self._given_up:
             return []
         self._given_up.add(objective)
+        if blind and self.consultation.takes_sensors(objective.group, objective.role, self._me):
+            left = [
+                one
+                for one in self.organisation.roles_of(self._me)
+                if (one.group, one.role) == (objective.group, objective.role)
+                or self.consultation.takes_sensors(one.group, one.role, self._me)
+            ]
+            dead = self._beliefs.fact(self._me, SENSORS_WORK, False)
+            return [*self._statements.leaving_roles(left), dead]
         self._is_out_of_reach = False
         with_job = {(g.name, role.name) for g in self.organisation.groups.values() for role in g.roles if role.job}
         with_job.add((objective.group, objective.role))

@@ -33,8 +33,11 @@ class Statements:
 
     def leaving(self, roles: Iterable[RoleAssignment]) -> list[Fact]:
         """This vehicle leaves these roles and takes no jobs any more."""
-        left = [self._beliefs.fact(self._me, "leftRole", f"{one.group}.{one.role}") for one in roles]
-        return [*left, self.available(False)]
+        return [*self.leaving_roles(roles), self.available(False)]
+
+    def leaving_roles(self, roles: Iterable[RoleAssignment]) -> list[Fact]:
+        """This vehicle leaves these roles."""
+        return [self._beliefs.fact(self._me, "leftRole", f"{one.group}.{one.role}") for one in roles]
 
     def stepping_down(self, organisation: Organisation) -> list[Fact]:
         """This vehicle leads no longer: where others may succeed it, it takes a role of theirs.

@@ -9,7 +9,10 @@ from remoras.authority import Rules
 from remoras.beliefs import Beliefs, Fact
 from remoras.mission import SocialPart
 from remoras.organisation import Organisation
+from remoras.picture import Picture
 from remoras.plugins import answer
+from remoras.social.reports import Reports
+from remoras.social.standing import Standing
 from remoras.work import Job, Point, Work, jobs_left, works
 from worldmodel import Change
 
@@ -24,11 +27,12 @@ class Workload:
         rules: who may do jobs, with the static data of all vehicles.
         mission: its jobs, and when enough of them is done.
         beliefs: of the vehicle.
+        reports: what it knows of the energy and the sensors of all.
     """
 
-    def __init__(self, me: str, rules: Rules, mission: SocialPart, beliefs: Beliefs) -> None:
+    def __init__(self, me: str, rules: Rules, mission: SocialPart, beliefs: Beliefs, reports: Reports) -> None:
         self._me = me
-        self._database = rules.database
+        self._reports = reports
         self._apart = rules.apart
         self._mission = mission
         self._jobs = jobs = mission.jobs
@@ -41,7 +45,7 @@ class Workload:
         self._left: dict[str, Job] = {}
         self._done: frozenset[str] = frozenset()
         self._is_enough = False
-        self._asked: tuple[Organisation, frozenset[str], bool] | None = None
+        self._asked: tuple[Organisation, frozenset[str], bool, frozenset[str]] | None = None
         self._kept: dict[str, Work] = {}
 
     def note(self, changes: Iterable[Change]) -> None:
@@ -65,35 +69,36 @@ class Workload:
         ]
 
     def of_groups(
-        self,
-        organisation: Organisation,
-        takes_no_jobs: frozenset[str],
-        alone: bool,
-        positions_m: Mapping[str, Point] | None,
+        self, at: Standing, picture: Picture, positions_m: Mapping[str, Point] | None, from_s: float
     ) -> dict[str, Work]:
         """The work of every group, by its name.
 
         Args:
-            organisation: that the vehicle acts on.
-            takes_no_jobs: vehicles that take none.
-            alone: the vehicle is cut off.
+            at: the organisation that the vehicle acts on, and who takes no jobs.
+            picture: for the time, and for positions where somebody is short of energy.
             positions_m: last positions known, by vehicle; None where it does not matter who is where: the work is then
                 kept until it changes.
+            from_s: time from which outlooks count.
         """
-        asked = organisation, takes_no_jobs, alone
+        asked = at.present, at.takes_no_jobs, at.is_cut_off, self._reports.blind
+        energy_j = self._reports.scarce_energy_j(picture.body.now_s)
+        if energy_j and positions_m is None:
+            positions_m = picture.peers.positions_m
         if positions_m is not None:
-            return self._works(*asked, positions_m)
+            return self._works(at, positions_m, energy_j, from_s)
         if self._stale or self._asked != asked:
-            self._kept, self._asked = self._works(*asked, {}), asked
+            self._kept, self._asked = self._works(at, {}, energy_j, from_s), asked
         return self._kept
 
     def _works(
-        self, organisation: Organisation, takes_no_jobs: frozenset[str], alone: bool, positions_m: Mapping[str, Point]
+        self, at: Standing, positions_m: Mapping[str, Point], energy_j: Mapping[str, float], from_s: float
     ) -> dict[str, Work]:
         self._work_out()
-        no_jobs = takes_no_jobs | self._apart
-        found = works(organisation, self._database, self._left, self._done, positions_m, no_jobs, self._is_enough)
-        if alone and any(work.held_by(self._me) for work in found.values()):  # its own jobs come first
+        no_jobs, database = at.takes_no_jobs | self._apart, self._reports.database
+        found = works(
+            at.present, database, self._left, self._done, positions_m, no_jobs, self._is_enough, energy_j, from_s
+        )
+        if at.is_cut_off and any(work.held_by(self._me) for work in found.values()):  # its own jobs come first
             return {name: replace(one, unavailable=one.unavailable | {self._me}) for name, one in found.items()}
         return found
 

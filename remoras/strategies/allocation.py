@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from remoras.database import VehicleData
 from remoras.organisation import RoleAssignment, RoleSpecification
@@ -125,10 +125,48 @@ def planned(
         outlooks: when and where each of them is free.
     """
     free = sorted(free, key=lambda data: data.node)
+    if work.energy_j:
+        alone = {(d.name, role.name) for d in free for role in roles if not work.affords(outlooks[d.name], d, role)}
+        work = replace(work, barred=work.barred | alone)
     held = Search(work, roles, free, outlooks).found()
     ordered = {data.name: work.in_order(outlooks[data.name], data, held[data.name]) for data in free}
+    if work.energy_j:
+        ordered = _within_energy(work, ordered, free, outlooks)
     ends_s = {data.name: work.after_all(outlooks[data.name], data, ordered[data.name]).free_s for data in free}
     return Plan(ordered, ends_s)
+
+
+def _within_energy(
+    work: Work, ordered: Mapping[str, Roles], free: Sequence[VehicleData], outlooks: Mapping[str, Outlook]
+) -> dict[str, Roles]:
+    """A plan without what vehicles cannot finish on their energy: it goes to others that can, else to nobody.
+
+    Args:
+        work: jobs of the group.
+        ordered: jobs of each vehicle, by their roles, in order.
+        free: the vehicles.
+        outlooks: when and where each of them is free.
+    """
+    kept = {data.name: work.affordable(outlooks[data.name], data, ordered[data.name]) for data in free}
+    over = [role for data in free for role in ordered[data.name] if role not in kept[data.name]]
+    for role in sorted(over, key=lambda one: one.job or ""):
+        ends: list[tuple[float, int, str, Roles]] = []
+        for data in (one for one in free if work.able(one, role)):
+            meant = work.in_order(outlooks[data.name], data, [*kept[data.name], role])
+            if work.affordable(outlooks[data.name], data, meant) == meant:
+                end_s = work.after_all(outlooks[data.name], data, meant).free_s
+                ends.append((round(end_s, 3), data.node, data.name, meant))
+        if ends:
+            _, _, name, kept[name] = min(ends, key=lambda found: found[:2])
+    return kept
+
+
+def affordable(work: Work, data: VehicleData, engaged: Engagement) -> Roles:
+    """What a vehicle holds, has not begun, and has the energy for."""
+    if data.name not in work.energy_j:
+        return engaged.queued
+    fits = work.affordable(engaged.outlook, data, work.in_order(engaged.outlook, data, engaged.queued))
+    return tuple(role for role in engaged.queued if role in fits)
 
 
 def revised(
@@ -150,7 +188,8 @@ def revised(
         margin: by which share of the time left a new plan has to end earlier.
     """
     outlooks = {data.name: engaged[data.name].outlook for data in free}
-    queued = {data.name: engaged[data.name].queued for data in free}
+    queued = {data.name: affordable(work, data, engaged[data.name]) for data in free}
+    vacant = [*vacant, *(role for data in free for role in engaged[data.name].queued if role not in queued[data.name])]
     anew = planned(work, [*vacant, *(role for roles in queued.values() for role in roles)], free, outlooks)
     after = {data.name: work.after_all(outlooks[data.name], data, queued[data.name]) for data in free}
     on_top = planned(work, vacant, free, after)
@@ -195,6 +234,7 @@ def helped(
             and (role.maximum is None or role.maximum > n_holders[role.name])
             and work.able(data, role)
             and data.name not in work.holders(role)
+            and work.affords(Outlook(now_s, work.position_m(data.name)), data, role)
         ]
         if not saved:
             return

@@ -172,7 +172,7 @@ class Bidder:
         data, total = work.database[self._me], 0.0
         for name in path:
             then = work.after(outlook, data, self._roles[name])
-            if then is None:
+            if then is None or not work.affords(outlook, data, self._roles[name]):
                 return 0.0
             outlook = then
             total += math.exp(-outlook.free_s / self._with.discount_s)

@@ -299,7 +299,10 @@ class Contractor:
         said: list[Statable] = []
         for name in dict.fromkeys([*self._auctions, *self._offered]):
             role = roles.get(name)
-            if role is None or not situation.work.able(situation.work.database[self._me], role):
+            data = situation.work.database[self._me]
+            if role is None or not situation.work.able(data, role):
+                continue
+            if not situation.work.affords(engaged[self._me].end(data, situation.work), data, role):
                 continue
             bid_s = min(HIGHEST_BID_S, round(self._then_s(self._me, role, engaged, situation)))
             if name in self._auctions:

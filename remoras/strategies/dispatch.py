@@ -14,7 +14,7 @@ from pydantic import Field
 
 from remoras.database import VehicleData
 from remoras.organisation import Group
-from remoras.strategies.allocation import Engagement, Expectations, Plan, helped, revised
+from remoras.strategies.allocation import Engagement, Expectations, Plan, affordable, helped, revised
 from remoras.strategies.founding import common_roles
 from remoras.strategy import Move, Situation, Statable, Statement
 from remoras.work import Work, share_left
@@ -153,13 +153,24 @@ class Dispatcher:
         """True if something has changed since the last plan and, with ``on_call``, somebody calls for work."""
         work = situation.work
         idle = {name for name, one in engaged.items() if not one.begun}
+        short = frozenset(
+            name for name, one in engaged.items() if affordable(work, work.database[name], one) != one.queued
+        )
         if self._with.on_call:
             calling = {name for name in idle if name == self._me or situation.calls.get(name, 0.0) > 0.0}
-            if not (calling or late or work.vacant):
+            if not (calling or late or work.vacant or short):
                 return False
             idle = calling
         holders = tuple(work.holders(role) for role in work.unfinished)
-        planned_on = work.done, holders, frozenset(engaged), frozenset(late), frozenset(idle), len(work.open)
+        planned_on = (
+            work.done,
+            holders,
+            frozenset(engaged),
+            frozenset(late),
+            frozenset(idle),
+            len(work.open),
+            frozenset(short),
+        )
         is_due = planned_on != self._planned_on
         self._planned_on = planned_on
         return is_due

@@ -6,11 +6,16 @@ shortest augmenting paths, which is SciPy's.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Costs = NDArray[Any]
 
 TIE_BREAK = 100_000
 """A pair that costs a millisecond more is worse than any fall of ties."""
-Pair = tuple[int, int]
 
 
 def assignment(costs_ms: Sequence[Sequence[int | None]]) -> dict[int, int]:
@@ -22,25 +27,28 @@ def assignment(costs_ms: Sequence[Sequence[int | None]]) -> dict[int, int]:
     >>> assignment([[1, 1], [1, 1]])
     {0: 0, 1: 1}
     """
-    pairs = {(r, c): cost for r, row in enumerate(costs_ms) for c, cost in enumerate(row) if cost is not None}
-    if not pairs:
+    import numpy as np  # this takes a third of a second to load, and few strategies need it
+
+    costs = np.array([[np.nan if cost is None else cost for cost in row] for row in costs_ms], dtype=float)
+    if np.isnan(costs).all():
         return {}
-    shape = len(costs_ms), 1 + max(c for _, c in pairs)
-    limit = _bottleneck(pairs, shape)
-    weights = {  # ties are least where lower rows have lower columns
-        (r, c): cost * TIE_BREAK + r * (shape[1] - 1 - c) for (r, c), cost in pairs.items() if cost <= limit
-    }
-    return {r: c for r, c in _cheapest(weights, shape) if (r, c) in weights}
+    costs = costs[:, : 1 + int(np.flatnonzero(~np.isnan(costs).all(axis=0))[-1])]
+    rows, columns = np.indices(costs.shape)
+    weights = costs * TIE_BREAK + rows * (
+        costs.shape[1] - 1 - columns
+    )  # ties are least where lower rows have lower columns
+    weights[~(costs <= _bottleneck(costs))] = np.nan
+    return {int(r): int(c) for r, c in _cheapest(weights)}
 
 
-def _bottleneck(pairs: Mapping[Pair, int], shape: Pair) -> int:
+def _bottleneck(costs: Costs) -> float:
     """The least cost to which pairs may be limited so that as many rows are assigned as without a limit."""
+    import numpy as np
 
-    def n_assigned(limit: int) -> int:
-        weights = {pair: 0 for pair, cost in pairs.items() if cost <= limit}
-        return sum(pair in weights for pair in _cheapest(weights, shape))
+    def n_assigned(limit: float) -> int:
+        return len(_cheapest(np.where(costs <= limit, 0.0, np.nan)))
 
-    limits = sorted(set(pairs.values()))
+    limits = np.unique(costs[~np.isnan(costs)])
     most = n_assigned(limits[-1])
     low, high = 0, len(limits) - 1
     while low < high:
@@ -49,16 +57,16 @@ def _bottleneck(pairs: Mapping[Pair, int], shape: Pair) -> int:
             high = middle
         else:
             low = middle + 1
-    return limits[low]
+    return float(limits[low])
 
 
-def _cheapest(weights: Mapping[Pair, int], shape: Pair) -> list[Pair]:
-    """Row and column of each pair so that as few as possible lack in ``weights``, and their sum is least."""
-    import numpy as np  # these take a third of a second to load, and few strategies need them
+def _cheapest(weights: Costs) -> Costs:
+    """Row and column of each pair so that as many rows as possible have a pair, and the sum of weights is least."""
+    import numpy as np
     from scipy.optimize import linear_sum_assignment
 
-    matrix = np.full(shape, 1.0 + min(shape) * max(weights.values(), default=0))  # a row more is worth any costs
-    for pair, weight in weights.items():
-        matrix[pair] = weight
-    rows, columns = linear_sum_assignment(matrix)
-    return list(zip(rows.tolist(), columns.tolist(), strict=True))
+    is_pair = ~np.isnan(weights)
+    none = 1.0 + min(weights.shape) * weights[is_pair].max(initial=0.0)  # a row more is worth any costs
+    pairs: Costs = np.column_stack(linear_sum_assignment(np.where(is_pair, weights, none)))
+    found: Costs = pairs[is_pair[pairs[:, 0], pairs[:, 1]]]
+    return found

@@ -27,7 +27,7 @@ class PlanAndDispatch:
 
     margin: Annotated[float, MARGIN] = 0.05
     help_s: Annotated[float, HELP] = 60.0
-    acknowledge_rounds: Annotated[int, ACKNOWLEDGE] = 100
+    acknowledge_rounds: Annotated[int, ACKNOWLEDGE] = 400
 
     name: ClassVar[str] = "plan-and-dispatch"
     declaration: ClassVar[Declaration] = Declaration(

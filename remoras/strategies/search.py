@@ -16,12 +16,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 
 from remoras.database import VehicleData
 from remoras.organisation import RoleSpecification
 from remoras.strategies.matching import assignment
-from remoras.work import Outlook, Point, Work
+from remoras.work import Job, Outlook, Point, Work
 
 Roles = tuple[RoleSpecification, ...]
 Held = list[int]
@@ -33,6 +34,18 @@ MOST_PATHS = 4000
 """Paths of single vehicles that are looked at in one search."""
 SHAPES = ((1, 0), (1, 1), (1, 2), (2, 1))
 """How many jobs the last vehicle gives to another one, and gets from it."""
+
+
+class _Legs(dict[int, Outlook | None]):
+    """When and where a vehicle has done each job, from an outlook; None if it is not able. Jobs by their place."""
+
+    def __init__(self, jobs: Sequence[Job], able: int, data: VehicleData, outlook: Outlook) -> None:
+        self._given = jobs, able, data, outlook
+
+    def __missing__(self, role: int) -> Outlook | None:
+        jobs, able, data, outlook = self._given
+        leg = self[role] = jobs[role].after(outlook, data) if able >> role & 1 else None
+        return leg
 
 
 class Search:
@@ -57,6 +70,7 @@ class Search:
         self._free = sorted(free, key=lambda data: data.node)
         self._outlooks = [outlooks[data.name] for data in self._free]
         self._places_m = [work.job(role).place_m for role in self._roles]
+        self._jobs = [work.job(role) for role in self._roles]
         self._able = [sum(1 << r for r, role in enumerate(self._roles) if work.able(data, role)) for data in self._free]
         paths = {(work.group.name, role.name): r for r, role in enumerate(self._roles)}
         self._excluding = [
@@ -64,7 +78,10 @@ class Search:
             for r, role in enumerate(self._roles)
             for other in role.incompatible & paths.keys()
         ]
-        self._legs: dict[tuple[int, int, Point], Outlook | None] = {}
+        self._alike = _alike(self._free)
+        self._first_legs = [self._legs_at(v, Outlook(0.0, one.position_m)) for v, one in enumerate(self._outlooks)]
+        self._legs: dict[tuple[int, int, Point], Outlook | None] = {}  # behind the first
+        self._sums: dict[tuple[int, int], list[int]] = {}
         self._nearest: dict[Point, list[int]] = {}  # roles by how near to a place they are
         self._ends_s: list[dict[int, float]] = [{} for _ in self._free]
         self._n_paths = 0
@@ -82,12 +99,17 @@ class Search:
 
     # Paths
 
+    def _legs_at(self, vehicle: int, outlook: Outlook) -> _Legs:
+        return _Legs(self._jobs, self._able[vehicle], self._free[vehicle], outlook)
+
     def _leg(self, vehicle: int, role: int, from_m: Point) -> Outlook | None:
         """How long a vehicle takes for a job from a place, and where that ends; None if it is not able."""
         key = vehicle, role, from_m
-        if key not in self._legs:
-            self._legs[key] = self._work.after(Outlook(0.0, from_m), self._free[vehicle], self._roles[role])
-        return self._legs[key]
+        if key in self._legs:
+            return self._legs[key]
+        able = self._able[vehicle] >> role & 1
+        leg = self._legs[key] = self._jobs[role].after(Outlook(0.0, from_m), self._free[vehicle]) if able else None
+        return leg
 
     def _end_s(self, vehicle: int, jobs: int) -> float:
         """When a vehicle has done jobs in the order in which it turns to them, see ``Work.in_order``."""
@@ -98,19 +120,24 @@ class Search:
         if any(jobs & both == both for both in self._excluding):  # of roles that nobody may play together
             known[jobs] = math.inf
             return math.inf
-        end_s, at_m = self._outlooks[vehicle].free_s, self._outlooks[vehicle].position_m
-        left, legs = jobs, self._legs
+        end_s, start_m = self._outlooks[vehicle]
+        left, at_m = jobs, start_m
         while left:
-            for role in self._nearest.get(at_m) or self._by_nearness(at_m):
-                if left >> role & 1:
-                    break
+            role = self._next(left, at_m) if left & (left - 1) else left.bit_length() - 1
             left ^= 1 << role
-            key = vehicle, role, at_m
-            leg = legs[key] if key in legs else self._leg(vehicle, role, at_m)
+            leg = self._first_legs[vehicle][role] if at_m is start_m else self._leg(vehicle, role, at_m)
             if leg is not None:
-                end_s, at_m = end_s + leg.free_s, leg.position_m
+                end_s, at_m = end_s + leg[0], leg[1]
         known[jobs] = end_s = round(end_s, 3)
         return end_s
+
+    def _next(self, jobs: int, at_m: Point) -> int:
+        """Which of several jobs is nearest to a place, of equals the first."""
+        first, last = (jobs & -jobs).bit_length() - 1, jobs.bit_length() - 1
+        if jobs == 1 << first | 1 << last:
+            places_m = self._places_m
+            return first if math.dist(at_m, places_m[first]) <= math.dist(at_m, places_m[last]) else last
+        return next(role for role in self._nearest.get(at_m) or self._by_nearness(at_m) if jobs >> role & 1)
 
     def _by_nearness(self, at_m: Point) -> list[int]:
         far_m = [math.dist(at_m, place_m) for place_m in self._places_m]
@@ -132,10 +159,11 @@ class Search:
         vacant = list(range(len(self._roles)))
         while vacant:
             now_s = min(one.free_s for one in outlooks)
-            then = [
-                [self._work.after(o, d, self._roles[r]) for o, d in zip(outlooks, self._free, strict=True)]
-                for r in vacant
+            legs = [
+                self._legs_at(vehicle, one) if one.free_s or held[vehicle] else self._first_legs[vehicle]
+                for vehicle, one in enumerate(outlooks)
             ]
+            then = [[one[role] for one in legs] for role in vacant]
             costs = [[None if one is None else round(1000.0 * (one.free_s - now_s)) for one in row] for row in then]
             pairs = assignment(costs)
             if not pairs:
@@ -150,15 +178,20 @@ class Search:
         """Jobs given out one by one, the longest first, each to the vehicle that then has done its own first."""
         held = [0] * len(self._free)
         for role in sorted(range(len(self._roles)), key=lambda role: -self._length_s(role)):
-            able = [vehicle for vehicle, jobs in enumerate(self._able) if jobs >> role & 1]
-            if able:
-                vehicle = min(able, key=lambda vehicle: self._end_s(vehicle, held[vehicle] | 1 << role))
-                held[vehicle] |= 1 << role
+            ends_s = [
+                (self._end_s(vehicle, held[vehicle] | 1 << role), vehicle)
+                for vehicle, able in enumerate(self._able)
+                if able >> role & 1
+            ]
+            if ends_s:
+                held[min(ends_s)[1]] |= 1 << role
         return held
 
     def _length_s(self, role: int) -> float:
-        """How long the job takes the fastest vehicle that is there."""
-        legs = [self._leg(vehicle, role, self._places_m[role]) for vehicle in range(len(self._free))]
+        """How long the job takes the fastest vehicle that is there; of vehicles that are alike one is asked."""
+        there, job = Outlook(0.0, self._places_m[role]), self._jobs[role]
+        able = [next((v for v in alike if self._able[v] >> role & 1), None) for alike in self._alike]
+        legs = [job.after(there, self._free[vehicle]) for vehicle in able if vehicle is not None]
         return round(min((leg.free_s for leg in legs if leg is not None), default=0.0), 3)
 
     # Improvement
@@ -206,18 +239,37 @@ class Search:
 
     def _exchanges(self, last: int, held: Held) -> Iterator[tuple[int, int, int]]:
         """What ``last`` holds, another one, and what that holds, after one exchange between the two."""
-        bits = [1 << role for role in range(len(self._roles))]
+        mine, able = held[last], self._able
         for n_given, n_back in SHAPES:
             for other, theirs in enumerate(held):
-                if other == last:
+                if other == last or not mine & able[other]:
                     continue
-                fits = [bit for bit in bits if held[last] & self._able[other] & bit]
-                comes_back = [bit for bit in bits if theirs & self._able[last] & bit]
-                backs = [sum(back) for back in combinations(comes_back, n_back)]
-                for given in map(sum, combinations(fits, n_given)):
+                backs = self._some(theirs & able[last], n_back)
+                for given in self._some(mine & able[other], n_given):
                     for back in backs:
-                        yield held[last] & ~given | back, other, theirs & ~back | given
+                        yield mine & ~given | back, other, theirs & ~back | given
+
+    def _some(self, jobs: int, count: int) -> list[int]:
+        """Every choice of so many of ``jobs``."""
+        key = jobs, count
+        if key not in self._sums:
+            bits = [1 << role for role in range(jobs.bit_length()) if jobs >> role & 1]
+            self._sums[key] = [sum(some) for some in combinations(bits, count)]
+        return self._sums[key]
 
 
 def _effort(ends_s: Sequence[float]) -> Effort:
     return max(ends_s), round(math.fsum(ends_s), 3)
+
+
+def _alike(vehicles: Sequence[VehicleData]) -> list[list[int]]:
+    """Vehicles, by their places, that differ in nothing but who they are, where they start and what they may play."""
+    kinds: list[VehicleData] = []
+    found: list[list[int]] = []
+    for place, data in enumerate(vehicles):
+        kind = replace(data, name="", node=0, start_m=(0.0, 0.0), playable_roles=())
+        if kind not in kinds:
+            kinds.append(kind)
+            found.append([])
+        found[kinds.index(kind)].append(place)
+    return found

@@ -127,7 +127,7 @@ def test_what_can_be_set_of_a_strategy_is_listed():
         ("queue", 2),
         ("margin", 0.05),
         ("help_s", 60.0),
-        ("acknowledge_rounds", 100),
+        ("acknowledge_rounds", 400),
     ]
     assert central["parameters"][0]["description"] == "most jobs that a vehicle holds, the one it is at included"
     text = remoras("list", "strategies").stdout
@@ -636,6 +636,22 @@ def test_figures_have_the_width_that_is_asked_for(results: Path, tmp_path: Path)
     assert made.exit_code == 0, made.output
     assert 'width="252pt"' in (tmp_path / "roles.svg").read_text()  # 3.5 in of 72 pt
     assert "width 1 in: allowed are 3 to 20 inches" in refused("plot", results, "roles", "--width", "1")
+
+
+def test_the_organisation_is_drawn_at_a_time_in_a_view(results: Path, swept: Path, tmp_path: Path) -> None:
+    made = remoras(
+        "plot", results, "organisation", "--at", "20", "--viewer", "AUV01", "--format", "svg", "--out", tmp_path
+    )
+    assert made.exit_code == 0, made.output
+    caption = (tmp_path / "organisation.txt").read_text(encoding="utf-8")
+    assert caption.startswith("Organisation in the view of AUV01: above at 20.0 s, ")
+    assert "at 1e+06 s: this run lasts from 0 to" in refused("plot", results, "organisation", "--at", "1e6")
+    assert "known: ASV00, AUV00, AUV01, AUV02; nearest: 'AUV01'" in refused(
+        "plot", results, "organisation", "--viewer", "AUV1"
+    )
+    assert "is about the figure organisation" in refused("plot", results, "roles", "--at", "5")
+    assert "is about the figure organisation" in refused("plot", results, "--viewer", "AUV01", "--format", "gif")
+    assert "the organisation of a single run" in refused("plot", swept, "--at", "5")
 
 
 def test_the_doctor_finds_this_installation_well():

@@ -13,6 +13,7 @@ from worldmodel import (
     Block,
     InformationNeed,
     Instance,
+    Needs,
     NeedsIndex,
     PropertyValue,
     Value,
@@ -78,8 +79,9 @@ class Fleet:
         policy: str | AckPolicy = "ack",
         payload_bytes: int = 64,
         carrier_evidence: bool = True,
-        who_needs: NeedsIndex | None = None,
+        who_needs: Needs | None = None,
         lost: Callable[[int, int, int], bool] = lambda slot, sender, receiver: False,
+        selective: bool = False,
     ) -> None:
         self.n_nodes = n_nodes
         self.payload_bytes = payload_bytes
@@ -100,6 +102,7 @@ class Fleet:
                 8 * payload_bytes,
                 needs(range(n_nodes)) if who_needs is None else who_needs,
                 carrier_evidence,
+                selective,
             )
             for node, model in enumerate(self.models)
         ]

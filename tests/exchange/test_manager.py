@@ -88,7 +88,7 @@ def test_what_those_hold_to_whom_it_is_addressed_gives_way_to_what_they_lack():
     urgent = needs(range(3), {MAPPED_CELL: 50})
     fleet = Fleet(3, who_needs=urgent, lost=lambda slot, sender, receiver: receiver == 2)
     for cell, peer in ((7, 1), (8, 2)):
-        model = fleet.managers[0]._model
+        model = fleet.models[0]
         fleet.managers[0].offer([model.record([cells(3, 9)[cell]], 0.0)], [peer])
     fleet.pass_frames(2)
     assert [entry.priority for entry in fleet.managers[0]._ledger.entries] == [5, 50]

@@ -35,7 +35,7 @@ def faults_of(*settings: str) -> tuple[ConfigurationFault, ...]:
 def test_a_parameter_is_set_and_the_others_keep_their_defaults() -> None:
     options = ("strategy.name=central", "strategy.parameters.queue=3")
     strategy = strategy_of(load("mapping-patches", [("--set", option) for option in options]))
-    others = {"margin": 0.05, "help_s": 60.0, "acknowledge_rounds": 100}
+    others = {"margin": 0.05, "help_s": 60.0, "acknowledge_rounds": 400}
     assert {p.name: p.default for p in parameters(strategy)} == {"queue": 3} | others
     assert {p.name: p.default for p in parameters(strategies()["central"])} == {"queue": 2} | others
 

@@ -195,11 +195,15 @@ DEAF = f"channel.link=[{LINKS}]"
 
 @pytest.mark.slow
 def test_a_member_that_hears_nobody_leaves_its_areas_to_others() -> None:
-    """It is heard, but what it is given at sea would be left undone: after its lease it takes no jobs, and says so."""
-    replaced = report("central", 1, "channel.name=matrix", DEAF)
-    assert replaced["coverage_fraction"] > 0.99
-    trusted = report("central", 1, "channel.name=matrix", DEAF, f"communication.lease_frames={NEVER}")
-    assert trusted["coverage_fraction"] < 0.9
+    """It is heard, but what it is given at sea would be left undone.
+
+    After its lease it takes no jobs, and says so; else the head takes them back, since it never acknowledges them.
+    """
+    trusted, taken_back = f"communication.lease_frames={NEVER}", "strategy.parameters.acknowledge_rounds=100"
+    patient = "strategy.parameters.acknowledge_rounds=10000"
+    assert report("central", 1, "channel.name=matrix", DEAF, patient)["coverage_fraction"] > 0.99
+    assert report("central", 1, "channel.name=matrix", DEAF, trusted, taken_back)["coverage_fraction"] > 0.99
+    assert report("central", 1, "channel.name=matrix", DEAF, trusted, patient)["coverage_fraction"] < 0.95
 
 
 def test_who_wins_an_area_back_accepts_it_again() -> None:
@@ -242,14 +246,14 @@ LONG_SPELLS = {"p_good_to_bad": 0.005, "p_bad_to_good": 0.005, "per_good": 0.0, 
 def test_a_group_is_not_taken_for_gathered_by_what_was_heard_long_ago(monkeypatch: pytest.MonkeyPatch) -> None:
     """In spells of 200 slots a head that trusts old news parts too early, and the group meets later.
 
-    Of the seeds 1 to 11 it does so in 8 and 10, by 142 and 144 s; in 7 and 11 it is 4 s, in the others nothing changes.
+    Of the seeds 1 to 14 it does so in 8, by 142 s; in the others nothing changes.
     """
     settings = ["strategy.name=contract-net", "channel.name=gilbert-elliott"]
     settings += [f"channel.{key}={value}" for key, value in LONG_SPELLS.items()]
     scenario = load("mapping-patches", [("--set", setting) for setting in settings])
-    ends_s = [run(scenario, seed).end_s for seed in (8, 10)]
+    end_s = run(scenario, 8).end_s
     monkeypatch.setattr("missions.meeting.meeting.NEWS_FRAMES", 1e9)
-    assert all(run(scenario, seed).end_s > end_s for seed, end_s in zip((8, 10), ends_s, strict=True))
+    assert run(scenario, 8).end_s > end_s + 100.0
 
 
 @pytest.mark.slow

@@ -32,6 +32,9 @@ COLUMNS = {
         "time_s", "vehicle", "group", "role", "objective", "argument", "activities", "stimulus", "own", "external",
         "source", "slot", "chosen", "best_mean",
     ),
+    "organisation": (
+        "time_s", "vehicle", "peer", "group", "role", "event", "issuer", "act", "objective", "argument", "outcome",
+    ),
     "plans": (
         "time_s", "vehicle", "group", "role", "objective", "argument", "node", "parent", "task", "method", "status",
         "expected_time_s", "expected_energy_j",
@@ -39,7 +42,7 @@ COLUMNS = {
 }  # fmt: skip
 TEXTS = {
     "vehicle", "group", "role", "event", "kind", "detail", "sender", "item", "origin", "objective", "argument",
-    "source", "task", "method", "status",
+    "source", "task", "method", "status", "peer", "issuer", "act", "outcome",
 }  # fmt: skip
 LISTS = {"receivers", "lost_by", "activities"}
 FLAGS = {"chosen"}
@@ -88,6 +91,8 @@ class Fiction:
     completed: bool = True
     extra_roles: list[tuple[Any, ...]] = field(default_factory=list)
     faults: Sequence[tuple[float, str, str, str]] = ()
+    groups: Sequence[dict[str, Any]] = ()
+    changes: Sequence[tuple[Any, ...]] = ()
 
     def write(self, folder: Path) -> Results:
         """The folder of the run, read back."""
@@ -104,6 +109,7 @@ class Fiction:
             pq.write_table(pa.table(arrays, names=list(columns)), folder / f"{name}.parquet")
         faults = [{"kind": kind} for _, _, kind, _ in self.faults if kind != "energy"]
         scenario = {"vehicle": [{"name": name} for name in self.vehicles], "fault": faults}
+        scenario["group"] = list(self.groups)
         (folder / "summary.json").write_text(json.dumps(self._summary()))
         (folder / "manifest.json").write_text(json.dumps({"scenario": tomli_w.dumps(scenario)}))
         return Results(folder)
@@ -117,6 +123,24 @@ class Fiction:
         ]
         points = [Place(name, "dock", ((10.0 * at, -20.0),)) for at, name in enumerate(self.points)]
         return (*squares, *points)
+
+    def _organisation(self) -> list[tuple[Any, ...]]:
+        """Every vehicle holds every role, for itself and for the first one, which refuses the last one's order.
+
+        What the fiction has as ``changes`` comes on top.
+        """
+        (group, _), last = self._first_and_last
+        rows: list[tuple[Any, ...]] = [
+            (0.0, viewer, name, *role, "assigned", "", "assign", "", "", "success")
+            for name in self.vehicles
+            for viewer in dict.fromkeys((name, self.vehicles[0]))
+            for role in self.roles
+        ]
+        refusal = (self.vehicles[-1], "assign", "", "", "issuer without authority")
+        rows.append((0.4 * self.end_s, self.vehicles[0], self.vehicles[0], *last, "refused", *refusal))
+        mission = (self.vehicles[0], "mission", "", "Survey", "success")
+        rows.append((0.0, self.vehicles[0], "", group, "", "given", *mission))
+        return sorted([*rows, *self.changes], key=lambda row: row[0])
 
     def _plans(self) -> list[tuple[Any, ...]]:
         """The first vehicle plans the mission of its group: the last one's dive fails half-way and is done by another.
@@ -176,6 +200,11 @@ class Fiction:
             for name in self.vehicles
             for role in self.roles
         ]
+        seats = [
+            (time_s, name, *role, event)
+            for time_s, name, _, *role, event, _, _, _, _, _ in self.changes
+            if event in ("assigned", "left")
+        ]
         values = [
             (t, name, *role, int(120 * math.sin(t / 99 + at)))
             for t in times_s
@@ -201,8 +230,8 @@ class Fiction:
             for role, aim, own, chosen, mean in weighed
         ]  # fmt: skip
         return {
-            "decisions": decisions, "plans": self._plans(),
-            "trajectories": tracks, "roles": sorted([*roles, *self.extra_roles]), "satisfaction": values,
+            "decisions": decisions, "plans": self._plans(), "organisation": self._organisation(),
+            "trajectories": tracks, "roles": sorted([*roles, *seats, *self.extra_roles]), "satisfaction": values,
             "finds": finds, "faults": list(self.faults), "packets": packets, "knowledge": sorted([*told, *heard]),
         }  # fmt: skip
 
@@ -228,6 +257,42 @@ ROLES = [
     ("Third", "Diver"),
 ]
 FLEET = [f"AUV{number:02}" for number in range(16)]
+
+
+def nested() -> list[dict[str, Any]]:
+    """Fleet > Wing > three teams, whose roles have the same names, and a group that is formed at sea only."""
+    roles = [
+        {"name": "Leader", "minimum": 1, "maximum": 1, "head": True}, {"name": "Diver", "minimum": 2, "maximum": 9},
+        {"name": "Spare", "minimum": 0},
+    ]  # fmt: skip
+    teams = [{"name": f"Team {letter}", "within": "Wing", "role": roles} for letter in "ABC"]
+    above = [{"name": "Fleet", "role": roles[:1]}, {"name": "Wing", "within": "Fleet", "role": roles[:1]}]
+    return [*above, *teams, {"name": "Inspection", "formed_by": "Team B", "role": roles[:2]}]
+
+
+def seats(vehicles: Sequence[str]) -> list[tuple[Any, ...]]:
+    """Three are in each team, of A a diver succeeds the leader; from 300 to 700 s two of B are a group of their own."""
+
+    def seat(time_s: float, name: str, group: str, role: str, event: str = "assigned", act: str = "assign") -> Any:
+        return time_s, name, name, group, role, event, name, act, "", "", "success"
+
+    def acts(time_s: float, act: str, event: str) -> Any:
+        return time_s, vehicles[5], "", "Inspection", "", event, vehicles[5], act, "", "", "success"
+
+    teams = [
+        seat(0.0, vehicles[2 + 3 * number + at], f"Team {letter}", "Leader" if at == 0 else "Diver")
+        for number, letter in enumerate("ABC")
+        for at in range(3)
+    ]
+    return [
+        seat(0.0, vehicles[0], "Fleet", "Leader"), seat(0.0, vehicles[1], "Wing", "Leader"), *teams,
+        seat(500.0, vehicles[2], "Team A", "Leader", "left"),
+        seat(520.0, vehicles[3], "Team A", "Leader", "assigned", "succeed"),
+        acts(300.0, "create", "formed"), seat(310.0, vehicles[6], "Inspection", "Leader"),
+        seat(320.0, vehicles[7], "Inspection", "Diver"), seat(700.0, vehicles[6], "Inspection", "Leader", "left"),
+        seat(700.0, vehicles[7], "Inspection", "Diver", "left"), acts(700.0, "dissolve", "dissolved"),
+    ]  # fmt: skip
+
 
 FICTIONS = {
     "two vehicles": Fiction(),
@@ -262,6 +327,9 @@ FICTIONS = {
             (0.0, "B", "joins", "away until 200 s"), (200.0, "B", "joins", "over"), (300.0, "A", "mute", "until 600 s"),
             (400.0, "A", "energy", "battery exhausted"), (500.0, "B", "lost", "for good"), (600.0, "A", "mute", "over"),
         ],
+    ),
+    "nested": Fiction(
+        vehicles=FLEET, roles=(("Fleet", "Reporter"),), groups=nested(), changes=seats(FLEET),
     ),
     "at once": Fiction(end_s=0.0, recorded=False, completed=False),
 }  # fmt: skip

@@ -16,9 +16,13 @@ from small_fleet import (
     fleet_model,
 )
 
-from worldmodel import InformationNeed, Instance, NeedError, NeedsIndex
+from worldmodel import InformationNeed, Instance, NeedError, NeedsIndex, PropertyValue
 
 VEHICLE = class_uid("Vehicle")
+
+
+def told(instance: int, attribute: int) -> PropertyValue:
+    return PropertyValue(instance, attribute, 0.0)
 
 
 def test_the_same_needs_of_peers_are_grouped_at_the_highest_priority() -> None:
@@ -30,10 +34,10 @@ def test_the_same_needs_of_peers_are_grouped_at_the_highest_priority() -> None:
             3: (InformationNeed(POSITION, 7, instance=ASV_0),),
         },
     )
-    assert index.priority_of(AUV_0, AUV, POSITION) == (0b0011, 5)
-    assert index.priority_of(ASV_0, class_uid("ASV"), POSITION) == (0b1001, 7)
-    assert index.priority_of(AUV_0, AUV, BATTERY) == (0b0010, 1)
-    assert index.priority_of(ECHO, OBJECT, LOCATION) == (0, 0)
+    assert index.priority_of(told(AUV_0, POSITION), AUV) == (0b0011, 5)
+    assert index.priority_of(told(ASV_0, POSITION), class_uid("ASV")) == (0b1001, 7)
+    assert index.priority_of(told(AUV_0, BATTERY), AUV) == (0b0010, 1)
+    assert index.priority_of(told(ECHO, LOCATION), OBJECT) == (0, 0)
 
 
 needs = st.builds(
@@ -69,7 +73,7 @@ def test_the_index_answers_as_asking_each_need(by_peer: dict[int, list[Informati
                 sum(1 << p for p in {p for p, _ in matching}),
                 max((q for _, q in matching), default=0),
             )
-            assert index.priority_of(instance.uid, instance.class_uid, attribute) == expected
+            assert index.priority_of(told(instance.uid, attribute), instance.class_uid) == expected
 
 
 def test_bad_needs() -> None:

@@ -48,6 +48,7 @@ def test_shipped_classes_and_attributes() -> None:
         "type": "TYPE",
         "position": "POINT",
         "batteryFraction": "NUMBER",
+        "sensorsWork": "BOOLEAN",
         "playsRole": "LINK",
         "leftRole": "LINK",
         "objectiveRendezVous": "LINK",

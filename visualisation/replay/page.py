@@ -15,11 +15,11 @@ from typing import Any
 
 from visualisation.errors import DrawingError
 
-MODEL = ("data.js", "model.js", "knowledge.js", "work.js", "chain.js")
+MODEL = ("data.js", "model.js", "knowledge.js", "work.js", "chain.js", "organisation.js", "plans.js")
 VIEW = (
     "palette.js", "elements.js", "pen.js", "clock.js", "facts.js", "map.js", "packets.js", "belief.js", "strips.js",
-    "signals.js", "lanes.js", "minds.js", "matrix.js", "cost.js", "why.js", "news.js", "tables.js", "layout.js",
-    "hands.js", "view.js", "save.js", "app.js",
+    "signals.js", "lanes.js", "minds.js", "matrix.js", "cost.js", "why.js", "news.js", "tables.js", "groups.js",
+    "trees.js", "layout.js", "hands.js", "view.js", "save.js", "app.js",
 )  # fmt: skip
 SCRIPTS = MODEL + VIEW
 """Scripts in the order in which the page has them."""

@@ -14,6 +14,7 @@ from visualisation.replay import tables as of_run
 from visualisation.replay.columns import Columns
 from visualisation.replay.own_tables import add_own
 from visualisation.replay.tables import EVENTS, TIME_STEP_S, Names, Tables
+from visualisation.structure import groups_of
 
 FORM = 1
 """Form of the data; the page says so where it cannot read it."""
@@ -25,6 +26,7 @@ SHOWS = {
     "items": "what was said, and what each vehicle knew of it",
     "organisation": "who played what in the eyes of the others",
     "decisions": "why a vehicle chose what it did",
+    "plans": "how far plans were carried out",
 }
 """What cannot be shown without a table, or without its newer columns."""
 OWN = frozenset({*EVENTS, *SHOWS, "satisfaction", "knowledge", "facts"})
@@ -112,10 +114,15 @@ class Payload:
             for number, vehicle in enumerate(vehicles)
         ]  # fmt: skip
         about["events"] = []
-        for name, kinds in EVENTS.items():
+        for name, wanted in EVENTS.items():
+            kinds = tables.recorded(name, wanted)
             if (table := tables.find(name, kinds)) is not None:
                 of_run.add_events(columns, names, table, name, kinds)
                 about["events"].append(name)
+        about["groups"] = [
+            {"name": one.name, "above": one.above, "is_founded": one.is_founded, "roles": one.roles}
+            for one in groups_of(scenario)
+        ]
         self._add_said(columns, tables)
         about["header"] = _header(results, scenario, self._said.slot_s)
         about["world"] = self._world(columns, tables, scenario)
@@ -139,10 +146,12 @@ class Payload:
 
     def _add_said(self, columns: Columns, tables: Tables) -> None:
         """Packets, and the items that they carried."""
-        has_contents = tables.find("packets", CONTENTS) is not None
+        has_contents, knowledge = tables.find("packets", CONTENTS) is not None, tables.find("knowledge")
         if has_contents and (recorded := tables.find("items")) is not None:
             of_run.add_items(columns, self._names, recorded.to_pylist(), self._said)
-        elif (knowledge := tables.find("knowledge")) is not None:
+            if knowledge is not None:
+                of_run.add_aside(columns, self._names, knowledge.to_pylist(), self._said)
+        elif knowledge is not None:
             of_run.add_heard(columns, self._names, knowledge.to_pylist(), self._said)
         if (packets := tables.find("packets")) is not None:
             of_run.add_packets(columns, self._names, packets, tables.find("faults"), self._said)

@@ -36,21 +36,31 @@ EVENTS: Mapping[str, Kinds] = {
     "roles": {"time_s": "time", "vehicle": "vehicle", "group": "text", "role": "text", "event": "text"},
     "organisation": {
         "time_s": "time", "vehicle": "vehicle", "peer": "vehicle", "group": "text", "role": "text", "event": "text",
+        "issuer": "vehicle", "act": "text", "objective": "text", "argument": "text", "outcome": "text",
     },
     "membership": {"time_s": "time", "vehicle": "vehicle", "peer": "vehicle", "event": "text"},
     "activities": {"time_s": "time", "vehicle": "vehicle", "type": "text", "name": "text", "role": "text"},
     "decisions": {
         "time_s": "time", "vehicle": "vehicle", "group": "text", "role": "text", "objective": "text",
         "argument": "text", "activities": "texts", "stimulus": "share", "own": "share", "external": "share",
-        "source": "vehicle", "slot": "whole", "chosen": "whole", "best_mean": "lack",
+        "source": "vehicle", "slot": "whole", "chosen": "whole", "best_mean": "mean",
+    },
+    "plans": {
+        "time_s": "time", "vehicle": "vehicle", "group": "text", "role": "text", "objective": "text",
+        "argument": "text", "node": "whole", "parent": "whole", "task": "text", "method": "text", "status": "text",
+        "expected_time_s": "span",
     },
     "faults": {"time_s": "time", "vehicle": "vehicle", "kind": "text", "detail": "text"},
 }  # fmt: skip
-"""Tables of which every row is something that happened, with the kinds of their columns; of a ``lack`` the page knows
-only whether the value is missing."""
+"""Tables of which every row is something that happened, with the kinds of their columns; a ``mean`` or a ``span``
+may be missing."""
+LATER = frozenset({"issuer", "act", "objective", "argument", "outcome"})
+"""Columns of the organisation that older runs lack."""
+MISSING = -1000.0
+"""Stands for a number that is missing; none that is kept so is as low."""
 ORDER = {"time": 1}
 """Order of the differences that are kept, by kind of column; 0 of others."""
-STEP = {"time": TIME_STEP_S, "share": SHARE_STEP}
+STEP = {"time": TIME_STEP_S, "share": SHARE_STEP, "mean": SHARE_STEP, "span": 0.125}
 """Step to which columns are kept, by kind; whole numbers else."""
 
 
@@ -73,6 +83,12 @@ class Tables:
         if name not in self._read:
             self._read[name] = self._results.table(name)
         return self._read[name] if set(columns) <= set(self._read[name].column_names) else None
+
+    def recorded(self, name: str, kinds: Kinds) -> Kinds:
+        """Those kinds of columns that a table has to have, and of those that came later the ones that it has."""
+        table = self.find(name)
+        has = frozenset() if table is None else frozenset(table.column_names)
+        return {column: kind for column, kind in kinds.items() if column in has or column not in LATER}
 
 
 class Names(NamedTuple):
@@ -121,8 +137,8 @@ def add_events(columns: Columns, names: Names, table: Any, called: str, kinds: K
             numbers = [names.text(" + ".join(several)) for several in values.to_pylist()]
         elif kind == "whole":
             numbers = [NOBODY if value is None else int(value) for value in values.to_pylist()]
-        elif kind == "lack":
-            numbers = [int(value is None) for value in values.to_pylist()]
+        elif kind in ("mean", "span"):
+            numbers = np.nan_to_num(np.array(values.to_pylist(), dtype=float), nan=MISSING)
         else:
             numbers = array(values)
         columns.add(f"{called}.{column}", numbers, ORDER.get(kind, 0), STEP.get(kind, 1.0))
@@ -156,12 +172,14 @@ class Said:
         items: number of each item by its uid.
         sequences: sequence of the last item of each origin.
         faults: what befell the vehicles.
+        aside: vehicle and item of what a vehicle heard without need of it.
         first, last: slot and start (s) of the first and the last packet.
     """
 
     items: dict[str, int] = field(default_factory=dict)
     sequences: dict[str, int] = field(default_factory=dict)
     faults: list[Mapping[str, Any]] = field(default_factory=list)
+    aside: set[tuple[str, str]] = field(default_factory=set)
     first: tuple[int, float] | None = None
     last: tuple[int, float] = (0, 0.0)
 
@@ -309,7 +327,23 @@ def add_heard(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]],
     born = [row for row in rows if row["event"] == "observed"]
     facts = [{"uid": row["item"], "recorded_s": row["time_s"], **row, **nothing} for row in born]
     add_items(columns, names, facts, said)
-    heard = [row for row in rows if row["event"] == "received" and row["item"] in said.items]
+    _add_receptions(columns, names, [row for row in rows if row["event"] == "received"], said)
+
+
+def add_aside(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
+    """Items that vehicles heard without need of them, and when they took up those that they came to need."""
+    aside = [row for row in rows if row["event"] == "set aside"]
+    said.aside.update((row["vehicle"], row["item"]) for row in aside)
+    if not said.aside:
+        return
+    columns.add("aside.vehicle", [names.vehicle(row["vehicle"]) for row in aside])
+    columns.add("aside.item", [said.items[row["item"]] for row in aside], 1)
+    received = [row for row in rows if row["event"] == "received"]
+    _add_receptions(columns, names, [row for row in received if (row["vehicle"], row["item"]) in said.aside], said)
+
+
+def _add_receptions(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
+    heard = [row for row in rows if row["item"] in said.items]
     columns.add("heard.vehicle", [names.vehicle(row["vehicle"]) for row in heard])
     columns.add("heard.item", [said.items[row["item"]] for row in heard], 1)
     columns.add("heard.time", [row["time_s"] for row in heard], 1, TIME_STEP_S)

@@ -7,6 +7,7 @@ written, so an error leaves nothing half written.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,8 +20,29 @@ from visualisation.kinds import KINDS, SWEEP_KINDS
 if TYPE_CHECKING:
     from visualisation.page import Picture
 
+ORGANISATION = "organisation"
 MODULES = {"roles": "timeline"}
 """Modules that draw a kind, where it has another name."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """Of the organisation of a run: when, and in whose view.
+
+    Attributes:
+        at_s: the time; if left out, the last at which the most roles are held.
+        viewer: name of a vehicle; empty for what every vehicle holds of itself.
+    """
+
+    at_s: float | None = None
+    viewer: str = ""
+
+    def __str__(self) -> str:
+        at = "" if self.at_s is None else f"at {self.at_s:g} s"
+        return ", ".join(part for part in (at, self.viewer and f"viewer {self.viewer}") if part)
+
+
+ANY = Moment()
 
 
 def picture(
@@ -29,6 +51,7 @@ def picture(
     figures: Sequence[Declared] = (),
     places: Sequence[Place] = (),
     width_in: float | None = None,
+    moment: Moment = ANY,
 ) -> Picture:
     """One figure of a run with its caption, in memory.
 
@@ -38,13 +61,14 @@ def picture(
         figures: what the mission of the run declares.
         places: what the map of the tracks shows.
         width_in: of the figure; what suits its kind if left out.
+        moment: of the organisation.
 
     Returns:
         The Matplotlib figure, the caption, and notes on what was left out.
 
     Raises:
-        DrawingError: the kind is not known, its tables are missing, the width is out of range, or the mission's
-            function failed.
+        DrawingError: the kind is not known, its tables are missing, the width is out of range, the run has no such
+            moment, or the mission's function failed.
     """
     check_width(width_in)
     own = _own(figures)
@@ -62,6 +86,10 @@ def picture(
         layers = [one for one in figures if isinstance(one, Layer)]
         marks = [one for one in figures if isinstance(one, Mark)]
         return trajectories.picture(results, places, layers, marks, width_in)
+    if kind == ORGANISATION:
+        from visualisation.runs import organisation
+
+        return organisation.picture(results, moment.at_s, moment.viewer, *widths)
     drawn: Picture = import_module(f"visualisation.runs.{MODULES.get(kind, kind)}").picture(results, *widths)
     return drawn
 
@@ -74,6 +102,7 @@ def draw(
     figures: Sequence[Declared] = (),
     places: Sequence[Place] = (),
     width_in: float | None = None,
+    moment: Moment = ANY,
 ) -> Drawn:
     """Write ``<kind>.<format>`` and its caption ``<kind>.txt`` for each kind; no kinds means all that have tables.
 
@@ -85,6 +114,7 @@ def draw(
         figures: what the mission of the run declares.
         places: what the map of the tracks shows.
         width_in: of all figures; what suits each if left out.
+        moment: of the organisation, which has to be among the kinds if it is given.
 
     Returns:
         The files written (a figure, its caption, the next figure, ...), and what was left out and why.
@@ -96,6 +126,8 @@ def draw(
     own = _own(figures)
     _check_kinds(kinds, own)
     check_width(width_in)
+    if moment != ANY and (format == MOVING or (kinds and ORGANISATION not in kinds)):
+        raise DrawingError(f"{moment}: is about the figure {ORGANISATION}; name that too")
     if format == MOVING:
         return _moving(results, kinds, folder, places, width_in)
     check_format(format)
@@ -110,7 +142,7 @@ def draw(
     contents: list[tuple[str, bytes]] = []
     for kind in asked:
         if kind not in missing:
-            drawn = picture(results, kind, figures, places, width_in)
+            drawn = picture(results, kind, figures, places, width_in, moment)
             contents.append((f"{kind}.{format}", style.rendered(drawn.figure, format, said)))
             contents.append((f"{kind}.txt", f"{drawn.caption}\n".encode()))
             notes += drawn.notes

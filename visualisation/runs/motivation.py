@@ -23,6 +23,8 @@ BAR_IN, TITLE_IN, AXIS_IN, GAP_IN = 0.145, 0.2, 0.34, 0.12
 NAME_SHARE = 0.42
 """Share of a column for names."""
 HATCH = "//////"
+CANDIDATE = ("group", "role", "objective", "argument", "activities")
+"""Columns by which a vehicle could choose a set of activities once at a time."""
 
 
 class Moment(NamedTuple):
@@ -74,7 +76,10 @@ def contested(results: RunResults) -> list[Moment]:
     """Moments at which a vehicle left something aside that it was moved to, for want of room."""
     weighed: dict[tuple[float, str], list[dict[str, Any]]] = defaultdict(list)
     for row in results.table("decisions").to_pylist():
-        weighed[row["time_s"], row["vehicle"]].append(row)
+        own = weighed[row["time_s"], row["vehicle"]]
+        if any(all(row[name] == one[name] for name in CANDIDATE) for one in own):
+            own.clear()  # it has decided anew at the same time
+        own.append(row)
     found = []
     for (time_s, vehicle), rows in weighed.items():
         rivals = [row for row in rows if not row["chosen"] and row["own"] + row["external"] > 0.0]

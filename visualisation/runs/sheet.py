@@ -60,7 +60,12 @@ class Sheet:
 
 
 def sheet(
-    results: RunResults, left_in: float, body_in: float, legend: Sequence[Artist], width_in: float = style.PAGE_IN
+    results: RunResults,
+    left_in: float,
+    body_in: float,
+    legend: Sequence[Artist],
+    width_in: float = style.PAGE_IN,
+    above_in: float = 0.0,
 ) -> Sheet:
     """A page with empty windows, flags above, time axis, legend and key below.
 
@@ -70,6 +75,7 @@ def sheet(
         body_in: height of the windows.
         legend: its entries.
         width_in: of the page.
+        above_in: room for something else above all this.
     """
     end_s = reading.end_s(results)
     times_s = reading.eventful_times_s(results)
@@ -87,7 +93,7 @@ def sheet(
     entries = Legend(tuple(legend), width_in - 0.2)
     key_in = LINE_IN * -(-len(key) // n_key) + 0.05
     legend_in = entries.height_in + 0.08 if legend else 0.0
-    top_in = 0.08 + (FLAG_IN * n_rows + 0.06 if marks else 0.0)
+    top_in = above_in + 0.08 + (FLAG_IN * n_rows + 0.06 if marks else 0.0)
 
     page = Page(width_in, top_in + body_in + AXIS_IN + legend_in + key_in)
     panels = []

@@ -1,109 +1,90 @@
-"""Conditions as functions of the facts and of an environment: a list with a slot for every variable and object.
+"""Conditions as Python expressions: an HDDL domain is compiled, as interpreting its conditions took most of the time.
 
-A slot of a variable that is not bound holds ``ANY``, so the key of an atom is at the same time a pattern.
+In an expression ``facts`` are the facts, and every variable has a name of its own. Objects and predicates are literals
+in it, so nothing that a file says becomes a name. In the key of an atom a variable that is not bound is ``ANY``, so the
+key is at the same time a pattern.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from operator import itemgetter
 from typing import Any
 
-from remoras.htn.facts import ANY, Facts
+from remoras.htn.facts import ANY
 from remoras.htn.hddl.language import EQUAL, Atom, Formula, Not, Parameter, Quantified, Several
 
-Env = list[Any]
-Test = Callable[[Facts, Env], bool]
-Keys = Callable[[Env], tuple[Any, ...]]
 Objects = Callable[[tuple[str, ...]], Sequence[str]]
 """Objects of one of several types, in the order of the files."""
 
 
-class Slots:
-    """Numbers the variables and objects of one action or method.
+class Code:
+    """The code of one function, of an action or a method.
 
     Args:
-        parameters: take the first slots.
-        objects: by type, for variables that are quantified.
+        parameters: its variables.
+        objects: by type.
+
+    Attributes:
+        names: of the variables in the code.
     """
 
     def __init__(self, parameters: Sequence[Parameter], objects: Objects) -> None:
-        self.objects = objects
-        self.of: dict[str, int] = {one.name: slot for slot, one in enumerate(parameters)}
-        self._blank: Env = [ANY] * len(parameters)
+        self.names = {one.name: f"v{number}" for number, one in enumerate(parameters)}
+        self._objects = objects
+        self._values: dict[str, Any] = {"ANY": ANY}
 
-    def env(self, args: Sequence[Any]) -> Env:
-        """An environment in which the first variables have the values ``args``."""
-        return [*args, *self._blank[len(args) :]]
+    def constant(self, value: Any) -> str:
+        """The name of a value in the code."""
+        name = f"c{len(self._values)}"
+        self._values[name] = value
+        return name
 
-    def slot(self, term: str) -> int:
-        """The slot of a term; one that is new is an object, or a name of a predicate."""
-        if term not in self.of:
-            self.of[term] = len(self._blank)
-            self._blank.append(term)
-        return self.of[term]
+    def fresh(self) -> str:
+        """A name that stands for nothing yet."""
+        return self.constant(None)
 
-    def key(self, atom: Atom) -> Keys:
-        """The function that makes the key of an atom."""
-        slots = [self.slot(f"({atom.predicate}"), *(self.slot(term) for term in atom.terms)]
-        self._blank[slots[0]] = atom.predicate
-        if len(slots) > 1:
-            return itemgetter(*slots)
-        only = (atom.predicate,)
-        return lambda env: only
+    def compiled(self, arguments: Sequence[str], lines: Sequence[str]) -> Callable[..., Any]:
+        """The function of facts and ``arguments`` with these lines."""
+        head = f"def function({', '.join(('facts', *arguments))}):"
+        exec("\n    ".join((head, *lines)), self._values)
+        function: Callable[..., Any] = self._values["function"]
+        return function
 
-    def test(self, formula: Formula) -> Test:
-        """The function that says whether ``formula`` is true, once its variables are bound."""
+    def key(self, atom: Atom, free: frozenset[str] = frozenset()) -> str:
+        """The key of an atom; the pattern, if some of its variables are ``free``."""
+        terms = ["ANY" if term in free else self.term(term) for term in atom.terms]
+        return f"({', '.join((repr(atom.predicate), *terms))},)"
+
+    def term(self, term: str) -> str:
+        """A variable by its name, an object as a literal."""
+        return self.names.get(term) or repr(term)
+
+    def test(self, formula: Formula) -> str:
+        """True if ``formula`` is."""
         match formula:
             case Atom(predicate, terms) if predicate == EQUAL:
-                left, right = (self.slot(term) for term in terms)
-                return lambda facts, env: env[left] == env[right]
+                return f"{self.term(terms[0])} == {self.term(terms[1])}"
             case Atom():
-                key = self.key(formula)
-                return lambda facts, env: facts.get(key(env)) is True
+                return f"facts.get({self.key(formula)}) is True"
             case Not(inner):
-                holds = self.test(inner)
-                return lambda facts, env: not holds(facts, env)
+                return f"not ({self.test(inner)})"
             case Several(formulas, is_all):
-                tests = tuple(self.test(one) for one in formulas)
-
-                def several(facts: Facts, env: Env) -> bool:
-                    for test in tests:
-                        if test(facts, env) is not is_all:
-                            return not is_all
-                    return is_all
-
-                return tests[0] if len(tests) == 1 else several
+                tests = [self.test(one) for one in formulas]
+                return f"({(' and ' if is_all else ' or ').join(tests)})" if tests else str(is_all)
             case Quantified(parameters, inner, is_all):
-                with self.scope(parameters) as every:
-                    holds = self.test(inner)
-                if is_all:
-                    return lambda facts, env: all(holds(facts, bound) for bound in every(env))
-                return lambda facts, env: any(holds(facts, bound) for bound in every(env))
+                outer = dict(self.names)
+                every = self.every(parameters)
+                test = self.test(inner)
+                self.names = outer
+                return f"{'all' if is_all else 'any'}({test} {every})"
 
-    @contextmanager
-    def scope(self, parameters: Sequence[Parameter]) -> Iterator[Callable[[Env], Iterator[Env]]]:
-        """Where quantified variables are known, and hide outer ones; yields the way through their values."""
-        outer = {one.name: self.of.get(one.name) for one in parameters}
-        slots = []
+    def every(self, parameters: Sequence[Parameter]) -> str:
+        """The clause that goes through the values of quantified variables; from now on their names hide outer ones."""
+        clauses = []
         for one in parameters:
-            self.of[one.name] = len(self._blank)
-            self._blank.append(ANY)
-            slots.append((self.of[one.name], self.objects(one.types)))
-
-        def every(env: Env) -> Iterator[Env]:
-            found = [env]
-            for slot, values in slots:
-                found = [[*one[:slot], value, *one[slot + 1 :]] for one in found for value in values]
-            return iter(found)
-
-        yield every
-        for name, before in outer.items():
-            if before is None:
-                del self.of[name]
-            else:
-                self.of[name] = before
+            self.names[one.name] = self.fresh()
+            clauses.append(f"for {self.names[one.name]} in {self.constant(self._objects(one.types))}")
+        return " ".join(clauses)
 
 
 def simplified(formula: Formula, objects: Objects, names: Mapping[str, str]) -> Iterator[tuple[Atom, bool]]:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any
+from collections.abc import Iterable, Iterator, Sequence
 
-from remoras.htn.domain import Decomposition, Domain, Method, Operator, Task
-from remoras.htn.facts import ANY, Facts
-from remoras.htn.hddl.conditions import Env, Keys, Slots, Test
+from remoras.htn.domain import Decomposition, Domain, Method, Operator, Task, always, nothing
+from remoras.htn.hddl.conditions import Code
 from remoras.htn.hddl.language import (
     EQUAL,
     OBJECT,
@@ -19,6 +17,7 @@ from remoras.htn.hddl.language import (
     Not,
     Parameter,
     Several,
+    Subtask,
     above,
     conjuncts,
 )
@@ -55,68 +54,39 @@ def ground(spec: DomainSpec, objects: ObjectsByType) -> Domain:
 
 
 def _operator(action: Action, objects: ObjectsByType) -> Operator:
-    slots = Slots(action.parameters, objects)
-    kinds = [objects.frozen(one.types) for one in action.parameters]
-    test = slots.test(action.precondition)
-    effects = []
+    applicable, effects = Code(action.parameters, objects), Code(action.parameters, objects)
+    arguments = list(applicable.names.values())
+    tests = [f"{applicable.names[one.name]} in {applicable.constant(objects.frozen(one.types))}"
+             for one in action.parameters]  # fmt: skip
+    tests += [applicable.test(one) for one in conjuncts(action.precondition)]
+    always_made: list[str] = []
+    made: list[str] = []
     for one in sorted(action.effects, key=lambda one: one.is_added):  # what is added stays, where both is said
-        with slots.scope(one.parameters) as every:
-            condition = slots.test(one.condition) if conjuncts(one.condition) else None
-            value = True if one.is_added else None
-            effects.append((every if one.parameters else None, condition, slots.key(one.atom), value))
-
-    def applicable(facts: Facts, *args: str) -> bool:
-        for arg, kind in zip(args, kinds, strict=True):
-            if arg not in kind:
-                return False
-        return test(facts, slots.env(args))
-
-    def changes(facts: Facts, *args: str) -> dict[Any, Any]:
-        env = slots.env(args)
-        found: dict[Any, Any] = {}
-        for every, condition, key, value in effects:
-            for bound in (env,) if every is None else every(env):
-                if condition is None or condition(facts, bound):
-                    found[key(bound)] = value
-        return found
-
-    return Operator(action.name, applicable, changes)
+        outer = dict(effects.names)
+        every = effects.every(one.parameters) if one.parameters else "for _ in (0,)"
+        fact = f"{effects.key(one.atom)}: {True if one.is_added else None}"
+        tests_here = [effects.test(each) for each in conjuncts(one.condition)]
+        if not one.parameters and not tests_here and not made:
+            always_made.append(fact)
+        else:
+            made.append(f"found.update({{{fact} {every} {' '.join(f'if {test}' for test in tests_here)}}})")
+        effects.names = outer
+    lines = [f"found = {{{', '.join(always_made)}}}", *made, "return found"]
+    return Operator(
+        action.name,
+        applicable.compiled(arguments, [f"return {' and '.join(tests)}"]) if tests else always,
+        effects.compiled(arguments, lines) if action.effects else nothing,
+    )
 
 
-class _Match:
-    """Binds the variables of an atom to each fact that fits."""
-
-    def __init__(self, key: Keys, bound: Sequence[tuple[int, int, frozenset[str]]]) -> None:
-        self._key, self._bound = key, bound
-
-    def __call__(self, facts: Facts, env: Env) -> Iterator[Env]:
-        for found in facts.match(self._key(env)):
-            now = env.copy()
-            for place, slot, kind in self._bound:
-                value = found[place]
-                if value not in kind or (now[slot] is not ANY and now[slot] != value):
-                    break
-                now[slot] = value
-            else:
-                yield now
-
-
-class _Enumerate:
-    """Binds a variable to each object of its type."""
-
-    def __init__(self, slot: int, values: Sequence[str]) -> None:
-        self._slot, self._values = slot, values
-
-    def __call__(self, facts: Facts, env: Env) -> Iterator[Env]:
-        for value in self._values:
-            now = env.copy()
-            now[self._slot] = value
-            yield now
-
-
-Source = Callable[[Facts, Env], Iterable[Env]]
-_Stage = tuple[Source, tuple[Test, ...]]
-"""Binds one variable or several; and what can be tested then."""
+def _once(found: Iterable[Decomposition]) -> Iterator[Decomposition]:
+    """Every decomposition once."""
+    seen: set[tuple[Task, ...]] = set()
+    for tasks in found:
+        key = tuple(tasks)
+        if key not in seen:
+            seen.add(key)
+            yield tasks
 
 
 class _Binding:
@@ -129,75 +99,82 @@ class _Binding:
     def __init__(self, spec: MethodSpec, needs: Needs, objects: ObjectsByType) -> None:
         self._spec = spec
         self._objects = objects
-        self._slots = Slots(spec.parameters, objects)
+        self._code = Code(spec.parameters, objects)
         self._kinds = {one.name: objects.frozen(one.types) for one in spec.parameters}
-        self._head = [self._slots.slot(term) for term in spec.task.terms]
-        self._head_kinds = [self._kinds.get(term, frozenset({term})) for term in spec.task.terms]
         found = dict.fromkeys(conjuncts(spec.precondition))
         for predicate, terms, is_true in sorted(needs):
             atom = Atom(predicate, tuple(map(str, terms)))
             found.setdefault(atom if is_true else Not(atom))
-        self._stages = self._in_order(list(found))
-        self._subtasks = [(one.name, [self._slots.slot(term) for term in one.terms]) for one in spec.subtasks]
-        free = {term for one in spec.subtasks for term in one.terms if term.startswith("?")}
-        self._is_witnessed_once = free.issuperset(self._kinds.keys() - set(spec.task.terms))
+        self._conditions = list(found)
 
     def method(self) -> Method:
         """The method, lazy in its bindings."""
-        return Method(self._spec.name, self._decompositions, uses=tuple(dict.fromkeys(n for n, _ in self._subtasks)))
-
-    def _decompositions(self, facts: Facts, *args: str) -> Iterator[Decomposition]:
-        env = self._slots.env(())
-        for slot, kind, value in zip(self._head, self._head_kinds, args, strict=True):
-            if value not in kind or (env[slot] is not ANY and env[slot] != value):
-                return
-            env[slot] = value
-        seen: set[tuple[Task, ...]] = set()
-        for bound in self._bound(facts, env, 0):
-            tasks = [Task(name, tuple([bound[slot] for slot in slots])) for name, slots in self._subtasks]
-            if not self._is_witnessed_once:
-                if tuple(tasks) in seen:
-                    continue
-                seen.add(tuple(tasks))
-            yield tasks
-
-    def _bound(self, facts: Facts, env: Env, stage: int) -> Iterator[Env]:
-        source, tests = self._stages[stage]
-        is_last = stage + 1 == len(self._stages)
-        for now in source(facts, env):
-            for test in tests:
-                if not test(facts, now):
-                    break
+        spec, code = self._spec, self._code
+        arguments = [f"a{place}" for place in range(len(spec.task.terms))]
+        tests = []
+        head: dict[str, str] = {}
+        for term, name in zip(spec.task.terms, arguments, strict=True):
+            if term in self._kinds and term not in head:
+                head[term] = code.names[term] = name
+                tests.append(f"{name} in {code.constant(self._kinds[term])}")
             else:
-                if is_last:
-                    yield now
-                else:
-                    yield from self._bound(facts, now, stage + 1)
+                tests.append(f"{name} == {code.term(term)}")
+        now, *clauses = self._in_order(self._conditions, set(head))
+        tests += now
+        tasks = f"[{', '.join(map(self._task, spec.subtasks))}]"
+        if clauses:
+            free = {term for one in spec.subtasks for term in one.terms if term.startswith("?")}
+            found = f"({tasks} {' '.join(one for clause in clauses for one in clause)})"
+            is_witnessed_once = free.issuperset(self._kinds.keys() - head.keys())
+            tasks = found if is_witnessed_once else f"{code.constant(_once)}{found}"
+        applicable = code.compiled(arguments, [f"return {' and '.join(tests)}"]) if tests else always
+        subtasks = code.compiled(arguments, [f"return {tasks}"])
+        return Method(spec.name, subtasks, applicable, tuple(dict.fromkeys(one.name for one in spec.subtasks)))
 
-    def _in_order(self, conditions: list[Formula]) -> list[_Stage]:
-        bound = {term for term in self._spec.task.terms if term.startswith("?")}
-        stages: list[_Stage] = []
-        source: Source = lambda facts, env: (env,)  # noqa: E731
+    def _task(self, subtask: Subtask) -> str:
+        """The code that makes a task."""
+        code = self._code
+        if not any(term in code.names for term in subtask.terms):
+            return code.constant(Task(subtask.name, subtask.terms))
+        terms = "".join(f"{code.term(term)}, " for term in subtask.terms)
+        return f"{code.constant(tuple.__new__)}({code.constant(Task)}, ({subtask.name!r}, ({terms})))"
+
+    def _in_order(self, conditions: list[Formula], bound: set[str]) -> Iterator[list[str]]:
+        """The tests of what is bound at first; then, for each binding, its clause and the tests behind it."""
+        code = self._code
         left = conditions
+        clause: list[str] = []
         while True:
-            stages.append((source, tuple(self._slots.test(one) for one in left if self._free(one) <= bound)))
+            tests = [code.test(one) for one in left if self._free(one) <= bound]
+            yield [*clause, *(f"if {test}" for test in tests)] if clause else tests
             left = [one for one in left if not self._free(one) <= bound]
             atoms = [one for one in left if isinstance(one, Atom) and one.predicate != EQUAL]
             if atoms:
                 atom = min(atoms, key=lambda one: len(self._free(one) - bound))
-                source = self._match(atom, bound)
+                clause = [self._match(atom, bound)]
                 left = [one for one in left if one is not atom]
-                bound |= self._free(atom)
+                bound = bound | self._free(atom)
             elif (missing := next((one for one in self._spec.parameters if one.name not in bound), None)) is not None:
-                source = _Enumerate(self._slots.slot(missing.name), self._objects(missing.types))
-                bound.add(missing.name)
+                clause = [f"for {code.names[missing.name]} in {code.constant(self._objects(missing.types))}"]
+                bound = bound | {missing.name}
             else:
-                return stages
+                return
 
-    def _match(self, atom: Atom, bound: set[str]) -> _Match:
-        places = [(place + 1, self._slots.slot(term), self._kinds[term])
-                  for place, term in enumerate(atom.terms) if term.startswith("?") and term not in bound]  # fmt: skip
-        return _Match(self._slots.key(atom), places)
+    def _match(self, atom: Atom, bound: set[str]) -> str:
+        """The clause that binds the free variables of an atom to each fact that fits."""
+        code = self._code
+        free = frozenset(self._free(atom) - bound)
+        found = code.fresh()
+        clauses = [f"for {found} in facts.match({code.key(atom, free)})"]
+        seen: set[str] = set()
+        for place, term in enumerate(atom.terms, 1):
+            if term in seen:
+                clauses.append(f"if {found}[{place}] == {code.names[term]}")
+            elif term in free:
+                seen.add(term)
+                clauses.append(f"for {code.names[term]} in ({found}[{place}],)")
+                clauses.append(f"if {code.names[term]} in {code.constant(self._kinds[term])}")
+        return " ".join(clauses)
 
     def _free(self, formula: Formula) -> set[str]:
         """The method's variables in a condition."""

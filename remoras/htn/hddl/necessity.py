@@ -1,16 +1,28 @@
 """What must hold before a task for any way of doing it to succeed: methods are tried only for bindings that meet this.
 
 A literal that a subtask needs must hold already when the method is chosen, unless something that comes before that
-subtask can bring it about. What every method of a task needs, the task needs. Both are found together, from above: a
-task needs everything until one of its methods is known to end.
+subtask can bring it about. What every method of a task needs, the task needs; left aside are methods that cannot be
+taken where the subtask stands, since what comes before it certainly makes their precondition false. Both are found
+together, from above: a task needs everything until one of its methods is known to end.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from remoras.htn.hddl.language import EQUAL, Action, Atom, DomainSpec, Formula, MethodSpec, Not, conjuncts
+from remoras.htn.hddl.language import (
+    EQUAL,
+    TRUE,
+    Action,
+    Atom,
+    DomainSpec,
+    Formula,
+    MethodSpec,
+    Not,
+    Subtask,
+    conjuncts,
+)
 
 
 class Literal(NamedTuple):
@@ -67,51 +79,106 @@ def _reach(domain: DomainSpec, objects: Objects) -> dict[str, frozenset[_Change]
 def needs_of_methods(domain: DomainSpec, objects: Objects) -> dict[str, Needs]:
     """For every method, by name, the literals over its variables that must hold when it is chosen."""
     reach = _reach(domain, objects)
-    tasks: dict[str, Needs | None] = dict.fromkeys(domain.tasks)
+    actions = {}
     for name, action in domain.actions.items():
         places: dict[str, str | int] = {one.name: place for place, one in enumerate(action.parameters)}
-        tasks[name] = _over(literals(action.precondition), places)
-    methods: dict[str, Needs | None] = {}
+        actions[name] = _over(literals(action.precondition), places)
+    possible = {method.name: tuple(_possible(method, domain, reach, objects)) for method in domain.methods}
+    methods: dict[str, Needs] = {}
     changes = True
     while changes:
         changes = False
+        tasks = {
+            method.name: _over(methods[method.name], _places(method))
+            for method in domain.methods
+            if method.name in methods
+        }
         for method in domain.methods:
-            found = _needs(method, tasks, reach, objects)
-            if found is None or found == methods.get(method.name):
-                continue
-            methods[method.name] = found
-            changes = True
-        for name in domain.tasks:
-            known = [
-                _over(needs, _places(method))
-                for method in domain.methods
-                if method.task.name == name and (needs := methods.get(method.name)) is not None
-            ]
-            tasks[name] = frozenset.intersection(*known) if known else None
-    return {method.name: methods.get(method.name) or frozenset() for method in domain.methods}
+            subtasks = []
+            for subtask, ways in zip(method.subtasks, possible[method.name], strict=True):
+                known = [tasks[way] for way in ways if way in tasks]
+                needs = frozenset.intersection(*known) if known else None
+                subtasks.append(actions.get(subtask.name, needs))
+            found = _needs(method, subtasks, reach, objects)
+            if found is not None and found != methods.get(method.name):
+                methods[method.name] = found
+                changes = True
+    return {method.name: methods.get(method.name, frozenset()) for method in domain.methods}
 
 
 def _needs(
     method: MethodSpec,
-    tasks: Mapping[str, Needs | None],
+    subtasks: Sequence[Needs | None],
     reach: Mapping[str, frozenset[_Change]],
     objects: Objects,
 ) -> Needs | None:
-    """What a method needs; None if it has a subtask of which no way to end it is known yet."""
+    """What a method needs, by what its subtasks need; None if no way to end one of them is known yet."""
     kinds = {one.name: objects(one.types) for one in method.parameters}
     found = set(literals(method.precondition))
     before: set[_Change] = set()
-    for subtask in method.subtasks:
-        needs = tasks[subtask.name]
+    for subtask, needs in zip(method.subtasks, subtasks, strict=True):
         if needs is None:
             return None
         for need in needs:
-            terms = tuple(subtask.terms[term] if isinstance(term, int) else term for term in need.terms)
-            which = [kinds.get(term, frozenset({term})) for term in terms]
-            if not any(_brings_about(change, need, which) for change in before):
-                found.add(Literal(need.predicate, terms, need.is_true))
+            one = _of_method(need, subtask)
+            if not any(_brings_about(change, one, _which(one, kinds)) for change in before):
+                found.add(one)
         before |= reach[subtask.name]
     return frozenset(found)
+
+
+def _possible(
+    method: MethodSpec, domain: DomainSpec, reach: Mapping[str, frozenset[_Change]], objects: Objects
+) -> Iterator[tuple[str, ...]]:
+    """For every subtask the names of its methods that may be taken where it stands; none of an action."""
+    kinds = {one.name: objects(one.types) for one in method.parameters}
+    certain = set(literals(method.precondition))
+    for subtask in method.subtasks:
+        yield tuple(
+            way.name
+            for way in domain.methods
+            if way.task.name == subtask.name
+            and not any(
+                _opposite(_of_method(one, subtask)) in certain
+                for one in _over(literals(way.precondition), _places(way))
+            )
+        )
+        changes = reach[subtask.name]
+        certain = {
+            one
+            for one in certain
+            if not any(_brings_about(each, _opposite(one), _which(one, kinds)) for each in changes)
+        }
+        if subtask.name in domain.actions:
+            certain |= {_of_method(one, subtask) for one in _certain(domain.actions[subtask.name], objects)}
+
+
+def _certain(action: Action, objects: Objects) -> Needs:
+    """What holds after an action whatever its arguments; where it may add and delete one atom, the atom is added."""
+    places: dict[str, str | int] = {one.name: place for place, one in enumerate(action.parameters)}
+    kinds = {one.name: objects(one.types) for one in action.parameters}
+    added = [change for change in _changes(action, objects) if change.is_true]
+    found = []
+    for effect in action.effects:
+        one = Literal(effect.atom.predicate, effect.atom.terms, effect.is_added)
+        is_undone = any(_brings_about(change, _opposite(one), _which(one, kinds)) for change in added)
+        if not effect.parameters and effect.condition == TRUE and (effect.is_added or not is_undone):
+            found.append(one)
+    return _over(found, places)
+
+
+def _opposite(one: Literal) -> Literal:
+    return one._replace(is_true=not one.is_true)
+
+
+def _of_method(need: Literal, subtask: Subtask) -> Literal:
+    """What a subtask needs, over the terms that the method gives it."""
+    return need._replace(terms=tuple(subtask.terms[term] if isinstance(term, int) else term for term in need.terms))
+
+
+def _which(one: Literal, kinds: Mapping[str, frozenset[str]]) -> list[frozenset[str]]:
+    """What the terms of a literal may be."""
+    return [kinds.get(str(term), frozenset({str(term)})) for term in one.terms]
 
 
 def _brings_about(change: _Change, need: Literal, which: Iterable[frozenset[str]]) -> bool:

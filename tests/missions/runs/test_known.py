@@ -113,6 +113,13 @@ def test_under_faults_too() -> None:
     compare(scenario(*LOSS, *FAULTS), 5)
 
 
+def test_what_was_set_aside_is_known_once_it_is_taken_up() -> None:
+    """A team's second takes the place of its lost head, and so belongs to another group besides."""
+    lost = 'fault=[{kind="lost", vehicle="AUV00", at_s=300.0}]'
+    settings = (*LOSS, lost, "communication.lease_frames=10", "scenario.duration_s=900")
+    compare(load("mapping-three-teams", [("--set", one) for one in settings]), 4)
+
+
 def test_nobody_knows_what_came_in_a_packet_that_nobody_could_read() -> None:
     loaded = scenario(*LOSS, "scenario.duration_s=600")
     finished = compare(loaded, 4, channel=Garbling(channel_of(resolved(loaded), 4)))

@@ -35,6 +35,7 @@ def finished(*changes: Change, faults: list[tuple[Any, ...]] | None = None, priv
     setup = SimpleNamespace(
         strategy=SimpleNamespace(declaration=SimpleNamespace(private_jobs=private_jobs)),
         agreement=SimpleNamespace(organisation=Organisation.of([TEAM])),
+        subjects=None,
         database=dict.fromkeys(NAMES),
     )
     made: Any = SimpleNamespace(recorder=recorder, setup=setup, end_s=100.0)

@@ -24,9 +24,14 @@ JOIN = """async ([whole], texts) => {
       tiles: { ...tiles, known_s: tiles.known_s.map((one) => [...one]) } }
   );
   const tracks = (of, wanted) => of.vehicles.map((_, v) => wanted.map((name) => [...of.track(v)[name]]));
+  const socially = (of) => [-1, ...of.vehicles.keys()].map((v) => [0.5, 1].map((share) => {
+    const t = share * of.header.end_s, plans = v < 0 ? [] : of.plansOf(v, t);
+    return [of.organisation(v, t), of.changes(v, t, Infinity), plans.map((plan) => of.tasksOf(plan, t))];
+  }));
   const bars = (of) => of.vehicles.map((_, v) => of.bars(v));
   return [run, whole].map((of) => [
-    all(of), look([of]), tracks(of, ["t", "x", "y", "heading", "speed"]), bars(of), tracks(of, ["energy"]),
+    all(of), look([of]), tracks(of, ["t", "x", "y", "heading", "speed"]), bars(of), socially(of),
+    tracks(of, ["energy"]),
   ]);
 }""".replace("LOOK", f"({LOOK})")
 """Asks of the blocks, and of the whole, for all that there is."""

@@ -22,7 +22,12 @@ FAULTS = (
 EMPTY = ("vehicle.AUV01.energy_j=60000", "vehicle.ASV00.energy_j=20000", "scenario.duration_s=600")
 MANY = ("fleet.size=8", "scenario.duration_s=300")
 """Eight vehicles divide so many jobs that what their head says does not fit one packet."""
+TEAMS = (
+    "fault=[{kind='lost',vehicle='ASV00',at_s=600}]", "communication.lease_frames=15", "scenario.duration_s=1000",
+)  # fmt: skip
+"""A team sets aside what concerns another, and the new head of all takes it up."""
 CASES = {
+    "teams": ("mapping-three-teams", TEAMS),
     "lossy": ("mapping-rendezvous", ()),
     "faults": ("mapping-rendezvous", FAULTS),
     "empty batteries": ("mapping-rendezvous", EMPTY),

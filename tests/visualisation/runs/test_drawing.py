@@ -119,6 +119,7 @@ def test_a_figure_without_its_table_is_left_out_with_a_note_or_refused(tmp_path:
     assert [path.stem for path in written.files[::2]] == [
         "trajectories",
         "roles",
+        "organisation",
         "motivation",
         "htn",
         "knowledge",

@@ -53,7 +53,9 @@ def test_a_colour_is_a_vehicle_in_all_figures(runs: dict[str, Results], kind: st
     own = [style.vehicle_look(number).colour for number in range(2)]
     allowed = {to_hex(style.tint(one, strength)) for one in own for strength in (1.0, 0.4, 0.25)}
     assert colours(figure) <= allowed
-    assert bool(colours(figure)) == (kind in ("trajectories", "roles", "satisfaction", "motivation", "htn"))
+    assert bool(colours(figure)) == (
+        kind in ("trajectories", "roles", "organisation", "satisfaction", "motivation", "htn")
+    )
 
 
 def test_files_say_what_run_they_show(tmp_path: Path, runs: dict[str, Results]) -> None:

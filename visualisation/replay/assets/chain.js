@@ -17,8 +17,8 @@ globalThis.R = globalThis.R || {};
 
   Object.assign(R.Run.prototype, {
     // [{time_s, candidates: [{label, group, role, objective, activities, stimulus, own, external, motivation, source,
-    // slot, chosen, isVital}]}]: written when what stands to choice, or the choice, changed. What is vital comes before
-    // all else: no combination is weighed for it.
+    // slot, chosen, bestMean, isVital}]}]: written when what stands to choice, or the choice, changed. The mean is that
+    // of the best combination with the candidate. What is vital comes before all else: no combination is weighed for it.
     decisions(v) {
       return this._decisions[v];
     },
@@ -48,13 +48,16 @@ globalThis.R = globalThis.R || {};
     for (const row of run._rows("decisions")) {
       const own = found[row.vehicle];
       if (!own) continue;
-      if (!own.length || own[own.length - 1].time_s !== row.time_s) own.push({ time_s: row.time_s, candidates: [] });
+      const last = own[own.length - 1], label = row.activities + (row.role ? " (" + row.role + ")" : "");
+      const isAgain = (one) => one.label === label && one.group === row.group && one.objective === row.objective && one.argument === row.argument;
+      if (!last || last.time_s !== row.time_s) own.push({ time_s: row.time_s, candidates: [] });
+      else if (last.candidates.some(isAgain)) last.candidates = []; // it has decided anew at the same time
       own[own.length - 1].candidates.push({
-        label: row.activities + (row.role ? " (" + row.role + ")" : ""),
+        label,
         group: row.group, role: row.role, objective: row.objective, argument: row.argument, activities: row.activities,
         stimulus: row.stimulus, own: row.own, external: row.external, motivation: row.own + row.external,
-        source: row.source, slot: row.slot, chosen: row.chosen === 1,
-        isVital: row.chosen === 1 && row.role === "" && row.best_mean === 1,
+        source: row.source, slot: row.slot, chosen: row.chosen === 1, bestMean: row.best_mean,
+        isVital: row.chosen === 1 && row.role === "" && row.best_mean === null,
       });
     }
     return found;

@@ -172,7 +172,7 @@
   R.onKey = function (app, event) {
     const { clock } = app, key = event.key;
     if (event.ctrlKey || event.metaKey || event.altKey) return false;
-    const tabs = { k: "news", m: "minds", x: "matrix", c: "cost", w: "why", e: "events", t: "tables" };
+    const tabs = { k: "news", m: "minds", x: "matrix", c: "cost", o: "organisation", p: "plans", w: "why", e: "events", t: "tables" };
     const actions = {
       " ": () => clock.toggle(), "ArrowLeft": () => (event.shiftKey ? clock.seek(clock.t - 60) : clock.step(-1)),
       "ArrowRight": () => (event.shiftKey ? clock.seek(clock.t + 60) : clock.step(1)),

@@ -60,6 +60,11 @@ globalThis.R = globalThis.R || {};
       };
     },
 
+    // Who plays what at t, as v sees it, or as every vehicle sees itself: [{v, group, role}].
+    rolesAt(v, t) {
+      return heldAt(v < 0 ? this._truth : this._views[v], t);
+    },
+
     // Peers that v took for absent at t.
     absent(v, t) {
       return heldAt(this._absences[v], t).map((one) => one.v).sort((a, b) => a - b);
@@ -90,6 +95,7 @@ globalThis.R = globalThis.R || {};
   });
 
   // Of every vehicle the times at which it came to know each item: its own as it recorded them, others from packets.
+  // What it set aside, since it had no need of it, it knows from when it took it up.
   function heardOf(run) {
     const heard = run.vehicles.map(() => new Float64Array(run.items.length).fill(Infinity));
     const hear = (v, item, time_s) => {
@@ -99,10 +105,12 @@ globalThis.R = globalThis.R || {};
       if (heard[item.origin]) heard[item.origin][n] = item.recorded_s;
     });
     if (run.about.is_bound) knowAtOnce(run, hear);
+    const aside = run.vehicles.map(() => new Set());
+    (run.columns["aside.vehicle"] || []).forEach((v, n) => aside[v].add(run.columns["aside.item"][n]));
     for (const packet of run.packets) {
       for (const { v, arrival_s } of packet.to) {
         if (arrival_s === null) continue;
-        for (const item of packet.items) hear(v, item, arrival_s);
+        for (const item of packet.items) if (!aside[v].has(item)) hear(v, item, arrival_s);
         for (const item of packet.status) hear(v, item, arrival_s);
       }
     }

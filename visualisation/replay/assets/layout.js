@@ -133,7 +133,8 @@
     ["Space", "play or pause"], ["← →", "one step: a slot, or a frame, as the pace says"], [", .", "one slot back or ahead"],
     ["Shift ← →", "60 s back or ahead"], ["Home End", "start, end"], ["[ ]", "event before or after (of the selected vehicle)"],
     ["1 … 9, 0", "select a vehicle; none"], ["↑ ↓", "vehicle above or below"], ["+ − F", "lanes: less time, more time, whole run"],
-    ["K M X C W E T", "Knowledge, Minds, Matrix, Cost, Why, Events, Tables"], ["J", "first divergence of two runs"], ["D", "light or dark"],
+    ["K M X C", "Knowledge, Minds, Matrix, Cost"],
+    ["O P W E T", "Organisation, Plans, Why, Events, Tables"], ["J", "first divergence of two runs"], ["D", "light or dark"],
     ["S", "save the view as SVG"], ["V", "start or end a clip as video"], ["L", "copy a link to this moment"], ["? Esc", "this help; close it"],
   ];
   const MEANINGS = [

@@ -1,7 +1,7 @@
 "use strict";
 // One run: vehicles, where they were, what they played, what was sent. Times in s, positions in m, vehicles by index.
-// knowledge.js adds what was known, work.js what there was to do, chain.js why they did what they did. Nothing here
-// knows the document.
+// knowledge.js adds what was known, work.js what there was to do, chain.js why they did what they did, organisation.js who
+// played what, plans.js how far plans were. Nothing here knows the document.
 globalThis.R = globalThis.R || {};
 
 (function () {
@@ -45,6 +45,8 @@ globalThis.R = globalThis.R || {};
       R.learn(this);
       R.survey(this);
       R.explain(this);
+      R.organise(this);
+      R.recount(this);
     }
 
     text(number) {
@@ -65,7 +67,7 @@ globalThis.R = globalThis.R || {};
         const found = {};
         kinds.forEach((kind, at) => {
           const value = this.columns[names[at]][row];
-          found[kind] = NUMBERS.has(kind) ? value : this.text(value);
+          found[kind] = MAY_LACK.has(kind) ? (value > MISSING ? value : null) : NUMBERS.has(kind) ? value : this.text(value);
         });
         return found;
       });
@@ -138,8 +140,9 @@ globalThis.R = globalThis.R || {};
   };
 
   const NUMBERS = new Set([
-    "time_s", "vehicle", "peer", "stimulus", "own", "external", "source", "slot", "chosen", "best_mean",
+    "time_s", "vehicle", "peer", "issuer", "stimulus", "own", "external", "source", "slot", "chosen", "node", "parent",
   ]);
+  const MAY_LACK = new Set(["best_mean", "expected_time_s"]), MISSING = -999; // see tables.py
 
   function tracksOf(run) {
     const rows = run.about.track_rows || run.vehicles.map(() => 0);

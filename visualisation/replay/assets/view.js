@@ -2,8 +2,8 @@
 /* The view of one run: header, map, panel, lanes. The app holds the clock and the selection, which two views share. */
 (function () {
   const PANEL_EVERY_MS = 200, LEGEND_PX = 22, NEAR_PX = 7, LEAST_SPAN_S = 4;
-  R.TABS = [["news", "Knowledge"], ["minds", "Minds"], ["matrix", "Matrix"], ["cost", "Cost"], ["why", "Why"], ["events", "Events"],
-            ["tables", "Tables"]];
+  R.TABS = [["news", "Knowledge"], ["minds", "Minds"], ["matrix", "Matrix"], ["cost", "Cost"], ["organisation", "Organisation"],
+            ["plans", "Plans"], ["why", "Why"], ["events", "Events"], ["tables", "Tables"]];
 
   R.View = class {
     constructor(app, run, parent, narrow) {
@@ -128,12 +128,27 @@
       const time_s = this.app.clock.t, go = (t, v) => this.app.go(t, v < 0 ? null : this.run.vehicles[v].name);
       if (this.tab === "news") R.showNews(this.body, this.facts, this.selected, time_s, go);
       if (this.tab === "events") R.showEvents(this.body, this.facts, this.selected, time_s, go);
-      if (this.tab !== "why") return;
-      /* The panel changes from decision to decision only; so its buttons stay while the clock runs. */
-      const found = this.selected >= 0 ? R.decisionAt(this.facts, this.selected, time_s) : null;
-      const shows = ["why", this.selected, found ? found.number : -1].join();
+      if (this.tab === "why") {
+        const found = this.selected >= 0 ? R.decisionAt(this.facts, this.selected, time_s) : null;
+        this.fill(found ? found.number : -1, () => R.showWhy(this.body, this.facts, this.selected, time_s, go));
+      }
+      if (this.tab === "organisation") {
+        const key = R.organisationKey(this.facts, this.selected, time_s);
+        this.fill(key, () => R.showOrganisation(this.body, this.facts, this.selected, time_s, go));
+      }
+      if (this.tab === "plans") {
+        const shown = R.plansShown(this.facts, this.selected, time_s);
+        this.fill(JSON.stringify(shown), () => R.showPlans(this.body, this.facts, this.selected, shown, go));
+      }
+    }
+
+    /** Shows a panel anew only if what it shows has changed; so its buttons stay while the clock runs. */
+    fill(key, show) {
+      const shows = [this.tab, this.selected, key].join();
       if (this.body.dataset.shows === shows) return;
-      R.showWhy(this.body, this.facts, this.selected, time_s, go);
+      const top = this.body.dataset.shows.startsWith([this.tab, this.selected].join()) ? this.body.scrollTop : 0;
+      show();
+      this.body.scrollTop = top;
       this.body.dataset.shows = shows;
     }
 

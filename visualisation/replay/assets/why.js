@@ -29,6 +29,8 @@
       R.button("◂ change before", before ? () => go(before.time_s, v) : null),
       R.button("change after ▸", after ? () => go(after.time_s, v) : null));
     const nodes = [head, R.make("p", "note", said(decision, number))];
+    const won = wonBy(decision);
+    if (won) nodes.push(R.make("p", "note won", won));
     nodes.push(chainOf(run, v, decision, go));
     nodes.push(R.make("h3", "", "What it could choose from"), bars(facts, decision, go), keyOfBars());
     body.replaceChildren(...nodes);
@@ -48,12 +50,22 @@
       : `Its motivation of ${signed(chosen.motivation)} is its own.`);
   }
 
+  /* By how much the combination that is performed won over the best one with something that was left aside. */
+  function wonBy({ candidates }) {
+    const weighed = candidates.filter((c) => c.bestMean !== null).sort((a, b) => b.bestMean - a.bestMean);
+    const won = weighed.find((c) => c.chosen), rival = weighed.find((c) => !c.chosen && c.motivation > 0);
+    if (!won) return "";
+    const parts = candidates.filter((c) => c.chosen && c.bestMean !== null).map((c) => c.label).join(", ");
+    const mean = `What it combines (${parts}) has a mean motivation of ${signed(won.bestMean)}`;
+    return rival ? `${mean}; the best combination with ${rival.label}: ${signed(rival.bestMean)}.` : `${mean}; nothing else called.`;
+  }
+
   const signed = (x) => (x < 0 ? "−" : "") + Math.abs(x).toFixed(2);
 
   function bars(facts, decision, go) {
     const rows = [...decision.candidates].sort((a, b) => b.chosen - a.chosen || b.motivation - a.motivation);
-    const most = Math.max(0.01, ...rows.flatMap((c) => [Math.abs(c.own) + Math.abs(c.external), Math.abs(c.stimulus), Math.abs(c.motivation)]));
-    const least = Math.min(0, ...rows.flatMap((c) => [c.own, c.external, c.own + c.external]));
+    const most = Math.max(0.01, ...rows.flatMap((c) => [Math.abs(c.own) + Math.abs(c.external), Math.abs(c.stimulus), Math.abs(c.motivation), c.bestMean || 0]));
+    const least = Math.min(0, ...rows.flatMap((c) => [c.own, c.external, c.own + c.external, c.bestMean || 0]));
     const table = R.make("div", "bars");
     for (const candidate of rows) {
       const row = R.make("div", "bar" + (candidate.chosen ? " chosen" : ""));
@@ -83,6 +95,11 @@
     part("own", 0, candidate.own);
     part("external", candidate.own, candidate.own + candidate.external);
     part("stimulus", candidate.stimulus, candidate.stimulus);
+    if (candidate.bestMean !== null) {
+      const mark = R.make("i", "mean", "◆");
+      mark.style.left = at(candidate.bestMean) + "%";
+      box.append(mark);
+    }
     return box;
   }
 
@@ -91,7 +108,7 @@
     for (const [name, text] of [["own", "its own motivation"], ["external", "owed to a peer's signal"], ["stimulus", "stimulus now"]]) {
       key.append(R.make("i", name), R.make("span", "", text));
     }
-    key.append(R.make("span", "", "● chosen  ○ not chosen"));
+    key.append(R.make("span", "", "◆ mean of the best combination with it  ● chosen  ○ not chosen"));
     return key;
   }
 

@@ -1,0 +1,90 @@
+"""Needs of a scenario: which vehicles need which of the listed attributes, all of them or by their groups."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+
+from missions.scenarios.scenario import BY_GROUPS, HELD, Scenario
+from remoras.database import AUVDatabase
+from remoras.mission import Mission
+from remoras.organisation import Organisation
+from remoras.plugins import answer
+from remoras.social.agreement import Agreement
+from remoras.social.needs import Path, Subjects
+from remoras.social.negotiation import negotiated_attributes
+from remoras.social.reports import SENSORS_WORK
+from remoras.strategy import Strategy
+from worldmodel import InformationNeed, Instance, NeedsIndex, TBox
+
+SOCIAL_ATTRIBUTES = ("available", "headedBy", "headTerm", SENSORS_WORK)
+"""What vehicles say of themselves whatever the strategy."""
+
+
+def priorities(scenario: Scenario, strategy: Strategy, mission: Mission, tbox: TBox) -> dict[int, int]:
+    """Priority of every attribute that is exchanged, by uid.
+
+    What the strategy says, who leads and who takes jobs is needed most if it is not listed. An attribute that the
+    mission has no use for in this scenario is left out.
+    """
+    known = {attribute.name for attribute in tbox.attributes}
+    listed = {name: priority for name, priority in scenario.communication.needs.items() if name in known}
+    stated = (*negotiated_attributes(strategy, mission.jobs, tbox), *SOCIAL_ATTRIBUTES)
+    strategic = dict.fromkeys(stated, max(listed.values()))
+    return {tbox.attribute_named(name).uid: priority for name, priority in {**strategic, **listed}.items()}
+
+
+def needs_of_all(tbox: TBox, urgency: Mapping[int, int], n_nodes: int) -> NeedsIndex:
+    """Every vehicle needs every attribute that is exchanged, of every instance of its domain.
+
+    Args:
+        urgency: priority of each of them, by uid.
+    """
+    needs = tuple(InformationNeed(uid, one, class_uid=tbox.attributes[uid].domain) for uid, one in urgency.items())
+    return NeedsIndex(tbox, dict.fromkeys(range(n_nodes), needs))
+
+
+def subjects_of(
+    scenario: Scenario,
+    mission: Mission,
+    tbox: TBox,
+    instances: Sequence[Instance],
+    database: AUVDatabase,
+    agreement: Agreement,
+) -> Subjects | None:
+    """What the instances of a scenario are; None if every vehicle needs everything.
+
+    Raises:
+        PluginError: the mission's ``groups_of`` raises, or answers with something else than groups of the scenario.
+    """  # fmt: skip
+    if scenario.communication.needs_follow != BY_GROUPS:
+        return None
+    groups = agreement.organisation.groups
+    uid = {one.name: one.uid for one in instances}
+    paths = {group.path(role.name): (group.name, role.name) for group in groups.values() for role in group.roles}
+    own = {name: _of_job(name, mission, agreement.organisation) for _, name in mission.instances}
+    return Subjects(
+        database.names,
+        {uid[name]: name for name in groups},
+        {uid[path]: role for path, role in paths.items()},
+        {uid[name]: found for name, found in own.items() if found},
+        frozenset((uid[job.done[1]], tbox.attribute_named(job.done[0]).uid) for job in mission.jobs.values()),
+        agreement.meets_after,
+        frozenset(group.name for group in scenario.group if group.information == HELD),
+    )
+
+
+def _of_job(name: str, mission: Mission, organisation: Organisation) -> Collection[Path]:
+    """Roles whose job an instance is about, or the groups that the mission names for it."""
+    groups = organisation.groups
+
+    def is_expected(found: object) -> bool:
+        return found is None or (isinstance(found, Collection) and set(found) <= set(groups))
+
+    expected = f"groups of the scenario ({', '.join(groups)}), or None"
+    found = answer(
+        f"mission {type(mission).__name__}", "groups_of", expected, is_expected, lambda: mission.groups_of(name)
+    )
+    if found is not None:
+        return [(group, "") for group in found]
+    jobs = {job.name for job in mission.jobs.values() if name in (job.name, job.done[1])}
+    return [(group.name, role.name) for group in groups.values() for role in group.roles if role.job in jobs]

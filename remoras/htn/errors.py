@@ -1,0 +1,44 @@
+"""What the errors of the search say."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from remoras.errors import PlanningError
+from remoras.htn.domain import Method, Task
+
+MAX_CHAIN = 8
+"""Tasks of a chain that are shown."""
+
+
+def wrong_subtasks(method: Method, task: Task, subtasks: Any) -> PlanningError:
+    """The error of a method that gave ``subtasks``, which are none or are not declared."""
+    if isinstance(subtasks, list | tuple) and all(isinstance(one, Task) for one in subtasks):
+        undeclared = sorted({one.name for one in subtasks} - set(method.uses or ()))
+        return PlanningError(
+            f"method {method.name!r} of task {task} uses {', '.join(undeclared)}, and declares only: "
+            f"{', '.join(method.uses or ()) or 'nothing'}"
+        )
+    return PlanningError(
+        f"method {method.name!r} of task {task} must return a list of tasks, or an iterator over such lists, "
+        f"not {subtasks!r}"
+    )
+
+
+def endless(tasks: Sequence[Task], max_expansions: int, loop: Sequence[Task], chain: Sequence[Task]) -> str:
+    """Why there is no plan within so many expansions, with the loop that was found, or where the search stood."""
+    text = f"no plan for {', '.join(map(str, tasks))} within {max_expansions} expansions"
+    if loop:
+        return f"{text}; endless recursion without any change: {_arrows(loop)}"
+    again = next((i for i in range(len(chain) - 2, -1, -1) if chain[i].name == chain[-1].name), None) if chain else None
+    if again is not None:
+        return f"{text}; recursion: {_arrows(chain[again:])}, {len(chain)} levels deep"
+    return f"{text}; the search stood at {_arrows(chain)}" if chain else text
+
+
+def _arrows(chain: Sequence[Task]) -> str:
+    names = [str(task) for task in chain]
+    if len(names) > MAX_CHAIN:
+        names[MAX_CHAIN // 2 : -MAX_CHAIN // 2] = ["..."]
+    return " > ".join(names)

@@ -1,0 +1,85 @@
+"""Reports: what vehicles tell of their energy and their sensors, on which it depends what work they are able to do.
+
+Energy is the share of the battery that a vehicle tells in its slots. That its sensors yield nothing where they should
+it tells when it notices, and for good: nobody switches them on to see. The optimiser gives nobody work that it cannot
+finish on its energy or needs sensors for that are dead; see ``Work.affordable``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+from remoras.beliefs import Beliefs
+from remoras.database import AUVDatabase, VehicleData
+from worldmodel import Change
+
+BATTERY, SENSORS_WORK = "batteryFraction", "sensorsWork"
+AMPLE = 1.1
+"""Who begins with so many times what it could spend in transit until the mission ends is never short of energy."""
+
+
+def without_sensors(data: VehicleData) -> VehicleData:
+    """What a vehicle is able to do whose sensors are dead follows from its data without them."""
+    return replace(data, sensors=())
+
+
+def scarce_energy_j(
+    vehicles: Iterable[VehicleData], told: Mapping[str, tuple[float, float]], now_s: float, until_s: float
+) -> dict[str, float]:
+    """What vehicles have left that could not go on in transit until the end of the mission, by name.
+
+    Since it was told, a vehicle is taken to have worked at survey speed.
+
+    Args:
+        vehicles: data of those that may be short of it; batteries are full at the start.
+        told: share of the battery and when that was told, by vehicle.
+        now_s: time; until_s: end of the mission.
+    """
+    found = {}
+    for data in vehicles:
+        share, told_s = told.get(data.name, (1.0, 0.0))
+        left_j = share * data.energy_j - data.power_w(data.survey_speed_mps) * max(0.0, now_s - told_s)
+        if left_j < data.power_w(data.transit_speed_mps) * (until_s - now_s):
+            found[data.name] = left_j
+    return found
+
+
+class Reports:
+    """What one vehicle knows of the energy and the sensors of all.
+
+    Args:
+        beliefs: of the vehicle.
+        database: static data of all vehicles.
+        until_s: end of the mission.
+
+    Attributes:
+        blind: vehicles that say of themselves that their sensors yield nothing.
+        database: data of all vehicles, of these without sensors.
+    """
+
+    def __init__(self, beliefs: Beliefs, database: AUVDatabase, until_s: float) -> None:
+        self._beliefs = beliefs
+        self._until_s = until_s
+        self._sensors_work = beliefs.model.tbox.attribute_named(SENSORS_WORK).uid
+        self.database = database
+        all_w = {name: data.power_w(data.transit_speed_mps) for name, data in database.items()}
+        self._frugal = tuple(name for name, w in all_w.items() if database[name].energy_j < AMPLE * w * until_s)
+        self.blind: frozenset[str] = frozenset()
+
+    def note(self, change: Change) -> None:
+        """See whose sensors are dead, by what each vehicle says of itself."""
+        for fact in change.block.facts:
+            if fact.attribute == self._sensors_work and fact.subject == change.block.origin and not fact.value:
+                self.blind |= {self._beliefs.name(fact.subject)}
+                data = self.database.values()
+                self.database = AUVDatabase(tuple(without_sensors(d) if d.name in self.blind else d for d in data))
+
+    def scarce_energy_j(self, now_s: float) -> dict[str, float]:
+        """What vehicles have left, of those that may not have enough for the rest of the mission."""
+        told = {}
+        for name in self._frugal:
+            share, told_s = self._beliefs.get((BATTERY, name)), self._beliefs.observed_s((BATTERY, name))
+            if share is not None and told_s is not None:
+                told[name] = share, told_s
+        return scarce_energy_j([self.database[name] for name in self._frugal], told, now_s, self._until_s)

@@ -1,0 +1,154 @@
+"""What vehicles tell of their energy and their sensors decides who is given which job; taken out, missions are worse.
+
+Two vehicles, two visits: `far` at (600, 0), `near` at (-100, 0). AUV00, the head, starts at (0, 0), AUV01 at (50, 0),
+so by time alone AUV01 goes far. That takes it 275 s in transit at 20 + 10 * 2^3 = 100 W, a stay of 40 s, and 458 s home
+with the margin, at 20 + 10 * 1.5^3 = 54 W: 27.5 + 2.2 + 24.6 = 54 kJ. To go near takes 7.5 + 2.2 + 6.7 = 16 kJ.
+"""
+
+import pytest
+from visiting_mission import VisitTable, visiting_scenario
+
+from missions.runs.run import Run, run
+from missions.runs.setup import assemble, resolved
+from missions.scenarios import load
+from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
+from remoras.social.reports import Reports
+from remoras.strategies import strategies
+from remoras.strategies.allocation import Engagement, affordable, planned
+from remoras.work import Outlook, Work
+from tests.conformance.exchange_of_statements import Visit
+from tests.remoras.samples import auv, database
+from worldmodel import merge
+
+ENOUGH_TO_GO_NEAR_J = 30e3
+CASES = ["remoras", "central", "contract-net", "cbba", "status-broadcast", "fixed-partition"]
+
+
+def visits(strategy: str, energy_j: float) -> Run:
+    shipped = visiting_scenario(0.0)
+    starts = {"AUV00": (0.0, 0.0), "AUV01": (50.0, 0.0)}
+    vehicles = tuple(
+        one.model_copy(
+            update={"start_m": starts[one.name], "energy_j": energy_j if one.name == "AUV01" else one.energy_j}
+        )
+        for one in shipped.vehicle
+        if one.name in starts
+    )
+    places = {"place 0": (600.0, 0.0), "place 1": (-100.0, 0.0)}
+    table = tuple(VisitTable(name=name, place_m=at_m, stay_s=40.0) for name, at_m in places.items())
+    group = shipped.group[0]
+    roles = tuple(role for role in group.role if role.job is None or role.job in places)
+    playable = tuple({"playable_roles": tuple(v.playable_roles[: len(v.playable_roles) - 3])} for v in vehicles)
+    vehicles = tuple(v.model_copy(update=of) for v, of in zip(vehicles, playable, strict=True))
+    world = shipped.world.model_copy(update={"x_m": (-300.0, 900.0)})
+    groups = (group.model_copy(update={"role": roles}),)
+    parts = {"vehicle": vehicles, "visit": table, "group": groups, "world": world}
+    return run(shipped.model_copy(update=parts), seed=3, strategy=strategies()[strategy])
+
+
+def visitor(finished: Run, place: str) -> str:
+    return next(one.vehicle for one in finished.milestones if one.name == f"visited {place}")
+
+
+@pytest.mark.parametrize("strategy", CASES)
+def test_who_has_little_energy_is_given_what_it_can_finish(strategy: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    ample, short = visits(strategy, 2e6), visits(strategy, ENOUGH_TO_GO_NEAR_J)
+    assert ample.completed
+    assert short.completed
+    assert (visitor(ample, "place 0"), visitor(ample, "place 1")) == ("AUV01", "AUV00")
+    assert (visitor(short, "place 0"), visitor(short, "place 1")) == ("AUV00", "AUV01")
+    assert short.end_s < ample.end_s + 60.0  # the way from 0 instead of 50 m, and rounds of consultation
+    monkeypatch.setattr("remoras.social.agreement.scarce_energy_j", lambda *of: {})
+    monkeypatch.setattr(Reports, "scarce_energy_j", lambda *of: {})
+    unseen = visits(strategy, ENOUGH_TO_GO_NEAR_J)
+    assert not unseen.completed or unseen.end_s > short.end_s + 100.0
+
+
+# What was told -----------------------------------------------------------------------------------
+
+TEAM = Group(
+    "Team",
+    (
+        RoleSpecification("Head", 1, 1, head=True, founding=True),
+        *(RoleSpecification(name, 1, 1, job=name.lower()) for name in ("Far", "Near")),
+    ),
+)
+JOBS = {"far": Visit("far", (600.0, 0.0)), "near": Visit("near", (100.0, 0.0))}
+FLEET = database(
+    auv("AUV00", playable_roles=("Head", "Far", "Near")), auv("AUV01", playable_roles=("Head", "Far", "Near"))
+)
+
+
+def work(energy_j: dict[str, float], *held: str) -> Work:
+    played = [RoleAssignment("Team", "Head", name) for name in FLEET]
+    played += [RoleAssignment("Team", role, "AUV01") for role in held]
+    return Work(TEAM, Organisation.of([TEAM], played), FLEET, JOBS, energy_j=energy_j)
+
+
+def roles_of(energy_j: dict[str, float]) -> dict[str, list[str]]:
+    team = work(energy_j)
+    outlooks = {name: Outlook(0.0, data.start_m) for name, data in FLEET.items()}
+    plan = planned(team, team.vacant, team.workers, outlooks)
+    return {name: [role.name for role in roles] for name, roles in plan.roles.items()}
+
+
+def needs_j(team: Work, vehicle: str, role: str) -> float:
+    """The least energy, to the joule, that lasts for a job."""
+    data, of = FLEET[vehicle], TEAM.role(role)
+    assert of is not None
+    low, high = 0, 10**7
+    while low < high:
+        middle = (low + high) // 2
+        fits = work({vehicle: float(middle)}).affords(Outlook(0.0, data.start_m), data, of)
+        low, high = (low, middle) if fits else (middle + 1, high)
+    return float(low)
+
+
+def test_a_plan_moves_what_a_vehicle_cannot_finish_and_leaves_what_nobody_can() -> None:
+    far_j, near_j = (needs_j(work({}), "AUV01", role) for role in ("Far", "Near"))
+    assert far_j > near_j > 0.0
+    assert roles_of({"AUV01": far_j - 1.0})["AUV00"] == ["Far"]
+    assert roles_of({"AUV01": near_j - 1.0}) == {"AUV00": ["Near", "Far"], "AUV01": []}
+    nobody = roles_of({"AUV00": 0.0, "AUV01": near_j})
+    assert nobody == {"AUV00": [], "AUV01": ["Near"]}
+
+
+def test_what_a_vehicle_holds_and_cannot_finish_any_more_is_not_counted_as_its_own() -> None:
+    far, near = (TEAM.role(name) for name in ("Far", "Near"))
+    assert far is not None
+    assert near is not None
+    engaged = Engagement((), (near, far), Outlook(0.0, (0.0, 0.0)))
+    assert affordable(work({}), FLEET["AUV01"], engaged) == (near, far)
+    near_j = needs_j(work({}), "AUV01", "Near")
+    assert affordable(work({"AUV01": near_j}), FLEET["AUV01"], engaged) == (near,)
+
+
+def test_energy_is_what_was_told_last_less_what_work_has_taken_since() -> None:
+    short = [("--set", f"vehicle.AUV01.energy_j={2e5}"), ("--set", "scenario.duration_s=7200")]
+    fleet = assemble(resolved(load("mapping-rendezvous", short)), seed=1)
+    head, told = fleet.vehicles[1], fleet.vehicles[2]
+    reports, data = head.social.standing.reports, told.data
+    survey_w = data.hotel_w + data.drag_w_per_mps3 * data.survey_speed_mps**3
+    assert reports.scarce_energy_j(100.0) == {"AUV01": pytest.approx(2e5 - 100.0 * survey_w)}
+    block = told.beliefs.model.record([told.beliefs.fact("AUV01", "batteryFraction", 0.5)], 60.0).block
+    head._consider(merge(head.beliefs.model, [block]).changes, 61.0)
+    assert reports.scarce_energy_j(100.0) == {"AUV01": pytest.approx(1e5 - 40.0 * survey_w)}
+    fleet.close()
+
+
+def test_who_says_that_its_sensors_are_dead_is_given_nothing_that_takes_them() -> None:
+    """It still takes what does not, and nobody says so of another."""
+    fleet = assemble(resolved(load("mapping-rendezvous", [("--set", "strategy.name='central'")])), seed=1)
+    head, blind, other = fleet.vehicles[1], fleet.vehicles[2], fleet.vehicles[3]
+    for says, counts in ((other, False), (blind, True)):
+        block = says.beliefs.model.record([says.beliefs.fact("AUV01", "sensorsWork", False)], 1.0).block
+        head._consider(merge(head.beliefs.model, [block]).changes, 1.0)
+        workers = [data.name for data in head.social._work()["Operational"].workers]
+        assert ("AUV01" not in workers) is counts
+    order = [head.beliefs.fact("AUV01", "playsRole", "Operational.LeftWinger")]
+    head._conclude(order, 2.0)
+    consulted = head.social.consult()
+    [ruling] = [one for one in consulted.rulings if one.asked.role == "LeftWinger"]
+    assert ruling.outcome.value == "assignee takes no jobs"
+    assert not head.social.standing.takes_no_jobs
+    fleet.close()

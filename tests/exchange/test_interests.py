@@ -1,0 +1,114 @@
+"""Needs that change while a fleet is on the air: what is sent again, what no longer, what is set aside and taken up."""
+
+import pytest
+from fleet_radio import MAPPED_CELL, Fleet, bay
+
+from worldmodel import PropertyValue, Wanted, merge
+
+
+class Team:
+    """Cells of the bay are needed by these nodes, which may change."""
+
+    def __init__(self, *nodes: int) -> None:
+        self.nodes = set(nodes)
+
+    def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
+        return (sum(1 << node for node in self.nodes), 1) if fact.attribute == MAPPED_CELL else (0, 0)
+
+
+def knows(fleet: Fleet, node: int, cell: int) -> bool:
+    return any(one.value == cell for one in fleet.models[node].history(bay(fleet.n_nodes), MAPPED_CELL))
+
+
+def regroup(fleet: Fleet) -> None:
+    """Every node hears of the change at once, and merges what it takes up."""
+    for model, manager in zip(fleet.models, fleet.managers, strict=True):
+        merge(model, manager.renew().blocks)
+
+
+def test_what_is_overheard_without_need_is_set_aside_and_taken_up_once_it_is_needed() -> None:
+    team = Team(0, 1)
+    fleet = Fleet(3, who_needs=team, selective=True)
+    uid = fleet.maps(0, 7)
+    fleet.pass_frames(2)
+    assert knows(fleet, 1, 7)
+    assert not knows(fleet, 2, 7)
+    assert [one.uid for heard in fleet.heard[2] for one in heard.aside] == [uid]
+    assert fleet.n_open == 0
+    team.nodes.add(2)
+    regroup(fleet)
+    assert knows(fleet, 2, 7)
+    assert fleet.n_open == 0  # node 2 has acknowledged the packet, so nobody sends it again
+
+
+def test_a_vehicle_that_is_not_selective_keeps_what_it_hears() -> None:
+    fleet = Fleet(3, who_needs=Team(0, 1))
+    fleet.maps(0, 7)
+    fleet.pass_frames(1)
+    assert knows(fleet, 2, 7)
+
+
+def test_what_was_settled_without_a_newcomer_is_sent_again() -> None:
+    team = Team(0, 1)
+    fleet = Fleet(3, who_needs=team, selective=True, lost=lambda slot, sender, receiver: receiver == 2 and slot < 9)
+    fleet.maps(0, 7)
+    fleet.pass_frames(3)
+    assert fleet.n_open == 0
+    assert not knows(fleet, 2, 7)
+    team.nodes.add(2)
+    regroup(fleet)
+    assert fleet.n_open == 1
+    fleet.pass_frames(3)
+    assert knows(fleet, 2, 7)
+    assert fleet.n_open == 0
+
+
+def test_nobody_goes_on_sending_to_who_needs_it_no_more() -> None:
+    team = Team(0, 1, 2)
+    fleet = Fleet(3, who_needs=team, selective=True, lost=lambda slot, sender, receiver: receiver == 2)
+    uid = fleet.maps(0, 7)
+    fleet.pass_frames(3)
+    assert fleet.n_open == 1
+    team.nodes.discard(2)
+    assert fleet.managers[0].renew().settled == (uid,)
+    assert fleet.n_open == 0
+
+
+@pytest.mark.parametrize("is_selective", [True, False])
+def test_one_team_repeats_the_items_of_another_only_if_it_keeps_everything(is_selective: bool) -> None:
+    """Node 0 is heard by node 2 alone, which passes on to node 1 what it has a use for itself."""
+    fleet = Fleet(
+        3, "ack-repeat", who_needs=Team(0, 1), selective=is_selective,
+        lost=lambda slot, sender, receiver: (sender, receiver) == (0, 1),
+    )  # fmt: skip
+    fleet.maps(0, 7)
+    fleet.pass_frames(3)
+    assert knows(fleet, 1, 7) is not is_selective
+
+
+def test_a_need_that_comes_and_goes_sends_an_item_once() -> None:
+    """A peer that is believed to hold an item does not get it anew, however often needs change: no livelock."""
+    team = Team(0, 1)
+    fleet = Fleet(3, who_needs=team, selective=True)
+    uid = fleet.maps(0, 7)
+    for _ in range(10):
+        team.nodes ^= {2}
+        regroup(fleet)
+        fleet.pass_frames(2)
+    assert sum(uid in sent.items for sent in fleet.said) <= 3
+    assert fleet.n_open == 0
+
+
+def test_a_status_that_nobody_needs_any_more_is_not_said() -> None:
+    class Positions(Team):
+        def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
+            return sum(1 << node for node in self.nodes), 1
+
+    team = Positions(1)
+    fleet = Fleet(2, who_needs=team, selective=True)
+    fleet.observe(0, (0, fleet.models[0].tbox.attribute_named("position").uid, (1.0, 2.0)))
+    assert len(fleet.pass_slot().status) == 1
+    fleet.pass_slot()
+    team.nodes.clear()
+    fleet.observe(0, (0, fleet.models[0].tbox.attribute_named("position").uid, (3.0, 4.0)))
+    assert fleet.pass_slot().status == ()

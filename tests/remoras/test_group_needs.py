@@ -1,0 +1,102 @@
+"""Who needs a fact by groups and roles, on four vehicles in two teams under a head; numbers are nodes as bit words."""
+
+import pytest
+
+from missions.runs.setup import Setup, resolved
+from missions.scenarios import load
+from remoras.organisation import Organisation
+from remoras.social.needs import GroupNeeds
+from worldmodel import PropertyValue, Value
+
+SETUP: Setup = resolved(load("mapping-three-teams"))
+NODES = SETUP.nodes
+UIDS = {instance.name: instance.uid for instance in SETUP.instances}
+HEAD, NORTH, EAST = ("ASV00",), ("AUV00", "AUV01"), ("AUV02", "AUV03")
+TACTICIANS = ("AUV00", "AUV02", "AUV04")
+
+
+def word(*names: str) -> int:
+    return sum(1 << NODES[name] for name in set(names))
+
+
+def needs(held: tuple[str, ...] = ()) -> GroupNeeds:
+    settings = [("--set", f'group.{name}.information="held by head"') for name in held]
+    setup = resolved(load("mapping-three-teams", settings))
+    assert setup.subjects is not None
+    return GroupNeeds(setup.tbox, setup.urgency, setup.subjects, setup.agreement.organisation)
+
+
+def who(asked: GroupNeeds, subject: str, attribute: str, value: Value | str = 0.0) -> int:
+    """Nodes that need the fact."""
+    told = UIDS[value] if isinstance(value, str) else value
+    fact = PropertyValue(UIDS[subject], SETUP.tbox.attribute_named(attribute).uid, told)
+    return asked.priority_of(fact, 0)[0]
+
+
+def moved(*changes: tuple[str, str, str, bool]) -> Organisation:
+    """What was agreed, after (vehicle, group, role, takes it) each."""
+    organisation = SETUP.agreement.organisation
+    for vehicle, group, role, takes in changes:
+        change = organisation.assign if takes else organisation.leave_role
+        organisation, _ = change(vehicle, group, role)
+    return organisation
+
+
+@pytest.mark.parametrize(
+    ("subject", "attribute", "value", "expected"),
+    [
+        ("north west", "mappedCell", 3.0, word(*NORTH)),
+        ("north west", "areaDone", "AUV00", word(*NORTH, *HEAD)),
+        ("North.NorthWest", "objectiveExploring", "north west", word(*NORTH)),
+        ("AUV01", "playsRole", "North.NorthWest", word(*NORTH, *HEAD)),
+        ("AUV03", "playsRole", "North.NorthWest", word(*NORTH, *HEAD, "AUV03")),
+        ("North", "gatheredAt", "north rally", word(*NORTH, *HEAD)),
+        ("Coordination", "gatheredAt", "coordination rally", word(*HEAD, *TACTICIANS)),
+        ("North", "headedBy", "AUV01", word(*NORTH, *HEAD, *TACTICIANS)),
+        ("AUV01", "position", (0.0, 0.0), word(*NORTH)),
+        ("AUV00", "position", (0.0, 0.0), word(*NORTH, *HEAD, *TACTICIANS)),
+    ],
+)
+def test_a_fact_is_needed_by_those_whose_group_it_concerns(
+    subject: str, attribute: str, value: Value | str, expected: int
+) -> None:
+    assert who(needs(), subject, attribute, value) == expected
+
+
+def test_who_leads_the_supervisors_is_known_to_all_whom_they_give_missions() -> None:
+    everybody = word(*NODES)
+    assert who(needs(), "Coordination", "headedBy", "AUV00") == everybody
+    assert who(needs(), "AUV00", "playsRole", "Coordination.MissionAdministrator") == everybody
+
+
+def test_what_concerns_no_group_concerns_everybody() -> None:
+    assert who(needs(), "Supervision", "missionCompleted", True) == 0  # it is not listed, so it is not exchanged
+    asked = needs()
+    asked.renew(moved(("AUV01", "North", "NorthPerformer", False)))
+    assert who(asked, "AUV01", "position", (0.0, 0.0)) == word(*NODES)  # a reserve: any head may want it
+
+
+def test_who_joins_a_group_needs_what_it_knows_and_who_leaves_hears_who_plays_what() -> None:
+    asked = needs()
+    assert asked.renew(moved(("AUV03", "North", "NorthPerformer", True)))
+    assert who(asked, "north west", "mappedCell", 3.0) == word(*NORTH, "AUV03")
+    assert asked.renew(moved(("AUV01", "North", "NorthPerformer", False)))
+    assert who(asked, "north west", "mappedCell", 3.0) == word("AUV00")
+    assert who(asked, "AUV00", "leftRole", "North.NorthWest") == word("AUV00", "AUV01", "AUV03", *HEAD)
+
+
+def test_an_organisation_in_which_the_same_need_the_same_makes_no_difference() -> None:
+    asked = needs()
+    assert not asked.renew(
+        moved(("AUV01", "North", "NorthPerformer", False), ("AUV01", "North", "NorthPerformer", True))
+    )
+
+
+def test_a_head_holds_what_its_group_knows_with_those_who_do_the_job() -> None:
+    asked = needs(("North",))
+    assert who(asked, "north west", "mappedCell", 3.0) == word("AUV00")
+    assert who(asked, "north west", "areaDone", "AUV01") == word(*NORTH, *HEAD)
+    assert who(asked, "east south", "mappedCell", 3.0) == word(*EAST)
+    asked.renew(moved(("AUV01", "North", "NorthWest", True)))
+    assert who(asked, "north west", "mappedCell", 3.0) == word(*NORTH)
+    assert who(asked, "north east", "mappedCell", 3.0) == word("AUV00")

@@ -1,0 +1,93 @@
+"""What a group knows of its jobs is replicated, or held by its head: what that saves, and costs without the head."""
+
+from pathlib import Path
+
+import pytest
+
+from missions.errors import ConfigurationError
+from missions.runs.metrics import bits_of
+from missions.runs.run import Run, run
+from missions.scenarios import load, shipped
+from remoras.contents import Content
+
+GROUP = "group.Operational.information"
+COMMON = ("channel.per=0.4", "fleet.size=7", "communication.needs_follow=groups", "communication.lease_frames=20")
+LOST = 'fault=[{kind="lost", vehicle="AUV00", at_s=600.0}]'
+
+
+def finished(*settings: str) -> Run:
+    return run(load("mapping-patches", [("--set", one) for one in (*COMMON, *settings)]), 1, keep_models=True)
+
+
+@pytest.fixture(scope="module")
+def held() -> Run:
+    return finished(f"{GROUP}=held by head")
+
+
+@pytest.fixture(scope="module")
+def without_its_head() -> Run:
+    return finished(f"{GROUP}=held by head", LOST)
+
+
+def cells_known(made: Run, vehicle: str) -> set[str]:
+    """Blocks about mapped cells in the world model of a vehicle."""
+    rows = made.recorder.rows("facts")
+    return {f"{row[3]}-{row[4]}" for row in rows if row[:2] == (vehicle, "known") and row[8] == "mappedCell"}
+
+
+def test_the_head_holds_it_and_a_member_its_own_and_what_its_jobs_take(held: Run) -> None:
+    everything = {row[0].partition(".")[0] for row in held.recorder.items if row[5] == "mappedCell"}
+    assert len(cells_known(held, "AUV00")) > 0.95 * len(everything)
+    for name in ("AUV01", "AUV02", "AUV03"):
+        node = held.setup.nodes[name]
+        own = {block for block in everything if int(block.partition("-")[0]) == node}
+        assert own <= cells_known(held, name)
+        assert len(cells_known(held, name) - own) < 0.1 * len(everything)
+
+
+def test_it_takes_fewer_bytes(held: Run) -> None:
+    """Measured over five seeds: 55 % fewer bits of observations."""
+    observations = bits_of(Content.OBSERVATIONS)
+    assert observations(held) < 0.6 * observations(finished())
+    assert held.completed
+
+
+def test_the_new_head_gathers_anew_what_the_others_know(without_its_head: Run) -> None:
+    made = without_its_head
+    successor, leads_s = next(
+        (row[1], row[0]) for row in made.recorder.roles if row[0] > 600.0 and row[3:] == ("Coordinator", "assigned")
+    )
+    told_s = {row[2]: row[0] for row in made.recorder.knowledge if row[4] == "observed"}
+    before = {row[0] for row in made.recorder.items if row[5] == "mappedCell" and told_s[row[0]] < leads_s}
+    of_others = {row[0] for row in made.recorder.items if row[0] in before and row[1] not in ("AUV00", successor)}
+    received_s = {row[2]: row[0] for row in made.recorder.knowledge if row[1] == successor and row[4] == "received"}
+    assert of_others <= set(received_s)
+    assert sum(received_s[item] >= leads_s for item in of_others) > 0.9 * len(of_others)
+    assert made.completed
+
+
+def test_what_the_lost_head_alone_knew_is_done_again(without_its_head: Run) -> None:
+    def done_again(made: Run) -> int:
+        rows = made.recorder.rows("coverage")
+        return len(rows) - len({row[2:4] for row in rows})
+
+    assert done_again(without_its_head) > done_again(finished(LOST))
+
+
+def test_a_head_can_hold_it_only_where_needs_follow_from_groups(tmp_path: Path) -> None:
+    """The file says where: one line is put behind that of the group's rally point."""
+    lines = shipped()["mapping-patches"].read_text(encoding="utf-8").splitlines()
+    number = lines.index('name = "Operational"') + 1
+    lines.insert(number, 'information = "held by head"')
+    path = tmp_path / "held.toml"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(ConfigurationError) as caught:
+        load(str(path))
+    (fault,) = caught.value.faults
+    assert (fault.key, fault.given, fault.line) == (GROUP, '"held by head"', number + 1)
+    assert 'set communication.needs_follow = "groups"' in fault.allowed
+
+
+def test_a_word_that_is_neither_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match=r"group\.Operational\.information.*replicated.*held by head"):
+        load("mapping-patches", [("--set", f"{GROUP}=secret")])

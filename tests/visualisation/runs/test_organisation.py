@@ -1,0 +1,163 @@
+"""The organisation of a run as it is read and drawn: who held what when, what was lacking, which acts are marked."""
+
+import math
+import random
+from pathlib import Path
+
+import pytest
+from synthetic_runs import FICTIONS, FLEET, Fiction, nested
+
+from missions.runs.results import Results, write
+from missions.runs.run import run
+from missions.scenarios import load
+from visualisation import DrawingError
+from visualisation.runs import Moment, draw, organisation, picture
+from visualisation.runs.views import Mark, Span, View, view_of
+
+SETTINGS = ("channel.per=0.4", "fault=[{kind='lost',vehicle='AUV00',at_s=200}]", "scenario.duration_s=700")
+
+
+@pytest.fixture(scope="module")
+def lost(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    """A run in which the head of one group and planner of another is lost, and AUV01 succeeds it in both roles."""
+    folder = tmp_path_factory.mktemp("lost") / "run"
+    write(run(load("mapping-rendezvous", [("--set", one) for one in SETTINGS]), 3), folder)
+    return Results.read(folder)
+
+
+def held(view: View, at_s: float) -> set[tuple[str, str, str]]:
+    return {(*key, one.vehicle) for key, own in view.holdings.items() for one in own if one.holds(at_s)}
+
+
+def moments_s(results: Results) -> list[float]:
+    return [random.Random(n).uniform(0.0, results.summary["mission_time_s"]) for n in range(20)]
+
+
+def test_a_viewers_organisation_is_what_is_rebuilt_of_its_memory(lost: Results) -> None:
+    for at_s in moments_s(lost):
+        for vehicle in lost.scenario.vehicle:
+            known = lost.known(vehicle.name, at_s).organisation.assignments
+            view = view_of(lost, vehicle.name)
+            assert held(view, at_s) == {(one.group, one.role, one.vehicle) for one in known}, (vehicle.name, at_s)
+
+
+def test_without_a_viewer_it_is_what_every_vehicle_holds_of_itself(lost: Results) -> None:
+    """As the table ``roles`` has it, which the vehicles write of themselves."""
+    rows = lost.table("roles").to_pylist()
+    for at_s in moments_s(lost):
+        so: set[tuple[str, str, str]] = set()
+        for row in rows:
+            if row["time_s"] <= at_s and row["event"] in ("assigned", "left"):
+                key = (row["group"], row["role"], row["vehicle"])
+                (so.add if row["event"] == "assigned" else so.discard)(key)
+        assert held(view_of(lost), at_s) == so
+
+
+def test_a_succession_ends_the_vacancy_that_a_loss_leaves(lost: Results) -> None:
+    """AUV00 is lost at 200 s; the role of the Coordinator has nobody until AUV01 marks its succession."""
+    view = view_of(lost)
+    (operational,) = [group for group in view.groups if group.name == "Operational"]
+    (mark,) = [one for one in view.marks if (one.kind, one.role) == ("succeed", "Coordinator")]
+    assert view.vacancies(operational)["Coordinator"] == [(Span(200.0, mark.time_s), 1)]
+    assert operational.above == "Coordination"
+    seen_s = [one.time_s for one in view_of(lost, "AUV02").marks if (one.kind, one.role) == ("succeed", "Coordinator")]
+    assert seen_s[0] > mark.time_s  # it hears of it
+
+
+def test_a_group_formed_at_sea_exists_from_its_forming_to_its_dissolution(tmp_path: Path) -> None:
+    view = view_of(FICTIONS["nested"].write(tmp_path / "run"))
+    assert view.exists["Inspection"] == [Span(300.0, 700.0)]
+    assert view.exists["Team A"] == [Span(0.0, math.inf)]
+    assert [mark for mark in view.marks if mark.group == "Inspection"] == [
+        Mark(300.0, "create", "Inspection", ""), Mark(700.0, "dissolve", "Inspection", "")
+    ]  # fmt: skip
+    (inspection,) = [group for group in view.groups if group.name == "Inspection"]
+    assert view.vacancies(inspection) == {
+        "Leader": [(Span(300.0, 310.0), 1)],
+        "Diver": [(Span(300.0, 320.0), 2), (Span(320.0, 700.0), 1)],
+    }
+    assert {group.name: group.above for group in view.groups} == {
+        "Fleet": "", "Wing": "Fleet", "Team A": "Wing", "Team B": "Wing", "Team C": "Wing", "Inspection": "Team B",
+    }  # fmt: skip
+
+
+def shown(results: Results, at_s: float | None, viewer: str = "") -> list[str]:
+    """Texts of the boxes."""
+    figure = picture(results, "organisation", moment=Moment(at_s, viewer)).figure
+    boxes = next(axes for axes in figure.axes if not axes.axison)
+    return [text.get_text() for text in boxes.texts]
+
+
+def test_boxes_are_of_the_time_and_of_the_viewer(tmp_path: Path) -> None:
+    results = FICTIONS["nested"].write(tmp_path / "run")
+    before, within = shown(results, 100.0), shown(results, 600.0)
+    assert ("Inspection" in before, "Inspection" in within) == (False, True)
+    assert within[within.index("Inspection") :][:6] == [
+        "Inspection", "\u2605 Leader (1)", "AUV06", "Diver (2\u20139)", "AUV07", "vacant",
+    ]  # fmt: skip
+    of_first = shown(results, 600.0, "AUV00")
+    assert "as AUV00 sees it" in of_first[0]
+    assert of_first[of_first.index("Team A") :][1:6] == [
+        "\u2605 Leader (1)",
+        "vacant",
+        "Diver (2\u20139)",
+        "2 vacant",
+        "Spare",
+    ]
+
+
+def test_the_last_time_with_the_most_holders_is_shown_if_none_is_named(tmp_path: Path) -> None:
+    """From 520 s on all seats are taken, until two leave at 700 s; of a run in which nobody leaves it is the end."""
+    assert view_of(FICTIONS["nested"].write(tmp_path / "nested")).busiest_s(1000.0) == 520.0
+    assert view_of(Fiction().write(tmp_path / "plain")).busiest_s(1000.0) == 1000.0
+
+
+def test_who_holds_no_role_is_a_reserve(tmp_path: Path) -> None:
+    fiction = Fiction(vehicles=FLEET[:2], roles=(), groups=nested()[:1])
+    results = fiction.write(tmp_path / "run")
+    assert shown(results, 100.0)[-3:] == ["reserves", "AUV00", "AUV01"]
+    assert "Reserves hold no role: AUV00 and AUV01." in picture(results, "organisation").caption
+
+
+def marks(results: Results, viewer: str = "") -> set[str]:
+    figure = picture(results, "organisation", moment=Moment(None, viewer)).figure
+    return {str(line.get_marker()) for axes in figure.axes for line in axes.lines} - {"None", ""}
+
+
+def test_acts_are_marked_where_they_were_heard_of(tmp_path: Path) -> None:
+    """Refused, succession, mission, formed and dissolved in truth; the first vehicle refused, and gave the mission."""
+    results = FICTIONS["nested"].write(tmp_path / "run")
+    assert marks(results) == {"X", "*", "d", ">", "<"}
+    assert marks(results, "AUV00") == {"X", "d"}
+    caption = picture(results, "organisation", moment=Moment(600.0, "AUV00")).caption
+    assert caption.startswith("Organisation in the view of AUV00: above at 600 s, ")
+    assert "Requests refused by AUV00 are crossed at 1 place." in caption
+
+
+@pytest.mark.parametrize("width_in", [3.5, 7.2])
+def test_a_large_fleet_fits_a_page(tmp_path: Path, width_in: float) -> None:
+    """Of 40 vehicles all of which hold five roles; roles of many holders count them, or groups are left out."""
+    fiction = Fiction(tuple(f"V{n:02}" for n in range(40)), roles=[(f"G{n}", "Diver") for n in range(5)])
+    drawn = picture(fiction.write(tmp_path / "run"), "organisation", width_in=width_in)
+    assert drawn.figure.get_figheight() <= organisation.TALLEST_IN
+    assert "Diver (40)" in [text.get_text() for text in drawn.figure.texts]
+
+
+@pytest.mark.parametrize(
+    ("moment", "message"),
+    [
+        (Moment(1200.0), "at 1200 s: this run lasts from 0 to 1000 s"),
+        (Moment(None, "a"), "unknown vehicle 'a'; known: A, B; nearest: '[AB]'"),
+    ],
+)
+def test_a_moment_that_the_run_has_not_is_refused(tmp_path: Path, moment: Moment, message: str) -> None:
+    results = Fiction().write(tmp_path / "run")
+    with pytest.raises(DrawingError, match=message):
+        draw(results, ["organisation"], tmp_path / "out", moment=moment)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_moment_is_for_the_organisation(tmp_path: Path) -> None:
+    results = Fiction().write(tmp_path / "run")
+    with pytest.raises(DrawingError, match="at 9 s, viewer A: is about the figure organisation; name that too"):
+        draw(results, ["roles"], tmp_path / "out", moment=Moment(9.0, "A"))

@@ -1,0 +1,263 @@
+"""An organisation at one time as boxes: a group with its roles and who plays them, below the group that supervises it.
+
+All lengths are in inches, y down from the top of the drawing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.patches import Rectangle
+
+from missions.figure import VehicleLook
+from visualisation import style
+from visualisation.runs.views import View
+from visualisation.structure import Group
+
+LINE_IN, CHIP_IN, TITLE_IN = 0.155, 0.118, 0.19
+"""Height of a line of a box, of a name in it, and of the head of a box."""
+PAD_IN, GAP_IN, DROP_IN, INDENT_IN = 0.06, 0.1, 0.13, 0.16
+"""Within a box; between boxes side by side, and below each other; of what a group supervises."""
+LEAST_IN = 2.0
+"""Least width of a box where several stand side by side, and of a column of roles in a box."""
+FEW = 3
+"""So many roles stand below each other though there is room for columns."""
+ROLE_SHARE = 0.42
+"""Most of a box that names of roles may take."""
+MARGIN_IN = 0.08
+HEAD = "\u2605 "
+"""Before the roles that lead their group."""
+LINE: dict[str, Any] = {"color": style.GREY, "linewidth": 0.8, "zorder": 1}
+VACANT: dict[str, Any] = {"facecolor": "none", "edgecolor": style.BLACK, "linestyle": (0, (2, 1.5)), "linewidth": 0.6}
+LEAST_LIGHT = 0.45
+"""Of colours darker than this names are white."""
+
+
+class Chip(NamedTuple):
+    """A name in a box: a vehicle with its colour, paler if it is away; or a note such as "2 vacant"."""
+
+    text: str
+    colour: str = ""
+    is_away: bool = False
+    is_vacant: bool = False
+
+    @property
+    def width_in(self) -> float:
+        """How much room it takes."""
+        return style.width_in(self.text, style.TINY_PT) + 0.07
+
+
+class Line(NamedTuple):
+    """A role and its chips, each with its distance from the left edge and the line on which it stands."""
+
+    name: str
+    chips: list[tuple[Chip, float, int]]
+
+    @property
+    def n_lines(self) -> int:
+        """Lines that it takes."""
+        return 1 + max((line for *_, line in self.chips), default=0)
+
+
+class Block(NamedTuple):
+    """A box with its roles in columns, and what stands below it, each at its place."""
+
+    title: str
+    columns: list[list[Line]]
+    below: list[tuple[float, float, Block]]
+    """Of each block below: from the left and from the top of this one."""
+    width_in: float
+    box_in: float
+    height_in: float
+
+    @property
+    def column_in(self) -> float:
+        """From one column of roles to the next."""
+        return (self.width_in - PAD_IN) / max(1, len(self.columns))
+
+
+class Chart:
+    """The boxes of an organisation at a time.
+
+    Args:
+        view: of whom.
+        at_s: the time.
+        looks: of the vehicles, by name.
+        width_in: of the drawing.
+        most_chips: of a role; where there are more, a number stands for the others.
+    """
+
+    def __init__(
+        self, view: View, at_s: float, looks: Mapping[str, VehicleLook], width_in: float, most_chips: int = 99
+    ) -> None:
+        self._view, self._at_s, self._looks, self._most = view, at_s, looks, most_chips
+        there = {
+            group.name for group in view.groups
+            if any(span.start_s <= at_s < span.end_s for span in view.exists[group.name])
+        }  # fmt: skip
+        groups = [group for group in view.groups if group.name in there]
+        tops = [group for group in groups if group.above not in there]
+        below: dict[str, list[Group]] = {}
+        for group in groups:
+            below.setdefault(group.above, []).append(group)
+        room_in = width_in - 2 * MARGIN_IN
+        self._blocks, down_in = self._side_by_side(tops, below, room_in, frozenset())
+        self.reserves = self._reserve()
+        self._reserve_line = self._line("reserves", self.reserves, 0.55, room_in)
+        self._reserve_in = down_in + (DROP_IN if self._blocks else 0.0)
+        n_lines = self._reserve_line.n_lines if self.reserves else 0
+        self.height_in = self._reserve_in + n_lines * LINE_IN if n_lines else down_in
+
+    def draw(self, axes: Axes, top_in: float) -> None:
+        """Draw the boxes on axes in inches, from ``top_in`` down."""
+        for left_in, down_in, block in self._blocks:
+            _draw(axes, block, MARGIN_IN + left_in, top_in + down_in)
+        if self.reserves:
+            _draw_line(axes, self._reserve_line, MARGIN_IN, top_in + self._reserve_in)
+
+    def _side_by_side(
+        self, groups: Sequence[Group], below: Mapping[str, list[Group]], room_in: float, seen: frozenset[str]
+    ) -> tuple[list[tuple[float, float, Block]], float]:
+        """Blocks of groups in rows, as many side by side as have room, and how deep they reach."""
+        if not groups:
+            return [], 0.0
+        columns = max(1, min(len(groups), int((room_in + GAP_IN) / (LEAST_IN + GAP_IN))))
+        width_in = (room_in - (columns - 1) * GAP_IN) / columns
+        placed: list[tuple[float, float, Block]] = []
+        down_in = 0.0
+        for first in range(0, len(groups), columns):
+            row = [self._block(group, below, width_in, seen) for group in groups[first : first + columns]]
+            down_in += DROP_IN if first else 0.0
+            placed += [(at * (width_in + GAP_IN), down_in, block) for at, block in enumerate(row)]
+            down_in += max(block.height_in for block in row)
+        return placed, down_in
+
+    def _block(self, group: Group, below: Mapping[str, list[Group]], width_in: float, seen: frozenset[str]) -> Block:
+        seen = seen | {group.name}
+        names = {role.name: f"{HEAD * role.is_head}{role.name} {role.cardinality}".rstrip() for role in group.roles}
+        widest_in = max((style.width_in(name, style.TINY_PT) for name in names.values()), default=0.0)
+        n_columns = 1 if len(names) <= FEW else max(1, min(int(width_in / LEAST_IN), 3))
+        column_in = (width_in - PAD_IN) / n_columns
+        names_in = min(widest_in + 0.08, ROLE_SHARE * column_in)
+        lines = [
+            self._line(names[role.name], self._chips(group, role.name, role.minimum), names_in, column_in - PAD_IN)
+            for role in group.roles
+        ]
+        columns = _columns(lines, n_columns)
+        deepest = max((sum(line.n_lines for line in column) for column in columns), default=0)
+        box_in = TITLE_IN + LINE_IN * deepest + (PAD_IN / 2 if lines else 0.0)
+        supervised = [one for one in below.get(group.name, ()) if one.name not in seen]
+        blocks, deep_in = self._side_by_side(supervised, below, width_in - INDENT_IN, seen)
+        under = [(INDENT_IN + left_in, box_in + DROP_IN + down_in, block) for left_in, down_in, block in blocks]
+        title = style.fitted(group.name, width_in - 2 * PAD_IN, style.SMALL_PT, "bold")
+        return Block(title, columns, under, width_in, box_in, box_in + (DROP_IN + deep_in if under else 0.0))
+
+    def _chips(self, group: Group, role: str, minimum: int) -> list[Chip]:
+        holders = [one for one in self._view.holdings.get((group.name, role), ()) if one.holds(self._at_s)]
+        present = {one.vehicle for one in holders if one.is_present(self._at_s)}
+        order = list(self._looks)
+        names = sorted(
+            dict.fromkeys(one.vehicle for one in holders), key=lambda name: order.index(name) if name in order else -1
+        )
+        chips = self._named(names, set(names) - present)
+        lacking = minimum - len(present)
+        return chips + (
+            [Chip("vacant" if lacking == 1 else f"{lacking} vacant", is_vacant=True)] if lacking > 0 else []
+        )
+
+    def _reserve(self) -> list[Chip]:
+        """Vehicles without a role."""
+        busy = {one.vehicle for own in self._view.holdings.values() for one in own if one.holds(self._at_s)}
+        return self._named([name for name in self._looks if name not in busy], set())
+
+    def _named(self, names: Sequence[str], away: Iterable[str]) -> list[Chip]:
+        shown = names if len(names) <= self._most else names[: self._most - 1]
+        looks = self._looks
+        chips = [Chip(name, looks[name].colour if name in looks else style.GREY, name in away) for name in shown]
+        return chips + ([Chip(f"+{len(names) - len(shown)}")] if len(shown) < len(names) else [])
+
+    @staticmethod
+    def _line(name: str, chips: Sequence[Chip], names_in: float, room_in: float) -> Line:
+        placed: list[tuple[Chip, float, int]] = []
+        at_in, line = names_in, 0
+        for chip in chips:
+            most_in = room_in - names_in - 0.07
+            shown = chip._replace(text=style.fitted(chip.text, most_in, style.TINY_PT))
+            if placed and at_in + shown.width_in > room_in:
+                at_in, line = names_in, line + 1
+            placed.append((shown, at_in, line))
+            at_in += shown.width_in + 0.03
+        return Line(style.fitted(name, names_in - 0.05, style.TINY_PT), placed)
+
+
+def _columns(lines: Sequence[Line], n_columns: int) -> list[list[Line]]:
+    """Lines in columns that are about as deep."""
+    most = -(-sum(line.n_lines for line in lines) // n_columns)
+    columns: list[list[Line]] = [[]]
+    for line in lines:
+        deep = sum(one.n_lines for one in columns[-1])
+        if columns[-1] and deep + line.n_lines > most and len(columns) < n_columns:
+            columns.append([])
+        columns[-1].append(line)
+    return columns
+
+
+def _draw(axes: Axes, block: Block, left_in: float, top_in: float) -> None:
+    axes.add_patch(
+        Rectangle((left_in, top_in), block.width_in, block.box_in, facecolor="white", edgecolor=style.BLACK,
+                  linewidth=0.7, zorder=2)
+    )  # fmt: skip
+    axes.add_patch(
+        Rectangle(
+            (left_in, top_in), block.width_in, TITLE_IN - 0.03, facecolor=style.PALE, edgecolor="none", zorder=2.1
+        )
+    )
+    middle_in = top_in + (TITLE_IN - 0.03) / 2
+    axes.text(left_in + PAD_IN, middle_in, block.title, fontsize=style.SMALL_PT, weight="bold", va="center_baseline")
+    for at, column in enumerate(block.columns):
+        down_in = top_in + TITLE_IN
+        for line in column:
+            _draw_line(axes, line, left_in + PAD_IN + at * block.column_in, down_in)
+            down_in += LINE_IN * line.n_lines
+    for x_in, y_in in _elbows(block):
+        axes.plot([left_in + x for x in x_in], [top_in + y for y in y_in], **LINE)
+    for right_in, down_in, under in block.below:
+        _draw(axes, under, left_in + right_in, top_in + down_in)
+
+
+def _elbows(block: Block) -> Iterator[tuple[tuple[float, ...], tuple[float, ...]]]:
+    """Lines of supervision: down along the left edge, across above each row, and into the head of each box."""
+    trunk_in = INDENT_IN / 2
+    for x_in, y_in, under in block.below:
+        into_in, bus_in = x_in + min(0.3, under.width_in / 2), y_in - DROP_IN / 2
+        yield (trunk_in, trunk_in, into_in, into_in), (block.box_in, bus_in, bus_in, y_in)
+
+
+def _draw_line(axes: Axes, line: Line, left_in: float, top_in: float) -> None:
+    axes.text(left_in, top_in + LINE_IN / 2, line.name, fontsize=style.TINY_PT, va="center_baseline", zorder=3)
+    for chip, at_in, number in line.chips:
+        corner = left_in + at_in, top_in + number * LINE_IN + (LINE_IN - CHIP_IN) / 2
+        axes.add_patch(Rectangle(corner, chip.width_in, CHIP_IN, zorder=3, **_look(chip)))
+        axes.text(
+            corner[0] + chip.width_in / 2, corner[1] + CHIP_IN / 2, chip.text, fontsize=style.TINY_PT, ha="center",
+            va="center_baseline", color=ink(chip.colour) if chip.colour and not chip.is_away else style.BLACK, zorder=4,
+        )  # fmt: skip
+
+
+def _look(chip: Chip) -> dict[str, Any]:
+    if chip.is_vacant:
+        return VACANT
+    if not chip.colour:
+        return {"facecolor": "none", "edgecolor": style.GREY, "linewidth": 0.6}
+    if chip.is_away:
+        return {"facecolor": style.tint(chip.colour, 0.25), "edgecolor": chip.colour, "linewidth": 0.6}
+    return {"facecolor": chip.colour, "edgecolor": "none"}
+
+
+def ink(colour: str) -> str:
+    """Black or white, whichever can be read on a colour."""
+    red, green, blue = to_rgb(colour)
+    return style.BLACK if 0.299 * red + 0.587 * green + 0.114 * blue > LEAST_LIGHT else "white"

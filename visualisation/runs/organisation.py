@@ -1,0 +1,312 @@
+"""The organisation of a run: who plays what at a time, and who held which role over the whole of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from missions.figure import RunResults
+from visualisation import style, words
+from visualisation.page import Box, Picture
+from visualisation.runs import boxes, captions, reading
+from visualisation.runs.boxes import HEAD, Chart, ink
+from visualisation.runs.declared import Kit
+from visualisation.runs.lanes import shares
+from visualisation.runs.reading import Span
+from visualisation.runs.sheet import LEAST_FOR_WINDOWS_IN, Sheet, sheet
+from visualisation.runs.views import (
+    CREATED,
+    DISSOLVED,
+    MISSION,
+    REFUSED,
+    SUCCEEDED,
+    Holding,
+    View,
+    checked_time_s,
+    view_of,
+)  # fmt: skip
+from visualisation.structure import Group
+
+TALLEST_IN = 9.0
+"""Height of a page of a paper."""
+NAMES_IN, NARROW_NAMES_IN = 1.6, 1.05
+HEAD_IN, GAP_IN, TITLE_IN = 0.14, 0.05, 0.2
+"""Height of the line of a group; between groups; of the title above the boxes."""
+COUNT_IN = 0.2
+"""Height of a row that counts holders."""
+LABELLED_IN = 0.1
+"""Least height of a bar with a name in it."""
+MARKS: dict[str, tuple[dict[str, Any], str]] = {
+    REFUSED: ({"marker": "X", "markersize": 4.5}, "refused"),
+    SUCCEEDED: ({"marker": "*", "markersize": 5.5}, "succession"),
+    MISSION: ({"marker": "d", "markersize": 4.5}, "mission given"),
+    CREATED: ({"marker": ">", "markersize": 4.0}, "group formed"),
+    DISSOLVED: ({"marker": "<", "markersize": 4.0}, "group dissolved"),
+}
+"""Look of what is marked, and what the legend says of it."""
+MARK: dict[str, Any] = {
+    "color": style.BLACK, "linestyle": "none", "markeredgecolor": "white", "markeredgewidth": 0.4, "zorder": 6,
+    "clip_on": False,
+}  # fmt: skip
+PALE = 0.25
+HATCH: dict[str, Any] = {"facecolor": "none", "edgecolor": style.GREY, "hatch": "//////", "linewidth": 0, "zorder": 1}
+"""Look of a stretch in which a role has too few holders."""
+
+
+class Detail(NamedTuple):
+    """How much a page shows.
+
+    Attributes:
+        lane_in, crowded_in: height of a bar, and of one where more than ``FEW`` hold a role.
+        most_lanes: a role of more holders counts them.
+        most_chips: names in a box.
+    """
+
+    lane_in: float
+    crowded_in: float
+    most_lanes: int
+    most_chips: int
+
+
+FEW = 4
+DETAILS = (
+    Detail(0.115, 0.115, 99, 99), Detail(0.115, 0.07, 99, 99), Detail(0.115, 0.04, 99, 24), Detail(0.115, 0.04, 12, 12),
+    Detail(0.115, 0.04, FEW, 6), Detail(0.06, 0.04, FEW, 6), Detail(0.03, 0.03, 1, 3),
+)  # fmt: skip
+"""From the most to the least; the first that fits a page is taken."""
+
+
+class Row(NamedTuple):
+    """A role over time: its holders in lanes, one behind the other where they succeed each other."""
+
+    group: Group
+    name: str
+    role: str
+    lanes: list[list[Holding]]
+    vacant: list[tuple[Span, int]]
+    is_counted: bool
+    lane_in: float
+    height_in: float
+
+
+def picture(
+    results: RunResults, at_s: float | None = None, viewer: str = "", width_in: float = style.PAGE_IN
+) -> Picture:
+    """Boxes of the groups at a time, and below them the holders of every role over the mission.
+
+    Args:
+        results: of the run.
+        at_s: when the boxes are so; if left out, the last time at which the most roles are held.
+        viewer: in whose view; empty for what every vehicle holds of itself.
+        width_in: of the page.
+
+    Raises:
+        DrawingError: the run has no such time, or no such vehicle.
+    """
+    view = view_of(results, viewer)
+    end_s = reading.end_s(results)
+    shown_s = checked_time_s(at_s, view, end_s)
+    with style.paper():
+        for detail in DETAILS:
+            drawing = _Drawing(results, view, shown_s, width_in, detail, view.groups)
+            if drawing.height_in <= TALLEST_IN:
+                break
+        shown = list(view.groups)
+        while drawing.height_in > TALLEST_IN and len(shown) > 1:
+            shown.pop()
+            drawing = _Drawing(results, view, shown_s, width_in, detail, shown)
+        drawing.draw()
+    left_out = len(view.groups) - len(shown)
+    return Picture(drawing.page.figure, _caption(results, drawing, left_out, width_in))
+
+
+class _Drawing:
+    """A page with its room laid out, and what is drawn into it."""
+
+    def __init__(
+        self, results: RunResults, view: View, at_s: float, width_in: float, detail: Detail, groups: Sequence[Group]
+    ) -> None:
+        self.view, self.at_s, self.groups = view._replace(groups=list(groups)), at_s, groups
+        self.looks = Kit(results).looks
+        self.end_s = reading.end_s(results)
+        self.chart = Chart(self.view, at_s, self.looks, width_in, detail.most_chips)
+        self.names_in = NAMES_IN if width_in >= LEAST_FOR_WINDOWS_IN else NARROW_NAMES_IN
+        self.rows = {group.name: list(_rows(self.view, group, detail)) for group in groups}
+        body_in = sum(
+            HEAD_IN + GAP_IN + sum(row.height_in for row in self.rows[group.name]) for group in groups
+        ) or 0.3  # fmt: skip
+        above_in = TITLE_IN + self.chart.height_in + 0.12
+        self.has_counts = any(row.is_counted for rows in self.rows.values() for row in rows)
+        legend = _legend(self.view, self.rows, self.has_counts)
+        self.page: Sheet = sheet(results, self.names_in + 0.14, body_in, legend, width_in, above_in)
+
+    @property
+    def height_in(self) -> float:
+        """Of the page."""
+        return self.page.page.height_in
+
+    def draw(self) -> None:
+        """Draw boxes and bars."""
+        self._draw_boxes()
+        if not any(self.rows.values()):
+            self.page.note(0.08, 0.15, "no role was held", style.TINY_PT)
+        at_in = 0.0
+        for number, group in enumerate(self.groups):
+            rows = self.rows[group.name]
+            high_in = HEAD_IN + GAP_IN + sum(row.height_in for row in rows)
+            for axes in self.page.panels if number % 2 == 0 else ():
+                axes.axhspan(at_in, at_in + high_in, color=style.PALE, linewidth=0, zorder=0)
+            name = style.fitted(group.name, self.names_in, style.TINY_PT, "bold")
+            self.page.note(0.08, at_in + (HEAD_IN + GAP_IN) / 2, name, style.TINY_PT, weight="bold")
+            self._mark(group.name, "", at_in + (HEAD_IN + GAP_IN) / 2)
+            at_in += HEAD_IN + GAP_IN / 2
+            for row in rows:
+                self._row(row, at_in)
+                at_in += row.height_in
+            at_in += GAP_IN / 2
+        for axes in self.page.panels:
+            low_s, high_s = axes.get_xlim()
+            if low_s <= self.at_s < high_s or self.at_s == high_s == self.end_s:
+                axes.axvline(self.at_s, color=style.BLACK, linewidth=1.2, zorder=4)
+
+    def _draw_boxes(self) -> None:
+        page = self.page.page
+        height_in = TITLE_IN + self.chart.height_in
+        axes = page.panel(Box(0.0, 0.0, page.width_in, height_in))
+        axes.set_xlim(0.0, page.width_in)
+        axes.set_ylim(height_in, 0.0)
+        axes.set_axis_off()
+        whose = f"as {self.view.viewer} sees it" if self.view.viewer else "as every vehicle sees itself"
+        title = f"Organisation at {words.time(self.at_s)}, {whose}"
+        title = style.fitted(title, page.width_in - 2 * boxes.MARGIN_IN, style.TEXT_PT)
+        axes.text(boxes.MARGIN_IN, TITLE_IN / 2, title, fontsize=style.TEXT_PT, va="center_baseline")
+        self.chart.draw(axes, TITLE_IN)
+
+    def _row(self, row: Row, top_in: float) -> None:
+        size_pt = style.TINY_PT
+        label = style.fitted(row.name, self.names_in - 0.08, size_pt)
+        self.page.note(0.16, top_in + row.height_in / 2, label, size_pt)
+        for axes in self.page.panels:
+            for span, _ in row.vacant:
+                bar = [(span.start_s, min(span.end_s, self.end_s) - span.start_s)]
+                axes.broken_barh(bar, (top_in + 0.01, row.height_in - 0.02), **HATCH)
+            if row.is_counted:
+                self._count(axes, row, top_in)
+        for at, lane in enumerate([] if row.is_counted else row.lanes):
+            for holding in lane:
+                self._bar(holding, top_in + 0.01 + at * row.lane_in, row.lane_in)
+        self._mark(row.group.name, row.role, top_in + row.height_in / 2)
+
+    def _bar(self, holding: Holding, top_in: float, lane_in: float) -> None:
+        """A bar, pale while its vehicle is away, with the name in the first window that has room for it."""
+        colour = self.looks[holding.vehicle].colour if holding.vehicle in self.looks else style.GREY
+        where_in = top_in + 0.008, lane_in - 0.016
+        is_named = lane_in < LABELLED_IN
+        for axes in self.page.panels:
+            for spans, strength in (([holding.span], PALE), (holding.present, 1.0)):
+                bars = [(span.start_s, min(span.end_s, self.end_s) - span.start_s) for span in spans]
+                axes.broken_barh(bars, where_in, facecolor=style.tint(colour, strength), linewidth=0, zorder=2)
+            low_s, high_s = axes.get_xlim()
+            left_s, right_s = max(low_s, holding.span.start_s), min(high_s, holding.span.end_s, self.end_s)
+            inch_s = (high_s - low_s) / (axes.get_position().width * self.page.page.width_in)
+            has_room = style.width_in(holding.vehicle, style.TINY_PT) <= (right_s - left_s) / inch_s - 0.08
+            if has_room and not is_named:
+                is_named = True
+                is_here = any(span.start_s <= left_s < span.end_s for span in holding.present)
+                axes.text(
+                    left_s + 0.04 * inch_s, top_in + lane_in / 2, holding.vehicle.replace("$", r"\$"),
+                    fontsize=style.TINY_PT, va="center_baseline", zorder=3,
+                    color=ink(colour) if is_here else style.BLACK,
+                )  # fmt: skip
+
+    def _count(self, axes: Axes, row: Row, top_in: float) -> None:
+        """Share of the most holders that the role ever had."""
+        present = [one.present for lane in row.lanes for one in lane]
+        for span, share in shares(present, len(row.lanes)):
+            bar = [(span.start_s, min(span.end_s, self.end_s) - span.start_s)]
+            high_in = share * (COUNT_IN - 0.03)
+            axes.broken_barh(bar, (top_in + COUNT_IN - 0.01 - high_in, high_in), facecolor=style.GREY, linewidth=0,
+                             zorder=2)  # fmt: skip
+
+    def _mark(self, group: str, role: str, middle_in: float) -> None:
+        for mark in self.view.marks:
+            if (mark.group, mark.role) != (group, role):
+                continue
+            for axes in self.page.panels:
+                low_s, high_s = axes.get_xlim()
+                if low_s <= mark.time_s < high_s or mark.time_s == high_s == self.end_s:
+                    axes.plot([mark.time_s], [middle_in], **{**MARK, **MARKS[mark.kind][0]})
+
+
+def _rows(view: View, group: Group, detail: Detail) -> Iterator[Row]:
+    vacancies = view.vacancies(group)
+    for role in group.roles:
+        lanes = _lanes(view.holdings.get((group.name, role.name), ()))
+        is_counted = len(lanes) > detail.most_lanes
+        lane_in = detail.lane_in if len(lanes) <= FEW else detail.crowded_in
+        n_lanes = max(1, len(lanes), min(role.minimum, FEW) if vacancies[role.name] else 0)
+        height_in = COUNT_IN if is_counted else n_lanes * lane_in
+        counted = f" ({len(lanes)})" if is_counted else ""
+        name = f"{HEAD if role.is_head else ''}{role.name}{counted}"
+        height_in = max(height_in + 0.02, 0.11)
+        yield Row(group, name, role.name, lanes, vacancies[role.name], is_counted, lane_in, height_in)
+
+
+def _lanes(holdings: Sequence[Holding]) -> list[list[Holding]]:
+    """Holders one behind the other where the one has left when the other comes, else below each other."""
+    lanes: list[list[Holding]] = []
+    for holding in holdings:
+        free = [lane for lane in lanes if lane[-1].span.end_s <= holding.span.start_s]
+        own = [lane for lane in free if lane[-1].vehicle == holding.vehicle]
+        if free:
+            (own or free)[0].append(holding)
+        else:
+            lanes.append([holding])
+    return lanes
+
+
+def _legend(view: View, rows: dict[str, list[Row]], has_counts: bool) -> list[Artist]:
+    all_rows = [row for own in rows.values() for row in own]
+    holdings = [one for row in all_rows for lane in row.lanes for one in lane]
+    is_away = any(one.present != (one.span,) for one in holdings)
+    away = "taken for absent" if view.viewer else "out of the mission"
+    marks = [kind for kind in MARKS if any(mark.kind == kind for mark in view.marks)]
+    chips: list[Artist] = [Patch(facecolor=style.GREY, linewidth=0, label="holds the role (colour: vehicle)")]
+    if is_away:
+        chips.append(Patch(facecolor=style.tint(style.GREY, PALE), edgecolor=style.GREY, linewidth=0.5, label=away))
+    if has_counts:
+        chips.append(Patch(facecolor=style.GREY, linewidth=0, label="height: share of the most holders"))
+    if any(row.vacant for row in all_rows):
+        chips.append(Patch(label="below minimum", **HATCH))
+    return [*chips, *(Line2D([], [], label=MARKS[kind][1], **{**MARK, **MARKS[kind][0]}) for kind in marks)]
+
+
+def _caption(results: RunResults, drawing: _Drawing, left_out: int, width_in: float) -> str:
+    view = drawing.view
+    whose = f"in the view of {view.viewer}" if view.viewer else "as every vehicle sees itself"
+    is_vacant = any(row.vacant for rows in drawing.rows.values() for row in rows)
+    return words.joined(
+        f"Organisation {whose}: above at {words.time(drawing.at_s)}, below over mission time, where a thick line is "
+        "that time.",
+        "A box is a group, its lines are its roles with the number of holders that they demand; a star: who plays the "
+        "role leads the group. A line from box to box: the upper group supervises the lower.",
+        f"Reserves hold no role: {words.listed([chip.text for chip in drawing.chart.reserves])}."
+        if drawing.chart.reserves else "",
+        "Hatched: fewer holders in the mission than the role demands." if is_vacant else "",
+        f"{left_out} groups are left out." if left_out else "",
+        _refused(view),
+        *captions.time_notes(results, width_in),
+        captions.faults(results),
+        captions.conditions(results),
+    )  # fmt: skip
+
+
+def _refused(view: View) -> str:
+    n = sum(mark.kind == REFUSED for mark in view.marks)
+    by = f"by {view.viewer}" if view.viewer else "by any vehicle"
+    return f"Requests refused {by} are crossed at {n} {'place' if n == 1 else 'places'}." if n else ""

@@ -1,0 +1,196 @@
+"""The organisation over the time of a run, in the view of one vehicle or as each vehicle sees itself."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import accumulate, pairwise
+from typing import Any, NamedTuple
+
+from missions.figure import RunResults
+from visualisation.errors import DrawingError, unknown
+from visualisation.outages import Outage, outages, outside
+from visualisation.runs import reading
+from visualisation.runs.reading import Span
+from visualisation.structure import Group, RoleKey, groups_of
+
+CREATED, DISSOLVED, MISSION, SUCCEEDED = "create", "dissolve", "mission", "succeed"
+"""Acts that are marked."""
+REFUSED = "refused"
+"""Event of a row, and mark of a request that was refused."""
+OF_GROUPS = (CREATED, DISSOLVED, MISSION)
+
+
+class Holding(NamedTuple):
+    """A vehicle holds a role; in ``present`` are the parts of that in which it is in the mission."""
+
+    vehicle: str
+    span: Span
+    present: tuple[Span, ...]
+
+    def holds(self, at_s: float) -> bool:
+        """True while the role is held."""
+        return self.span.start_s <= at_s < self.span.end_s
+
+    def is_present(self, at_s: float) -> bool:
+        """True while the role is held by a vehicle that is in the mission."""
+        return any(span.start_s <= at_s < span.end_s for span in self.present)
+
+
+class Mark(NamedTuple):
+    """Something that happened to a group, or to one of its roles: refused, or one of the acts that are marked."""
+
+    time_s: float
+    kind: str
+    group: str
+    role: str
+
+
+class View(NamedTuple):
+    """Who plays what over time.
+
+    Attributes:
+        viewer: whose view it is; empty for what every vehicle holds of itself.
+        groups: of the scenario, and those that were met.
+        holdings: of each role, in the order in which they began.
+        exists: when each group is there. What lasts to the end of the run lasts for ever here.
+        marks: in the order of time.
+    """
+
+    viewer: str
+    groups: list[Group]
+    holdings: dict[RoleKey, list[Holding]]
+    exists: dict[str, list[Span]]
+    marks: list[Mark]
+
+    def vacancies(self, group: Group) -> dict[str, list[tuple[Span, int]]]:
+        """Stretches in which a role has fewer holders in the mission than it needs, and how many are lacking."""
+        return {
+            role.name: [
+                stretch
+                for span in self.exists[group.name]
+                for stretch in _lacking(self.holdings.get((group.name, role.name), ()), role.minimum, span)
+            ]
+            for role in group.roles
+        }
+
+    def busiest_s(self, end_s: float) -> float:
+        """The last time at which the most roles are held; the end of the run if that is one."""
+        steps: Counter[float] = Counter()
+        for span in (one.span for own in self.holdings.values() for one in own):
+            steps[span.start_s] += 1
+            steps[span.end_s] -= 1
+        counts = [*zip(sorted(steps), accumulate(steps[time_s] for time_s in sorted(steps)), strict=True)]
+        inside = [(count, time_s) for time_s, count in counts if time_s < end_s]
+        return max(inside)[1] if inside and max(inside)[0] > inside[-1][0] else end_s
+
+
+def view_of(results: RunResults, viewer: str = "") -> View:
+    """Read the organisation of a run.
+
+    Args:
+        results: of the run.
+        viewer: a vehicle; empty for what every vehicle holds of itself.
+
+    Raises:
+        DrawingError: there is no such vehicle.
+    """
+    names = reading.vehicles(results)
+    if viewer and viewer not in names:
+        raise unknown("vehicle", viewer, names)
+    rows = results.table("organisation").to_pylist()
+    of_roles = [row for row in rows if row["role"] and row["event"] in ("assigned", "left")]
+    told = [row for row in of_roles if row["vehicle"] == (viewer or row["peer"])]
+    groups = groups_of(reading.scenario(results), [(row["group"], row["role"]) for row in rows])
+    away = _absences(results, viewer) if viewer else outages(results)
+    marks = _marks(rows, viewer)
+    return View(viewer, groups, _holdings(told, away), {one.name: _existence(one, marks) for one in groups}, marks)
+
+
+def checked_time_s(at_s: float | None, view: View, end_s: float) -> float:
+    """The time to be shown; the busiest if none was asked for.
+
+    Raises:
+        DrawingError: the run has no such time.
+    """
+    if at_s is None:
+        return view.busiest_s(end_s)
+    if not 0.0 <= at_s <= end_s:
+        raise DrawingError(f"at {at_s:g} s: this run lasts from 0 to {end_s:g} s")
+    return at_s
+
+
+def _holdings(rows: Iterable[dict[str, Any]], away: Mapping[str, list[Outage]]) -> dict[RoleKey, list[Holding]]:
+    since: dict[tuple[str, str, str], float] = {}
+    found: dict[RoleKey, list[Holding]] = defaultdict(list)
+
+    def hold(group: str, role: str, vehicle: str, span: Span) -> None:
+        present = tuple(Span(*part) for part in outside(*span, away.get(vehicle, ())))
+        found[group, role].append(Holding(vehicle, span, present))
+
+    for row in rows:
+        key = row["group"], row["role"], row["peer"]
+        if row["event"] == "assigned":
+            since.setdefault(key, row["time_s"])
+        elif key in since:
+            hold(*key, Span(since.pop(key), row["time_s"]))
+    for key, start_s in since.items():
+        hold(*key, Span(start_s, math.inf))
+    return {key: sorted(own, key=lambda one: one.span.start_s) for key, own in found.items()}
+
+
+def _absences(results: RunResults, viewer: str) -> dict[str, list[Outage]]:
+    """When the viewer took its peers for absent."""
+    found: dict[str, list[Outage]] = defaultdict(list)
+    rows = results.table("membership").to_pylist() if results.has("membership") else []
+    for row in rows:
+        own = found[row["peer"]] if row["vehicle"] == viewer else []
+        if row["event"] == "absent":
+            own.append(Outage(row["time_s"], math.inf))
+        elif own:
+            own[-1] = Outage(own[-1].start_s, row["time_s"])
+    return found
+
+
+def _marks(rows: Sequence[dict[str, Any]], viewer: str) -> list[Mark]:
+    """What is marked: what the viewer wrote; without one what acts did at their issuers, and all that was refused."""
+    found: dict[Mark, None] = {}
+    for row in rows:
+        act, vehicle = row.get("act"), row["vehicle"]
+        if row["event"] == REFUSED:
+            kind, own = REFUSED, vehicle
+        elif act == SUCCEEDED or act in OF_GROUPS:
+            kind, own = act, row.get("issuer")
+        else:
+            continue
+        if vehicle == (viewer or own):
+            found[Mark(row["time_s"], kind, row["group"], row["role"])] = None
+    return list(found)
+
+
+def _existence(group: Group, marks: Iterable[Mark]) -> list[Span]:
+    own = [mark for mark in marks if mark.group == group.name and mark.kind in (CREATED, DISSOLVED)]
+    since = 0.0 if group.is_founded and not (own and own[0].kind == CREATED) else None
+    spans = []
+    for mark in own:
+        if mark.kind == CREATED and since is None:
+            since = mark.time_s
+        elif mark.kind == DISSOLVED and since is not None:
+            spans.append(Span(since, mark.time_s))
+            since = None
+    return spans if since is None else [*spans, Span(since, math.inf)]
+
+
+def _lacking(holdings: Sequence[Holding], minimum: int, within_s: Span) -> list[tuple[Span, int]]:
+    present = [span for one in holdings for span in one.present]
+    times_s = {within_s.start_s, within_s.end_s, *(time_s for span in present for time_s in span)}
+    cuts_s = sorted(time_s for time_s in times_s if within_s.start_s <= time_s <= within_s.end_s)
+    found: list[tuple[Span, int]] = []
+    for start_s, end_s in pairwise(cuts_s):
+        lacking = minimum - sum(span.start_s <= start_s < span.end_s for span in present)
+        if lacking > 0 and found and found[-1][1] == lacking and found[-1][0].end_s == start_s:
+            found[-1] = Span(found[-1][0].start_s, end_s), lacking
+        elif lacking > 0:
+            found.append((Span(start_s, end_s), lacking))
+    return found

@@ -1,0 +1,69 @@
+"""Groups and roles as the scenario of a run declares them, and which group supervises which."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+RoleKey = tuple[str, str]
+"""Group and role."""
+
+
+class Role(NamedTuple):
+    """What a role demands: from ``minimum`` to ``maximum`` holders, any number if that is None."""
+
+    name: str
+    minimum: int = 0
+    maximum: int | None = None
+    is_head: bool = False
+
+    @property
+    def cardinality(self) -> str:
+        """How many may hold it, in short.
+
+        >>> Role("a", 1, 1).cardinality, Role("b", 0, 2).cardinality, Role("c", 1).cardinality, Role("d").cardinality
+        ('(1)', '(0\u20132)', '(\u2265 1)', '')
+        """
+        if self.maximum is None:
+            return f"(\u2265 {self.minimum})" if self.minimum else ""
+        return f"({self.minimum})" if self.minimum == self.maximum else f"({self.minimum}\u2013{self.maximum})"
+
+
+class Group(NamedTuple):
+    """A group: the one whose heads supervise it (empty if none does), and whether it is there from the start."""
+
+    name: str
+    above: str
+    roles: tuple[Role, ...]
+    is_founded: bool = True
+
+
+def groups_of(scenario: Mapping[str, Any], met: Iterable[RoleKey] = ()) -> list[Group]:
+    """Groups in the order of the scenario, then those that a table alone names.
+
+    A group is supervised by the one that it is ``within``, or whose head forms it at sea (``formed_by``); in a scenario
+    without nesting, by the first with a mission.
+
+    Args:
+        scenario: resolved.
+        met: groups and roles that stand in the tables of the run.
+    """
+    declared = list(scenario.get("group", ()))
+    is_nested = any(group.get("within") for group in declared)
+    leading = next((group["name"] for group in declared if group.get("mission")), "")
+    found: dict[str, Group] = {}
+    for group in declared:
+        flat = "" if is_nested or group.get("mission") else leading
+        above = group.get("formed_by") or group.get("within") or flat
+        roles = tuple(_role(role) for role in group.get("role", ()))
+        found[group["name"]] = Group(group["name"], above, roles, not group.get("formed_by"))
+    for name, role in met:
+        group = found.get(name, Group(name, "", ()))
+        if role and all(role != one.name for one in group.roles):
+            group = group._replace(roles=(*group.roles, Role(role)))
+        found[name] = group
+    return [group._replace(above=group.above if group.above in found else "") for group in found.values()]
+
+
+def _role(role: Mapping[str, Any]) -> Role:
+    return Role(role["name"], role.get("minimum", 0), role.get("maximum"), role.get("head", False))
