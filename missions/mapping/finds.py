@@ -10,7 +10,7 @@ they are.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -19,8 +19,10 @@ from missions.mapping.scenario import FindsTable
 from missions.mapping.sensors import Cell, Feature, Seabed, mapping_speed_mps, swath_m
 from missions.scenarios.abilities import can_play
 from missions.scenarios.tables import Raw, entries, list_of, names_of, table_of
+from remoras.activities import Objective
 from remoras.beliefs import Key
 from remoras.database import VehicleData
+from remoras.organisation import Group
 from remoras.work import Known, Outlook, Point
 
 INSPECTING = "Inspecting"
@@ -188,3 +190,13 @@ def _with_importance(raw: dict[str, Any]) -> dict[str, Any]:
         return raw
     stated = {**importance, INSPECTING: importance["Exploring"]}
     return {**raw, "mission": {**mission, "importance": stated}}
+
+
+def inspecting_objectives(groups: Iterable[Group], inspections: Collection[str]) -> list[Objective]:
+    """To inspect, for every role with a find."""
+    return [
+        Objective(group.name, role.name, INSPECTING, role.job)
+        for group in groups
+        for role in group.roles
+        if role.job is not None and role.job in inspections
+    ]

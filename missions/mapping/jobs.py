@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Set
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from missions.mapping.ground import Followed, Ground, Way, ground_of
 from missions.mapping.sensors import mapping_speed_mps, swath_m
 from remoras.beliefs import Key
-from remoras.database import VehicleData
+from remoras.database import AUVDatabase, VehicleData
+from remoras.organisation import Group
 from remoras.work import Known, Outlook, Point
 
 CELL_M = 25.0
@@ -120,3 +121,21 @@ class SurveyJob:
             return None
         way_s = math.dist(outlook.position_m, way.first_m) / data.transit_speed_mps
         return Outlook(outlook.free_s + way_s + way.length_m / mapping_speed_mps(data), way.last_m)
+
+
+def swaths_of(
+    groups: Iterable[Group], database: AUVDatabase, depths_m: Mapping[str, float]
+) -> dict[str, dict[str, float]]:
+    """Swaths (m) of the vehicles that are able to map each area, by name of area and vehicle.
+
+    Args:
+        groups: whose roles have areas.
+        database: static data of all vehicles.
+        depths_m: of all areas, by name.
+    """
+    found: dict[str, dict[str, float]] = {area: {} for area in depths_m}
+    for group, role in ((one, role) for one in groups for role in one.roles):
+        for data in database.able_to_play(group.name, role.name) if role.job in found else ():
+            if swath_m(data) > 0.0 and data.depth_limit_m >= depths_m[role.job or ""]:
+                found[role.job or ""][data.name] = swath_m(data)
+    return found

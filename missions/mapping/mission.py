@@ -22,7 +22,7 @@ Nothing in here says when a vehicle turns from one to another: that is decided b
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property, partial
 from pathlib import Path
 from types import MappingProxyType
@@ -34,19 +34,19 @@ from missions.mapping.behaviours import MappingAlong, WorkLeft, ZigzagExploring
 from missions.mapping.checks import mapping_faults
 from missions.mapping.figures import FIGURES, places
 from missions.mapping.finds import (
-    INSPECTING,
     InspectionJob,
     drawn,
     find_names,
+    inspecting_objectives,
     weight_in_cells,
     with_inspectors,
 )
 from missions.mapping.ground import grounds_of
 from missions.mapping.inspecting import Inspecting
-from missions.mapping.jobs import SurveyJob
+from missions.mapping.jobs import SurveyJob, swaths_of
 from missions.mapping.metrics import METRICS
 from missions.mapping.scenario import NEEDED_OBJECTIVES, FindsTable, MappingScenario, MappingSettings
-from missions.mapping.sensors import COVERAGE, Seabed, SwathSettings, seabed_of, swath_m
+from missions.mapping.sensors import COVERAGE, Seabed, SwathSettings, seabed_of
 from missions.mapping.survey import contains
 from missions.mapping.tasks import activity_domain, social_domain
 from missions.mapping.truth import GOAL, MappingTruth
@@ -161,20 +161,10 @@ class MappingMission(Mission):
     @classmethod
     def from_scenario(cls, scenario: MappingScenario) -> Self:
         """The mission of a scenario."""
-        formation = {
-            (group.name, role.name): role.position
-            for group in scenario.group
-            for role in group.role
-            if role.position is not None
-        }
+        formation = {(g.name, r.name): r.position for g in scenario.group for r in g.role if r.position is not None}
         groups, database = groups_of(scenario), database_of(scenario, cls)
         depths_m = {area.name: area.depth_m or 0.0 for area in scenario.area}
-        swaths_m: dict[str, dict[str, float]] = {area.name: {} for area in scenario.area}
-        for group, role in ((one, role) for one in groups for role in one.roles if role.job in swaths_m):
-            able = [
-                d for d in database.able_to_play(group.name, role.name) if d.depth_limit_m >= depths_m[role.job or ""]
-            ]
-            swaths_m[role.job or ""] |= {data.name: swath_m(data) for data in able if swath_m(data) > 0.0}
+        swaths_m = swaths_of(groups, database, depths_m)
         mapping = {name for of_area in swaths_m.values() for name in of_area}
         finds, mappers = scenario.finds or NO_FINDS, [data for data in database.values() if data.name in mapping]
         return cls(
@@ -245,7 +235,7 @@ class MappingMission(Mission):
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Heads supervise their groups; what the holder of a role with a find is to do needs no word."""
-        return [*self.meeting.founding_objectives(), *_inspecting(self.groups.values(), self._inspections)]
+        return [*self.meeting.founding_objectives(), *inspecting_objectives(self.groups.values(), self._inspections)]
 
     def is_individual(self, objective: Objective) -> bool:
         """True for exploring and mapping."""
@@ -363,16 +353,6 @@ def _own(
 
 def _unknown(activity: str) -> PlanningError:
     return PlanningError(f"activity {activity!r} has no behaviour; allowed: {', '.join(ACTIVITY_TYPES)}")
-
-
-def _inspecting(groups: Iterable[Group], inspections: Collection[str]) -> list[Objective]:
-    """To inspect, for every role with a find."""
-    return [
-        Objective(group.name, role.name, INSPECTING, role.job)
-        for group in groups
-        for role in group.roles
-        if role.job is not None and role.job in inspections
-    ]
 
 
 def _at_it_before(
