@@ -9,7 +9,9 @@ The rules, in the order in which they are asked (REMORAS, section IV.B; Ferber, 
    authorities besides that the strategy declares. Everybody may leave roles of its own.
 5. The assignee is a member of the group, is able, plays no role that is incompatible with this one, plays the role that
    this one is to be played with, and takes jobs where the role has one.
-6. The role has room. Holders that are absent make room.
+6. A group with ``formed_by`` is formed at sea by who leads the group that this names, and dissolved by who leads
+   either. These give its roles to members of both. Nobody forms or dissolves any other group.
+7. The role has room. Holders that are absent make room.
 
 A vehicle knows only what it has heard, so the same request may be refused by one and granted by another. It counts who
 led when the request was made: whoever decides passes that as ``leads``.
@@ -23,7 +25,7 @@ from enum import Enum
 
 from remoras.activities import Objective
 from remoras.database import AUVDatabase
-from remoras.organisation import Organisation, Outcome, RoleSpecification
+from remoras.organisation import Group, Organisation, Outcome, RoleSpecification
 from remoras.work import Job
 
 NOBODY: frozenset[str] = frozenset()
@@ -82,6 +84,8 @@ class Request:
         """What it speaks of: of several requests about the same the newest counts."""
         if self.act is Act.OBJECTIVE:
             return self.group, self.role, f"objective {self.objective}"
+        if self.act in (Act.CREATE, Act.DISSOLVE):
+            return self.group, "formation"
         return (self.group, self.role, self.assignee) if self.role else (self.group, "mission")
 
     def __str__(self) -> str:
@@ -91,8 +95,19 @@ class Request:
             Act.OBJECTIVE: f"{self.objective} {self.argument} for {self.role} of {self.group}",
             Act.MISSION: f"{self.argument} for {self.group}",
             Act.SUCCEED: f"itself as head of {self.group}",
+            Act.CREATE: f"to form {self.group} under {self.assignee}",
         }
         return words.get(self.act, f"to {self.act.value} {self.group}")
+
+
+EVENTS = {
+    Act.ASSIGN: "assigned",
+    Act.SUCCEED: "assigned",
+    Act.RELEASE: "left",
+    Act.CREATE: "formed",
+    Act.DISSOLVE: "dissolved",
+}
+"""What has happened once a request is granted, in a word; for all others it is "given"."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,10 +119,10 @@ class Ruling:
 
     @property
     def event(self) -> str:
-        """In a word: assigned, left, given or refused."""
+        """In a word: assigned, left, given, formed, dissolved or refused."""
         if self.outcome is not Outcome.SUCCESS:
             return "refused"
-        return {Act.ASSIGN: "assigned", Act.SUCCEED: "assigned", Act.RELEASE: "left"}.get(self.asked.act, "given")
+        return EVENTS.get(self.asked.act, "given")
 
     def repeats(self, objectives: Mapping[tuple[str, str, str], Objective]) -> bool:
         """True if it gives a role an objective that it has, by the ``objectives`` of roles by group, role and name."""
@@ -124,12 +139,18 @@ class Rules:
         authorities: that the strategy declares.
         jobs: of the mission, by name.
         supervisors: groups whose heads give a group its mission, by its name.
+        at_sea: groups that are formed at sea, by name.
     """
 
     database: AUVDatabase
     authorities: frozenset[Authority] = frozenset()
     jobs: Mapping[str, Job] = field(default_factory=dict)
     supervisors: Mapping[str, Collection[str]] = field(default_factory=dict)
+    at_sea: Mapping[str, Group] = field(default_factory=dict)
+
+    def former(self, group: str) -> str | None:
+        """Name of the group whose head forms a group at sea; None for groups that are founded before the mission."""
+        return self.at_sea[group].formed_by if group in self.at_sea else None
 
     @property
     def apart(self) -> frozenset[str]:
@@ -166,17 +187,19 @@ def may_assign(
     """
     led = leads if leads is not None else lambda vehicle, group: vehicle in organisation.heads(group)
     return (
-        _unknown(asked, organisation)
+        _unknown(asked, organisation, rules)
         or _unauthorised(asked, organisation, rules, led, absent)
         or _unfit(asked, organisation, rules, absent, unavailable)
         or Outcome.SUCCESS
     )
 
 
-def _unknown(asked: Request, organisation: Organisation) -> Outcome | None:
+def _unknown(asked: Request, organisation: Organisation, rules: Rules) -> Outcome | None:
     group = organisation.groups.get(asked.group)
     if asked.act is Act.CREATE:
-        return None if group is None else Outcome.ALREADY_GROUP
+        if group is not None:
+            return Outcome.ALREADY_GROUP
+        return None if asked.group in rules.at_sea else Outcome.NOT_GROUP
     if group is None:
         return Outcome.NOT_GROUP
     named = asked.act in (Act.MISSION, Act.DISSOLVE) or not group.roles or group.role(asked.role) is not None
@@ -191,11 +214,15 @@ def _unauthorised(
     absent: Collection[str],
 ) -> Outcome | None:
     me, group, has_social_layer = asked.issuer, asked.group, rules.database[asked.issuer].social_layer
+    former = rules.former(group)
+    forms = former is not None and led(me, former)
     if asked.act is Act.CREATE:
-        may = any(led(me, one) for one in organisation.groups)
-    elif asked.act in (Act.MISSION, Act.DISSOLVE):
-        may = any(led(me, one) for one in (group, *rules.supervisors.get(group, ())))
-    elif led(me, group):
+        may = forms
+    elif asked.act is Act.DISSOLVE:
+        may = forms or (former is not None and led(me, group))
+    elif asked.act is Act.MISSION:
+        may = forms or any(led(me, one) for one in (group, *rules.supervisors.get(group, ())))
+    elif led(me, group) or (forms and asked.act is not Act.SUCCEED):
         may = True
     elif not organisation.is_member(me, group):
         return Outcome.OUTSIDE
@@ -237,11 +264,14 @@ def _is_declared(asked: Request, organisation: Organisation, rules: Rules, absen
 def _unfit(
     asked: Request, organisation: Organisation, rules: Rules, absent: Collection[str], unavailable: Collection[str]
 ) -> Outcome | None:
-    role = organisation.groups[asked.group].role(asked.role) if asked.act in (Act.ASSIGN, Act.SUCCEED) else None
+    if asked.act not in (Act.ASSIGN, Act.SUCCEED, Act.CREATE):
+        return None
+    vehicle, group, former = asked.assignee, asked.group, rules.former(asked.group)
+    role = (rules.at_sea if asked.act is Act.CREATE else organisation.groups)[group].role(asked.role)
     if role is None:
         return None
-    vehicle, group = asked.assignee, asked.group
-    if asked.act is Act.ASSIGN and not organisation.is_member(vehicle, group):
+    comes_in = former is not None and organisation.is_member(vehicle, former)
+    if asked.act is not Act.SUCCEED and not comes_in and not organisation.is_member(vehicle, group):
         return Outcome.NOT_OF_GROUP
     if not rules.is_able(vehicle, group, role):
         return Outcome.UNABLE

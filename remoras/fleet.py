@@ -20,6 +20,7 @@ from remoras.clock import Clock, Priority
 from remoras.faults import OVER, Condition, Fault, hears_throughout
 from remoras.holders import HolderCount
 from remoras.mission import Truth
+from remoras.obligations import Obligations
 from remoras.plugins import broken_promise
 from remoras.recorder import Recorder
 from remoras.separation import Separation
@@ -83,6 +84,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         duration_s: end of the run if the mission does not complete before.
         faults: what befalls the vehicles in this run.
         separation_m: distance that vehicles in one depth layer are to keep.
+        obligations: that heads judge; None without any.
     """
 
     def __init__(
@@ -97,6 +99,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         duration_s: float,
         faults: Sequence[Fault] = (),
         separation_m: float = SEPARATION_M,
+        obligations: Obligations | None = None,
     ) -> None:
         super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
         self.vehicles = tuple(make_vehicles(self))
@@ -114,6 +117,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self.n_false_beliefs = 0
         self.holders = HolderCount()
         self._separation = Separation(self.vehicles, separation_m)
+        self._obligations = obligations
         self._faults = tuple(faults)
         self._holding: dict[str, list[Fault]] = {vehicle.name: [] for vehicle in self.vehicles}
         for fault in self._faults:
@@ -179,6 +183,8 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         del self.recorder
 
     def _observe(self, now_s: float) -> None:
+        if self._obligations is not None:
+            self._obligations.judge(self.vehicles, now_s)
         if not self.completed:
             try:
                 self.completed = self.truth.observe(self.view, now_s)

@@ -46,7 +46,8 @@ from remoras.sensor import SensorSettings
 from remoras.work import Job, Known, Point
 
 ALLOCATE_ROLES, GIVE_MISSION, ASSIGN_OBJECTIVE = "AllocateRoles", "GiveMission", "AssignObjective"
-ELEMENTARY_TASKS = (ALLOCATE_ROLES, GIVE_MISSION, ASSIGN_OBJECTIVE)
+FORM_GROUP, DISSOLVE_GROUP = "FormGroup", "DissolveGroup"
+ELEMENTARY_TASKS = (ALLOCATE_ROLES, GIVE_MISSION, ASSIGN_OBJECTIVE, FORM_GROUP, DISSOLVE_GROUP)
 """What carries out the elementary tasks of a group's mission; see ``SocialPart.social_domain``."""
 PURSUE = "Pursue"
 """The task by which an objective is pursued is called so, with the name of the objective behind; see
@@ -205,13 +206,14 @@ class SocialPart(Protocol):
         """HTN that turns missions of groups into elementary tasks, each carried out by the handler that it names.
 
         Handlers are ``AllocateRoles(group, ...)``, ``GiveMission(group, mission)`` and ``AssignObjective(group, role,
-        objective, argument)``; a task that names none is carried out by the one of its own name. Beside what the
-        head of the group believes, tests and effects may be of these facts:
+        objective, argument)``, ``FormGroup(group)`` and ``DissolveGroup(group)``; a task that names none is carried out
+        by the one of its own name. Beside what the head of the group believes, tests and effects may be of these facts:
 
         * ``("members", "Group.Role")``: who plays the role and is there;
         * ``("lost", "Group.Role")``: who has left the role or fallen silent in it, as often as that happened;
         * ``("allocated", group)``: the strategy has allocated the roles, and nobody has left since;
         * ``("objective", "Group.Role.Objective")``: its argument, once it counts;
+        * ``("formed", group)``: the group is there; ``("formation", group)``: how often it has been formed at sea;
         * ``("hasMission", group)``: its mission; ``("data", vehicle)``: static data of a vehicle.
 
         A step ``AssignObjective`` runs until its effects hold. If its role falls vacant meanwhile, it has failed.

@@ -95,6 +95,7 @@ class Group:
         within: the group that it is a subgroup of, whose heads supervise it; None where it is no subgroup.
         templates: that it is an instance of, the nearest first.
         subgroups: how many groups of which templates it is to have within it; any if empty.
+        formed_by: group whose head forms this one at sea; None for groups that are founded before the mission.
     """
 
     name: str
@@ -105,6 +106,7 @@ class Group:
     within: str | None = None
     templates: tuple[str, ...] = ()
     subgroups: tuple[Subgroups, ...] = ()
+    formed_by: str | None = None
 
     def role(self, name: str) -> RoleSpecification | None:
         """What the role of that name demands; None if the group does not name it."""
@@ -241,6 +243,25 @@ class Organisation:
             member = self.is_member(vehicle, group)
             return self, Outcome.ROLE_NOT_HANDLED if member else Outcome.NOT_IN_GROUP
         return self._changed(assignment, False), Outcome.SUCCESS
+
+    def form(self, group: Group) -> tuple[Organisation, Outcome]:
+        """Let there be one more group, without members."""
+        if group.name in self.groups:
+            return self, Outcome.ALREADY_GROUP
+        return replace(self, groups={**self.groups, group.name: group}), Outcome.SUCCESS
+
+    def dissolve(self, group: str) -> tuple[Organisation, Outcome]:
+        """Let a group be no more, nor any role in it."""
+        if group not in self.groups:
+            return self, Outcome.NOT_GROUP
+        return self.without_group(group), Outcome.SUCCESS
+
+    def without_group(self, group: str) -> Organisation:
+        """The organisation as it was before a group was formed."""
+        if group not in self.groups:
+            return self
+        groups = {name: one for name, one in self.groups.items() if name != group}
+        return replace(self, groups=groups, assignments=frozenset(a for a in self.assignments if a.group != group))
 
     def _changed(self, one: RoleAssignment, is_held: bool) -> Organisation:
         """The organisation after one change."""

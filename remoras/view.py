@@ -83,12 +83,12 @@ class ReadOnlyVehicle:
     @property
     def issued(self) -> Iterable[RoleAssignment]:
         """Role assignments that it has given out."""
-        return frozenset(self._social.planner.issued)
+        return frozenset(self._social.planner.orders.issued)
 
     @property
     def issued_objectives(self) -> Iterable[Objective]:
         """Objectives that it has given to roles."""
-        return frozenset(self._social.planner.issued_objectives)
+        return frozenset(self._social.planner.orders.issued_objectives)
 
     def objectives_of(self, vehicle: str) -> tuple[Objective, ...]:
         """Objectives that ``vehicle`` has, as this one sees it."""

@@ -41,19 +41,18 @@ class Group(NamedTuple):
 def groups_of(scenario: Mapping[str, Any], met: Iterable[RoleKey] = ()) -> list[Group]:
     """Groups in the order of the scenario, then those that a table alone names.
 
-    A group is supervised by the one that it is ``within``, or whose head forms it at sea (``formed_by``); in a scenario
-    without nesting, by the first with a mission.
+    A group is supervised by the one that it is ``within``, or whose head forms it at sea (``formed_by``); one that has
+    neither, nor a mission from the start, by the first that has a mission.
 
     Args:
         scenario: resolved.
         met: groups and roles that stand in the tables of the run.
     """
     declared = list(scenario.get("group", ()))
-    is_nested = any(group.get("within") for group in declared)
     leading = next((group["name"] for group in declared if group.get("mission")), "")
     found: dict[str, Group] = {}
     for group in declared:
-        flat = "" if is_nested or group.get("mission") else leading
+        flat = "" if group.get("mission") else leading
         above = group.get("formed_by") or group.get("within") or flat
         roles = tuple(_role(role) for role in group.get("role", ()))
         found[group["name"]] = Group(group["name"], above, roles, not group.get("formed_by"))

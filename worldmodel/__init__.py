@@ -20,7 +20,7 @@ from worldmodel.facts import Block, Change, Fault, FaultCode, Instance, Merged, 
 from worldmodel.fields import Field
 from worldmodel.merge import merge
 from worldmodel.needs import NOBODY, InformationNeed, Needs, NeedsIndex, Wanted
-from worldmodel.owl import core_ontology_paths, read_tbox
+from worldmodel.owl import core_ontology_paths, formation_ontology_path, read_tbox
 from worldmodel.snapshot import Row, models_from, rows_of
 from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, TBox, Value, ValueKind
 
@@ -55,6 +55,7 @@ __all__ = [
     "WorldModel",
     "WorldModelError",
     "core_ontology_paths",
+    "formation_ontology_path",
     "merge",
     "models_from",
     "read_tbox",

@@ -20,6 +20,11 @@ def core_ontology_paths() -> tuple[Path, ...]:
     return (folder / "situation.ttl", folder / "marine.ttl")
 
 
+def formation_ontology_path() -> Path:
+    """Return the Turtle file with the words for groups that are formed at sea; a mission that forms some lists it."""
+    return Path(__file__).parent / "ontology" / "formation.ttl"
+
+
 def read_tbox(*paths: Path) -> TBox:
     """Compile Turtle files, usually those of the core ontology and a mission's own vocabulary.
 

@@ -119,6 +119,16 @@ class InspectionJob:
         return Outlook(outlook.free_s + way_s + self.stay_s, self.place_m)
 
 
+def inspecting(groups: Iterable[Group], inspections: Collection[str]) -> list[Objective]:
+    """To inspect, for every role with a find."""
+    return [
+        Objective(group.name, role.name, INSPECTING, role.job)
+        for group in groups
+        for role in group.roles
+        if role.job is not None and role.job in inspections
+    ]
+
+
 # What a scenario gains ---------------------------------------------------------------------------
 
 
@@ -131,7 +141,8 @@ def number_of(raw: Raw) -> int:
 def with_inspectors(raw: Raw) -> Raw:
     """The tables with a role for each find, and what comes with it; as they are where nothing is to be found.
 
-    The roles join those that explore areas, in the first group that has such roles. Every vehicle that has a sensor and
+    The roles join those that explore areas, in the first group that has such roles, or are those of the group that this
+    one forms at sea. Every vehicle that has a sensor and
     is able to explore is able to play them, unless some vehicle lists them itself. What is listed already stays.
     """
     number, areas = number_of(raw), names_of(raw, "area")
@@ -140,6 +151,7 @@ def with_inspectors(raw: Raw) -> Raw:
     chosen = next((group for group in groups if exploring[id(group)]), None)
     if not number or chosen is None:
         return raw
+    chosen = next((group for group in groups if group.get("formed_by") == chosen.get("name")), chosen)
     roles = {f"Inspector{n}": find for n, find in enumerate(find_names(number), 1)}
     listed = set(names_of(chosen, "role"))
     new = [{"name": role, "maximum": 1, "job": find} for role, find in roles.items() if role not in listed]
@@ -190,13 +202,3 @@ def _with_importance(raw: dict[str, Any]) -> dict[str, Any]:
         return raw
     stated = {**importance, INSPECTING: importance["Exploring"]}
     return {**raw, "mission": {**mission, "importance": stated}}
-
-
-def inspecting_objectives(groups: Iterable[Group], inspections: Collection[str]) -> list[Objective]:
-    """To inspect, for every role with a find."""
-    return [
-        Objective(group.name, role.name, INSPECTING, role.job)
-        for group in groups
-        for role in group.roles
-        if role.job is not None and role.job in inspections
-    ]

@@ -3,7 +3,9 @@
 Its tasks, top down. Missions become objectives of roles (the social layer plans them)::
 
     Supervision(group)   give the other groups their missions; meet at the rally point
-    AreaMapping(group)   allocate roles; explore and map every area; inspect what is found; meet at the rally point
+    AreaMapping(group)   allocate roles; explore and map every area; inspect what is found; meet at the rally point;
+                         where a group is declared for that: form it once something is found, dissolve it in the end
+    Inspection(group)    of a group formed at sea: recruit members, and allocate what is found among them
 
 Objectives become activities (each vehicle plans its own, with its own characteristics; Table II)::
 
@@ -37,7 +39,7 @@ from missions.mapping.finds import (
     InspectionJob,
     drawn,
     find_names,
-    inspecting_objectives,
+    inspecting,
     weight_in_cells,
     with_inspectors,
 )
@@ -48,11 +50,12 @@ from missions.mapping.metrics import METRICS
 from missions.mapping.scenario import NEEDED_OBJECTIVES, FindsTable, MappingScenario, MappingSettings
 from missions.mapping.sensors import COVERAGE, Seabed, SwathSettings, seabed_of
 from missions.mapping.survey import contains
-from missions.mapping.tasks import activity_domain, social_domain
+from missions.mapping.tasks import MISSIONS, SUPERVISION, activity_domain, social_domain, waiting
 from missions.mapping.truth import GOAL, MappingTruth
-from missions.mapping.unfinished import AfterWork, Unfinished, is_to_be_inspected
+from missions.mapping.unfinished import AfterWork, Unfinished
 from missions.meeting.meeting import OBJECTIVES, Meeting, importance_of
 from missions.metric import Metric
+from missions.scenarios.formation import FORMATION_WORDS
 from missions.scenarios.parts import database_of, groups_of
 from missions.scenarios.tables import Raw
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
@@ -110,10 +113,10 @@ class MappingMission(Mission):
     """
 
     Scenario = MappingScenario
-    group_missions = ("Supervision", "AreaMapping")
-    delegating_mission = "Supervision"
+    group_missions = MISSIONS
+    delegating_mission = SUPERVISION
     needs = ("playsRole", "hasMission", "position", "gatheredAt", *(f"objective{name}" for name in NEEDED_OBJECTIVES))
-    vocabulary = (Path(__file__).with_name("vocabulary.ttl"), FINDS_WORDS)
+    vocabulary = (Path(__file__).with_name("vocabulary.ttl"), FINDS_WORDS, FORMATION_WORDS)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"mapping": SwathSettings}
     tables = (COVERAGE, GOAL)
     metrics: ClassVar[tuple[Metric, ...]] = METRICS
@@ -138,8 +141,7 @@ class MappingMission(Mission):
         self.corners_m = corners_m
         self.rally_points_m = rally_points_m
         self._formation, self._cell_m = formation, cell_m
-        self._places = places
-        self.swaths_m = swaths_m
+        self._places, self.swaths_m = places, swaths_m
         grounds = grounds_of(cell_m, tuple(corners_m.items()))
         self._surveys = {
             name: SurveyJob(name, corners, (), grounds[name], depth_m=depths_m.get(name, 0.0))
@@ -161,7 +163,6 @@ class MappingMission(Mission):
     @classmethod
     def from_scenario(cls, scenario: MappingScenario) -> Self:
         """The mission of a scenario."""
-        formation = {(g.name, r.name): r.position for g in scenario.group for r in g.role if r.position is not None}
         groups, database = groups_of(scenario), database_of(scenario, cls)
         depths_m = {area.name: area.depth_m or 0.0 for area in scenario.area}
         swaths_m = swaths_of(groups, database, depths_m)
@@ -170,7 +171,7 @@ class MappingMission(Mission):
         return cls(
             scenario.mission,
             groups,
-            formation,
+            _formation(scenario),
             {area.name: area.corners_m for area in scenario.area},
             {rally.name: rally.position_m for rally in scenario.rally_point},
             scenario.world.cell_m,
@@ -194,7 +195,7 @@ class MappingMission(Mission):
     @cached_property
     def social_domain(self) -> Domain:
         """Supervision and AreaMapping into objectives of roles."""
-        return social_domain(self.group_missions, self.groups, self.meeting, self.jobs, self._inspections)
+        return social_domain(self.groups, self.meeting, self.jobs, self._inspections)
 
     @property
     def jobs(self) -> Mapping[str, SurveyJob | InspectionJob]:
@@ -208,8 +209,9 @@ class MappingMission(Mission):
 
     @property
     def vocabulary_used(self) -> tuple[Path, ...]:
-        """Without the words for finds where there is nothing to be found."""
-        return tuple(one for one in self.vocabulary if self._inspections or one != FINDS_WORDS)
+        """Without the words for finds where there is nothing to be found, and those for groups where none is formed."""
+        used = {FINDS_WORDS: self._inspections, FORMATION_WORDS: _forms(self.groups)}
+        return tuple(one for one in self.vocabulary if used.get(one, True))
 
     @property
     def most_observations(self) -> int:
@@ -235,7 +237,7 @@ class MappingMission(Mission):
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Heads supervise their groups; what the holder of a role with a find is to do needs no word."""
-        return [*self.meeting.founding_objectives(), *inspecting_objectives(self.groups.values(), self._inspections)]
+        return [*self.meeting.founding_objectives(), *inspecting(self.groups.values(), self._inspections)]
 
     def is_individual(self, objective: Objective) -> bool:
         """True for exploring and mapping."""
@@ -331,11 +333,12 @@ class MappingMission(Mission):
     ) -> Sequence[Finding]:
         """A head at the rally point that has lately heard all others there takes the group for gathered.
 
-        As long as a find is known that nobody has inspected, it waits, but not beyond the deadline.
+        As long as a find is known that nobody has inspected, it waits, but not beyond the deadline. A group that was
+        formed to inspect does not meet.
         """
-        finds = [role.job for role in group.roles if role.job in self._inspections] if self._inspections else ()
-        is_left = any(is_to_be_inspected(beliefs, find) for find in finds)
-        if is_left and not self.meeting.is_overdue(group, beliefs, picture):
+        of = [one for one in self.groups.values() if group.name in (one.name, one.formed_by)]
+        is_left = any(waiting(beliefs, one, self._inspections) for one in of)
+        if group.formed_by is not None or (is_left and not self.meeting.is_overdue(group, beliefs, picture)):
             return ()
         return self.meeting.findings(group, organisation, beliefs, picture, motion)
 
@@ -349,6 +352,17 @@ def _own(
 ) -> Iterable[SurveyJob]:
     """Surveys that a vehicle is able to do: it may hear of no others; all, if it is able to do none."""
     return [job for name, job in surveys.items() if vehicle in swaths_m[name]] or surveys.values()
+
+
+def _forms(groups: Mapping[str, Group]) -> bool:
+    """True if some of the groups are formed at sea."""
+    return any(group.formed_by is not None for group in groups.values())
+
+
+def _formation(scenario: MappingScenario) -> dict[tuple[str, str], tuple[str, str]]:
+    """Places in the formation by group and role."""
+    roles = [(group.name, role) for group in scenario.group for role in group.role]
+    return {(group, role.name): role.position for group, role in roles if role.position is not None}
 
 
 def _unknown(activity: str) -> PlanningError:

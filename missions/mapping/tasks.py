@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Mapping
 from typing import Any
 
 from missions.mapping.finds import INSPECTING
@@ -13,17 +13,19 @@ from missions.meeting.orders import entrusted, expected_of
 from remoras.activities import Objective
 from remoras.database import VehicleData
 from remoras.htn import ANY, Domain, Expected, FactsLike, Method, Operator, Task
-from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, GIVE_MISSION, PURSUE
+from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, DISSOLVE_GROUP, FORM_GROUP, GIVE_MISSION, PURSUE
 from remoras.nesting import supervised_by
 from remoras.organisation import Group
 from remoras.work import Job
 
+MISSIONS = SUPERVISION, AREA_MAPPING, INSPECTION = "Supervision", "AreaMapping", "Inspection"
 EXPLORE = "Explore"
 """Task of a group, one of its roles and the role's area."""
+HAVE_INSPECTED = "HaveInspected"
+"""Task of a group that is formed at sea: to be there as long as there is something to inspect."""
 
 
 def social_domain(
-    missions: Sequence[str],
     groups: Mapping[str, Group],
     meeting: Meeting,
     jobs: Mapping[str, Job],
@@ -32,7 +34,6 @@ def social_domain(
     """Missions of groups into orders.
 
     Args:
-        missions: names of supervision and of mapping.
         groups: by name; meeting: of the groups.
         jobs: by name.
         finds: names of those of them that may be found.
@@ -44,26 +45,31 @@ def social_domain(
         names = () if area is None else ("Positioning", "Exploring")
         return [Task(ASSIGN_OBJECTIVE, (group, role, name, area)) for name in names]
 
-    methods = (supervision_methods(groups, missions), mapping_methods(groups, finds))
+    methods = {SUPERVISION: supervision_methods(groups), AREA_MAPPING: mapping_methods(groups, finds)}
+    if any(group.formed_by is not None for group in groups.values()):
+        methods |= {INSPECTION: inspection_methods(groups, finds), HAVE_INSPECTED: forming_methods(groups, finds)}
     return Domain.of(
         meeting.operators(jobs, "Exploring"),
-        {**dict(zip(missions, methods, strict=True)), EXPLORE: entrusted(orders), **meeting.methods()},
+        {**methods, EXPLORE: entrusted(orders), **meeting.methods()},
     )
 
 
-def supervision_methods(groups: Mapping[str, Group], missions: Sequence[str]) -> list[Method]:
+def supervision_methods(groups: Mapping[str, Group]) -> list[Method]:
     """Supervision: the groups that are supervised get their missions, then the own group meets.
+
+    Groups that supervise others get supervision too, the rest mapping.
 
     Args:
         groups: by name.
-        missions: names of supervision, for groups that supervise others, and of mapping, for the rest.
     """
-    supervision, mapping = missions
-    supervised = supervised_by(groups.values())
+    supervised = supervised_by(group for group in groups.values() if group.formed_by is None)
 
     def delegate(facts: FactsLike, group: str) -> list[Task]:
         return [
-            *(Task(GIVE_MISSION, (name, supervision if supervised[name] else mapping)) for name in supervised[group]),
+            *(
+                Task(GIVE_MISSION, (name, SUPERVISION if supervised[name] else AREA_MAPPING))
+                for name in supervised[group]
+            ),
             Task(MEET, (group,)),
         ]
 
@@ -85,14 +91,12 @@ def mapping_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> lis
             if role.job is not None and role.job not in finds and facts.get(("areaDone", role.job)) is None
         ]
 
-    def found(facts: FactsLike, group: Group) -> list[str]:
-        return [
-            role.job for role in group.roles if role.job and role.job in finds and is_to_be_inspected(facts, role.job)
-        ]
-
     def has_work(facts: FactsLike, group: str) -> bool:
-        to_do = unfinished(facts, by_name[group]), found(facts, by_name[group])  # a plan rests on all of them
+        to_do = unfinished(facts, by_name[group]), waiting(facts, by_name[group], finds)  # a plan rests on all of them
         return any(to_do)
+
+    def inspected(group: str) -> list[Task]:
+        return [Task(HAVE_INSPECTED, (one.name,)) for one in by_name.values() if one.formed_by == group]
 
     def together(facts: FactsLike, group: str) -> bool:
         return facts.get(("gatheredAt", group)) is not None
@@ -104,12 +108,72 @@ def mapping_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> lis
             for role in by_name[group].roles
             if not role.founding and role.job is None
         ]
-        return [Task(ALLOCATE_ROLES, (group,)), *explored, *mapped, Task(MEET, (group,))]
+        return [Task(ALLOCATE_ROLES, (group,)), *explored, *mapped, *inspected(group), Task(MEET, (group,))]
+
+    forming = (HAVE_INSPECTED,) if any(one.formed_by is not None for one in by_name.values()) else ()
+    return [
+        Method("stay together", lambda facts, group: inspected(group), together, forming),
+        Method("explore, then meet", explore, has_work, (ALLOCATE_ROLES, EXPLORE, ASSIGN_OBJECTIVE, MEET, *forming)),
+        Method("meet", lambda facts, group: [*inspected(group), Task(MEET, (group,))], uses=(MEET, *forming)),
+    ]
+
+
+def waiting(facts: FactsLike, group: Group, finds: Collection[str]) -> list[str]:
+    """What is found and not inspected of that which roles of a group inspect."""
+    return [role.job for role in group.roles if role.job and role.job in finds and is_to_be_inspected(facts, role.job)]
+
+
+def inspection_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> list[Method]:
+    """Inspection: members are recruited, and roles allocated among them, whenever something is found or inspected.
+
+    Args:
+        by_name: groups with their roles.
+        finds: names of what may be found.
+    """
+
+    def has_work(facts: FactsLike, group: str) -> bool:
+        return bool(waiting(facts, by_name[group], finds))
 
     return [
-        Method("stay together", lambda facts, group: [], together, ()),
-        Method("explore, then meet", explore, has_work, (ALLOCATE_ROLES, EXPLORE, ASSIGN_OBJECTIVE, MEET)),
-        Method("meet", lambda facts, group: [Task(MEET, (group,))], uses=(MEET,)),
+        Method("inspect", lambda facts, group: [Task(ALLOCATE_ROLES, (group,))], has_work, (ALLOCATE_ROLES,)),
+        Method("all is inspected", lambda facts, group: [], uses=()),
+    ]
+
+
+def forming_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> list[Method]:
+    """HaveInspected: a group is formed once something is found, given its mission, and dissolved once all is inspected.
+
+    Where nobody of it is there any more it is dissolved too, to be formed anew of others.
+
+    Args:
+        by_name: groups with their roles.
+        finds: names of what may be found.
+    """
+
+    def is_there(facts: FactsLike, group: str) -> bool:
+        return bool(facts.get(("formed", group)))
+
+    def has_work(facts: FactsLike, group: str) -> bool:
+        return bool(waiting(facts, by_name[group], finds))
+
+    def is_needed(facts: FactsLike, group: str) -> bool:
+        return not is_there(facts, group) and has_work(facts, group)
+
+    def is_over(facts: FactsLike, group: str) -> bool:
+        if not is_there(facts, group):
+            return False
+        paths = [by_name[group].path(role.name) for role in by_name[group].roles if role.founding]
+        holders = [facts.get(("members", path)) for path in paths]  # a plan rests on all of them
+        return not has_work(facts, group) or not any(holders)
+
+    def mission(facts: FactsLike, group: str) -> list[Task]:
+        return [Task(GIVE_MISSION, (group, INSPECTION))]
+
+    return [
+        Method("form a group", lambda facts, group: [Task(FORM_GROUP, (group,))], is_needed, (FORM_GROUP,)),
+        Method("dissolve it", lambda facts, group: [Task(DISSOLVE_GROUP, (group,))], is_over, (DISSOLVE_GROUP,)),
+        Method("let it inspect", mission, is_there, (GIVE_MISSION,)),
+        Method("nothing to inspect", lambda facts, group: [], uses=()),
     ]
 
 

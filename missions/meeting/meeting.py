@@ -216,12 +216,12 @@ class Meeting:
 
     def _before(self, group: Group) -> tuple[str, ...]:
         """Groups that meet before this one: those that it supervises, see ``remoras.nesting``."""
-        return self.meets_after[group.name]
+        return self.meets_after.get(group.name, ())
 
     @cached_property
     def meets_after(self) -> Mapping[str, tuple[str, ...]]:
         """For each group, by name, all those that meet before it."""
-        return meets_after(self.groups.values())
+        return meets_after(group for group in self.groups.values() if group.formed_by is None)
 
     def _all_are_there(self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture) -> bool:
         n_heard, n_not_heard = 0, 0

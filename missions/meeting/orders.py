@@ -7,6 +7,8 @@ task               test                        effects                          
 =================  ==========================  =======================================  ==============================
 GiveMission        the group exists            the group has the mission                at once
 AllocateRoles      the group exists            its roles are allocated                  at once
+FormGroup          the group is not there      it is                                    at once
+DissolveGroup      the group is there          it is not                                at once
 AssignObjective    roles are allocated, or     the objective counts; and, for a job,    way and work of who plays the
                    this one from the start     it is done, for a rally point, the       role, at its survey speed; or
                                                group has met                            the way at its transit speed
@@ -24,7 +26,7 @@ from typing import Any
 
 from remoras.database import VehicleData
 from remoras.htn import ANY, Expected, FactsLike, Method, Operator, Task
-from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, GIVE_MISSION
+from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, DISSOLVE_GROUP, FORM_GROUP, GIVE_MISSION
 from remoras.organisation import Group
 from remoras.work import Job, Outlook, Point
 
@@ -72,7 +74,10 @@ def operators(
     founding = {(group.name, role.name) for group in groups.values() for role in group.roles if role.founding}
 
     def exists(facts: FactsLike, group: str, *args: str) -> bool:
-        return group in groups
+        return group in groups and (groups[group].formed_by is None or bool(facts.get(("formed", group))))
+
+    def is_to_come(facts: FactsLike, group: str) -> bool:
+        return group in groups and not exists(facts, group)
 
     def has_role(facts: FactsLike, group: str, role: str, *args: str) -> bool:
         return (group, role) in founding or facts.get(("allocated", group)) is not None
@@ -96,10 +101,15 @@ def operators(
             return Expected(time_s, time_s * data.power_w(data.transit_speed_mps))
         return expected_of(jobs[argument], data, at_m)
 
+    forming = (
+        Operator(FORM_GROUP, is_to_come, lambda facts, group: {("formed", group): True}),
+        Operator(DISSOLVE_GROUP, exists, lambda facts, group: {("formed", group): False}),
+    )
     return [
         Operator(GIVE_MISSION, exists, lambda facts, group, mission: {("hasMission", group): mission}),
         Operator(ALLOCATE_ROLES, exists, lambda facts, group, *lost: {("allocated", group): True}),
         Operator(ASSIGN_OBJECTIVE, has_role, assigned, expected=expected),
+        *(forming if any(group.formed_by is not None for group in groups.values()) else ()),
     ]
 
 

@@ -38,7 +38,8 @@ class MeetingTruth:
         self._is_planned = False
         self._consulted = False
         self._meets_after = before = meeting.meets_after
-        from_below = sorted(meeting.groups.values(), key=lambda group: height(group.name, before))
+        founded = [group for group in meeting.groups.values() if group.formed_by is None]  # others come and go
+        from_below = sorted(founded, key=lambda group: height(group.name, before))
         self._apart = [group for group in from_below if group.rally_point is not None]
         self._n_meetings = len(self._apart)
 

@@ -19,8 +19,9 @@ from missions.errors import OutputError
 from missions.runs.setup import Setup, world_model
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs
-from remoras.organisation import Organisation, RoleAssignment
+from remoras.organisation import Group, Organisation, RoleAssignment
 from remoras.recorder import ADDED, ITEMS, KNOWLEDGE, MEMBERSHIP, ORGANISATION, PACKETS
+from remoras.social.agreement import Agreement
 from remoras.social.membership import acted_on
 from worldmodel import Block, PropertyValue, UnknownNameError, ValueKind, WorldModel, merge, suggestion
 from worldmodel.facts import Guid
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from missions.runs.results import MemoryResults, Results
 
 T = TypeVar("T")
+Row = Mapping[str, Any]
 NEEDED = (ITEMS, KNOWLEDGE, PACKETS, ORGANISATION, MEMBERSHIP)
 """Tables that knowledge is built of."""
 
@@ -150,12 +152,10 @@ class Memory:
             for row in changes
             if row["event"] in ("assigned", "left")
         )
-        given = [row for row in changes if row["event"] == "given"]
-        missions = {
-            group.name: group.mission for group in setup.agreement.organisation.groups.values() if group.mission
-        }
+        groups, given = _formed(setup.agreement, changes)
+        missions = {group.name: group.mission for group in groups.values() if group.mission}
         missions |= {row["group"]: row["argument"] for row in given if not row["role"]}
-        organisation = Organisation(setup.agreement.organisation.groups, played)
+        organisation = Organisation(groups, played)
         absent = _left_over((row["peer"], row["event"] == "absent") for row in past[MEMBERSHIP])
         is_cut_off = absent == set(setup.database) - {vehicle}
         arguments = {(row["group"], row["role"], row["objective"]): row["argument"] for row in given if row["role"]}
@@ -245,6 +245,21 @@ def _left_over(events: Iterable[tuple[T, bool]]) -> frozenset[T]:
     for one, is_in in events:
         (found.add if is_in else found.discard)(one)
     return frozenset(found)
+
+
+def _formed(agreement: Agreement, changes: Iterable[Row]) -> tuple[dict[str, Group], list[Row]]:
+    """Groups that there are after changes of the organisation, and what they were given since they were formed last."""
+    groups, given = dict(agreement.organisation.groups), list[Row]()
+    for row in changes:
+        name = row["group"]
+        if row["event"] in ("formed", "dissolved"):
+            groups.pop(name, None)
+            given = [one for one in given if one["group"] != name or not one["issuer"]]
+            if row["event"] == "formed":
+                groups[name] = agreement.at_sea[name]
+        elif row["event"] == "given":
+            given.append(row)
+    return groups, given
 
 
 def _guid(uid: str) -> Guid:

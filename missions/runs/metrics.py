@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING
 
 from missions.metric import NOT_APPLICABLE, Absent, Better, Metric, collected
 from missions.runs.fleet_metrics import closest_approach_m, conflicts, idle_s, recovery_time_s
-from missions.runs.organisation_metrics import holder_conflict_fraction, malformed_s, n_refused_acts, view_divergence
+from missions.runs.organisation_metrics import (
+    holder_conflict_fraction,
+    malformed_s,
+    n_refused_acts,
+    n_violated_obligations,
+    view_divergence,
+)
 from missions.scenarios.parts import mission_class, transmit_j_per_bit
 from missions.scenarios.scenario import Scenario
 from remoras.contents import Content
@@ -158,6 +164,7 @@ CORE_METRICS = (
         note="Time in which a founding role has too few holders, a role too many, or one who may not hold it.",
     ),
     Metric("n_refused_acts", "", Better.NEITHER, "refused acts", n_refused_acts),
+    Metric("n_violated_obligations", "", LOWER, "violated obligations", n_violated_obligations),
     Metric("idle_s", "s", LOWER, "idle time", idle_s, note="Mean over the vehicles that are able to do a job."),
     Metric(
         "recovery_time_s", "s", LOWER, "recovery time", recovery_time_s, censored=True,

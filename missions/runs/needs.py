@@ -10,6 +10,7 @@ from remoras.mission import Mission
 from remoras.organisation import Organisation
 from remoras.plugins import answer
 from remoras.social.agreement import Agreement
+from remoras.social.formations import FORMATION_ATTRIBUTES
 from remoras.social.needs import Path, Subjects
 from remoras.social.negotiation import negotiated_attributes
 from remoras.social.reports import SENSORS_WORK
@@ -28,7 +29,8 @@ def priorities(scenario: Scenario, strategy: Strategy, mission: Mission, tbox: T
     """
     known = {attribute.name for attribute in tbox.attributes}
     listed = {name: priority for name, priority in scenario.communication.needs.items() if name in known}
-    stated = (*negotiated_attributes(strategy, mission.jobs, tbox), *SOCIAL_ATTRIBUTES)
+    formation = [name for name in FORMATION_ATTRIBUTES if name in known]
+    stated = (*negotiated_attributes(strategy, mission.jobs, tbox), *SOCIAL_ATTRIBUTES, *formation)
     strategic = dict.fromkeys(stated, max(listed.values()))
     return {tbox.attribute_named(name).uid: priority for name, priority in {**strategic, **listed}.items()}
 
@@ -61,30 +63,32 @@ def subjects_of(
     groups = agreement.organisation.groups
     uid = {one.name: one.uid for one in instances}
     paths = {group.path(role.name): (group.name, role.name) for group in groups.values() for role in group.roles}
-    own = {name: _of_job(name, mission, agreement.organisation) for _, name in mission.instances}
+    own = {name: _of_job(name, mission, scenario, agreement.organisation) for _, name in mission.instances}
     return Subjects(
         database.names,
         {uid[name]: name for name in groups},
         {uid[path]: role for path, role in paths.items()},
         {uid[name]: found for name, found in own.items() if found},
         frozenset((uid[job.done[1]], tbox.attribute_named(job.done[0]).uid) for job in mission.jobs.values()),
-        agreement.meets_after,
+        [(superior, name) for superior, inferiors in agreement.meets_after.items() for name in inferiors],
         frozenset(group.name for group in scenario.group if group.information == HELD),
     )
 
 
-def _of_job(name: str, mission: Mission, organisation: Organisation) -> Collection[Path]:
+def _of_job(name: str, mission: Mission, scenario: Scenario, organisation: Organisation) -> Collection[Path]:
     """Roles whose job an instance is about, or the groups that the mission names for it."""
-    groups = organisation.groups
+    names = [group.name for group in scenario.group]
 
     def is_expected(found: object) -> bool:
-        return found is None or (isinstance(found, Collection) and set(found) <= set(groups))
+        return found is None or (isinstance(found, Collection) and set(found) <= set(names))
 
-    expected = f"groups of the scenario ({', '.join(groups)}), or None"
+    expected = f"groups of the scenario ({', '.join(names)}), or None"
     found = answer(
         f"mission {type(mission).__name__}", "groups_of", expected, is_expected, lambda: mission.groups_of(name)
     )
     if found is not None:
         return [(group, "") for group in found]
     jobs = {job.name for job in mission.jobs.values() if name in (job.name, job.done[1])}
-    return [(group.name, role.name) for group in groups.values() for role in group.roles if role.job in jobs]
+    return [
+        (group.name, role.name) for group in organisation.groups.values() for role in group.roles if role.job in jobs
+    ]

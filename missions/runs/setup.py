@@ -19,6 +19,7 @@ from missions.runs.metrics import CORE_METRICS
 from missions.runs.needs import needs_of_all, priorities, subjects_of
 from missions.runs.refusals import refuse_malformed, refuse_undivided
 from missions.runs.sea import actual, sea_of
+from missions.scenarios.obligations import obligations_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import policy_of
 from missions.scenarios.scenario import Scenario, StrategyTable
@@ -31,6 +32,7 @@ from remoras.faults import Fault, drawn
 from remoras.fleet import Fleet
 from remoras.functional.layer import FunctionalLayer
 from remoras.mission import Mission
+from remoras.obligations import Obligations
 from remoras.picture import Picture
 from remoras.plugins import faults_of
 from remoras.radio import Radio
@@ -155,7 +157,7 @@ def _instances(scenario: Scenario, mission: Mission, tbox: TBox) -> tuple[Instan
     named += [("Role", f"{group.name}.{role.name}") for group in scenario.group for role in group.role]
     named += mission.instances
     named += [("RallyPoint", rally.name) for rally in scenario.rally_point]
-    named += [("Mission", name) for name in mission.group_missions]
+    named += [("Mission", name) for name in mission.group_missions if name in mission.social_domain.methods]
     try:
         return tuple(Instance(uid, tbox.class_named(kind).uid, name) for uid, (kind, name) in enumerate(named))
     except UnknownNameError as error:
@@ -264,6 +266,7 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
         scenario.scenario.duration_s,
         faults_in(setup, seed),
         scenario.guidance.separation_m,
+        Obligations(owed, mission.jobs, recorder) if (owed := obligations_of(scenario)) else None,
     )
 
 
@@ -320,7 +323,6 @@ def _vehicle(
         communication.carrier_evidence,
         by_groups is not None,
     )
-    groups = tuple(organisation.groups.values())
     declaration = setup.strategy.declaration
     return Vehicle(
         fleet,
@@ -350,7 +352,16 @@ def _vehicle(
                 sea_of(setup.scenario, data, seed),
             ),
         ),
-        Radio(setup.database.names, groups, declaration, manager, beliefs, picture.peers, recorder, by_groups),
+        Radio(
+            setup.database.names,
+            setup.agreement.groups,
+            declaration,
+            manager,
+            beliefs,
+            picture.peers,
+            recorder,
+            by_groups,
+        ),
         beliefs,
         recorder,
     )

@@ -14,8 +14,10 @@ from exchange.acoustics.modems import modems
 from missions.errors import ConfigurationFault
 from missions.scenarios.channel import channel_faults
 from missions.scenarios.faults import draw_faults, fault_table_faults
+from missions.scenarios.formation import formation_faults
 from missions.scenarios.hooks import hook_faults
 from missions.scenarios.information import information_faults
+from missions.scenarios.obligations import obligation_faults
 from missions.scenarios.organisation_checks import organisation_faults
 from missions.scenarios.parts import database_of, groups_of, strategy_named
 from missions.scenarios.policy import policy_faults
@@ -51,7 +53,8 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     default_sensor = "" if mission is None else next(iter(mission.sensors), "")
     faults += [*organisation_faults(raw, default_sensor), *fault_table_faults(raw, default_sensor)]
     if mission is not None:
-        faults += [*_needs(raw, mission), *_missions(raw, mission), *_own_faults(raw, mission)]
+        faults += [*_needs(raw, mission), *_missions(raw, mission), *formation_faults(raw, mission)]
+        faults += [*obligation_faults(raw, mission), *_own_faults(raw, mission)]
     return faults
 
 
@@ -289,7 +292,7 @@ def _missions(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
                 yield ConfigurationFault(f"{kind}.{name}.name", f'"{name}"', "is the name of a mission")
     for group in groups:
         yield from one_of(f"group.{group.get('name')}.mission", group.get("mission"), list(mission.group_missions))
-    idle = [group.get("name") for group in groups if group.get("mission") is None]
+    idle = [group.get("name") for group in groups if group.get("mission") is None and not group.get("formed_by")]
     delegating = mission.delegating_mission
     if idle and delegating is None:
         allowed = f"missing: which of {', '.join(mission.group_missions)} the group has"

@@ -206,9 +206,8 @@ def _group(table: GroupTable, excluded: Mapping[tuple[str, ...], set[str]], temp
         for role in table.role
     )
     subgroups = tuple(Subgroups(one.template, one.minimum, one.maximum) for one in table.subgroup)
-    return Group(
-        table.name, roles, table.rally_point, table.mission, table.succession, table.within, templates, subgroups
-    )
+    place = table.within, templates, subgroups, table.formed_by
+    return Group(table.name, roles, table.rally_point, table.mission, table.succession, *place)
 
 
 def _role_key(path: str) -> RoleKey:

@@ -14,6 +14,7 @@ from pydantic import ConfigDict, Field, field_validator
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.faults import FaultTable
+from missions.scenarios.obligations import ObligationTable
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
 from remoras.attraction import GuidanceConstants
 from remoras.avoidance import SEPARATION_M
@@ -49,8 +50,10 @@ class World(Section):
     )
 
 
-class Communication(Section):
+class Communication(Sparse):
     """The table ``[communication]``."""
+
+    UNSAID = frozenset({"needs_follow"})
 
     modem: str = Field(description="modem profile, see `remoras list modems`")
     range_m: float = Field(
@@ -234,7 +237,7 @@ class GroupTable(Sparse):
     """One ``[[group]]``."""
 
     model_config = ConfigDict(json_schema_extra=unless("template", "rally_point", "role"))
-    UNSAID = frozenset({"template", "within", "subgroup"})
+    UNSAID = frozenset({"template", "within", "subgroup", "information", "obligation"})
 
     name: Name = Field(description="name of the group")
     template: str | None = Field(
@@ -246,6 +249,10 @@ class GroupTable(Sparse):
     )
     rally_point: str = Field(description="where the group meets")
     mission: str | None = Field(None, description="mission it has from the start; else it is given one")
+    formed_by: str | None = Field(
+        None,
+        description="group whose head forms this one at sea and dissolves it; founded before the mission if absent",
+    )
     succession: tuple[str, ...] = Field(
         (), description="roles of the group whose holders succeed a head that is lost, the first of them first"
     )
@@ -253,6 +260,7 @@ class GroupTable(Sparse):
         "replicated",
         description="who needs what the group knows of its jobs: all members, or its head and who does the job",
     )
+    obligation: tuple[ObligationTable, ...] = Field((), description="what its roles owe, and by when")
     role: tuple[Role, ...] = Field(min_length=1, description="roles of the group")
 
 

@@ -35,7 +35,8 @@ class Sparse(Section):
     @model_serializer(mode="wrap")
     def _said(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         found: dict[str, Any] = handler(self)
-        return {key: value for key, value in found.items() if value or key not in self.UNSAID}
+        default = {key: type(self).model_fields[key].default for key in self.UNSAID}
+        return {key: value for key, value in found.items() if key not in default or (value and value != default[key])}
 
 
 def unless(key: str, *needed: str) -> Callable[[dict[str, Any]], None]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 
 from remoras.activities import Objective
 from remoras.authority import NOBODY, Act, Request, Ruling
-from remoras.organisation import Organisation, Outcome, RoleAssignment
+from remoras.beliefs import Key
+from remoras.organisation import Group, Organisation, Outcome, RoleAssignment
 from worldmodel import Observation
 
 Place = tuple[int, int, int]
@@ -24,6 +26,7 @@ class Agreed:
         absent: vehicles that make room for others; unavailable: those that take no jobs; blind: those that
             take none for which they need their sensors.
         assigned, left: roles that vehicles took and left, in the order in which they did.
+        formed, dissolved: names of groups, in the order in which they were.
         objectives: given to roles; missions: names of groups that were given one.
         rulings: what became of every request, changes and refusals, in order.
         unlawful: statements that their issuers had no right to make.
@@ -35,6 +38,8 @@ class Agreed:
     blind: frozenset[str] = NOBODY
     assigned: list[RoleAssignment] = field(default_factory=list)
     left: list[RoleAssignment] = field(default_factory=list)
+    formed: list[str] = field(default_factory=list)
+    dissolved: list[str] = field(default_factory=list)
     objectives: list[Objective] = field(default_factory=list)
     missions: list[str] = field(default_factory=list)
     rulings: list[Ruling] = field(default_factory=list)
@@ -44,6 +49,28 @@ class Agreed:
         """Roles that one vehicle took, and those that it left."""
         taken = [one for one in self.assigned if one.vehicle == vehicle]
         return taken, [one for one in self.left if one.vehicle == vehicle]
+
+    @property
+    def renewed(self) -> tuple[str, ...]:
+        """Groups that were formed or dissolved: what was agreed in them before is over."""
+        return tuple(dict.fromkeys([*self.formed, *self.dissolved]))
+
+    @property
+    def keys(self) -> set[Key]:
+        """Facts that have changed with missions and formations."""
+        return {("hasMission", group) for group in self.missions} | {("formed", group) for group in self.renewed}
+
+    def objectives_after(
+        self, before: Mapping[tuple[str, str, str], Objective], founding: Collection[Objective]
+    ) -> dict[tuple[str, str, str], Objective]:
+        """The objectives of roles by group, role and name.
+
+        Args:
+            before: the same, as it was.
+            founding: those agreed before the mission, which stay.
+        """
+        kept = {key: one for key, one in before.items() if one.group not in self.renewed or one in founding}
+        return kept | {(one.group, one.role, one.name): one for one in self.objectives}
 
     def assign(self, asked: Request, yielding: frozenset[str] = NOBODY) -> Outcome:
         """Let a vehicle play a role; where there is no room, in the place of holders that all are absent or yield."""
@@ -68,6 +95,22 @@ class Agreed:
             self.left.append(one)
         self.note(asked, outcome)
         return outcome
+
+    def form(self, asked: Request, group: Group) -> None:
+        """Let a group be formed under its first head."""
+        self.organisation, outcome = self.organisation.form(group)
+        self.formed.append(group.name)
+        self.note(asked, outcome)
+        self.assign(replace(asked, act=Act.ASSIGN))
+
+    def dissolve(self, asked: Request) -> None:
+        """Let all members leave a group, and the group be no more."""
+        for name in self.organisation.members(asked.group):
+            for one in self.organisation.roles_of(name, asked.group):
+                self.leave(Request(asked.issuer, Act.RELEASE, one.group, one.role, one.vehicle))
+        self.organisation, outcome = self.organisation.dissolve(asked.group)
+        self.dissolved.append(asked.group)
+        self.note(asked, outcome)
 
     def give(self, asked: Request) -> None:
         """Let a role have an objective, or a group a mission."""

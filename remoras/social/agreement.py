@@ -34,6 +34,7 @@ class Agreement:
         plans: of the groups whose missions are planned; all their steps have been said.
         meets_after: for each group, those that meet before it, see ``remoras.nesting``.
         supervisors: for each group, the groups whose heads may give it its mission.
+        at_sea: groups that are formed at sea, by name; the organisation does not have them.
     """
 
     organisation: Organisation
@@ -41,6 +42,12 @@ class Agreement:
     plans: Mapping[str, Plan] = field(default_factory=dict)
     meets_after: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     supervisors: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    at_sea: Mapping[str, Group] = field(default_factory=dict)
+
+    @property
+    def groups(self) -> tuple[Group, ...]:
+        """All groups that there may be."""
+        return (*self.organisation.groups.values(), *self.at_sea.values())
 
 
 def agree(
@@ -63,11 +70,13 @@ def agree(
         PlanningError: there is no plan for a mission that is to be planned before.
         PluginError: the strategy raises or answers with something else.
     """
+    at_sea = {group.name: group for group in groups if group.formed_by is not None}
+    groups = [group for group in groups if group.formed_by is None]
     organisation = form_groups(strategy, database, groups)
     objectives = list(mission.founding_objectives())
     before, supervisors = meets_after(groups), supervisors_of(groups)
     if not strategy.declaration.planned_before:
-        return Agreement(organisation, tuple(objectives), meets_after=before, supervisors=supervisors)
+        return Agreement(organisation, tuple(objectives), {}, before, supervisors, at_sea)
     missions = {group.name: group.mission for group in groups if group.mission is not None}
     plans: dict[str, Plan] = {}
     energy_j = scarce_energy_j(database.values(), {}, 0.0, until_s)
@@ -92,4 +101,4 @@ def agree(
                     for one in adapt_roles(strategy, work):
                         organisation, _ = organisation.assign(one.vehicle, one.group, one.role)
     given = {group.name: replace(group, mission=missions.get(group.name)) for group in groups}
-    return Agreement(replace(organisation, groups=given), tuple(objectives), plans, before, supervisors)
+    return Agreement(replace(organisation, groups=given), tuple(objectives), plans, before, supervisors, at_sea)

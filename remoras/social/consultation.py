@@ -6,9 +6,10 @@ order in which it was heard, and only if ``remoras.authority`` grants it to its 
 an objective of a role and for the mission of a group the newest statement counts. Refused for now is what rests on news
 that may still come: that the issuer led the group, or that the assignee is a member. A role that has no room waits for
 an old holder to leave. Holders that are absent make room. Of claims to lead a group the greatest counts, see
-``remoras.social.succession``. The mission of a group counts at once: to plan it takes the rest of the frame.
+``remoras.social.succession``. The mission of a group counts at once: to plan it takes the rest of the frame. Of what
+is said of a group formed at sea its newest formation counts, see ``remoras.social.formations``.
 
-What a vehicle states while it is cut off counts for itself alone; ``Consultation.come_back`` undoes it.
+What a vehicle states while it is cut off counts for itself alone; ``remoras.social.alone`` undoes it.
 """
 
 from __future__ import annotations
@@ -17,16 +18,27 @@ from remoras.authority import NOBODY, Act, Request, Rules, may_assign
 from remoras.beliefs import Beliefs
 from remoras.organisation import Organisation, Outcome, RoleAssignment
 from remoras.social.agreed import UNCHANGED, Agreed
+from remoras.social.alone import Alone
+from remoras.social.formations import Formations
 from remoras.social.reigns import AGREED_BEFORE, Age, Reigns
-from remoras.social.reports import without_sensors
+from remoras.social.reports import takes_sensors
 from remoras.social.requests import Requests
 from remoras.social.succession import Claim, Headship, excluded_by_leading, role_after, yielding_above
 from worldmodel import Change, Observation
 
 MAY_COME = frozenset(
-    {Outcome.OUTSIDE, Outcome.NO_AUTHORITY, Outcome.NOT_OF_GROUP, Outcome.INCOMPATIBLE, Outcome.EXCLUDED}
+    {
+        Outcome.NOT_GROUP,
+        Outcome.OUTSIDE,
+        Outcome.NO_AUTHORITY,
+        Outcome.NOT_OF_GROUP,
+        Outcome.INCOMPATIBLE,
+        Outcome.EXCLUDED,
+    }
 )
 """Refusals that rest on what may be heard of later."""
+FOR_ALL = frozenset({Act.SUCCEED, Act.CREATE, Act.DISSOLVE})
+"""Acts of which nothing comes where a vehicle states them for itself alone."""
 LAWFUL = UNCHANGED | {Outcome.SUCCESS, Outcome.NO_ROOM, Outcome.UNAVAILABLE, Outcome.NOT_IN_GROUP}
 """Outcomes of requests that their issuers had the right to make."""
 
@@ -47,16 +59,17 @@ class Consultation:
 
     def __init__(self, beliefs: Beliefs, rules: Rules, organisation: Organisation) -> None:
         self._rules = rules
-        self.requests = Requests(beliefs, organisation.groups)
+        self._groups = {**organisation.groups, **rules.at_sea}
+        self.requests = Requests(beliefs, self._groups)
         self._pending: list[Observation] = []
         self._pending_alone: list[Observation] = []
         self._newest: dict[tuple[str, ...], Age] = {}  # what counts, and since when
         self._waiting: list[Observation] = []  # refused for now
         self._denied: dict[RoleAssignment, Request] = {}  # there was no room for it
-        self._taken_alone: dict[RoleAssignment, None] = {}
-        self._displaced_alone: dict[RoleAssignment, None] = {}
-        self._groups = organisation.groups
+        self._about: dict[str, dict[Age, Observation]] = {group: {} for group in rules.at_sea}  # heard of each
+        self.alone = Alone()
         self._reigns = Reigns(organisation)
+        self.formations = Formations(rules, self._reigns)
         self.headship = Headship()
         self.missions: dict[str, str] = {}
         """Missions that groups were given, by their names."""
@@ -79,30 +92,20 @@ class Consultation:
 
     # The end of a round --------------------------------------------------------------------------
 
-    def end(
-        self,
-        organisation: Organisation,
-        absent: frozenset[str] = NOBODY,
-        unavailable: frozenset[str] = NOBODY,
-        blind: frozenset[str] = NOBODY,
-    ) -> Agreed:
-        """End of the round: what was said in it counts now, unless something newer counts already.
-
-        Args:
-            organisation: that counted so far.
-            absent: vehicles whose roles others may be given.
-            unavailable: vehicles that take no jobs.
-            blind: vehicles that take none for which they need their sensors.
-        """
-        agreed = Agreed(organisation, absent, unavailable, blind)
+    def end(self, agreed: Agreed) -> Agreed:
+        """End of the round: what was said in it is added to what is ``agreed``, unless something newer counts."""
+        organisation = agreed.organisation
         n_changes = self._reigns.n_changes
         pending, self._pending = sorted(self._pending, key=_age), []
         for observation in pending:
             self._count(observation, agreed)
-        if agreed.organisation is not organisation or self._reigns.n_changes != n_changes:
+        is_due = agreed.organisation is not organisation or self._reigns.n_changes != n_changes
+        while is_due:
+            n_renewed = len(agreed.formed) + len(agreed.dissolved)
             waiting, self._waiting = sorted(self._waiting, key=_age), []
             for observation in waiting:
                 self._count(observation, agreed, again=True)
+            is_due = len(agreed.formed) + len(agreed.dissolved) != n_renewed
         for one in sorted(self._denied, key=lambda one: self._given_at(one.group, one.role, one.vehicle), reverse=True):
             if agreed.assign(self._denied[one]) is not Outcome.NO_ROOM:  # its successor was heard of first
                 del self._denied[one]
@@ -121,7 +124,11 @@ class Consultation:
         """
         for position, fact in enumerate(change.block.facts):
             if self.requests.gives_mission(fact):
-                self._count(Observation(change.block, position), agreed, alone)
+                said = Observation(change.block, position)
+                if not self.formations.may_come(self.requests.of(said).group, agreed):
+                    self._count(said, agreed, alone)
+                elif not alone:
+                    self._pending.append(said)
 
     # What members say ----------------------------------------------------------------------------
 
@@ -135,6 +142,17 @@ class Consultation:
             again: True if it was refused before.
         """
         asked, age = self.requests.of(observation), _age(observation)
+        if asked.act in (Act.CREATE, Act.DISSOLVE):
+            outcome = self.formations.settle(asked, self.requests.formation(observation), age, agreed)
+            if outcome is Outcome.SUCCESS:
+                self._begin(asked.group, age)
+            elif outcome is not None:
+                self._refuse(asked, outcome, observation, agreed, True, again)
+            return
+        if self.formations.is_of_earlier(asked.group, age):
+            return
+        if asked.group in self._about:
+            self._about[asked.group].setdefault(age, observation)
         if asked.act is not Act.SUCCEED and not alone and self._newest.get(asked.about, age) > age:
             return
 
@@ -142,15 +160,11 @@ class Consultation:
             return agreed.organisation.is_member(vehicle, group) if alone else self._reigns.led(vehicle, group, age)
 
         yielding = agreed.absent | self._given_by_former_heads(asked, age, agreed.organisation)
-        unavailable = agreed.unavailable
-        if asked.assignee in agreed.blind and self.takes_sensors(asked.group, asked.role, asked.assignee):
-            unavailable |= {asked.assignee}
+        is_blind = asked.assignee in agreed.blind and takes_sensors(self._rules, self._groups[asked.group], asked)
+        unavailable = agreed.unavailable | ({asked.assignee} if is_blind else NOBODY)
         outcome = may_assign(asked, agreed.organisation, self._rules, led, yielding, unavailable)
         if outcome not in LAWFUL:
-            if outcome in MAY_COME and not alone:
-                self._waiting.append(observation)
-            if not again:
-                agreed.refuse(asked, outcome, observation)
+            self._refuse(asked, outcome, observation, agreed, not alone, again)
         elif asked.act is Act.SUCCEED:
             self._succeed(asked, observation, agreed)
         else:
@@ -158,11 +172,22 @@ class Consultation:
                 self._newest[asked.about] = age
             self._take(asked, outcome, age, agreed, yielding)
 
-    def takes_sensors(self, group: str, role: str, vehicle: str) -> bool:
-        """True if the vehicle needs its sensors for the job of a role."""
-        of = self._groups[group].role(role) if group in self._groups else None
-        job = self._rules.jobs.get(of.job) if of is not None and of.job is not None else None
-        return job is not None and not job.is_able(without_sensors(self._rules.database[vehicle]))
+    def _begin(self, group: str, age: Age) -> None:
+        """A group was formed or dissolved: what was said of it before is over, what was said since is asked anew."""
+        self._newest = {about: since for about, since in self._newest.items() if about[0] != group}
+        self._about[group] = {said: one for said, one in self._about[group].items() if said > age}
+        others = [one for one in self._waiting if _age(one) not in self._about[group]]
+        self._waiting = [*others, *self._about[group].values()]
+        self.headship.forget(group)
+        self.missions.pop(group, None)
+        self.alone.forget(group)
+
+    def _refuse(self, asked: Request, why: Outcome, said: Observation, agreed: Agreed, wait: bool, again: bool) -> None:
+        """Let a statement not count, for now if it is to ``wait``; that is noted unless it was before, ``again``."""
+        if why in MAY_COME and wait:
+            self._waiting.append(said)
+        if not again:
+            agreed.refuse(asked, why, said)
 
     def _given_by_former_heads(self, asked: Request, age: Age, organisation: Organisation) -> frozenset[str]:
         """Holders of a role with a job that have it from before the issuer led, where heads alone give out roles.
@@ -178,9 +203,7 @@ class Consultation:
         holders = organisation.members(asked.group, asked.role)
         return frozenset(name for name in holders if self._given_at(asked.group, asked.role, name) < since)
 
-    def _take(
-        self, asked: Request, outcome: Outcome, age: Age, agreed: Agreed, yielding: frozenset[str] = NOBODY
-    ) -> None:
+    def _take(self, asked: Request, outcome: Outcome, age: Age, agreed: Agreed, yielding: frozenset[str]) -> None:
         """Do what was asked, or note why it is refused; where there is no room, in the place of who is ``yielding``."""
         if asked.assignee:
             self._denied.pop(_assignment(asked), None)
@@ -262,30 +285,9 @@ class Consultation:
         """Let what the vehicle states for itself alone count, and note what is to be undone."""
         n_assigned, n_left = len(agreed.assigned), len(agreed.left)
         for observation in pending:
-            if self.requests.of(observation).act is not Act.SUCCEED:
+            if self.requests.of(observation).act not in FOR_ALL:
                 self._count(observation, agreed, alone=True)
-        for one in agreed.left[n_left:]:
-            if one in self._taken_alone:
-                del self._taken_alone[one]
-            else:
-                self._displaced_alone[one] = None
-        self._taken_alone.update(dict.fromkeys(agreed.assigned[n_assigned:]))
-
-    def come_back(self, me: str, organisation: Organisation) -> Agreed:
-        """The vehicle is cut off no longer: it leaves what it took on alone, and others hold again what they held.
-
-        Args:
-            me: its name.
-            organisation: that counted so far.
-        """
-        agreed = Agreed(organisation)
-        for one in self._taken_alone:
-            agreed.leave(Request(me, Act.RELEASE, one.group, one.role, one.vehicle))
-        for one in self._displaced_alone:
-            agreed.assign(Request(me, Act.ASSIGN, one.group, one.role, one.vehicle))
-        self._taken_alone.clear()
-        self._displaced_alone.clear()
-        return agreed
+        self.alone.note(agreed, n_assigned, n_left)
 
 
 def _assignment(asked: Request) -> RoleAssignment:

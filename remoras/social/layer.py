@@ -109,8 +109,7 @@ class SocialLayer:
         agreement: what was agreed before the mission.
         rally_points_m: by name.
         picture: what is known of the peers; its part ``groups`` is written here and nowhere else.
-        lease_s: how long a peer that is not heard counts as present; infinite where nobody speaks.
-        until_s: end of the mission; who has the energy to go on until then may do any work.
+        lease_s: how long a peer not heard counts as present, infinite where nobody speaks; until_s: the mission's end.
     """
 
     def __init__(
@@ -140,13 +139,13 @@ class SocialLayer:
         self._jobs = mission.jobs
         self.pursuit = Pursuit(database[me], mission, self._mission_name)
         self._conclusions = Conclusions(me, mission, self._mission_name, beliefs)
-        self._gatherings = Gatherings(beliefs, agreement.organisation.groups, agreement.meets_after)
-        rules = Rules(database, strategy.declaration.authorities, self._jobs, agreement.supervisors)
+        self._gatherings = Gatherings(beliefs, [one.name for one in agreement.groups], agreement.meets_after)
+        rules = Rules(database, strategy.declaration.authorities, self._jobs, agreement.supervisors, agreement.at_sea)
         self.standing = Standing(me, rules, beliefs, agreement.organisation, lease_s, picture.frame_s, until_s)
         self._workload = Workload(me, rules, mission, beliefs, self.standing.reports)
         self._led = self.standing.led
         planned = {group: agreement.plans[group] for group in self._led if group in agreement.plans}
-        self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned)
+        self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned, agreement.at_sea)
         self.planner.resume(self.facts)
         self.planner.take_on(group for group in self._led if group in self.missions)
         self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, rules)
@@ -166,9 +165,8 @@ class SocialLayer:
     @property
     def facts(self) -> OwnFacts:
         """What its plans are made of, as it is now."""
-        at, known = self.standing, (self._beliefs, self.database)
-        given = at.consultation.missions
-        return OwnFacts(*known, at.present, given, self._gatherings, at.is_cut_off, self.planner, self.objectives)
+        at, own = self.standing, (self._gatherings, self.standing.is_cut_off, self.planner, self.objectives)
+        return OwnFacts(self._beliefs, self.database, at.present, at.consultation, *own)
 
     @property
     def missions(self) -> Mapping[str, str]:
@@ -200,7 +198,7 @@ class SocialLayer:
         with_mission, rulings = self.standing.hear(changes, alone)
         for change in changes:
             self._negotiation.note(change)
-            self.planner.note(change)
+            self.planner.orders.note(change)
         self._workload.note(changes)
         keys = {key for key in self._beliefs.keys_of(changes) if key[0] != HAS_MISSION}
         keys.update((HAS_MISSION, group) for group in with_mission)
@@ -263,15 +261,18 @@ class SocialLayer:
         agreed = self.standing.agree()
         self._negotiation.disregard(agreed.unlawful)
         rulings = [one for one in agreed.rulings if not one.repeats(self.objectives)]
-        self.objectives |= {(one.group, one.role, one.name): one for one in agreed.objectives}
+        for group in agreed.renewed:
+            self.planner.forget(group)
+            self._negotiation.begin(group)
+            self._gatherings.begin(group, self._picture.body.now_s)
+        self.objectives = agreed.objectives_after(self.objectives, self._founding)
         self._renew_leads()
         self.planner.end_round(agreed.left, self.facts)
-        self.planner.reconsider({(HAS_MISSION, group) for group in agreed.missions}, self._led, self.facts)
+        self.planner.reconsider(agreed.keys, self._led, self.facts)
         self.planner.lose((one for one in agreed.left if one.group in self._led), self.present)
         stale = self.pursuit.let_go({("members", f"{a.group}.{a.role}") for a in [*agreed.assigned, *agreed.left]})
-        assigned, left = agreed.of(self.me)
-        is_due = bool(agreed.objectives or stale or assigned or left)
-        return Consulted(assigned, left, rulings, is_due)
+        own = agreed.of(self.me)
+        return Consulted(*own, rulings, bool(agreed.objectives or stale or any(own)))
 
     def negotiate(self, now_s: float, motion: Motion, calls: Mapping[str, float]) -> list[tuple[list[Fact], bool]]:
         """End of a round: facts that this vehicle states together to organise its groups, and whether it tells them.
@@ -325,10 +326,10 @@ class SocialLayer:
 
     def _holds(self, work: Work) -> bool:
         """True while a group still has work to hand out or to confirm, so that it does not count as gathered."""
-        name, absent = work.group.name, self.standing.absent
+        name, unheard = work.group.name, frozenset(self._picture.peers.unheard) - self.standing.absent
         if name in self._negotiation.holding and work.has_something_left:
             return True
-        return self.leads(name) and self.planner.waits_for(frozenset(self._picture.peers.unheard) - absent, work.done)
+        return self.leads(name) and self.planner.orders.waits_for(unheard, work.done)
 
     def addressed(self, change: Change) -> dict[str, set[str]]:
         """Who has to hear of a block of this vehicle's own, by name, and the roles that it gives them."""

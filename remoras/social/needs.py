@@ -19,6 +19,8 @@ a vehicle                   the members of all its groups; everybody if it is in
 anything else               everybody
 ==========================  =========================================================================================
 
+A group that is not there, since it is formed at sea or has been dissolved, concerns everybody.
+
 A vehicle answers by the organisation in its own view, and it hears of changes in groups of its own alone. So it may err
 on others: then it says something to vehicles that have left, or leaves out such as have joined, until it hears of it.
 """
@@ -26,7 +28,7 @@ on others: then it says something to vehicles that have left, or leaves out such
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from remoras.organisation import Organisation
 from remoras.social.negotiation import ROLE_ATTRIBUTES
@@ -34,7 +36,7 @@ from remoras.social.succession import HEAD_TERM, HEADED_BY
 from worldmodel import NOBODY, PropertyValue, TBox, Wanted
 
 Path = tuple[str, str]
-"""Group and role."""
+"""Group and role, or group and group."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ class Subjects:
         groups: names of groups; roles: group and role.
         jobs: group and role for every role with the job; the role is empty where a mission names the group alone.
         done: (subject, attribute) of the facts that say that a job is done.
-        supervised: groups that a group supervises, by names.
+        supervised: a group and one that it supervises, directly or through others, by names.
         held: groups of which the head holds what is known of their jobs.
     """
 
@@ -55,7 +57,7 @@ class Subjects:
     roles: Mapping[int, Path]
     jobs: Mapping[int, Collection[Path]]
     done: Collection[tuple[int, int]] = frozenset()
-    supervised: Mapping[str, Collection[str]] = field(default_factory=dict)
+    supervised: Collection[Path] = ()
     held: Collection[str] = frozenset()
 
 
@@ -117,16 +119,16 @@ class GroupNeeds:
         def word(vehicles: Collection[str]) -> int:
             return sum(nodes[name] for name in vehicles)
 
-        groups, supervised = view.groups, self._subjects.supervised
+        groups = view.groups
         members = {name: word(view.members(name)) for name in groups}
         heads = {name: word(view.heads(name)) for name in groups}
         for name, now in members.items():
             self._ever[name] = self._ever.get(name, 0) | now
         above, told = dict.fromkeys(groups, 0), dict(members)
-        for superior, inferiors in supervised.items():
-            for name in inferiors:
-                above[name] |= heads.get(superior, 0)
-                told[superior] |= members.get(name, 0)
+        for superior, name in self._subjects.supervised:
+            if superior in groups and name in groups:
+                above[name] |= heads[superior]
+                told[superior] |= members[name]
         tied: dict[Path, int] = {}
         for name, group in groups.items():
             told[name] |= above[name]
@@ -177,8 +179,10 @@ class GroupNeeds:
     def _of_job(self, roles: Collection[Path], is_done: bool) -> int:
         now, nodes = self._now, 0
         for group, role in roles:
+            if group not in now.members:
+                return self._everybody
             if group in self._subjects.held and not is_done:
-                nodes |= now.heads.get(group, 0) | now.players.get((group, role), 0)
+                nodes |= now.heads[group] | now.players.get((group, role), 0)
             else:
-                nodes |= now.members.get(group, 0) | (now.above.get(group, 0) if is_done else 0)
+                nodes |= now.members[group] | (now.above[group] if is_done else 0)
         return nodes

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Mapping
 
 from remoras.authority import Rules
 from remoras.beliefs import Beliefs
-from remoras.organisation import Organisation
+from remoras.organisation import Group, Organisation
 from remoras.social.agreed import Place
 from remoras.strategy import JOB_DONE, Heard, Negotiator, Situation, Statement, Strategy, ask, negotiator_of
 from remoras.work import Job, Outlook, Point, Work
@@ -64,23 +64,35 @@ class Negotiation:
         self._of_all = frozenset(tbox.attribute_named(name).uid for name in plain)  # those apart may state them too
         self._negotiators: dict[str, Negotiator] = {}
         self._rally_m: dict[str, Point | None] = {}
+        self._rallies_m, self._at_sea, self._of = rally_points_m, rules.at_sea, strategy
         for group in organisation.groups.values():
-            has_jobs = any(role.job is not None for role in group.roles)
-            if has_jobs and me not in rules.apart and organisation.is_member(me, group.name):
-                negotiator = negotiator_of(strategy, me, group)
-                if negotiator is not None:
-                    self._negotiators[group.name] = negotiator
-                    self._rally_m[group.name] = rally_points_m.get(group.rally_point or "")
+            if organisation.is_member(me, group.name):
+                self._add(group)
         self._heard: list[Block] = []
         self._unlawful: Collection[Place] = ()
         self._round = 0
         self.holding = frozenset(self._negotiators)
         """Groups that still have work to hand out, so they do not count as gathered."""
+        for group in rules.at_sea.values():
+            self._add(group)
         self.silent = False
         """True while the vehicle is to send nothing, by one of its negotiators."""
         self._longest_away_s = 0.0
         self._expected: frozenset[str] = frozenset()  # peers whose silence means nothing now
         self._expected_s: dict[str, float] = {}
+
+    def _add(self, group: Group) -> None:
+        """Take part in dividing the jobs of a group, if it has some and this vehicle has a part in that."""
+        if any(role.job is not None for role in group.roles) and self._me not in self._apart:
+            negotiator = negotiator_of(self._of, self._me, group)
+            if negotiator is not None:
+                self._negotiators[group.name] = negotiator
+                self._rally_m[group.name] = self._rallies_m.get(group.rally_point or "")
+
+    def begin(self, group: str) -> None:
+        """A group was formed or dissolved at sea: nothing is known of how its jobs were divided before."""
+        self._negotiators.pop(group, None)
+        self._add(self._at_sea[group])
 
     @property
     def takes_part(self) -> bool:
@@ -181,8 +193,8 @@ class Negotiation:
         holding = []
         self.silent, expected = False, set[str]()
         for group, negotiator in self._negotiators.items():
-            if self._me not in work[group].members:
-                continue  # it has left, to look after itself
+            if group not in work or self._me not in work[group].members:
+                continue  # there is no such group now, or it has left, to look after itself
             if group not in missions:
                 holding.append(group)
                 continue

@@ -10,6 +10,7 @@ from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Key
 from remoras.database import AUVDatabase
 from remoras.organisation import Organisation
+from remoras.social.consultation import Consultation
 from remoras.social.gatherings import Gatherings
 from remoras.social.planning import MissionPlanner, missions_of
 
@@ -22,7 +23,7 @@ class OwnFacts:
         beliefs: of the vehicle.
         database: static data of all vehicles.
         present: who plays what and is there.
-        given: missions that groups were given at sea.
+        said: missions that groups were given at sea, and formations of groups.
         gatherings: which meetings count; is_cut_off: whether the vehicle hears nobody.
         planner: of the missions that the vehicle plans.
         objectives: of roles, by group, role and name.
@@ -31,7 +32,7 @@ class OwnFacts:
     beliefs: Beliefs
     database: AUVDatabase
     present: Organisation
-    given: Mapping[str, str]
+    said: Consultation
     gatherings: Gatherings
     is_cut_off: bool
     planner: MissionPlanner
@@ -52,7 +53,11 @@ class OwnFacts:
                 found = self.objectives.get((group, role, name))
                 return default if found is None else found.argument
             case "hasMission":
-                return missions_of(self.present.groups.values(), self.given).get(about, default)
+                return missions_of(self.present.groups.values(), self.said.missions).get(about, default)
+            case "formed":
+                return about in self.present.groups
+            case "formation":
+                return self.said.formations.number(about) or default
             case "data":
                 return self.database[about]
         if self.gatherings.is_undone(key, self.is_cut_off):

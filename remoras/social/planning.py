@@ -10,16 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.htn import Domain, Execution, FactsLike, NoPlan, Plan, Task, plan
-from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, GIVE_MISSION
+from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, DISSOLVE_GROUP, FORM_GROUP, GIVE_MISSION
 from remoras.organisation import Group, Organisation, RoleAssignment
-from remoras.social.requests import OBJECTIVE_PREFIX
-from remoras.strategy import Strategy, adapt_roles
+from remoras.social.orders import Orders
+from remoras.strategy import Strategy
 from remoras.work import Work, precedence
-from worldmodel import Change
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,20 +57,25 @@ class MissionPlanner:
         beliefs: of the vehicle.
         strategy: allocates roles.
         planned: plans of the groups whose missions were planned before, all of whose steps have been said.
+        at_sea: groups that are formed at sea, by name.
 
     Attributes:
         executions: the plans of the groups, as far as they are carried out.
         allocated: groups whose roles the strategy has allocated since their missions were last planned anew.
         lost: who has left a role or fallen silent in it, as often as that happened, by ``Group.Role``.
+        orders: what it has said by the steps of its plans.
     """
 
     def __init__(
-        self, me: str, domain: Domain, beliefs: Beliefs, strategy: Strategy, planned: Mapping[str, Plan]
+        self,
+        me: str,
+        domain: Domain,
+        beliefs: Beliefs,
+        strategy: Strategy,
+        planned: Mapping[str, Plan],
+        at_sea: Mapping[str, Group] = MappingProxyType({}),
     ) -> None:
-        self._me = me
         self._domain = domain
-        self._beliefs = beliefs
-        self._strategy = strategy
         self.executions = {group: Execution(domain, plan) for group, plan in planned.items()}
         self.allocated = set(planned)
         self.lost: dict[str, tuple[str, ...]] = {}
@@ -78,11 +83,8 @@ class MissionPlanner:
         self._due: set[str] = set()
         self._anew: set[str] = set()  # of those due, whose whole mission is planned
         self._vacant: dict[str, set[tuple[str, str]]] = {}  # (group, role) that all have left, where somebody has left
-        self._proposed: dict[RoleAssignment | Objective, None] = {}  # said in this round, not yet counting
-        self._awaited: set[tuple[str, str]] = set()  # (vehicle, job) given to it, of which nothing has come back
+        self.orders = Orders(me, beliefs, strategy, at_sea)
         self._taken_over: set[str] = set()  # groups that another vehicle led when their missions were planned last
-        self.issued: set[RoleAssignment] = set()
-        self.issued_objectives: set[Objective] = set()
 
     def resume(self, known: FactsLike) -> None:
         """Begin with the plans that were made before, whose steps need not be said.
@@ -110,12 +112,6 @@ class MissionPlanner:
         for group in groups:
             if not self.has_planned(group):
                 self._plan_anew(group)
-
-    def note(self, change: Change) -> None:
-        """Whoever says something about a job has heard that it is his."""
-        if self._awaited:
-            issuer = self._beliefs.name(change.block.origin)
-            self._awaited -= {(issuer, self._beliefs.name(fact.subject)) for fact in change.block.facts}
 
     def reconsider(self, keys: Collection[Key], led: Iterable[str], facts: FactsLike) -> None:
         """Facts have changed: steps may have ended, and plans may have to be made anew.
@@ -176,9 +172,17 @@ class MissionPlanner:
                     vacant.add((one.group, one.role))
                 self._due.add(one.group)
 
-    def waits_for(self, peers: Collection[str], done: Collection[str]) -> bool:
-        """True while one of ``peers`` was given a job that is not done and of which nothing has come back."""
-        return any(vehicle in peers and job not in done for vehicle, job in self._awaited)
+    def forget(self, group: str) -> None:
+        """A group was formed or dissolved at sea: its plan is over, and what was said of it before."""
+        if group in self.executions:
+            self.executions[group].abandon()
+        self._impossible.pop(group, None)
+        self._vacant.pop(group, None)
+        self.allocated.discard(group)
+        self._due.discard(group)
+        self._anew.discard(group)
+        self.lost = {path: who for path, who in self.lost.items() if path.split(".")[0] != group}
+        self.orders.forget(group)
 
     def end_round(self, left: Iterable[RoleAssignment], facts: FactsLike) -> None:
         """What was proposed in this round has been said, and counts unless somebody has refused it.
@@ -187,8 +191,7 @@ class MissionPlanner:
             left: roles that vehicles have left: they are given out no longer.
             facts: that the vehicle knows now.
         """
-        self._proposed.clear()
-        self.issued.difference_update(left)
+        self.orders.end_round(left)
         for group, execution in self.executions.items():
             self._settle(group, execution, facts)
 
@@ -209,10 +212,13 @@ class MissionPlanner:
             work: of the groups, by name.
             objectives: that count already.
         """
+        orders = self.orders
         handlers: dict[str, Callable[..., list[Fact]]] = {
             ALLOCATE_ROLES: lambda of, *lost: self._allocate(work[of]),
-            GIVE_MISSION: lambda of, given: self._give_mission(of, given, missions),
-            ASSIGN_OBJECTIVE: lambda *args: self._give(Objective(*args), objectives),
+            GIVE_MISSION: lambda of, given: orders.give_mission(of, given, missions),
+            FORM_GROUP: lambda of: orders.form(of, work, known.get(("formation", of), 0) + 1),
+            DISSOLVE_GROUP: lambda of: orders.dissolve(of, known.get(("formation", of), 0)),
+            ASSIGN_OBJECTIVE: lambda *args: orders.give(Objective(*args), objectives, args[0] in self._taken_over),
         }
         facts: list[Fact] = []
         impossible: list[NoPlan] = []
@@ -268,32 +274,6 @@ class MissionPlanner:
             mended = True
         return mended
 
-    def _give_mission(self, group: str, mission: str, missions: Mapping[str, str]) -> list[Fact]:
-        return [] if missions.get(group) == mission else [self._beliefs.fact(group, "hasMission", mission)]
-
-    def _give(self, objective: Objective, objectives: Collection[Objective]) -> list[Fact]:
-        """What a former head gave is given again: nobody else knows which members have heard of it."""
-        counts = objective in objectives and objective.group not in self._taken_over
-        if objective in self._proposed or counts:
-            return []
-        self._proposed[objective] = None
-        self.issued_objectives.add(objective)
-        subject = f"{objective.group}.{objective.role}"
-        return [self._beliefs.fact(subject, OBJECTIVE_PREFIX + objective.name, objective.argument)]
-
     def _allocate(self, work: Work) -> list[Fact]:
-        """Let the strategy allocate roles to members of the group, on top of what was proposed in this round."""
         self.allocated.add(work.group.name)
-        expected = work.organisation
-        for one in self._proposed:
-            if isinstance(one, RoleAssignment):
-                expected, _ = expected.assign(one.vehicle, one.group, one.role)
-        allocated = adapt_roles(self._strategy, replace(work, organisation=expected))
-        allowed = [one for one in allocated if work.organisation.is_member(one.vehicle, one.group)]
-        self.issued.update(allowed)
-        jobs = {role.name: role.job for role in work.group.roles}
-        self._awaited |= {
-            (one.vehicle, job) for one in allowed if (job := jobs.get(one.role)) and one.vehicle != self._me
-        }
-        self._proposed.update(dict.fromkeys(allowed))
-        return [self._beliefs.fact(one.vehicle, "playsRole", f"{one.group}.{one.role}") for one in allowed]
+        return self.orders.allocate(work)

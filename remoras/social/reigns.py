@@ -52,6 +52,16 @@ class Reigns:
         self.n_changes += 1
         (self._began if leads else self._ended).setdefault((group, vehicle), []).append(age)
 
+    def begin(self, group: str, vehicle: str | None, age: Age) -> None:
+        """A group is formed anew, led by ``vehicle`` since ``age``; it is dissolved if None."""
+        self.n_changes += 1
+        self._claimed.pop(group, None)
+        for ages in (self._began, self._ended):
+            for key in [key for key in ages if key[0] == group]:
+                del ages[key]
+        if vehicle is not None:
+            self._began[group, vehicle] = [age]
+
     def led(self, vehicle: str, group: str, at: Age) -> bool:
         """True if the vehicle led the group at ``at``."""
         return self.since(vehicle, group, at) is not None

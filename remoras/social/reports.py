@@ -10,8 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
+from remoras.authority import Request, Rules
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase, VehicleData
+from remoras.organisation import Group
 from worldmodel import Change
 
 BATTERY, SENSORS_WORK = "batteryFraction", "sensorsWork"
@@ -22,6 +24,13 @@ AMPLE = 1.1
 def without_sensors(data: VehicleData) -> VehicleData:
     """What a vehicle is able to do whose sensors are dead follows from its data without them."""
     return replace(data, sensors=())
+
+
+def takes_sensors(rules: Rules, group: Group, asked: Request) -> bool:
+    """True if the assignee of a request needs its sensors for the job of the role that it asks for, in ``group``."""
+    role = group.role(asked.role)
+    job = rules.jobs.get(role.job) if role is not None and role.job is not None else None
+    return job is not None and not job.is_able(without_sensors(rules.database[asked.assignee]))
 
 
 def scarce_energy_j(

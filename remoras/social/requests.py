@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from remoras.authority import Act, Request
 from remoras.beliefs import Beliefs
 from remoras.organisation import Group
+from remoras.social.formations import FORMATION_ATTRIBUTES
 from remoras.social.negotiation import ROLE_ATTRIBUTES
 from remoras.social.succession import HEAD_TERM, HEADED_BY
 from worldmodel import Observation, PropertyValue
@@ -35,10 +36,13 @@ class Requests:
         self._headed_by, self._head_term, self._has_mission = (
             tbox.attribute_named(name).uid for name in (HEADED_BY, HEAD_TERM, HAS_MISSION)
         )
+        uids = {one.name: one.uid for one in self._attributes}  # words for groups at sea may not be there
+        self._formed_under, self._formation, self._dissolved = (uids.get(name) for name in FORMATION_ATTRIBUTES)
+        self._acts = frozenset({self._headed_by, self._formed_under, self._dissolved} - {None})
 
     def waits(self, fact: PropertyValue) -> bool:
-        """True if the fact is about roles, objectives or heads: what it asks for waits for the end of the round."""
-        return fact.attribute in self._organisational or fact.attribute == self._headed_by
+        """True if it is about roles, objectives, heads or formations: what it asks for waits for the end of a round."""
+        return fact.attribute in self._organisational or fact.attribute in self._acts
 
     def gives_mission(self, fact: PropertyValue) -> bool:
         """True if the fact gives a group its mission."""
@@ -61,9 +65,12 @@ class Requests:
         issuer = name(observation.origin)
         if fact.attribute == self._has_mission:
             return Request(issuer, Act.MISSION, name(fact.subject), argument=name(fact.target))
-        if fact.attribute == self._headed_by:
+        if fact.attribute in (self._headed_by, self._formed_under):
+            act = Act.SUCCEED if fact.attribute == self._headed_by else Act.CREATE
             group = name(fact.subject)
-            return Request(issuer, Act.SUCCEED, group, self._groups[group].head_role or "", name(fact.target))
+            return Request(issuer, act, group, self._groups[group].head_role or "", name(fact.target))
+        if fact.attribute == self._dissolved:
+            return Request(issuer, Act.DISSOLVE, name(fact.subject))
         attribute, path = self.role_named(fact) or ("", "")
         group, _, role = path.partition(".")
         if attribute.startswith(OBJECTIVE_PREFIX):
@@ -74,7 +81,15 @@ class Requests:
 
     def term(self, claim: Observation) -> int | None:
         """The term under which a vehicle claims to lead a group; None if its block does not say."""
-        for fact in claim.block.facts:
-            if fact.attribute == self._head_term and fact.subject == claim.fact.subject:
+        return self._beside(claim, self._head_term)
+
+    def formation(self, said: Observation) -> int | None:
+        """Number of the formation that a fact forms or dissolves; None if its block does not say."""
+        return self._beside(said, self._dissolved if said.fact.attribute == self._dissolved else self._formation)
+
+    def _beside(self, said: Observation, attribute: int | None) -> int | None:
+        """The number that the block of a fact says of the same subject."""
+        for fact in said.block.facts:
+            if fact.attribute == attribute and fact.subject == said.fact.subject:
                 return round(fact.value)  # type: ignore[arg-type]  # it is a number
         return None

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from remoras.activities import Objective
-from remoras.authority import Rules, Ruling
+from remoras.authority import Act, Request, Rules, Ruling
 from remoras.beliefs import Beliefs, Fact
 from remoras.organisation import Organisation
 from remoras.social.agreed import Agreed
@@ -20,7 +20,7 @@ from remoras.social.consultation import Consultation
 from remoras.social.membership import NO_CHANGES, Changes, Membership, acted_on
 from remoras.social.negotiation import ROLE_ATTRIBUTES
 from remoras.social.receivers import by_receiver
-from remoras.social.reports import SENSORS_WORK, Reports
+from remoras.social.reports import SENSORS_WORK, Reports, takes_sensors
 from remoras.social.statements import AVAILABLE, Statements
 from worldmodel import Change
 
@@ -68,6 +68,7 @@ class Standing:
         until_s: float = math.inf,
     ) -> None:
         self._me = me
+        self._rules = rules
         self._database = database = rules.database
         self._beliefs = beliefs
         self._membership = Membership(me, database.names, lease_s, frame_s)
@@ -145,7 +146,7 @@ class Standing:
                 self._is_out_of_reach = True
                 facts.append(self._statements.available(False))
         elif was_cut_off and not self.is_cut_off:
-            undone = self.consultation.come_back(self._me, self.organisation)
+            undone = self.consultation.alone.come_back(self._me, self.organisation)
             if self._is_out_of_reach:
                 self._is_out_of_reach = False
                 facts = [self._statements.available(True)]
@@ -154,7 +155,8 @@ class Standing:
 
     def agree(self) -> Agreed:
         """End of a round: what was said in it counts from now on."""
-        agreed = self.consultation.end(self.organisation, self.absent, self.takes_no_jobs, self.reports.blind)
+        so_far = Agreed(self.organisation, self.absent, self.takes_no_jobs, self.reports.blind)
+        agreed = self.consultation.end(so_far)
         self._renew(agreed.organisation)
         return agreed
 
@@ -208,12 +210,12 @@ class Standing:
         if objective in self._given_up:
             return []
         self._given_up.add(objective)
-        if blind and self.consultation.takes_sensors(objective.group, objective.role, self._me):
+        if blind and self._takes_sensors(objective.group, objective.role):
             left = [
                 one
                 for one in self.organisation.roles_of(self._me)
                 if (one.group, one.role) == (objective.group, objective.role)
-                or self.consultation.takes_sensors(one.group, one.role, self._me)
+                or self._takes_sensors(one.group, one.role)
             ]
             dead = self._beliefs.fact(self._me, SENSORS_WORK, False)
             return [*self._statements.leaving_roles(left), dead]
@@ -222,6 +224,10 @@ class Standing:
         with_job.add((objective.group, objective.role))
         roles = [one for one in self.organisation.roles_of(self._me) if (one.group, one.role) in with_job]
         return self._statements.leaving(roles)
+
+    def _takes_sensors(self, group: str, role: str) -> bool:
+        of = self.organisation.groups.get(group)
+        return of is not None and takes_sensors(self._rules, of, Request(self._me, Act.ASSIGN, group, role, self._me))
 
     def by_receiver(self, facts: Sequence[Fact], is_individual: Callable[[Objective], bool]) -> list[list[Fact]]:
         """What a plan comes down to in parts, by the vehicles that it concerns."""

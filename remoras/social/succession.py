@@ -43,6 +43,10 @@ class Headship:
         self._claims[group] = claim
         return True
 
+    def forget(self, group: str) -> None:
+        """The group is formed anew: claims to lead it before are over."""
+        self._claims.pop(group, None)
+
     def term(self, group: str) -> int:
         """The greatest term known of a group; 0 for the head that was agreed before the mission."""
         return self._claims[group].term if group in self._claims else 0

@@ -6,7 +6,7 @@ shortest augmenting paths, which is SciPy's.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -27,28 +27,36 @@ def assignment(costs_ms: Sequence[Sequence[int | None]]) -> dict[int, int]:
     >>> assignment([[1, 1], [1, 1]])
     {0: 0, 1: 1}
     """
-    import numpy as np  # this takes a third of a second to load, and few strategies need it
+    import numpy as np  # this and SciPy take a third of a second to load, and few strategies need them
+    from scipy.optimize import linear_sum_assignment
 
     costs = np.array([[np.nan if cost is None else cost for cost in row] for row in costs_ms], dtype=float)
-    if np.isnan(costs).all():
+    is_pair = ~np.isnan(costs)
+    limits = np.unique(costs[is_pair])
+    if not limits.size:
         return {}
-    costs = costs[:, : 1 + int(np.flatnonzero(~np.isnan(costs).all(axis=0))[-1])]
-    rows, columns = np.indices(costs.shape)
-    weights = costs * TIE_BREAK + rows * (
-        costs.shape[1] - 1 - columns
-    )  # ties are least where lower rows have lower columns
-    weights[~(costs <= _bottleneck(costs))] = np.nan
-    return {int(r): int(c) for r, c in _cheapest(weights)}
+    costs = costs[:, : 1 + int(is_pair.any(axis=0).nonzero()[0][-1])]
+    n_rows, n_columns = costs.shape
 
-
-def _bottleneck(costs: Costs) -> float:
-    """The least cost to which pairs may be limited so that as many rows are assigned as without a limit."""
-    import numpy as np
+    def cheapest(weights: Costs, none: float) -> tuple[Costs, Costs]:
+        """Row and column of each pair, where one that costs ``none`` is none."""
+        rows, columns = linear_sum_assignment(weights)
+        is_given = weights[rows, columns] != none
+        return rows[is_given], columns[is_given]
 
     def n_assigned(limit: float) -> int:
-        return len(_cheapest(np.where(costs <= limit, 0.0, np.nan)))
+        return len(cheapest(np.where(costs <= limit, 0.0, 1.0), 1.0)[0])
 
-    limits = np.unique(costs[~np.isnan(costs)])
+    is_allowed = costs <= _bottleneck(limits, n_assigned)
+    weights = costs * TIE_BREAK  # ties are least where lower rows have lower columns
+    weights += np.arange(n_rows)[:, None] * np.arange(n_columns - 1, -1, -1)
+    none = 1.0 + min(n_rows, n_columns) * weights[is_allowed].max()  # a row more is worth any costs
+    rows, columns = cheapest(np.where(is_allowed, weights, none), none)
+    return dict(zip(rows.tolist(), columns.tolist(), strict=True))
+
+
+def _bottleneck(limits: Costs, n_assigned: Callable[[float], int]) -> float:
+    """The least cost to which pairs may be limited so that as many rows are assigned as without a limit."""
     most = n_assigned(limits[-1])
     low, high = 0, len(limits) - 1
     while low < high:
@@ -58,15 +66,3 @@ def _bottleneck(costs: Costs) -> float:
         else:
             low = middle + 1
     return float(limits[low])
-
-
-def _cheapest(weights: Costs) -> Costs:
-    """Row and column of each pair so that as many rows as possible have a pair, and the sum of weights is least."""
-    import numpy as np
-    from scipy.optimize import linear_sum_assignment
-
-    is_pair = ~np.isnan(weights)
-    none = 1.0 + min(weights.shape) * weights[is_pair].max(initial=0.0)  # a row more is worth any costs
-    pairs: Costs = np.column_stack(linear_sum_assignment(np.where(is_pair, weights, none)))
-    found: Costs = pairs[is_pair[pairs[:, 0], pairs[:, 1]]]
-    return found

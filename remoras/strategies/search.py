@@ -137,7 +137,10 @@ class Search:
         if jobs == 1 << first | 1 << last:
             places_m = self._places_m
             return first if math.dist(at_m, places_m[first]) <= math.dist(at_m, places_m[last]) else last
-        return next(role for role in self._nearest.get(at_m) or self._by_nearness(at_m) if jobs >> role & 1)
+        for role in self._nearest.get(at_m) or self._by_nearness(at_m):
+            if jobs >> role & 1:
+                break
+        return role
 
     def _by_nearness(self, at_m: Point) -> list[int]:
         far_m = [math.dist(at_m, place_m) for place_m in self._places_m]

@@ -25,7 +25,8 @@ pytestmark = pytest.mark.slow
 BOTH = """async ([text, times_s]) => {
   const told = (run) => times_s.map((t) => run.vehicles.map((_, v) => {
     const { x, y, heading } = run.at(v, t);
-    return [x, y, heading, run.mind(v, t), run.why(v, t), run.bars(v)];
+    const social = [run.organisation(v, t), run.plansOf(v, t).map((plan) => run.tasksOf(plan, t))];
+    return [x, y, heading, run.mind(v, t), run.why(v, t), run.bars(v), social];
   })).concat([run.truth(times_s[0]), run.matrix(times_s[0]), run.header]);
   return [R.app.runs[0], await R.decode(text)].map((run) => JSON.stringify(told(run)));
 }"""
@@ -78,7 +79,7 @@ def test_a_finished_page_holds_what_a_replay_of_the_results_holds(chrome: Any, t
         client.finished()
         window.page.wait_for_function("() => R.app.runs[0].header.run_id !== ''")
         replayed = base64.b64encode(data_of(Results.read(tmp_path / "live"))).decode()
-        times_s = [random.Random(5).uniform(0.0, 60.0) for _ in range(20)]
+        times_s = [random.Random(n).uniform(0.0, 60.0) for n in range(20)]
         live, replay = window.ask(BOTH, [replayed, times_s])
         assert live == replay
         assert_sound(window, client)

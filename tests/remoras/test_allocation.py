@@ -5,7 +5,7 @@ from itertools import product
 import pytest
 from samples import auv, database
 
-from remoras.database import AUVDatabase
+from remoras.database import AUVDatabase, VehicleData
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.strategies.allocation import Engagement, Expectations, helped, planned, revised
 from remoras.work import Outlook, Work
@@ -94,3 +94,34 @@ def test_who_is_idle_helps_where_there_is_room_and_it_saves_enough(maximum: int,
     of = work(vehicles, group(maximum), ("AUV00", "Role0"))
     found = list(helped(of, [vehicles["AUV01"]], {"Role0": 480.0}, 0.0, least_s))
     assert found == ([RoleAssignment("Team", "Role0", "AUV01")] if helps else [])
+
+
+class Counted(Visit):
+    """A visit that counts how often it is asked for what it takes."""
+
+    n_asked = 0
+
+    def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
+        Counted.n_asked += 1
+        return super().after(outlook, data)
+
+
+def test_of_vehicles_that_are_alike_one_is_asked_how_long_a_job_is() -> None:
+    """80 jobs and 80 vehicles take all paths that one search may look at before it could exchange any.
+
+    Each vehicle is asked from its start, 80 x 80 = 6400 times; when the k-th job goes out, at most k - 1 vehicles hold
+    one and are asked how they go on from it, 80 x 79 / 2 = 3160 times in all; once for the length of each job, 80; and
+    each vehicle for its own jobs in the end, 80. To ask each vehicle for each length would be 6400 more.
+    """
+    size = 80
+    roles = tuple(RoleSpecification(f"Role{n}", 1, 1, job=f"job {n}") for n in range(size))
+    of = Group("Team", (RoleSpecification("Hand", 1, founding=True), *roles))
+    names = tuple(role.name for role in of.roles)
+    vehicles = database(*(auv(f"AUV{n:02d}", node=n, playable_roles=names) for n in range(size)))
+    jobs = {role.job or "": Counted(role.job or "", (37.0 * n % 101, 53.0 * n % 97)) for n, role in enumerate(roles)}
+    played = [RoleAssignment("Team", "Hand", name) for name in vehicles]
+    jobs_of_all = Work(of, Organisation.of([of], played), vehicles, jobs)
+    starts = {name: Outlook(0.0, (11.0 * n % 103, 29.0 * n % 89)) for n, name in enumerate(vehicles)}
+    Counted.n_asked = 0
+    planned(jobs_of_all, roles, jobs_of_all.workers, starts)
+    assert 6400 < Counted.n_asked <= 6400 + 3160 + 80 + 80

@@ -46,13 +46,47 @@ ORGANISATION = Organisation.of(
         RoleAssignment("Team", "Performer", "AUV04"),
     ],
 )
-RULES = Rules(FLEET, supervisors={"Team": ("HQ",)})
+DIVERS = Group(
+    "Divers",
+    (RoleSpecification("Scribe", 1, 1, head=True, founding=True), RoleSpecification("Digger", 0, 1)),
+    formed_by="Team",
+)
+RULES = Rules(FLEET, supervisors={"Team": ("HQ",)}, at_sea={"Divers": DIVERS})
 TAKING, RECRUITING, FOLLOWING = (replace(RULES, authorities=frozenset({one})) for one in Authority)
 ALL = {"heads alone": RULES, "taking": TAKING, "recruiting": RECRUITING, "following": FOLLOWING}
 
 
 def ask(issuer: str, act: Act, role: str = "Digger", assignee: str = "", group: str = "Team") -> Request:
     return Request(issuer, act, group, role, assignee)
+
+
+FORMED = Organisation.of([HQ, TEAM, DIVERS], [*ORGANISATION.assignments, RoleAssignment("Divers", "Scribe", "AUV02")])
+"""The same, once the Divers are formed under AUV02."""
+
+
+@pytest.mark.parametrize(
+    ("asked", "outcome"),
+    [
+        # who leads it, and who leads the group that forms it, give its roles to members of both
+        (ask("AUV02", Act.ASSIGN, "Digger", "AUV03", "Divers"), Outcome.SUCCESS),
+        (ask("AUV01", Act.ASSIGN, "Digger", "AUV03", "Divers"), Outcome.SUCCESS),
+        (ask("AUV02", Act.ASSIGN, "Digger", "AUV05", "Divers"), Outcome.NOT_OF_GROUP),
+        (ask("AUV02", Act.ASSIGN, "Digger", "AUV00", "Divers"), Outcome.NOT_OF_GROUP),
+        (ask("AUV03", Act.ASSIGN, "Digger", "AUV03", "Divers"), Outcome.OUTSIDE),
+        (ask("AUV00", Act.ASSIGN, "Digger", "AUV03", "Divers"), Outcome.OUTSIDE),
+        (ask("AUV01", Act.SUCCEED, "Scribe", "AUV01", "Divers"), Outcome.OUTSIDE),
+        (ask("AUV02", Act.ASSIGN, "Scribe", "AUV03", "Team"), Outcome.NO_AUTHORITY),  # it leads the Divers alone
+        (Request("AUV01", Act.MISSION, "Divers", argument="Dig"), Outcome.SUCCESS),
+        (Request("AUV00", Act.MISSION, "Divers", argument="Dig"), Outcome.NO_AUTHORITY),
+        (ask("AUV01", Act.CREATE, "Scribe", "AUV02", "Divers"), Outcome.ALREADY_GROUP),
+        (Request("AUV01", Act.DISSOLVE, "Divers"), Outcome.SUCCESS),
+        (Request("AUV02", Act.DISSOLVE, "Divers"), Outcome.SUCCESS),
+        (Request("AUV00", Act.DISSOLVE, "Divers"), Outcome.NO_AUTHORITY),
+        (Request("AUV03", Act.DISSOLVE, "Divers"), Outcome.NO_AUTHORITY),
+    ],
+)
+def test_in_a_group_formed_at_sea(asked: Request, outcome: Outcome) -> None:
+    assert may_assign(asked, FORMED, RULES) is outcome
 
 
 @pytest.mark.parametrize(
@@ -67,13 +101,14 @@ def ask(issuer: str, act: Act, role: str = "Digger", assignee: str = "", group: 
         (Request("AUV00", Act.MISSION, "Team", argument="Dig"), Outcome.SUCCESS),  # it is no member of the group
         (Request("AUV01", Act.MISSION, "Team", argument="Dig"), Outcome.SUCCESS),
         (ask("AUV02", Act.SUCCEED, "Coordinator", "AUV02"), Outcome.SUCCESS),
-        (Request("AUV01", Act.CREATE, "Divers"), Outcome.SUCCESS),
-        (Request("AUV00", Act.DISSOLVE, "Team"), Outcome.SUCCESS),
+        (ask("AUV01", Act.CREATE, "Scribe", "AUV02", "Divers"), Outcome.SUCCESS),
         # group and role
         (ask("AUV01", Act.ASSIGN, "Digger", "AUV02", "Rescue"), Outcome.NOT_GROUP),
         (Request("AUV00", Act.MISSION, "Rescue"), Outcome.NOT_GROUP),
         (ask("AUV01", Act.ASSIGN, "Admiral", "AUV02"), Outcome.NOT_ROLE),
         (Request("AUV01", Act.CREATE, "HQ"), Outcome.ALREADY_GROUP),
+        (Request("AUV01", Act.CREATE, "Rescue"), Outcome.NOT_GROUP),  # nobody declared it
+        (Request("AUV01", Act.DISSOLVE, "Divers"), Outcome.NOT_GROUP),  # it is not there
         # member
         (ask("AUV00", Act.ASSIGN, assignee="AUV02"), Outcome.OUTSIDE),
         (ask("AUV05", Act.RELEASE, "Performer", "AUV02"), Outcome.OUTSIDE),
@@ -92,10 +127,16 @@ def ask(issuer: str, act: Act, role: str = "Digger", assignee: str = "", group: 
         (ask("AUV02", Act.OBJECTIVE, "Performer"), Outcome.NO_AUTHORITY),
         (Request("AUV02", Act.MISSION, "Team", argument="Dig"), Outcome.NO_AUTHORITY),
         (Request("AUV01", Act.MISSION, "HQ", argument="Rest"), Outcome.NO_AUTHORITY),  # supervision has one direction
-        (Request("AUV02", Act.CREATE, "Divers"), Outcome.NO_AUTHORITY),
+        (ask("AUV02", Act.CREATE, "Scribe", "AUV02", "Divers"), Outcome.NO_AUTHORITY),
+        (ask("AUV00", Act.CREATE, "Scribe", "AUV02", "Divers"), Outcome.NO_AUTHORITY),  # it leads another group
+        (ask("AUV04", Act.CREATE, "Scribe", "AUV02", "Divers"), Outcome.NO_SOCIAL_LAYER),
         (Request("AUV02", Act.DISSOLVE, "Team"), Outcome.NO_AUTHORITY),
+        (Request("AUV01", Act.DISSOLVE, "Team"), Outcome.NO_AUTHORITY),  # what was founded before the mission stays
         # assignee
         (ask("AUV01", Act.ASSIGN, assignee="AUV05"), Outcome.NOT_OF_GROUP),
+        (ask("AUV01", Act.CREATE, "Scribe", "AUV05", "Divers"), Outcome.NOT_OF_GROUP),
+        (ask("AUV01", Act.CREATE, "Scribe", "AUV03", "Divers"), Outcome.UNABLE),
+        (ask("AUV01", Act.CREATE, "Scribe", "AUV04", "Divers"), Outcome.UNABLE),  # who leads needs the social layer
         (ask("AUV01", Act.ASSIGN, "Scribe", "AUV03"), Outcome.UNABLE),
         (ask("AUV01", Act.ASSIGN, "Coordinator", "AUV04"), Outcome.UNABLE),  # who leads needs the social layer
         (ask("AUV01", Act.ASSIGN, "Coordinator", "AUV02"), Outcome.INCOMPATIBLE),  # it is no Tactician

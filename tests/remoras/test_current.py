@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from remoras.current import Current, through_water
+from remoras.functional import guidance
 
 ACROSS = Current(0.0, 0.6)
 TIDE = Current(0.5, -0.3, tide_period_s=1200.0, tide_phase=0.1)
@@ -55,6 +56,22 @@ def test_the_track_over_ground_is_straight(current: Current) -> None:
     assert max(strayed_m[150:]) < 1.5
 
 
+def test_without_heading_into_the_current_a_vehicle_is_carried_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    """600 m at 2 m/s take 300 s, in which 0.6 m/s carry it 180 m aside; steering at its goal takes off some of it."""
+
+    def unheeding(course: tuple[float, float], speed_mps: float, _: tuple[float, float]) -> tuple[float, float]:
+        return speed_mps * course[0], speed_mps * course[1]
+
+    monkeypatch.setattr(guidance, "through_water", unheeding)
+    one = traveller(0, (-300.0, 0.0), (300.0, 0.0), current=ACROSS)
+    strayed_m = 0.0
+    for now_s in range(250):
+        one.functional.picture.body.now_s = float(now_s)
+        one.functional.act(1.0)
+        strayed_m = max(strayed_m, abs(one.functional.motion.y_m))
+    assert 40.0 < strayed_m < 180.0
+
+
 def test_who_is_to_stay_stays() -> None:
     """It heads into the current at its speed, and pays for it: 0.6 m/s cost 15 * 0.6^3 = 3.24 W beside 40 W."""
     one = traveller(0, (0.0, 0.0), (0.0, 0.0), current=ACROSS)
@@ -73,6 +90,16 @@ def test_crossing_under_current(kind: str, current: Current) -> None:
     found = travel(crossing(kind, 8, 1, current))
     assert (found.n_conflicts, found.n_arrived) == (0, 8)
     assert found.closest_m >= 5.0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("current", [ACROSS, TIDE, SHEARED], ids=["across", "tide", "sheared"])
+def test_crossing_under_current_without_the_rule(kind: str, current: Current, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They come too near, so it is the rule that keeps them apart there too."""
+    monkeypatch.setattr(guidance, "clear_velocity", lambda *_: None)
+    found = travel(crossing(kind, 16, 1, current))
+    assert found.n_conflicts > 0
+    assert found.closest_m < 5.0
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 """The executive layer: satisfaction, calls of others, and what is chosen by them."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -68,6 +69,30 @@ def test_a_vital_need_comes_before_everything() -> None:
     assert chosen(executive) == {"Evading"}
     executive.decide([ADVANCING, DUE, DUE, IDLE], 2.0, 1.0)
     assert chosen(executive) == {"ZigzagExploring", "Mapping"}
+
+
+weights = st.floats(0.0, 1e6)
+
+
+@given(weights, weights, weights, st.floats(1e-6, 1.0), st.floats(0.01, 100.0), st.integers(-128, 127))
+def test_vital_first_is_a_law_of_the_order_and_not_of_weights(
+    hysteresis: float, continuing: float, external: float, stimulus: float, importance: float, satisfaction: int
+) -> None:
+    """Whatever is performed, called for and weighed: the faintest vital need guides, and one that is not vital is
+    chosen only where it outweighs the others."""
+    constants = DecisionConstants(hysteresis=hysteresis, weight_continuing=continuing, weight_external=external)
+    faint = activity_set(("Evading", ActivityType.GUIDANCE), importance=1e-3, role=None, kind=ActivityKind.VITAL)
+    wanted = activity_set(("Homing", ActivityType.GUIDANCE), importance=importance, role="Performer")
+    found = []
+    for kind in (ActivityKind.VITAL, ActivityKind.INDIVIDUAL):
+        executive = layer(replace(faint, kind=kind), wanted, constants=constants)
+        executive.decide([IDLE, DUE], 0.0, 0.0)
+        executive.satisfaction[PERFORMER] = float(satisfaction)
+        executive.hear(PERFORMER, "AUV01", "Performer", -128, 0.0)
+        executive.decide([Perception(stimulus), DUE], 0.0, 0.0)
+        found.append(chosen(executive))
+        assert executive.motivations[1] > executive.motivations[0]
+    assert found == [{faint.name}, {wanted.name}]
 
 
 @given(st.lists(st.tuples(*2 * [st.floats(-0.05, 0.05)]), min_size=20), st.floats(-128.0, 127.0))

@@ -210,7 +210,7 @@ def test_roles_go_to_members_only_and_once() -> None:
     head = Head()
     head.planner.take_on(["Operational"])
     assert ("AUV01", "playsRole", "Operational.RightWinger") in head.plan(done=frozenset({"left"}))
-    assert head.planner.issued == {RoleAssignment("Operational", "RightWinger", "AUV01")}
+    assert head.planner.orders.issued == {RoleAssignment("Operational", "RightWinger", "AUV01")}
     head.planner.plan_again(["Operational"])
     assert head.plan(done=frozenset({"left"})) == []  # proposed already: the strategy sees it as played
 
@@ -219,13 +219,13 @@ def test_a_job_given_out_is_waited_for_until_its_vehicle_speaks_of_it() -> None:
     head, worker = Head(), Beliefs(WorldModel(TBOX, 1, INSTANCES, n_origins=2, run_time_instances_per_origin=0))
     head.planner.take_on(["Operational"])
     head.plan(done=frozenset({"left"}))
-    assert head.planner.waits_for({"AUV01"}, ())
-    assert not head.planner.waits_for(set(), ())  # it is known to have heard
-    assert not head.planner.waits_for({"AUV01"}, {"right"})  # and so is that it is done
-    head.planner.note(worker.model.record([worker.fact("left", "knownDone", True)], 1.0))
-    assert head.planner.waits_for({"AUV01"}, ())
-    head.planner.note(worker.model.record([worker.fact("right", "knownDone", False)], 2.0))
-    assert not head.planner.waits_for({"AUV01"}, ())
+    assert head.planner.orders.waits_for({"AUV01"}, ())
+    assert not head.planner.orders.waits_for(set(), ())  # it is known to have heard
+    assert not head.planner.orders.waits_for({"AUV01"}, {"right"})  # and so is that it is done
+    head.planner.orders.note(worker.model.record([worker.fact("left", "knownDone", True)], 1.0))
+    assert head.planner.orders.waits_for({"AUV01"}, ())
+    head.planner.orders.note(worker.model.record([worker.fact("right", "knownDone", False)], 2.0))
+    assert not head.planner.orders.waits_for({"AUV01"}, ())
 
 
 def test_a_mission_is_given_to_who_does_not_have_it() -> None:

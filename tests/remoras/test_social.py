@@ -219,7 +219,7 @@ def test_the_mission_becomes_roles_and_objectives(fleet: Fleet) -> None:
     }
     assert not social.planner.is_due
     assert social.planner.has_planned("Operational")
-    assert all(social.organisation.is_member(one.vehicle, one.group) for one in social.planner.issued)
+    assert all(social.organisation.is_member(one.vehicle, one.group) for one in social.planner.orders.issued)
 
 
 def test_what_was_planned_is_not_said_again(fleet: Fleet) -> None:

@@ -276,8 +276,8 @@ def seats(vehicles: Sequence[str]) -> list[tuple[Any, ...]]:
     def seat(time_s: float, name: str, group: str, role: str, event: str = "assigned", act: str = "assign") -> Any:
         return time_s, name, name, group, role, event, name, act, "", "", "success"
 
-    def acts(time_s: float, act: str, event: str) -> Any:
-        return time_s, vehicles[5], "", "Inspection", "", event, vehicles[5], act, "", "", "success"
+    def acts(time_s: float, act: str, event: str, head: str = "", role: str = "") -> Any:
+        return time_s, vehicles[5], head, "Inspection", role, event, vehicles[5], act, "", "", "success"
 
     teams = [
         seat(0.0, vehicles[2 + 3 * number + at], f"Team {letter}", "Leader" if at == 0 else "Diver")
@@ -288,7 +288,7 @@ def seats(vehicles: Sequence[str]) -> list[tuple[Any, ...]]:
         seat(0.0, vehicles[0], "Fleet", "Leader"), seat(0.0, vehicles[1], "Wing", "Leader"), *teams,
         seat(500.0, vehicles[2], "Team A", "Leader", "left"),
         seat(520.0, vehicles[3], "Team A", "Leader", "assigned", "succeed"),
-        acts(300.0, "create", "formed"), seat(310.0, vehicles[6], "Inspection", "Leader"),
+        acts(300.0, "create", "formed", vehicles[6], "Leader"), seat(310.0, vehicles[6], "Inspection", "Leader"),
         seat(320.0, vehicles[7], "Inspection", "Diver"), seat(700.0, vehicles[6], "Inspection", "Leader", "left"),
         seat(700.0, vehicles[7], "Inspection", "Diver", "left"), acts(700.0, "dissolve", "dissolved"),
     ]  # fmt: skip

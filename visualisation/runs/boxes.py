@@ -25,7 +25,7 @@ LEAST_IN = 2.0
 """Least width of a box where several stand side by side, and of a column of roles in a box."""
 FEW = 3
 """So many roles stand below each other though there is room for columns."""
-ROLE_SHARE = 0.42
+ROLE_SHARE = 0.5
 """Most of a box that names of roles may take."""
 MARGIN_IN = 0.08
 HEAD = "\u2605 "

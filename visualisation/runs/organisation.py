@@ -39,14 +39,15 @@ HEAD_IN, GAP_IN, TITLE_IN = 0.14, 0.05, 0.2
 """Height of the line of a group; between groups; of the title above the boxes."""
 COUNT_IN = 0.2
 """Height of a row that counts holders."""
-LABELLED_IN = 0.1
+LABELLED_IN = 0.09
 """Least height of a bar with a name in it."""
+TICK: dict[str, Any] = {"marker": "|", "markersize": 8.0, "markeredgecolor": style.BLACK, "markeredgewidth": 1.2}
 MARKS: dict[str, tuple[dict[str, Any], str]] = {
     REFUSED: ({"marker": "X", "markersize": 4.5}, "refused"),
     SUCCEEDED: ({"marker": "*", "markersize": 5.5}, "succession"),
     MISSION: ({"marker": "d", "markersize": 4.5}, "mission given"),
-    CREATED: ({"marker": ">", "markersize": 4.0}, "group formed"),
-    DISSOLVED: ({"marker": "<", "markersize": 4.0}, "group dissolved"),
+    CREATED: (TICK, ""),
+    DISSOLVED: (TICK, ""),
 }
 """Look of what is marked, and what the legend says of it."""
 MARK: dict[str, Any] = {
@@ -65,18 +66,21 @@ class Detail(NamedTuple):
         lane_in, crowded_in: height of a bar, and of one where more than ``FEW`` hold a role.
         most_lanes: a role of more holders counts them.
         most_chips: names in a box.
+        has_key: whether milestones are listed below the figure as well as in its caption.
     """
 
     lane_in: float
     crowded_in: float
     most_lanes: int
     most_chips: int
+    has_key: bool = False
 
 
 FEW = 4
 DETAILS = (
-    Detail(0.115, 0.115, 99, 99), Detail(0.115, 0.07, 99, 99), Detail(0.115, 0.04, 99, 24), Detail(0.115, 0.04, 12, 12),
-    Detail(0.115, 0.04, FEW, 6), Detail(0.06, 0.04, FEW, 6), Detail(0.03, 0.03, 1, 3),
+    Detail(0.115, 0.115, 99, 99, True), Detail(0.115, 0.07, 99, 99, True), Detail(0.115, 0.04, 99, 24, True),
+    Detail(0.095, 0.07, 99, 99), Detail(0.095, 0.04, 99, 24), Detail(0.095, 0.04, 12, 12), Detail(0.095, 0.04, FEW, 6),
+    Detail(0.06, 0.04, FEW, 6), Detail(0.03, 0.03, FEW, 3),
 )  # fmt: skip
 """From the most to the least; the first that fits a page is taken."""
 
@@ -143,7 +147,8 @@ class _Drawing:
         above_in = TITLE_IN + self.chart.height_in + 0.12
         self.has_counts = any(row.is_counted for rows in self.rows.values() for row in rows)
         legend = _legend(self.view, self.rows, self.has_counts)
-        self.page: Sheet = sheet(results, self.names_in + 0.14, body_in, legend, width_in, above_in)
+        left_in = self.names_in + 0.14
+        self.page: Sheet = sheet(results, left_in, body_in, legend, width_in, above_in, detail.has_key)
 
     @property
     def height_in(self) -> float:
@@ -164,6 +169,8 @@ class _Drawing:
             name = style.fitted(group.name, self.names_in, style.TINY_PT, "bold")
             self.page.note(0.08, at_in + (HEAD_IN + GAP_IN) / 2, name, style.TINY_PT, weight="bold")
             self._mark(group.name, "", at_in + (HEAD_IN + GAP_IN) / 2)
+            if not group.is_founded:
+                self._exists(group, at_in + (HEAD_IN + GAP_IN) / 2)
             at_in += HEAD_IN + GAP_IN / 2
             for row in rows:
                 self._row(row, at_in)
@@ -186,6 +193,13 @@ class _Drawing:
         title = style.fitted(title, page.width_in - 2 * boxes.MARGIN_IN, style.TEXT_PT)
         axes.text(boxes.MARGIN_IN, TITLE_IN / 2, title, fontsize=style.TEXT_PT, va="center_baseline")
         self.chart.draw(axes, TITLE_IN)
+
+    def _exists(self, group: Group, middle_in: float) -> None:
+        """A line while a group that is formed at sea is there."""
+        for span in self.view.exists[group.name]:
+            for axes in self.page.panels:
+                times_s = [span.start_s, min(span.end_s, self.end_s)]
+                axes.plot(times_s, [middle_in] * 2, color=style.BLACK, linewidth=1.2, zorder=5)
 
     def _row(self, row: Row, top_in: float) -> None:
         size_pt = style.TINY_PT
@@ -244,11 +258,15 @@ class _Drawing:
 
 
 def _rows(view: View, group: Group, detail: Detail) -> Iterator[Row]:
+    """Rows of the roles of a group, without those that nobody ever held, needed or asked for."""
     vacancies = view.vacancies(group)
+    marked = {mark.role for mark in view.marks if mark.group == group.name}
     for role in group.roles:
         lanes = _lanes(view.holdings.get((group.name, role.name), ()))
-        is_counted = len(lanes) > detail.most_lanes
+        if not (lanes or vacancies[role.name] or role.name in marked):
+            continue
         lane_in = detail.lane_in if len(lanes) <= FEW else detail.crowded_in
+        is_counted = len(lanes) > detail.most_lanes and len(lanes) * lane_in > COUNT_IN
         n_lanes = max(1, len(lanes), min(role.minimum, FEW) if vacancies[role.name] else 0)
         height_in = COUNT_IN if is_counted else n_lanes * lane_in
         counted = f" ({len(lanes)})" if is_counted else ""
@@ -283,7 +301,13 @@ def _legend(view: View, rows: dict[str, list[Row]], has_counts: bool) -> list[Ar
         chips.append(Patch(facecolor=style.GREY, linewidth=0, label="height: share of the most holders"))
     if any(row.vacant for row in all_rows):
         chips.append(Patch(label="below minimum", **HATCH))
-    return [*chips, *(Line2D([], [], label=MARKS[kind][1], **{**MARK, **MARKS[kind][0]}) for kind in marks)]
+    ticks = {CREATED, DISSOLVED} & {*marks}
+    if ticks:
+        chips.append(Line2D([], [], label="group formed until dissolved", **{**MARK, **TICK, "linestyle": "-"}))
+    return [
+        *chips,
+        *(Line2D([], [], label=MARKS[kind][1], **{**MARK, **MARKS[kind][0]}) for kind in marks if kind not in ticks),
+    ]
 
 
 def _caption(results: RunResults, drawing: _Drawing, left_out: int, width_in: float) -> str:

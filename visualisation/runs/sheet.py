@@ -66,6 +66,7 @@ def sheet(
     legend: Sequence[Artist],
     width_in: float = style.PAGE_IN,
     above_in: float = 0.0,
+    has_key: bool = True,
 ) -> Sheet:
     """A page with empty windows, flags above, time axis, legend and key below.
 
@@ -76,6 +77,7 @@ def sheet(
         legend: its entries.
         width_in: of the page.
         above_in: room for something else above all this.
+        has_key: whether the flags are listed below; else the caption alone says what they are.
     """
     end_s = reading.end_s(results)
     times_s = reading.eventful_times_s(results)
@@ -88,7 +90,7 @@ def sheet(
     marks_of = _by_window(marks, parts)
     n_rows = max(_n_rows(len(marks_of[at]), panel_in) for at, panel_in in enumerate(widths_in))
 
-    key = [style.fitted(f"{m.number}  {m.label}", width_in - 0.3, style.SMALL_PT) for m in marks]
+    key = [style.fitted(f"{m.number}  {m.label}", width_in - 0.3, style.SMALL_PT) for m in marks if has_key]
     n_key = key_columns(key, width_in)
     entries = Legend(tuple(legend), width_in - 0.2)
     key_in = LINE_IN * -(-len(key) // n_key) + 0.05

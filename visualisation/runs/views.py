@@ -165,7 +165,7 @@ def _marks(rows: Sequence[dict[str, Any]], viewer: str) -> list[Mark]:
         else:
             continue
         if vehicle == (viewer or own):
-            found[Mark(row["time_s"], kind, row["group"], row["role"])] = None
+            found[Mark(row["time_s"], kind, row["group"], "" if act in OF_GROUPS else row["role"])] = None
     return list(found)
 
 

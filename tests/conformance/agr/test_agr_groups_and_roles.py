@@ -57,7 +57,8 @@ def test_agr_02_the_creator_of_a_group_leads_it_immediately() -> None:
 
 def test_agr_03_creating_an_existing_group_changes_nothing() -> None:
     assert code(may_assign(Request("AUV00", Act.CREATE, "Team"), LED, RULES)) == "ALREADY_GROUP"
-    assert code(may_assign(Request("AUV00", Act.CREATE, "New"), LED, RULES)) == "SUCCESS"
+    declared = Rules(FLEET, at_sea={"New": Group("New", TEAM.roles, formed_by="Team")})
+    assert code(may_assign(Request("AUV00", Act.CREATE, "New", "Head", "AUV01"), LED, declared)) == "SUCCESS"
 
 
 def test_agr_05_a_role_in_an_unknown_group() -> None:

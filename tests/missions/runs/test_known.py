@@ -109,6 +109,12 @@ def test_what_is_rebuilt_is_what_was_known(tmp_path: Path) -> None:
     compare(scenario(*LOSS), 3, tmp_path / "run")
 
 
+def test_so_it_is_with_groups_that_are_formed_and_dissolved_at_sea() -> None:
+    settings = ("channel.per=0.4", "finds.number=2", "finds.longest_stay_s=60")
+    finished = compare(load("mapping-inspection", [("--set", one) for one in settings]), 3)
+    assert {row[5] for row in finished.recorder.organisation} >= {"formed", "dissolved"}
+
+
 def test_under_faults_too() -> None:
     compare(scenario(*LOSS, *FAULTS), 5)
 

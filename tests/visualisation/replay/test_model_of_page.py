@@ -49,7 +49,7 @@ def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 
 def moments_s(results: Results) -> list[float]:
     end_s = float(results.summary["mission_time_s"])
-    return sorted(random.Random(7).uniform(0.0, end_s) for _ in range(MOMENTS))
+    return sorted(random.Random(n).uniform(0.0, end_s) for n in range(MOMENTS))
 
 
 KNOWN = """([run], times) => times.map((t) => run.vehicles.map((_, v) => {

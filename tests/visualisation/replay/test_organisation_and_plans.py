@@ -34,7 +34,7 @@ def lost(tmp_path_factory: pytest.TempPathFactory) -> Results:
 
 def moments_s(results: Results) -> list[float]:
     end_s = float(results.summary["mission_time_s"])
-    return [0.0, *sorted(random.Random(5).uniform(0.0, end_s) for _ in range(MOMENTS))]
+    return [0.0, 210.0, *sorted(random.Random(n).uniform(0.0, end_s) for n in range(MOMENTS))]
 
 
 def rebuilt(view: View, at_s: float) -> dict[str, Any]:
@@ -82,7 +82,7 @@ def check_organisation(results: Results, data: bytes, folder: Path) -> int:
 
 
 def test_the_organisation_is_what_the_tables_have_in_every_view(lost: Results, tmp_path: Path) -> None:
-    assert check_organisation(lost, data_of(lost), tmp_path) == 2 * 5 * (MOMENTS + 1)
+    assert check_organisation(lost, data_of(lost), tmp_path) == 2 * 5 * (MOMENTS + 2)
 
 
 def test_a_group_formed_at_sea_is_there_while_its_viewer_knows_so(tmp_path: Path) -> None:
@@ -91,6 +91,14 @@ def test_a_group_formed_at_sea_is_there_while_its_viewer_knows_so(tmp_path: Path
     data = run_data(results)
     assert check_organisation(results, data, tmp_path) > 0
     (told,) = asked([data], ORGANISATION, tmp_path, [600.0])
+    ((refused, *others), *_) = [[one for one in of if one["isRefused"]] for of in asked([data], CHANGES, tmp_path)]
+    assert (refused["text"], others) == ("refused: AUV00 as Reporter of Fleet, by AUV15: issuer without authority", [])
+    turns = asked([data], "([run]) => run.turns.map((one) => [one.time_s, one.text])", tmp_path)
+    assert turns == [
+        [300.0, "Inspection is formed under AUV06, by AUV05"],
+        [520.0, "AUV03 succeeds as Leader of Team A, by AUV03"],
+        [700.0, "Inspection is dissolved, by AUV05"],
+    ]
     names = [[name for name, *_ in groups] for groups, _ in told]
     assert [viewer for viewer, of in zip(["truth", *FLEET], names, strict=True) if "Inspection" in of] == [
         "truth", FLEET[5]
@@ -136,6 +144,8 @@ def test_every_change_that_a_viewer_made_or_refused_is_told(lost: Results, tmp_p
             assert row["event"] != "refused" or change["text"].endswith(row["outcome"])
     successions = [one["text"] for one in truth if "succeeds" in one["text"]]
     assert "AUV01 succeeds as Coordinator of Operational, by AUV01" in successions
+    listed = "([run]) => run.events.filter((one) => one.kind === 'organisation').map((one) => one.text)"
+    assert asked([data_of(lost)], listed, tmp_path) == successions
 
 
 PLANS = """([run], times) => times.map((t) => [...run.vehicles.keys()].map((v) => run.plansOf(v, t)
@@ -208,7 +218,8 @@ def test_a_failed_step_and_its_mended_branch_are_told(tmp_path: Path) -> None:
 
 
 MEANS = """([run]) => [...run.vehicles.keys()].map((v) => run.decisions(v).map((one) => [one.time_s,
-  one.candidates.map((of) => [of.own, of.external, of.chosen, of.bestMean])]))"""
+  one.candidates.map((of) => [of.own, of.external, of.chosen, of.bestMean]),
+  new Set(one.candidates.map((of) => [of.label, of.group, of.objective, of.argument].join())).size]))"""
 
 
 def test_motivations_are_told_with_the_means_of_their_combinations(lost: Results, tmp_path: Path) -> None:
@@ -216,8 +227,9 @@ def test_motivations_are_told_with_the_means_of_their_combinations(lost: Results
     rows = lost.table("decisions").to_pylist()
     for vehicle, decisions in zip(lost.scenario.vehicle, asked([data_of(lost)], MEANS, tmp_path), strict=True):
         own = [row for row in rows if row["vehicle"] == vehicle.name]
-        assert [time_s for time_s, _ in decisions] == list(dict.fromkeys(row["time_s"] for row in own))
-        for time_s, candidates in decisions:
+        assert [time_s for time_s, *_ in decisions] == list(dict.fromkeys(row["time_s"] for row in own))
+        for time_s, candidates, n_different in decisions:
+            assert n_different == len(candidates)
             so = [row for row in own if row["time_s"] == time_s][-len(candidates) :]
             for (mine, external, chosen, mean), row in zip(candidates, so, strict=True):
                 assert (mine, external) == pytest.approx((row["own"], row["external"]), abs=1e-5)

@@ -4,6 +4,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from legibility import check_texts
 from synthetic_runs import DECLARED, FICTIONS, FINDS, LONG, Fiction
@@ -158,6 +160,13 @@ def test_contested_choices_are_drawn_with_what_was_left_aside(tmp_path: Path) ->
     hatched = [[bar.get_width() for bar in axes.patches if bar.get_hatch()] for axes in figure.axes]
     assert hatched == [[], pytest.approx([0.25] * 3)]
     assert "All such choices" in picture(run, "motivation").caption
+
+
+def test_of_two_choices_at_one_time_the_later_counts(tmp_path: Path) -> None:
+    run = Fiction().write(tmp_path / "run")
+    once, path = motivation.contested(run), run.folder / "decisions.parquet"
+    pq.write_table(pa.concat_tables([pq.read_table(path)] * 2), path)
+    assert motivation.contested(Results(run.folder)) == once
 
 
 def test_a_run_without_a_contested_choice_says_so(tmp_path: Path) -> None:

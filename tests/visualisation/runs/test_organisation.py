@@ -2,6 +2,7 @@
 
 import math
 import random
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -60,6 +61,8 @@ def test_a_succession_ends_the_vacancy_that_a_loss_leaves(lost: Results) -> None
     (mark,) = [one for one in view.marks if (one.kind, one.role) == ("succeed", "Coordinator")]
     assert view.vacancies(operational)["Coordinator"] == [(Span(200.0, mark.time_s), 1)]
     assert operational.above == "Coordination"
+    boxes = shown(lost, 0.5 * (200.0 + mark.time_s))
+    assert boxes[boxes.index("Operational") :][1:4] == ["\u2605 Coordinator (1)", "AUV00", "vacant"]
     seen_s = [one.time_s for one in view_of(lost, "AUV02").marks if (one.kind, one.role) == ("succeed", "Coordinator")]
     assert seen_s[0] > mark.time_s  # it hears of it
 
@@ -127,7 +130,7 @@ def marks(results: Results, viewer: str = "") -> set[str]:
 def test_acts_are_marked_where_they_were_heard_of(tmp_path: Path) -> None:
     """Refused, succession, mission, formed and dissolved in truth; the first vehicle refused, and gave the mission."""
     results = FICTIONS["nested"].write(tmp_path / "run")
-    assert marks(results) == {"X", "*", "d", ">", "<"}
+    assert marks(results) == {"X", "*", "d", "|"}
     assert marks(results, "AUV00") == {"X", "d"}
     caption = picture(results, "organisation", moment=Moment(600.0, "AUV00")).caption
     assert caption.startswith("Organisation in the view of AUV00: above at 600 s, ")
@@ -141,6 +144,20 @@ def test_a_large_fleet_fits_a_page(tmp_path: Path, width_in: float) -> None:
     drawn = picture(fiction.write(tmp_path / "run"), "organisation", width_in=width_in)
     assert drawn.figure.get_figheight() <= organisation.TALLEST_IN
     assert "Diver (40)" in [text.get_text() for text in drawn.figure.texts]
+
+
+def test_three_nested_teams_fit_a_column_with_all_names(tmp_path: Path) -> None:
+    """Six groups of 16 vehicles at 3.5 in; what does not fit is the list of milestones, which the caption has."""
+    fiction = replace(FICTIONS["nested"], milestones=[("work_done", name, "", 900.0) for name in FLEET])
+    drawn = picture(fiction.write(tmp_path / "run"), "organisation", width_in=3.5)
+    assert drawn.figure.get_figheight() <= organisation.TALLEST_IN
+    assert "left out" not in drawn.caption
+    assert "work done: AUV15, 900 s" in drawn.caption
+    texts = [text.get_text() for axes in drawn.figure.axes if not axes.axison for text in axes.texts]
+    assert {"Fleet", "Wing", "Team A", "Team B", "Team C", "Inspection"} <= set(texts)
+    assert not [text.get_text() for text in drawn.figure.texts if "work done" in text.get_text()]
+    wide = picture(fiction.write(tmp_path / "wide"), "organisation").figure
+    assert [text.get_text() for text in wide.texts if "work done" in text.get_text()]
 
 
 @pytest.mark.parametrize(

@@ -187,7 +187,7 @@ globalThis.R = globalThis.R || {};
     return { text, time_s, vehicle, slot };
   }
 
-  // Milestones, what drives a vehicle whenever that changes, faults, and rows of the mission's own tables, in order of time.
+  // Milestones, what drives a vehicle whenever that changes, faults, turns of the organisation, and rows of the mission's own tables, in order of time.
   function eventsOf(run) {
     const found = [];
     const add = (time_s, kind, vehicle, text) => found.push({ time_s, kind, vehicle, text });
@@ -210,6 +210,7 @@ globalThis.R = globalThis.R || {};
     for (const { time_s, vehicle, kind, detail } of run.faults) {
       add(time_s, "fault", vehicle, `${nameOf(vehicle)}: ${kind}${detail ? ", " + detail : ""}`);
     }
+    for (const { time_s, vehicle, text } of run.turns) add(time_s, "organisation", vehicle, text);
     for (const layer of run.layers) {
       for (const row of layer.isEvents ? layer.rows : []) {
         const who = row.vehicle >= 0 ? nameOf(row.vehicle) + ": " : "";

@@ -143,6 +143,7 @@
     "Orange arrows: influence signals, from the sender's slot to the choice they moved; zoomed in, every signal that was heard.",
     "Map: a full line is a packet heard, a broken line with a cross one lost; where many fade at once, of the older ones the crosses stay. By slot, rings are the sound in the water. Diamonds and dots: rows of the mission's own tables (see Tables); green squares: finds.",
     "With a vehicle selected, purple is what it believes: hollow symbols where it last heard its peers, discs where they may be, dotted lines to where they are, hatching for work it has not heard of, ≠ for roles it has wrong.",
+    "Organisation: who plays what, with a vehicle selected as that one sees it; ≠ is not so in truth. Plans: ↻ is a branch that another method has mended. Why: ◆ is the mean of the best combination with a candidate; the highest is performed.",
     "Wheel: zoom. Drag: move. Double click: whole map, whole run. Lanes of alike vehicles fold; click one to open it.",
   ];
 

@@ -44,9 +44,9 @@ globalThis.R = globalThis.R || {};
       this.layers = layersOf(this);
       R.learn(this);
       R.survey(this);
-      R.explain(this);
       R.organise(this);
       R.recount(this);
+      R.explain(this);
     }
 
     text(number) {

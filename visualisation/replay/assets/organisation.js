@@ -5,12 +5,16 @@ globalThis.R = globalThis.R || {};
 
 (function () {
   const CREATE = "create", DISSOLVE = "dissolve", MISSION = "mission", OBJECTIVE = "objective", REFUSED = "refused";
+  const TURNS = new Set([CREATE, DISSOLVE, "succeed"]);
 
   R.organise = function (run) {
     const rows = run._rows("organisation");
     run.groups = groupsOf(run.about.groups || [], rows);
     run._changes = [-1, ...run.vehicles.keys()].map((viewer) => rows.filter((row) => isOf(row, viewer)));
     run._changed_s = run._changes.map((own) => own.map((row) => row.time_s));
+    // Groups formed and dissolved, heads that succeeded: [{time_s, vehicle, text}].
+    run.turns = run._changes[0].filter((row) => TURNS.has(row.act) && row.event !== REFUSED)
+      .map((row) => ({ time_s: row.time_s, vehicle: row.issuer, text: changeText(run, row) }));
   };
 
   Object.assign(R.Run.prototype, {
@@ -125,8 +129,8 @@ globalThis.R = globalThis.R || {};
     const words = {
       objective: `${objective}${argument ? `(${argument})` : ""} for ${of}`,
       mission: `mission ${argument} for ${of}`,
-      create: `${of} is formed`,
-      dissolve: `${of} is dissolved`,
+      create: `${group} is formed under ${name(peer)}`,
+      dissolve: `${group} is dissolved`,
       succeed: `${name(peer)} succeeds as ${of}`,
     };
     const what = words[act] || `${name(peer)} ${event === "left" || act === "release" ? "no longer" : "as"} ${of}`;

@@ -1,0 +1,134 @@
+"""Orders: what the steps of a head's plans come to, as facts ready to be recorded, and what the head awaits of them.
+
+What was proposed in a round, or counts already, is not said twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
+
+from remoras.activities import Objective
+from remoras.beliefs import Beliefs, Fact
+from remoras.organisation import Group, RoleAssignment
+from remoras.social.formations import DISSOLVED, FORMATION, FORMED_UNDER, LAST_FORMATION
+from remoras.social.recruiting import nearness, recruits
+from remoras.social.requests import OBJECTIVE_PREFIX
+from remoras.social.succession import is_able_to_lead
+from remoras.strategy import Strategy, adapt_roles
+from remoras.work import Work
+from worldmodel import Change
+
+
+class Orders:
+    """Orders of one head.
+
+    Args:
+        me: own name.
+        beliefs: of the vehicle.
+        strategy: allocates roles.
+        at_sea: groups that are formed at sea, by name.
+
+    Attributes:
+        issued: roles that it has given out; issued_objectives: objectives that it has given to roles.
+    """
+
+    def __init__(self, me: str, beliefs: Beliefs, strategy: Strategy, at_sea: Mapping[str, Group]) -> None:
+        self._me = me
+        self._beliefs = beliefs
+        self._strategy = strategy
+        self._at_sea = at_sea
+        self._proposed: dict[RoleAssignment | Objective | Fact, None] = {}  # said in this round, not yet counting
+        self._awaited: set[tuple[str, str]] = set()  # (vehicle, job) given to it, of which nothing has come back
+        self.issued: set[RoleAssignment] = set()
+        self.issued_objectives: set[Objective] = set()
+
+    def note(self, change: Change) -> None:
+        """Whoever says something about a job has heard that it is his."""
+        if self._awaited:
+            issuer = self._beliefs.name(change.block.origin)
+            self._awaited -= {(issuer, self._beliefs.name(fact.subject)) for fact in change.block.facts}
+
+    def waits_for(self, peers: Collection[str], done: Collection[str]) -> bool:
+        """True while one of ``peers`` was given a job that is not done and of which nothing has come back."""
+        return any(vehicle in peers and job not in done for vehicle, job in self._awaited)
+
+    def end_round(self, left: Iterable[RoleAssignment]) -> None:
+        """What was proposed in this round has been said; roles that vehicles have ``left`` are given out no longer."""
+        self._proposed.clear()
+        self.issued.difference_update(left)
+
+    def forget(self, group: str) -> None:
+        """A group was formed or dissolved at sea: what was said of it before is over."""
+        self.issued = {one for one in self.issued if one.group != group}
+        self.issued_objectives = {one for one in self.issued_objectives if one.group != group}
+        jobs = {role.job for role in self._at_sea[group].roles}
+        self._awaited = {(vehicle, job) for vehicle, job in self._awaited if job not in jobs}
+
+    # Steps ---------------------------------------------------------------------------------------
+
+    def form(self, group: str, work: Mapping[str, Work], number: int) -> list[Fact]:
+        """Let a group be formed under whoever of the forming group is able to lead it and would be at its work first.
+
+        Who forms it leads it itself if nobody else can.
+
+        Args:
+            group: its name.
+            work: of all groups, by name.
+            number: of the formation.
+        """
+        of, former = self._at_sea[group], work[self._at_sea[group].formed_by or ""]
+        able = [name for name in former.members if is_able_to_lead(former.database, name, of)]
+        if number > LAST_FORMATION or not able:
+            return []
+        head = min(able, key=lambda name: (name == self._me, *nearness(replace(former, group=of), name)))
+        return self._say(self._beliefs.fact(group, FORMED_UNDER, head), self._beliefs.fact(group, FORMATION, number))
+
+    def dissolve(self, group: str, number: int) -> list[Fact]:
+        """Let the formation of a group with that number be over."""
+        return self._say(self._beliefs.fact(group, DISSOLVED, number))
+
+    def _say(self, *facts: Fact) -> list[Fact]:
+        """Facts that are said together, once in a round."""
+        if facts[0] in self._proposed:
+            return []
+        self._proposed[facts[0]] = None
+        return list(facts)
+
+    def give_mission(self, group: str, mission: str, missions: Mapping[str, str]) -> list[Fact]:
+        """Let a group have a mission, unless that is known."""
+        return [] if missions.get(group) == mission else [self._beliefs.fact(group, "hasMission", mission)]
+
+    def give(self, objective: Objective, objectives: Collection[Objective], again: bool = False) -> list[Fact]:
+        """Let a role have an objective, unless it has, or that was proposed.
+
+        What a former head gave is given ``again``: nobody else knows which members have heard of it.
+        """
+        if objective in self._proposed or (objective in objectives and not again):
+            return []
+        self._proposed[objective] = None
+        self.issued_objectives.add(objective)
+        subject = f"{objective.group}.{objective.role}"
+        return [self._beliefs.fact(subject, OBJECTIVE_PREFIX + objective.name, objective.argument)]
+
+    def allocate(self, work: Work) -> list[Fact]:
+        """Let the strategy allocate roles to members of the group, on top of what was proposed in this round.
+
+        A group that is formed at sea recruits first, see ``recruits``.
+        """
+        expected = work.organisation
+        for one in self._proposed:
+            if isinstance(one, RoleAssignment):
+                expected, _ = expected.assign(one.vehicle, one.group, one.role)
+        recruited = recruits(replace(work, organisation=expected))
+        for one in recruited:
+            expected, _ = expected.assign(one.vehicle, one.group, one.role)
+        allocated = adapt_roles(self._strategy, replace(work, organisation=expected))
+        allowed = [*recruited, *(one for one in allocated if expected.is_member(one.vehicle, one.group))]
+        self.issued.update(allowed)
+        jobs = {role.name: role.job for role in work.group.roles}
+        self._awaited |= {
+            (one.vehicle, job) for one in allowed if (job := jobs.get(one.role)) and one.vehicle != self._me
+        }
+        self._proposed.update(dict.fromkeys(allowed))
+        return [self._beliefs.fact(one.vehicle, "playsRole", f"{one.group}.{one.role}") for one in allowed]

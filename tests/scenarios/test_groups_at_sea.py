@@ -1,0 +1,274 @@
+"""Groups formed, dissolved and formed anew at sea: by what was found, under losses, by nobody without authority.
+
+`mapping-inspection` is `mapping-rendezvous` with features of the seabed, and the group Inspectors. The head of the
+operational group forms it once something is found. AUV00 is that head; AUV01 and AUV02 are Performers.
+"""
+
+import random
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+import tomli_w
+
+import missions.mapping
+from missions.errors import ConfigurationError
+from missions.runs.run import Run, run
+from missions.runs.setup import assemble, resolved
+from missions.scenarios import load
+from remoras.fleet import Fleet
+from remoras.organisation import Organisation
+from remoras.strategies import strategies
+from remoras.vehicle import Vehicle
+from worldmodel import Block, merge
+
+GROUP, FORMER = "Inspectors", "Operational"
+FORMING = [name for name, one in strategies().items() if one.declaration.communicates]
+
+
+def inspected(*settings: str, strategy: str = "remoras", per: float = 0.0, seed: int = 1) -> Run:
+    given = (f"strategy.name='{strategy}'", f"channel.per={per}", *settings)
+    return run(load("mapping-inspection", [("--set", one) for one in given]), seed=seed)
+
+
+def formations(finished: Run, viewer: str) -> list[tuple[str, str]]:
+    """(event, first head) of the group, in the view of one vehicle."""
+    rows = [row for row in finished.recorder.organisation if row[1] == viewer and row[3] == GROUP]
+    return [(row[5], row[2]) for row in rows if row[5] in ("formed", "dissolved")]
+
+
+def times(finished: Run, viewer: str, event: str) -> list[float]:
+    rows = finished.recorder.organisation
+    return [row[0] for row in rows if row[1] == viewer and row[3] == GROUP and row[5] == event]
+
+
+def n_inspected(finished: Run) -> int:
+    return sum(one.name == "inspected" for one in finished.milestones)
+
+
+# What was found decides --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("per", [0.0, 0.4])
+@pytest.mark.parametrize("strategy", ["remoras", "central", "cbba"])
+def test_a_group_is_formed_for_what_is_found_and_dissolved_when_that_is_inspected(strategy: str, per: float) -> None:
+    finished = inspected("finds.number=2", strategy=strategy, per=per)
+    assert finished.completed, finished.reason
+    assert n_inspected(finished) == 2
+    found_s = [one.time_s for one in finished.milestones if one.name == "found"]
+    inspected_s = [one.time_s for one in finished.milestones if one.name == "inspected"]
+    for viewer in ("AUV00", "AUV01", "AUV02"):
+        events = [event for event, _ in formations(finished, viewer)]
+        assert events == ["formed", "dissolved"] * (len(events) // 2)
+        assert events
+        assert times(finished, viewer, "formed")[0] > min(found_s)
+        assert times(finished, viewer, "dissolved")[-1] > max(inspected_s)
+    assert not finished.setup.agreement.organisation.members(GROUP)
+    n_formed = len(times(finished, "AUV00", "formed"))
+    members = {row[2] for row in finished.recorder.organisation if row[3] == GROUP and row[5] == "assigned"}
+    assert n_formed >= 1
+    assert members <= {"AUV00", "AUV01", "AUV02"}
+
+
+def test_where_nothing_is_found_there_is_no_group_and_the_mission_is_that_without_one() -> None:
+    nothing = inspected("finds.number=0")
+    assert all(
+        row[3] != GROUP or row[4] for row in nothing.recorder.organisation
+    )  # objectives of its roles, and no more
+    assert formations(nothing, "AUV00") == []
+    usual = run(load("mapping-rendezvous"), seed=1)
+    assert (nothing.completed, nothing.end_s) == (True, usual.end_s)
+
+
+def test_a_group_is_formed_anew_for_another_find() -> None:
+    """AUV00, AUV01 and AUV02 in turn find something far apart in time: each time the group is another."""
+    for seed in range(1, 20):
+        again = inspected("finds.number=3", "finds.shortest_stay_s=5", "finds.longest_stay_s=10",
+                          "mission.importance.Inspecting=0.9", seed=seed)  # fmt: skip
+        events = formations(again, "ASV00")
+        if len(events) >= 4:
+            break
+    assert [event for event, _ in events[:4]] == ["formed", "dissolved", "formed", "dissolved"]
+    assert again.completed
+    assert n_inspected(again) == 3
+    rows = [row for row in again.recorder.items if row[5] == "formation"]
+    assert [float(row[6]) for row in rows] == [float(n) for n in range(1, len(rows) + 1)]
+
+
+# Losses ------------------------------------------------------------------------------------------
+
+
+def with_fault(tmp_path: Path, vehicle: str, at_s: float, strategy: str, per: float) -> Run:
+    raw = tomllib.loads(Path(missions.mapping.__file__).with_name("inspection.toml").read_text(encoding="utf-8"))
+    raw["fault"] = [{"kind": "lost", "vehicle": vehicle, "at_s": at_s}]
+    raw["strategy"], raw["channel"]["per"] = {"name": strategy}, per
+    file = tmp_path / "lossy.toml"
+    file.write_text(tomli_w.dumps(raw), encoding="utf-8")
+    return run(load(str(file)), seed=1)
+
+
+@pytest.mark.parametrize(("strategy", "per"), [("remoras", 0.0), ("central", 0.4)])
+@pytest.mark.parametrize("lost", ["AUV00", "AUV01", "AUV02"])
+def test_with_the_forming_head_or_a_member_lost_all_is_inspected_and_nobody_is_left_in_a_group(
+    lost: str, strategy: str, per: float, tmp_path: Path
+) -> None:
+    """AUV00 forms the group at about 370 s under AUV01: so these are the former, the head and a bystander."""
+    finished = with_fault(tmp_path, lost, 450.0, strategy, per)
+    assert finished.completed, finished.reason
+    assert n_inspected(finished) >= 3  # what the lost one alone had found is lost with it
+    alive = [name for name in ("AUV00", "AUV01", "AUV02") if name != lost]
+    heads = {row[6] for row in finished.recorder.organisation if row[1] in alive and row[5] == "dissolved"}
+    assert heads, "nobody dissolved it"
+    assert lost not in heads
+
+
+# Who may -----------------------------------------------------------------------------------------
+
+
+def fleet(*settings: str) -> Fleet:
+    return assemble(resolved(load("mapping-inspection", [("--set", one) for one in settings])), seed=1)
+
+
+def named(vehicles: Fleet, name: str) -> Vehicle:
+    return next(vehicle for vehicle in vehicles.vehicles if vehicle.name == name)
+
+
+def said(by: Fleet, issuer: str, at_s: float, *facts: tuple[str, str, Any]) -> Block:
+    beliefs = named(by, issuer).beliefs
+    return beliefs.model.record([beliefs.fact(*fact) for fact in facts], at_s).block
+
+
+def form(head: str, number: int) -> tuple[tuple[str, str, Any], ...]:
+    return (GROUP, "formedUnder", head), (GROUP, "formation", number)
+
+
+FORGED: dict[str, tuple[str, tuple[tuple[str, str, Any], ...], str]] = {
+    "form": ("AUV01", form("AUV01", 1), "issuer without authority"),
+    "form from outside": ("ASV00", form("AUV01", 1), "issuer without authority"),
+    "form under somebody from outside": ("AUV00", form("ASV00", 1), "assignee outside the group"),
+    "form under somebody unable": ("AUV00", form("AUV02", 1), "assignee not able"),
+    "form without a number": ("AUV00", form("AUV01", 1)[:1], "issuer without authority"),
+    "form what was founded": ("AUV00", ((FORMER, "formedUnder", "AUV01"), (FORMER, "formation", 1)), "already group"),
+    "dissolve what was founded": ("AUV00", ((FORMER, "dissolved", 1),), "issuer without authority"),
+    "dissolve what is not there": ("AUV01", ((GROUP, "dissolved", 1),), "not group"),
+    "take a role of what is not there": ("AUV01", (("AUV01", "playsRole", f"{GROUP}.InspectionMember"),), "not group"),
+}
+UNABLE = "vehicle.AUV02.playable_roles=['Performer','Cartographer','RightWinger','InspectionMember','Inspector1']"
+
+
+def everything(vehicle: Vehicle) -> tuple[Any, ...]:
+    social = vehicle.social
+    return social.organisation, social.present, dict(social.objectives), dict(social.missions), social.planner.is_due
+
+
+@pytest.mark.parametrize("act", FORGED)
+def test_every_forged_formation_is_refused_by_all(act: str) -> None:
+    issuer, facts, outcome = FORGED[act]
+    forger, others = fleet(UNABLE), fleet(UNABLE)
+    block = said(forger, issuer, 1.0, *facts)
+    for vehicle in others.vehicles:
+        before, n_rows = everything(vehicle), len(others.recorder.organisation)
+        vehicle._consider(merge(vehicle.beliefs.model, [block]).changes, 1.0)
+        vehicle._take_effect(2.0)
+        assert everything(vehicle) == before
+        rows = others.recorder.organisation[n_rows:]
+        assert [(row[1], row[5], row[6], row[-1]) for row in rows] == [(vehicle.name, "refused", issuer, outcome)]
+    forger.close()
+    others.close()
+
+
+@pytest.mark.parametrize("issuer", ["AUV02", "ASV00"])
+def test_who_leads_neither_does_not_dissolve_a_group(issuer: str) -> None:
+    forger, others = fleet(), fleet()
+    vehicle = named(others, "AUV00")
+    for block in (said(forger, "AUV00", 1.0, *form("AUV01", 1)), said(forger, issuer, 2.0, (GROUP, "dissolved", 1))):
+        vehicle._consider(merge(vehicle.beliefs.model, [block]).changes, 3.0)
+        vehicle._take_effect(3.0)
+    assert vehicle.social.organisation.heads(GROUP) == ("AUV01",)
+    assert others.recorder.organisation[-1][5:7] == ("refused", issuer)
+    forger.close()
+    others.close()
+
+
+# Whatever is heard first -------------------------------------------------------------------------
+
+
+def history() -> list[tuple[str, tuple[tuple[str, str, Any], ...]]]:
+    """Formed under AUV01, who recruits AUV02; dissolved; formed anew under AUV02, who recruits AUV00."""
+    member = f"{GROUP}.InspectionMember"
+    return [
+        ("AUV00", form("AUV01", 1)),
+        ("AUV00", ((GROUP, "hasMission", "Inspection"),)),
+        ("AUV01", (("AUV02", "playsRole", member),)),
+        ("AUV00", ((GROUP, "dissolved", 1),)),
+        ("AUV00", form("AUV02", 2)),
+        ("AUV02", (("AUV00", "playsRole", member),)),
+        ("AUV00", ((GROUP, "hasMission", "Inspection"),)),
+    ]
+
+
+def view_after(order: list[int], rounds: int) -> tuple[Organisation, dict[str, str]]:
+    by, others = fleet(), fleet()
+    blocks = [said(by, issuer, 1.0 + n, *facts) for n, (issuer, facts) in enumerate(history())]
+    vehicle = named(others, "ASV00")
+    for n, index in enumerate(order):
+        vehicle._consider(merge(vehicle.beliefs.model, [blocks[index]]).changes, 10.0 + n)
+        if n % rounds == rounds - 1:
+            vehicle._take_effect(10.0 + n)
+    vehicle._take_effect(30.0)
+    found = vehicle.social.organisation, dict(vehicle.social.missions)
+    by.close()
+    others.close()
+    return found
+
+
+def test_formed_dissolved_and_formed_again_come_to_the_same_in_any_order() -> None:
+    organisation, given = expected = view_after(list(range(7)), 1)
+    assert organisation.heads(GROUP) == ("AUV02",)
+    assert organisation.members(GROUP) == ("AUV00", "AUV02")
+    assert given[GROUP] == "Inspection"
+    drawn = random.Random(7)
+    for _ in range(12):
+        order = drawn.sample(range(7), 7)
+        assert view_after(order, drawn.choice([1, 2, 7])) == expected, order
+
+
+def test_of_two_that_form_it_under_one_number_the_lower_node_wins() -> None:
+    """AUV01 claims to lead the operational group at the time at which AUV00 forms the other one: both lead it once."""
+    claim = ((FORMER, "headedBy", "AUV01"), (FORMER, "headTerm", 1))
+    for order in ([0, 1, 2], [2, 1, 0], [1, 2, 0], [1, 0, 2]):
+        by, others = fleet(), fleet()
+        blocks = [said(by, "AUV00", 1.0, *form("AUV02", 1)), said(by, "AUV01", 2.0, *claim)]
+        blocks.append(said(by, "AUV01", 3.0, *form("AUV01", 1)))
+        vehicle = named(others, "AUV02")
+        for index in order:
+            vehicle._consider(merge(vehicle.beliefs.model, [blocks[index]]).changes, 5.0)
+            vehicle._take_effect(5.0)
+        assert vehicle.social.organisation.heads(GROUP) == ("AUV02",), order
+        by.close()
+        others.close()
+
+
+# Bad input ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("setting", "key", "allowed"),
+    [
+        ("group.Inspectors.formed_by='Operationl'", "group.Inspectors.formed_by", "Operational"),
+        ("group.Inspectors.formed_by='Inspectors'", "group.Inspectors.formed_by", "allowed: Coordination, Operational"),
+        ("group.Inspectors.mission='Inspection'", "group.Inspectors.mission", "leave it out"),
+        ("group.Operational.formed_by='Inspectors'", "group.Operational.formed_by", "no group of the circle"),
+    ],
+)
+def test_a_group_that_nobody_can_form_is_refused(setting: str, key: str, allowed: str) -> None:
+    with pytest.raises(ConfigurationError) as refused:
+        load("mapping-inspection", [("--set", setting)])
+    assert key in str(refused.value)
+    assert allowed in str(refused.value)
+
+
+def test_nobody_leads_a_group_before_it_is_formed(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="nobody leads a group before it is formed at sea"):
+        with_fault(tmp_path, f"head of {GROUP}", 100.0, "remoras", 0.0)
