@@ -55,6 +55,25 @@ def meets_after(groups: Iterable[Group]) -> dict[str, tuple[str, ...]]:
     }
 
 
+def apart(groups: Iterable[Group]) -> dict[str, frozenset[str]]:
+    """For each group, by name, those on other branches of the same nesting: its members should be in none of them."""
+    listed = {group.name: group for group in groups}
+
+    def line(name: str) -> list[str]:
+        found = [name]
+        while (outer := listed[found[-1]].within) in listed and outer not in found:
+            found.append(str(outer))
+        return found
+
+    lines = {name: line(name) for name in listed}
+    return {
+        name: frozenset(
+            other for other, of in lines.items() if of[-1] == own[-1] and other not in own and name not in of
+        )
+        for name, own in lines.items()
+    }
+
+
 def height(group: str, before: Mapping[str, tuple[str, ...]]) -> int:
     """How many levels of groups meet before a group, by what ``meets_after`` gave."""
     return max((1 + height(other, before) for other in before.get(group, ())), default=0)

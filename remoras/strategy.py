@@ -205,14 +205,27 @@ def form_groups(strategy: Strategy, database: AUVDatabase, groups: Sequence[Grou
 
 
 def adapt_roles(strategy: Strategy, work: Work) -> tuple[RoleAssignment, ...]:
-    """What ``strategy.adapt`` answers; raises PluginError if it raises or answers with something else."""
-    return answer(
+    """What ``strategy.adapt`` answers, without roles that exclude what the vehicle plays or is given before.
+
+    Raises:
+        PluginError: it raises, or answers with something else.
+    """
+    found: tuple[RoleAssignment, ...] = answer(
         f"strategy {strategy.name}",
         "adapt",
         "a tuple of RoleAssignment",
         _are_assignments,
         lambda: strategy.adapt(work),
     )
+    if not any(role.incompatible for role in work.group.roles):
+        return found
+    allowed, organisation = list[RoleAssignment](), work.organisation
+    for one in found:
+        role = work.group.role(one.role)
+        if role is None or not organisation.is_excluded(one.vehicle, role):
+            allowed.append(one)
+            organisation, _ = organisation.assign(one.vehicle, one.group, one.role)
+    return tuple(allowed)
 
 
 def negotiator_of(strategy: Strategy, me: str, group: Group) -> Negotiator | None:

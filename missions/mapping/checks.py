@@ -69,6 +69,11 @@ def _areas(raw: Raw) -> Iterator[ConfigurationFault]:
     for area in entries(raw, "area"):
         corners = _corners(area)
         key = f"area.{area.get('name')}.corners_m"
+        depth_m, vehicles = area.get("depth_m"), entries(raw, "vehicle")
+        if _is_number(depth_m) and vehicles and not any(_stands(v, depth_m) for v in vehicles if v.get("sensor")):
+            deepest = max((v.get("depth_limit_m", 0.0) for v in vehicles if v.get("sensor")), default=0.0)
+            allowed = f"too deep for every vehicle with a sensor: allowed: above 0 to depth_limit_m = {deepest:g}"
+            yield ConfigurationFault(f"area.{area.get('name')}.depth_m", str(depth_m), allowed)
         if len(corners) < 3:
             continue
         turns = [
@@ -201,11 +206,19 @@ def _is_number(value: object) -> TypeGuard[float]:
 
 
 def _is_able_to_map(raw: Raw, area: str) -> bool:
-    """True if a vehicle with a sensor is able to play a role with the area."""
+    """True if a vehicle with a sensor that stands its depth is able to play a role with the area."""
     roles = [
         (group.get("name"), role.get("name"))
         for group in entries(raw, "group")
         for role in entries(group, "role")
         if area in (role.get("job"), role.get("area"))
     ]
-    return any(vehicle.get("sensor") for role in roles for vehicle in able_to_play(raw, *role))
+    depth_m = next((one.get("depth_m", 0.0) for one in entries(raw, "area") if one.get("name") == area), 0.0)
+    able = (vehicle for role in roles for vehicle in able_to_play(raw, *role) if vehicle.get("sensor"))
+    return any(_stands(vehicle, depth_m) for vehicle in able)
+
+
+def _stands(vehicle: Raw, depth_m: object) -> bool:
+    """True if a vehicle stands a depth, or if one of the two is malformed."""
+    limit_m = vehicle.get("depth_limit_m", 0.0)
+    return not (_is_number(limit_m) and _is_number(depth_m)) or limit_m >= depth_m

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Set
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from missions.mapping.ground import Followed, Ground, Way, ground_of
 from missions.mapping.sensors import mapping_speed_mps, swath_m
 from remoras.beliefs import Key
-from remoras.database import VehicleData
+from remoras.database import AUVDatabase, VehicleData
+from remoras.organisation import Group
 from remoras.work import Known, Outlook, Point
 
 CELL_M = 25.0
@@ -31,6 +32,7 @@ class SurveyJob:
         ground: the cells of the area; made of cells of 25 m if None.
         cells: bits of the cells that are left; all if None.
         parts: of the same survey, by the bits of their cells: each is made once.
+        depth_m: that a vehicle has to stand.
     """
 
     name: str
@@ -39,6 +41,7 @@ class SurveyJob:
     ground: Ground | None = None
     cells: int | None = None
     parts: dict[int, SurveyJob] = field(default_factory=dict, compare=False, repr=False)
+    depth_m: float = 0.0
 
     @cached_property
     def on(self) -> Ground:
@@ -68,8 +71,8 @@ class SurveyJob:
         return self.bits.bit_count() / work.bit_count() if work else 0.0
 
     def is_able(self, data: VehicleData) -> bool:
-        """True if the vehicle has a mapping sensor."""
-        return swath_m(data) > 0.0
+        """True if the vehicle has a mapping sensor and stands the depth."""
+        return swath_m(data) > 0.0 and data.depth_limit_m >= self.depth_m
 
     def left(self, facts: Known) -> SurveyJob:
         """The survey of the cells that a vehicle which knows ``facts`` does not know to be mapped."""
@@ -96,7 +99,7 @@ class SurveyJob:
     def way(self, position_m: Point, data: VehicleData) -> Way | None:
         """The way over what is left by which the vehicle is done soonest; None if there is none for it."""
         swath, survey_mps = swath_m(data), mapping_speed_mps(data)
-        if swath <= 0.0 or survey_mps <= 0.0:
+        if swath <= 0.0 or survey_mps <= 0.0 or data.depth_limit_m < self.depth_m:
             return None
         (x_m, y_m), transit_mps = position_m, data.transit_speed_mps
         soonest, least_s = None, math.inf
@@ -109,7 +112,7 @@ class SurveyJob:
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
         """When and where the vehicle will be free if it surveys what is left next.
 
-        None without a sensor, or if its rows pass none of the cells that are left.
+        None without a sensor, if the area is too deep for it, or if its rows pass none of the cells that are left.
         """
         if not self.bits:
             return outlook
@@ -118,3 +121,21 @@ class SurveyJob:
             return None
         way_s = math.dist(outlook.position_m, way.first_m) / data.transit_speed_mps
         return Outlook(outlook.free_s + way_s + way.length_m / mapping_speed_mps(data), way.last_m)
+
+
+def swaths_of(
+    groups: Iterable[Group], database: AUVDatabase, depths_m: Mapping[str, float]
+) -> dict[str, dict[str, float]]:
+    """Swaths (m) of the vehicles that are able to map each area, by name of area and vehicle.
+
+    Args:
+        groups: whose roles have areas.
+        database: static data of all vehicles.
+        depths_m: of all areas, by name.
+    """
+    found: dict[str, dict[str, float]] = {area: {} for area in depths_m}
+    for group, role in ((one, role) for one in groups for role in one.roles):
+        for data in database.able_to_play(group.name, role.name) if role.job in found else ():
+            if swath_m(data) > 0.0 and data.depth_limit_m >= depths_m[role.job or ""]:
+                found[role.job or ""][data.name] = swath_m(data)
+    return found

@@ -27,6 +27,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property, partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, ClassVar, Self
 
 from missions.errors import ConfigurationFault
@@ -44,10 +45,10 @@ from missions.mapping.finds import (
 )
 from missions.mapping.ground import grounds_of
 from missions.mapping.inspecting import Inspecting
-from missions.mapping.jobs import SurveyJob
+from missions.mapping.jobs import SurveyJob, swaths_of
 from missions.mapping.metrics import METRICS
 from missions.mapping.scenario import NEEDED_OBJECTIVES, FindsTable, MappingScenario, MappingSettings
-from missions.mapping.sensors import COVERAGE, Seabed, SwathSettings, seabed_of, swath_m
+from missions.mapping.sensors import COVERAGE, Seabed, SwathSettings, seabed_of
 from missions.mapping.survey import contains
 from missions.mapping.tasks import MISSIONS, SUPERVISION, activity_domain, social_domain, waiting
 from missions.mapping.truth import GOAL, MappingTruth
@@ -108,6 +109,7 @@ class MappingMission(Mission):
         places: what pictures show.
         finds: what may be found.
         find_weight: cells that a find counts for in the goal.
+        depths_m: of the areas that are deep, by name.
     """
 
     Scenario = MappingScenario
@@ -132,6 +134,7 @@ class MappingMission(Mission):
         places: Sequence[Place] = (),
         finds: FindsTable = NO_FINDS,
         find_weight: float = 1.0,
+        depths_m: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
         self.settings = settings
         self.groups = {group.name: group for group in groups}
@@ -140,7 +143,10 @@ class MappingMission(Mission):
         self._formation, self._cell_m = formation, cell_m
         self._places, self.swaths_m = places, swaths_m
         grounds = grounds_of(cell_m, tuple(corners_m.items()))
-        self._surveys = {name: SurveyJob(name, corners, (), grounds[name]) for name, corners in corners_m.items()}
+        self._surveys = {
+            name: SurveyJob(name, corners, (), grounds[name], depth_m=depths_m.get(name, 0.0))
+            for name, corners in corners_m.items()
+        }
         self.finds, self._find_weight = finds, find_weight
         self._inspections = {name: InspectionJob(name, finds.mean_stay_s) for name in find_names(finds.number)}
         self._unfinished = partial(Unfinished, goal=settings.goal, finds=self._inspections)
@@ -158,12 +164,10 @@ class MappingMission(Mission):
     def from_scenario(cls, scenario: MappingScenario) -> Self:
         """The mission of a scenario."""
         groups, database = groups_of(scenario), database_of(scenario, cls)
-        swaths_m: dict[str, dict[str, float]] = {area.name: {} for area in scenario.area}
-        for group, role in ((one, role) for one in groups for role in one.roles if role.job in swaths_m):
-            swaths = {data.name: swath_m(data) for data in database.able_to_play(group.name, role.name)}
-            swaths_m[role.job or ""] |= {name: swath for name, swath in swaths.items() if swath > 0.0}
-        able = {name for of_area in swaths_m.values() for name in of_area}
-        finds, mappers = scenario.finds or NO_FINDS, [data for data in database.values() if data.name in able]
+        depths_m = {area.name: area.depth_m or 0.0 for area in scenario.area}
+        swaths_m = swaths_of(groups, database, depths_m)
+        mapping = {name for of_area in swaths_m.values() for name in of_area}
+        finds, mappers = scenario.finds or NO_FINDS, [data for data in database.values() if data.name in mapping]
         return cls(
             scenario.mission,
             groups,
@@ -175,6 +179,7 @@ class MappingMission(Mission):
             places(scenario),
             finds,
             weight_in_cells(finds, scenario.world.cell_m, mappers),
+            depths_m,
         )
 
     @classmethod

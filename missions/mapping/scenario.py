@@ -8,7 +8,7 @@ from pydantic import AliasChoices, ConfigDict, Field, field_validator
 
 from missions.meeting.settings import MEETING_DEADLINE
 from missions.scenarios.scenario import GroupTable, Role, Scenario, World
-from missions.scenarios.tables import Name, PointM, Section
+from missions.scenarios.tables import Name, PointM, Positive, Section, Sparse
 
 NEEDED_OBJECTIVES = ("MissionGathering", "RendezVous", "Exploring", "Mapping")
 """Without an importance for these nothing would come of the mission."""
@@ -56,11 +56,16 @@ class MappingWorld(World):
     cell_m: float = Field(ge=0.1, description="side of a seabed cell")
 
 
-class Area(Section):
+class Area(Sparse):
     """One ``[[area]]``: a job of the mission."""
+
+    UNSAID = frozenset({"depth_m"})
 
     name: Name = Field(description="name of the area")
     corners_m: tuple[PointM, ...] = Field(min_length=3, description="corners of a convex polygon, in order")
+    depth_m: Positive | None = Field(
+        None, description="depth of the area: who explores it stands as much; any vehicle may if absent"
+    )
 
 
 def _with_older_name(schema: dict[str, Any]) -> None:

@@ -12,6 +12,7 @@ from missions.metric import NOT_APPLICABLE, Absent, Better, Metric, collected
 from missions.runs.fleet_metrics import closest_approach_m, conflicts, idle_s, recovery_time_s
 from missions.runs.organisation_metrics import (
     holder_conflict_fraction,
+    malformed_s,
     n_refused_acts,
     n_violated_obligations,
     view_divergence,
@@ -157,6 +158,10 @@ CORE_METRICS = (
     Metric(
         "holder_conflict_fraction", "", LOWER, "holders in conflict", holder_conflict_fraction,
         note="Share of the time in which a role has more holders, each by its own view, than it has room for.",
+    ),
+    Metric(
+        "malformed_s", "s", LOWER, "organisation malformed", malformed_s,
+        note="Time in which a founding role has too few holders, a role too many, or one who may not hold it.",
     ),
     Metric("n_refused_acts", "", Better.NEITHER, "refused acts", n_refused_acts),
     Metric("n_violated_obligations", "", LOWER, "violated obligations", n_violated_obligations),

@@ -6,6 +6,7 @@ vehicle plays, its own view is the truth. Vehicles that are out of the mission d
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
@@ -14,6 +15,8 @@ from missions.metric import NOT_APPLICABLE, Absent
 from missions.scenarios.obligations import obligations_of
 from remoras.faults import OVER, FaultKind
 from remoras.obligations import OBLIGATIONS, State
+from remoras.organisation import Organisation, RoleAssignment
+from remoras.wellformed import Malformed, faults_of
 
 if TYPE_CHECKING:
     from missions.runs.run import Run
@@ -107,6 +110,12 @@ class _Views:
         return any(group in own for group, _ in wrong)
 
     @property
+    def true_roles(self) -> Iterator[RoleAssignment]:
+        """What every vehicle that is in the mission takes itself to play, which is what it does play."""
+        for name in self._inside:
+            yield from (RoleAssignment(*role, name) for role in self._views[name, name])
+
+    @property
     def is_in_conflict(self) -> bool:
         """True if more vehicles take themselves to hold some role than it has room for."""
         holders = Counter(role for name in self._inside for role in self._views[name, name] if role in self._rooms)
@@ -151,6 +160,35 @@ def holder_conflict_fraction(run: Run) -> float | None:
     spells = [(spell_s, views.is_in_conflict) for spell_s, views in _moments(run)]
     total_s = sum(spell_s for spell_s, _ in spells)
     return round(sum(spell_s for spell_s, conflict in spells if conflict) / total_s, 6) if total_s > 0.0 else None
+
+
+def malformed_spells(run: Run) -> Iterator[tuple[float, tuple[Malformed, ...]]]:
+    """Spells of the run (s), and what did not hold of the specification of the organisation in each.
+
+    The organisation is what every vehicle in the mission takes itself to play.
+    """
+    groups = tuple(run.setup.agreement.organisation.groups.values())
+    known: frozenset[RoleAssignment] | None = None
+    faults: tuple[Malformed, ...] = ()
+    for spell_s, views in _moments(run):
+        roles = frozenset(views.true_roles)
+        if roles != known:
+            known, faults = roles, faults_of(Organisation.of(groups, roles))
+        yield spell_s, faults
+
+
+def malformed_s(run: Run) -> float:
+    """How long the organisation was not well formed, see ``remoras.wellformed``."""
+    return round(math.fsum(spell_s for spell_s, faults in malformed_spells(run) if faults), 4)
+
+
+def missed(run: Run) -> dict[str, float]:
+    """How long each demand of the specification did not hold (s), by its key: ``group.West.role.Hand.minimum``."""
+    lasted: dict[str, float] = {}
+    for spell_s, faults in malformed_spells(run):
+        for one in faults:
+            lasted[one.key] = lasted.get(one.key, 0.0) + spell_s
+    return {key: round(total_s, 4) for key, total_s in lasted.items()}
 
 
 def n_refused_acts(run: Run) -> int:

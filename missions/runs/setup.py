@@ -13,17 +13,16 @@ from exchange.codec import Codec
 from exchange.manager import ExchangeManager
 from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
-from missions.errors import ConfigurationError, ConfigurationFault
 from missions.metric import Metric, collected
 from missions.runs.knowledge import FACTS
 from missions.runs.metrics import CORE_METRICS
 from missions.runs.needs import needs_of_all, priorities, subjects_of
+from missions.runs.refusals import refuse_malformed, refuse_undivided
 from missions.runs.sea import actual, sea_of
 from missions.scenarios.obligations import obligations_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import policy_of
 from missions.scenarios.scenario import Scenario, StrategyTable
-from remoras.authority import CONSULTING
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
@@ -126,8 +125,8 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         len(database), modem.packet_s(modem.payload_bits), scenario.communication.range_m, world.sound_speed_mps
     )
     agreement = agree(strategy, mission, database, groups, scenario.scenario.duration_s)
-    _refuse_headless(scenario, agreement)
-    _refuse_undivided(scenario, strategy, agreement, database)
+    refuse_malformed(scenario, agreement)
+    refuse_undivided(scenario, strategy, agreement, database)
     _recorder(mission, [sensors_of(data) for data in database.values()])
     return Setup(
         scenario=scenario,
@@ -182,35 +181,6 @@ def _codec(
     n_blocks = (STATUS_PER_FRAME + stated) * n_frames + mission.most_observations + SPARE_BLOCKS
     n_names = n_instances + schedule.n_nodes * mission.instances_found_per_vehicle
     return Codec(tbox, n_names, schedule.n_nodes, policy, n_blocks, round(horizon_s, 9), resolution_s)
-
-
-def _refuse_headless(scenario: Scenario, agreement: Agreement) -> None:
-    """A group without a head would wait for a mission for ever."""
-    founding = agreement.organisation
-    faults = [
-        ConfigurationFault(f"group.{group}.role.{of_group.head_role}", "", "nobody came to play it before the mission")
-        for group, of_group in founding.groups.items()
-        if not founding.heads(group)
-    ]
-    if faults:
-        raise ConfigurationError(scenario.scenario.name, faults)
-
-
-def _refuse_undivided(scenario: Scenario, strategy: Strategy, agreement: Agreement, database: AUVDatabase) -> None:
-    """Where vehicles divide jobs among themselves, those without the social layer would leave theirs undone."""
-    if strategy.declaration.authorities.isdisjoint(CONSULTING):
-        return
-    remedy = "set social_layer = true for one of them, or name a strategy whose heads give out jobs, such as central"
-    faults = []
-    for name, group in agreement.organisation.groups.items():
-        for role in group.roles:
-            able = database.able_to_play(name, role.name) if role.job is not None else ()
-            if able and not any(data.social_layer for data in able):
-                names = ", ".join(data.name for data in able)
-                why = f"under {strategy.name} vehicles with the social layer divide jobs, {names} has none: {remedy}"
-                faults.append(ConfigurationFault(f"group.{name}.role.{role.name}.job", f'"{role.job}"', why))
-    if faults:
-        raise ConfigurationError(scenario.scenario.name, faults)
 
 
 def sensors_of(data: VehicleData) -> dict[str, Sensor]:

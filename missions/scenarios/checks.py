@@ -47,10 +47,11 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     """
     checks = (
         _names, _slots, _times, _world, _origin, _choices, _weights, channel_faults,
-        organisation_faults, _vehicles, start_faults, current_faults, information_faults,
+        _vehicles, start_faults, current_faults, information_faults,
     )  # fmt: skip
     faults = [fault for check in checks for fault in check(raw)]
-    faults += fault_table_faults(raw, "" if mission is None else next(iter(mission.sensors), ""))
+    default_sensor = "" if mission is None else next(iter(mission.sensors), "")
+    faults += [*organisation_faults(raw, default_sensor), *fault_table_faults(raw, default_sensor)]
     if mission is not None:
         faults += [*_needs(raw, mission), *_missions(raw, mission), *formation_faults(raw, mission)]
         faults += [*obligation_faults(raw, mission), *_own_faults(raw, mission)]

@@ -13,10 +13,16 @@ from missions.scenarios.tables import Raw, entries, list_of, names_of, one_of, t
 NO_LEADER = "the group has no vehicle with the social layer to lead it: set social_layer = true for one of {names}"
 
 
-def organisation_faults(raw: Raw) -> Iterator[ConfigurationFault]:
-    """All faults between groups, their roles, and those who are to play them."""
-    for check in (structure_faults, _rally_points, _players, _players_of_both, _successors):
+def organisation_faults(raw: Raw, default_sensor: str) -> Iterator[ConfigurationFault]:
+    """All faults between groups, their roles, and those who are to play them.
+
+    Args:
+        raw: tables of a scenario, its groups written out.
+        default_sensor: kind of a sensor whose table does not say.
+    """
+    for check in (structure_faults, _rally_points, _players_of_both, _successors):
         yield from check(raw)
+    yield from _players(raw, default_sensor)
 
 
 def structure_faults(raw: Raw) -> Iterator[ConfigurationFault]:
@@ -139,12 +145,11 @@ def _nesting(raw: Raw) -> Iterator[ConfigurationFault]:
     """Groups within groups: which there are, that none is within itself, and how many there may be."""
     groups = {str(group.get("name")): group for group in entries(raw, "group")}
     for name, group in groups.items():
-        yield from one_of(f"group.{name}.within", group.get("within"), [one for one in groups if one != name])
+        yield from one_of(f"group.{name}.within", group.get("within"), list(groups))
     above = {name: outer for name, group in groups.items() if (outer := text_of(group, "within")) in groups}
     for cycle in _cycles(above):
-        if len(cycle) > 1:
-            allowed = f"a cycle: {' is within '.join([*cycle, cycle[0]])}; allowed: a group that is not within this one"
-            yield ConfigurationFault(f"group.{cycle[0]}.within", shown(above[cycle[0]]), allowed)
+        allowed = f"a cycle: {' is within '.join([*cycle, cycle[0]])}; allowed: a group that is not within this one"
+        yield ConfigurationFault(f"group.{cycle[0]}.within", shown(above[cycle[0]]), allowed)
     templates = names_of(raw, "group_template")
     for name, group in groups.items():
         within = [one for one, outer in above.items() if outer == name]
@@ -200,18 +205,18 @@ def _rally_points(raw: Raw) -> Iterator[ConfigurationFault]:
         yield from one_of(f"group.{group.get('name')}.rally_point", group.get("rally_point"), rallies)
 
 
-def _players(raw: Raw) -> Iterator[ConfigurationFault]:
+def _players(raw: Raw, default_sensor: str) -> Iterator[ConfigurationFault]:
     """Roles that too few vehicles are able to play, and heads that nobody with the social layer is."""
     for group in entries(raw, "group"):
         for role in entries(group, "role"):
-            yield from _players_of(raw, group, role)
+            yield from _players_of(raw, group, role, default_sensor)
 
 
-def _players_of(raw: Raw, group: Raw, role: Raw) -> Iterator[ConfigurationFault]:
+def _players_of(raw: Raw, group: Raw, role: Raw, default_sensor: str) -> Iterator[ConfigurationFault]:
     key = f"group.{group.get('name')}.role.{role.get('name')}"
     able, minimum = able_to_play(raw, group.get("name"), role.get("name")), role.get("minimum", 0)
     if not able and table_of(role, "requires"):
-        lacks = [(v.get("name"), list(lacking(v, role, ""))) for v in entries(raw, "vehicle")]
+        lacks = [(v.get("name"), list(lacking(v, role, default_sensor))) for v in entries(raw, "vehicle")]
         listed = [f"{name} has {' and '.join(words)}" for name, words in lacks if words]
         why = "; ".join(listed) or "those that do list other roles in playable_roles"
         yield ConfigurationFault(f"{key}.requires", shown(role["requires"]), f"no vehicle meets it: {why}")

@@ -164,7 +164,10 @@ def vehicle_data(
 ) -> VehicleData:
     """Static data of a vehicle from its table."""
     sensors = tuple(s for t in table.sensor if isinstance(s := sensor_settings(t, kinds), SensorSettings))
-    fields = table.model_dump(include=set(VehicleData.__dataclass_fields__))
+    fields = {
+        **table.model_dump(include=set(VehicleData.__dataclass_fields__)),
+        "playable_roles": table.playable_roles or (),
+    }
     return VehicleData(**fields, node=table.slot, transmit_j_per_bit=transmit_j_per_bit, sensors=sensors)
 
 

@@ -283,8 +283,8 @@ class VehicleTable(Section):
     energy_j: Positive = Field(description="battery capacity")
     hotel_w: NotNegative = Field(description="power at rest")
     drag_w_per_mps3: NotNegative = Field(description="power of propulsion per cubed speed")
-    playable_roles: tuple[str, ...] = Field(
-        (),
+    playable_roles: tuple[str, ...] | None = Field(
+        None,
         description="roles the vehicle is able to play, those it is meant for first: Role of any group, or Group.Role; "
         "if absent, all whose requirements it meets",
     )

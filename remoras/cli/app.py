@@ -77,6 +77,7 @@ def _report(error: Exception, as_json: bool) -> None:
                 "given": cut(fault.given, LONGEST_VALUE),
                 "allowed": shortened(fault.allowed),
                 "line": fault.line,
+                **({} if fault.file is None else {"file": fault.file}),
             }
             for fault in getattr(error, "faults", ())
             if hasattr(fault, "allowed")

@@ -23,7 +23,7 @@ from remoras.social.formations import Formations
 from remoras.social.reigns import AGREED_BEFORE, Age, Reigns
 from remoras.social.reports import takes_sensors
 from remoras.social.requests import Requests
-from remoras.social.succession import Claim, Headship, role_after
+from remoras.social.succession import Claim, Headship, excluded_by_leading, role_after, yielding_above
 from worldmodel import Change, Observation
 
 MAY_COME = frozenset(
@@ -251,25 +251,16 @@ class Consultation:
         if role is not None and role.played_by is not None:
             of_group, other = role.played_by
             if self._rules.database[vehicle].can_play(of_group, other):
-                above = self._groups[of_group].role(other)
-                is_sole = above is not None and above.maximum == 1
-                members = agreed.organisation.members(of_group, other)
-                holders = [name for name in members if is_sole or name in before]
+                holders = yielding_above(self._groups[of_group], other, before, agreed.organisation)
                 self._hand_over(Request(vehicle, Act.SUCCEED, of_group, other, vehicle), holders, age, agreed)
         for name in before:
             then = role_after(self._rules.database, name, group, agreed.organisation)
             if then is not None and self._is_newest((then.group, then.role, then.vehicle), age):
                 agreed.assign(Request(vehicle, Act.ASSIGN, then.group, then.role, then.vehicle))
-        self._leave_incompatible(vehicle, group.name, asked.role, age, agreed)
-        self._take_back(group.name, vehicle, agreed)
-
-    def _leave_incompatible(self, vehicle: str, group: str, role: str, age: Age, agreed: Agreed) -> None:
-        """Let who leads now leave the roles of its group that are incompatible with leading it."""
-        head = self._groups[group].role(role)
-        for one in agreed.organisation.roles_of(vehicle, group) if head is not None and head.incompatible else ():
-            excluded = head is not None and (one.group, one.role) in head.incompatible
-            if excluded and self._is_newest((one.group, one.role, one.vehicle), age):
+        for one in excluded_by_leading(group, vehicle, agreed.organisation):
+            if self._is_newest((one.group, one.role, one.vehicle), age):
                 agreed.leave(Request(vehicle, Act.RELEASE, one.group, one.role, vehicle))
+        self._take_back(group.name, vehicle, agreed)
 
     def _take_back(self, group: str, head: str, agreed: Agreed) -> None:
         """Where heads alone give out roles, let go of jobs whose giver, as is known now, led no more by then."""

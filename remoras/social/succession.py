@@ -116,3 +116,25 @@ def role_after(database: AUVDatabase, vehicle: str, group: Group, organisation: 
         if is_able and role is not None and not organisation.is_excluded(vehicle, role):
             return RoleAssignment(group.name, name, vehicle)
     return None
+
+
+def yielding_above(group: Group, role: str, heads: Collection[str], organisation: Organisation) -> tuple[str, ...]:
+    """Who leaves a role of the group above for a new head that has to play it: who led before, or its sole holder.
+
+    Args:
+        group: above the one that has a new head; role: of it, by whose holder that is led.
+        heads: that the group below had.
+        organisation: as agreed.
+    """
+    demands = group.role(role)
+    is_sole = demands is not None and demands.maximum == 1
+    return tuple(name for name in organisation.members(group.name, role) if is_sole or name in heads)
+
+
+def excluded_by_leading(group: Group, vehicle: str, organisation: Organisation) -> tuple[RoleAssignment, ...]:
+    """Roles of a group that a vehicle plays and that are incompatible with leading it."""
+    head = group.role(group.head_role or "")
+    if head is None or not head.incompatible:
+        return ()
+    held = organisation.roles_of(vehicle, group.name)
+    return tuple(one for one in held if (one.group, one.role) in head.incompatible)

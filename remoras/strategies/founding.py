@@ -3,19 +3,21 @@
 Founding is one assignment over all founding roles of all groups. Every such role needs as many holders as its minimum
 says, a head one; whenever all can be had at once, all are. Of those able, first come those that name the role before
 their other founding roles among the roles they can play, then those with the most energy. Who has a role in a group
-takes another one of it, or one of another group within the same group, only where it cannot be done otherwise. Then
-those who are left take what has room; groups within one group get them in turns. Who is able to play nothing that has
-room is a reserve. A head needs the social layer; a role may have to be played by the holder of another (a Coordinator
-is the Tactician of the group above). Source: Carlesi, Michel, Jouvencel, Ferber 2011, sections IV and VII.
+takes another one of it, or one of a group on another branch of the same nesting, only where it cannot be done
+otherwise. Then those who are left take what has room; groups within others get them in turns. Who is able to play
+nothing that has room is a reserve. A head needs the social layer; a role may have to be played by the holder of another
+(a Coordinator is the Tactician of the group above). Source: Carlesi, Michel, Jouvencel, Ferber 2011, sections IV, VII.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
+from itertools import combinations
 
 from remoras.database import AUVDatabase, VehicleData
+from remoras.nesting import apart
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.strategies.seats import Seats, place_of
+from remoras.strategies.seats import Seats
 from remoras.work import Work
 
 Founding = tuple[Group, RoleSpecification]
@@ -36,7 +38,7 @@ class _Founders:
     """
 
     def __init__(self, database: AUVDatabase, groups: Sequence[Group]) -> None:
-        self._database, self._groups = database, groups
+        self._database, self._groups, self._apart = database, groups, apart(groups)
         self._founding = list(_in_order([(group, role) for group in groups for role in group.roles if role.founding]))
         names = {name for group, role in self._founding for name in (role.name, group.path(role.name))}
         self._ranks = {data.name: _ranks(data, names) for data in database.values()}
@@ -56,7 +58,7 @@ class _Founders:
         if all(self._is_filled(found, *one) for one in self._founding) and not self._n_doubled(found):
             return found
         able = [[data.name for data in self._eligible[role]] for role in self._keys]
-        best = Seats(self._founding, [_n_needed(role) for _, role in self._founding], able).filled()
+        best = Seats(self._founding, [_n_needed(role) for _, role in self._founding], able, self._apart).filled()
         if best is None:
             return found
         exact = Organisation.of(self._groups, best)
@@ -105,23 +107,16 @@ class _Founders:
         return min(ranks.get(role.name, len(ranks)), ranks.get(group.path(role.name), len(ranks)))
 
     def _is_taken(self, organisation: Organisation, vehicle: str, group: Group) -> bool:
-        """True if it plays a role in the group, or in another one within the same group."""
-        beside = (one for one in self._groups if one is group or one.within == group.within is not None)
-        return any(organisation.is_member(vehicle, one.name) for one in beside)
+        """True if it plays a role in the group, or in one that is apart from it."""
+        return any(organisation.is_member(vehicle, name) for name in (group.name, *self._apart[group.name]))
 
     def _is_filled(self, organisation: Organisation, group: Group, role: RoleSpecification) -> bool:
         return len(organisation.members(group.name, role.name)) >= _n_needed(role)
 
     def _n_doubled(self, organisation: Organisation) -> int:
-        """How many roles vehicles have beside another one in the group, or in a group beside it."""
-        n_doubled = 0
-        for name in self._database:
-            places = [place_of(one) for one in self._groups]
-            of_place = dict.fromkeys(places, 0)
-            for group, place in zip(self._groups, places, strict=True):
-                of_place[place] += len(organisation.roles_of(name, group.name))
-            n_doubled += sum(max(0, n_roles - 1) for n_roles in of_place.values())
-        return n_doubled
+        """How many pairs of roles vehicles hold of one group, or of groups that are apart."""
+        pairs = (pair for name in self._database for pair in combinations(organisation.roles_of(name), 2))
+        return sum(one.group == other.group or other.group in self._apart[one.group] for one, other in pairs)
 
 
 def _n_needed(role: RoleSpecification) -> int:

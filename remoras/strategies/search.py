@@ -72,6 +72,12 @@ class Search:
         self._places_m = [work.job(role).place_m for role in self._roles]
         self._jobs = [work.job(role) for role in self._roles]
         self._able = [sum(1 << r for r, role in enumerate(self._roles) if work.able(data, role)) for data in self._free]
+        paths = {(work.group.name, role.name): r for r, role in enumerate(self._roles)}
+        self._excluding = [
+            1 << r | 1 << paths[other]
+            for r, role in enumerate(self._roles)
+            for other in role.incompatible & paths.keys()
+        ]
         self._alike = _alike(self._free)
         self._first_legs = [self._legs_at(v, Outlook(0.0, one.position_m)) for v, one in enumerate(self._outlooks)]
         self._legs: dict[tuple[int, int, Point], Outlook | None] = {}  # behind the first
@@ -111,6 +117,9 @@ class Search:
         if jobs in known:
             return known[jobs]
         self._n_paths += 1
+        if any(jobs & both == both for both in self._excluding):  # of roles that nobody may play together
+            known[jobs] = math.inf
+            return math.inf
         end_s, start_m = self._outlooks[vehicle]
         left, at_m = jobs, start_m
         while left:

@@ -2,27 +2,22 @@
 
 A mixed integer programme with one variable for each vehicle and role (HiGHS, by SciPy): a role has at least as many
 holders as it needs, and no more than it allows; the holder of a role that has to be played with another holds both;
-incompatible roles have no holder in common. Least is how many roles vehicles hold beside another one of the same group,
-or of a group beside it. Of all ways in which that is least the first counts: role by role, vehicle by vehicle, and no
-more holders than that takes.
+incompatible roles have no holder in common. Least is how often a vehicle holds two roles of one group, or of groups
+that are apart; then, how many holders there are. Of all ways in which these are least the first counts: role by role,
+vehicle by vehicle.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from itertools import groupby
+from collections.abc import Iterator, Mapping, Sequence, Set
+from itertools import combinations
 from typing import Any
 
 from remoras.organisation import Group, RoleAssignment, RoleSpecification
 
 Row = tuple[dict[int, float], float, float]
 """Weights of variables, and the least and the most of their sum."""
-
-
-def place_of(group: Group) -> tuple[bool, str]:
-    """What groups have in common of which a vehicle should be in one alone: that they are within the same group."""
-    return group.within is not None, group.within or group.name
 
 
 class Seats:
@@ -32,46 +27,46 @@ class Seats:
         roles: groups and roles, those that are given first in front.
         needed: how many holders each has at least.
         able: names of those able to hold each, those first who come first.
+        apart: for each group, by name, others that its members should not be in.
     """
 
     def __init__(
-        self, roles: Sequence[tuple[Group, RoleSpecification]], needed: Sequence[int], able: Sequence[Sequence[str]]
+        self,
+        roles: Sequence[tuple[Group, RoleSpecification]],
+        needed: Sequence[int],
+        able: Sequence[Sequence[str]],
+        apart: Mapping[str, Set[str]],
     ) -> None:
-        self._roles, self._needed, self._able = roles, needed, able
+        self._roles, self._needed, self._able, self._apart = roles, needed, able, apart
         pairs = [(r, name) for r, names in enumerate(able) for name in names]
         self._variables = {pair: n for n, pair in enumerate(pairs)}
-        self._doubled = self._places()
+        self._n_variables = len(pairs)
         self._rows = [*self._counts(), *self._couplings(), *self._doublings()]
 
     def filled(self) -> tuple[RoleAssignment, ...] | None:
         """Who holds what; None if not all roles can be filled."""
         fixed: dict[int, int] = {}
-        least = self._least(fixed)
-        if least is None:
+        found = self._solved(fixed)
+        if found is None:
             return None
+        least, values = found
         for r, names in enumerate(self._able):
             left = self._needed[r]
             for name in names:
                 variable = self._variables[r, name]
-                fixed[variable] = 1 if left > 0 else 0
-                if self._least(fixed) != least:
-                    fixed[variable] = 1 - fixed[variable]
+                fixed[variable] = wanted = 1 if left > 0 else 0
+                if values[variable] != wanted:
+                    other = self._solved(fixed)
+                    if other is not None and other[0] == least:
+                        values = other[1]
+                    else:
+                        fixed[variable] = 1 - wanted
                 left -= fixed[variable]
         return tuple(
             RoleAssignment(self._roles[r][0].name, self._roles[r][1].name, name)
             for (r, name), variable in self._variables.items()
             if fixed[variable]
         )
-
-    def _places(self) -> list[list[int]]:
-        """Variables of which a vehicle should have one: its roles in a group, or in groups within the same one."""
-
-        def place(pair: tuple[int, str]) -> tuple[str, bool, str]:
-            return pair[1], *place_of(self._roles[pair[0]][0])
-
-        alike = groupby(sorted(self._variables, key=place), key=place)
-        found = [[self._variables[pair] for pair in pairs] for _, pairs in alike]
-        return [variables for variables in found if len(variables) > 1]
 
     def _counts(self) -> Iterator[Row]:
         for r, names in enumerate(self._able):
@@ -92,27 +87,35 @@ class Seats:
                     yield {variable: 1.0, other: 1.0}, 0.0, 1.0
 
     def _doublings(self) -> Iterator[Row]:
-        """Behind the variables of the pairs stand those of the places: how many roles are held beside another one."""
-        for n, variables in enumerate(self._doubled, len(self._variables)):
-            yield {**dict.fromkeys(variables, 1.0), n: -1.0}, -float(len(variables)), 1.0
+        """Behind the variables of the pairs stand those of what should not be: each is 1 where two are held."""
+        held: dict[str, list[tuple[str, int]]] = {}
+        for (r, name), variable in self._variables.items():
+            held.setdefault(name, []).append((self._roles[r][0].name, variable))
+        for roles in held.values():
+            for (group, one), (other_group, other) in combinations(roles, 2):
+                if group == other_group or other_group in self._apart[group]:
+                    yield {one: 1.0, other: 1.0, self._n_variables: -1.0}, -1.0, 1.0
+                    self._n_variables += 1
 
-    def _least(self, fixed: dict[int, int]) -> int | None:
-        """Least number of roles held beside others, where some variables are fixed; None if nothing fits."""
+    def _solved(self, fixed: Mapping[int, int]) -> tuple[int, list[int]] | None:
+        """What is least, and values of the variables that make it so, where some are fixed; None if nothing fits."""
         import numpy as np  # these take a third of a second to load, and few foundings need them
         from scipy.optimize import Bounds, LinearConstraint, milp
+        from scipy.sparse import csr_array
 
-        n_pairs, n_all = len(self._variables), len(self._variables) + len(self._doubled)
-        if not n_pairs or any(not weights and low > 0.0 for weights, low, _ in self._rows):
-            return None if any(self._needed) else 0
-        matrix = np.zeros((len(self._rows), n_all))
-        for row, (weights, _, _) in enumerate(self._rows):
-            matrix[row, list(weights)] = list(weights.values())
+        n_pairs, n_all = len(self._variables), self._n_variables
+        if any(not weights and low > 0.0 for weights, low, _ in self._rows):
+            return None
+        if not n_pairs:
+            return 0, []
+        at = [(row, variable, weight) for row, (of, _, _) in enumerate(self._rows) for variable, weight in of.items()]
+        rows, columns, weights = zip(*at, strict=True)
+        matrix = csr_array((weights, (rows, columns)), shape=(len(self._rows), n_all))
         lows, highs = np.zeros(n_all), np.ones(n_all)
-        highs[n_pairs:] = np.inf
         for variable, value in fixed.items():
             lows[variable] = highs[variable] = value
-        costs = np.zeros(n_all)
-        costs[n_pairs:] = 1.0
+        costs = np.ones(n_all)
+        costs[n_pairs:] = 1.0 + n_pairs  # one doubling less is worth any holders
         limits: Any = LinearConstraint(matrix, [low for _, low, _ in self._rows], [high for _, _, high in self._rows])
         found = milp(costs, constraints=limits, bounds=Bounds(lows, highs), integrality=np.ones(n_all))
-        return round(found.fun) if found.success else None
+        return (round(found.fun), [round(value) for value in found.x[:n_pairs]]) if found.success else None

@@ -427,7 +427,7 @@ def test_no_key_is_explained_by_a_type_of_python():
     ("key", "kind"),
     [
         ("world.x_m", "list of 2 numbers"),
-        ("vehicle.playable_roles", "list of texts, default []"),
+        ("vehicle.playable_roles", "list of texts, may be left out"),
         ("vehicle.sensor", "list of tables, default []"),
         ("vehicle.vehicle_type", 'one of "AUV", "ASV"'),
         ("vehicle.social_layer", "true or false, default true"),

@@ -235,3 +235,43 @@ def test_a_ruling_says_in_a_word_what_happened() -> None:
         Ruling(TAKE, Outcome.NO_ROOM).event,
     }
     assert words == {"assigned", "left", "given", "refused"}
+
+
+# What the specification says of roles --------------------------------------------------------------
+
+
+def linked(**changes: dict[str, object]) -> Organisation:
+    """The organisation in which roles of the Team have other demands."""
+    roles = tuple(replace(role, **changes.get(role.name, {})) for role in TEAM.roles)  # type: ignore[arg-type]
+    return Organisation.of([HQ, replace(TEAM, roles=roles)], ORGANISATION.assignments)
+
+
+def test_a_role_has_authority_over_those_that_it_names_and_no_others() -> None:
+    """AUV02 and AUV04 are Performers; AUV04 has no social layer."""
+    organisation = linked(Performer={"authority": ("Scribe",)})
+    for act in (Act.ASSIGN, Act.RELEASE, Act.OBJECTIVE):
+        asked = ask("AUV02", act, "Scribe", "" if act is Act.OBJECTIVE else "AUV04")
+        assert may_assign(asked, ORGANISATION, RULES) is Outcome.NO_AUTHORITY
+        assert may_assign(asked, organisation, RULES) is Outcome.SUCCESS
+    assert may_assign(ask("AUV02", Act.ASSIGN, "Digger", "AUV03"), organisation, RULES) is Outcome.NO_AUTHORITY
+    assert may_assign(ask("AUV04", Act.ASSIGN, "Scribe", "AUV02"), organisation, RULES) is Outcome.NO_SOCIAL_LAYER
+    assert may_assign(ask("AUV05", Act.ASSIGN, "Scribe", "AUV02"), organisation, RULES) is Outcome.OUTSIDE
+
+
+def test_nobody_is_given_a_role_that_excludes_one_that_it_plays() -> None:
+    apart = frozenset({("Team", "Performer")})
+    organisation = linked(Digger={"incompatible": apart})
+    asked = ask("AUV01", Act.ASSIGN, "Digger", "AUV03")
+    assert may_assign(asked, ORGANISATION, RULES) is Outcome.SUCCESS
+    assert may_assign(asked, organisation, RULES) is Outcome.EXCLUDED
+    assert may_assign(ask("AUV01", Act.ASSIGN, "Digger", "AUV01"), organisation, RULES) is Outcome.SUCCESS
+
+
+def test_a_role_of_another_group_is_another_role() -> None:
+    """AUV05 is able to play the Scribe of the Archive alone, AUV02 every Scribe."""
+    archive = Group("Archive", (RoleSpecification("Scribe"),))
+    fleet = database(auv("AUV02", playable_roles=("Scribe",)), auv("AUV05", playable_roles=("Archive.Scribe",)))
+    assert [data.name for data in fleet.able_to_play("Team", "Scribe")] == ["AUV02"]
+    assert [data.name for data in fleet.able_to_play("Archive", "Scribe")] == ["AUV02", "AUV05"]
+    assert Rules(fleet).is_able("AUV05", "Archive", archive.roles[0])
+    assert not Rules(fleet).is_able("AUV05", "Team", archive.roles[0])

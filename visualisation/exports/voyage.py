@@ -164,10 +164,10 @@ class Voyage:
     def states(self) -> list[State]:
         """What drives the vehicles, from 0 s on and at every change, in time order."""
         rows: list[dict[str, Any]] = self._rows("roles")
-        driving: dict[str, list[str]] = {name: [] for name in self.vehicles}
+        driving: dict[str, list[tuple[str, str]]] = {name: [] for name in self.vehicles}
         found = {(0.0, name): State(0.0, name, ()) for name in self.vehicles} if rows else {}
         for row in rows:
-            time_s, vehicle, role = float(row["time_s"]), row["vehicle"], row["role"]
+            time_s, vehicle, role = float(row["time_s"]), row["vehicle"], (row["role"], row["group"])
             own = driving.setdefault(vehicle, [])
             if row["event"] == "active" and role not in own:
                 own.append(role)
@@ -175,7 +175,7 @@ class Voyage:
                 own.remove(role)
             else:
                 continue
-            found[time_s, vehicle] = State(time_s, vehicle, tuple(sorted(own)))
+            found[time_s, vehicle] = State(time_s, vehicle, tuple(dict.fromkeys(name for name, _ in sorted(own))))
         for vehicle, spells in outages(self.results).items():
             for start_s, end_s in spells:
                 before = [one for one in found.values() if one.vehicle == vehicle and one.time_s <= end_s]

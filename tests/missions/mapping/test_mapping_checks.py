@@ -43,6 +43,16 @@ def test_an_area_needs_a_name_of_its_own(name: str) -> None:
     assert fault.allowed == "used 2 times; areas need names of their own"
 
 
+@pytest.mark.parametrize(("depth_m", "is_allowed"), [(30.0, True), (31.0, False)])
+def test_an_area_is_no_deeper_than_some_vehicle_with_a_sensor_stands(depth_m: float, is_allowed: bool) -> None:
+    raw = pond()
+    raw["area"][0]["depth_m"] = depth_m
+    found = {fault.key: fault.allowed for fault in faults(raw)}
+    assert ("area.north bank.depth_m" not in found) == is_allowed
+    if not is_allowed:
+        assert found["area.north bank.depth_m"].endswith("allowed: above 0 to depth_limit_m = 30")
+
+
 def test_an_area_is_not_called_as_a_mission() -> None:
     (fault,) = faults(with_areas({"name": "AreaMapping", "corners_m": SQUARE}))
     assert (fault.key, fault.allowed) == ("area.AreaMapping.name", "is the name of a mission")

@@ -1,6 +1,7 @@
 """The survey of an area as a job: what it takes, and from where to where."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -31,6 +32,15 @@ def test_who_has_no_sensor_is_not_able() -> None:
     assert SQUARE.is_able(AUV)
     assert not SQUARE.is_able(WITHOUT_SENSOR)
     assert SQUARE.after(Outlook(0.0, (0.0, 0.0)), WITHOUT_SENSOR) is None
+
+
+def test_who_does_not_stand_the_depth_is_not_able() -> None:
+    """The vehicle stands 100 m."""
+    deep, too_deep = replace(SQUARE, depth_m=100.0), replace(SQUARE, depth_m=100.5)
+    assert deep.is_able(AUV)
+    assert deep.after(Outlook(0.0, (0.0, 0.0)), AUV) == SQUARE.after(Outlook(0.0, (0.0, 0.0)), AUV)
+    assert not too_deep.is_able(AUV)
+    assert too_deep.after(Outlook(0.0, (0.0, 0.0)), AUV) is None
 
 
 def test_what_says_that_it_is_done_and_where_it_is() -> None:

@@ -5,14 +5,22 @@ from typing import Any
 
 import pytest
 
-from missions.runs.organisation_metrics import holder_conflict_fraction, n_refused_acts, view_divergence
+from missions.runs.organisation_metrics import (
+    holder_conflict_fraction,
+    malformed_s,
+    missed,
+    n_refused_acts,
+    view_divergence,
+)
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
 from missions.scenarios import load
 from remoras.organisation import Group, Organisation, RoleSpecification
 from remoras.recorder import Recorder
 
-TEAM = Group("Team", (RoleSpecification("Head", 1, 1, head=True), RoleSpecification("Digger", 0, 1, job="pit")))
+TEAM = Group(
+    "Team", (RoleSpecification("Head", 1, 1, head=True, founding=True), RoleSpecification("Digger", 0, 1, job="pit"))
+)
 NAMES = ("A", "B", "C")
 Change = tuple[float, str, str, str, str]
 """Time, viewer, peer, role and event."""
@@ -102,3 +110,21 @@ def test_views_agree_where_nothing_is_lost(strategy: str) -> None:
     assert divergence is not None
     assert divergence < 0.02
     assert n_refused_acts(run) == 0
+
+
+def test_the_organisation_is_malformed_while_a_role_has_too_few_or_too_many() -> None:
+    """Nobody leads before 10 s and after A is lost at 60 s; B and C both dig from 30 s to 45 s."""
+    led: Change = (10.0, "A", "A", "Head", "assigned")
+    both: list[Change] = [DIGS, (30.0, "C", "C", "Digger", "assigned"), (45.0, "B", "B", "Digger", "left")]
+    believed: Change = (0.0, "B", "A", "Head", "assigned")  # it does not make A the head
+    run = finished(believed, led, *both, faults=[(60.0, "A", "lost", "")])
+    assert malformed_s(run) == 10.0 + 15.0 + 40.0
+    assert missed(run) == {"group.Team.role.Head.minimum": 50.0, "group.Team.role.Digger.maximum": 15.0}
+
+
+def test_a_team_that_loses_its_head_is_malformed_until_another_leads() -> None:
+    lost = [("--set", 'fault=[{kind="lost",vehicle="AUV00",at_s=300.0}]'), ("--set", "scenario.duration_s=1500")]
+    run = run_scenario(load("mapping-rendezvous", lost), seed=1)
+    assert 0.0 < missed(run)["group.Operational.role.Coordinator.minimum"] < 900.0
+    assert malformed_s(run) >= missed(run)["group.Operational.role.Coordinator.minimum"]
+    assert malformed_s(run_scenario(load("mapping-rendezvous", lost[1:]), seed=1)) == 0.0

@@ -1,0 +1,65 @@
+"""Well-formedness: each demand of a specification that does not hold is one value, and nothing else is."""
+
+from dataclasses import replace
+
+import pytest
+
+from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification, Subgroups
+from remoras.wellformed import Defect, Malformed, faults_of
+
+FLEET = Group("Fleet", (RoleSpecification("Tactician", 1, 2, founding=True),), subgroups=(Subgroups("Team", 1, 1),))
+TEAM = Group(
+    "Team",
+    (
+        RoleSpecification("Head", 1, 1, head=True, founding=True, played_by=("Fleet", "Tactician")),
+        RoleSpecification("Hand", 2, 3, founding=True, incompatible=frozenset({("Team", "Head")})),
+        RoleSpecification("Digger", 1, 1, job="pit"),
+    ),
+    within="Fleet",
+    templates=("Team",),
+)
+WELL = {
+    ("Fleet", "Tactician", "A"), ("Team", "Head", "A"), ("Team", "Hand", "B"), ("Team", "Hand", "C"),
+}  # fmt: skip
+
+
+def organised(*more: tuple[str, str, str], less: tuple[tuple[str, str, str], ...] = ()) -> Organisation:
+    held = sorted({*WELL, *more}.difference(less))
+    return Organisation.of([FLEET, TEAM], [RoleAssignment(*one) for one in held])
+
+
+def test_a_role_that_is_allocated_during_the_mission_may_be_vacant() -> None:
+    assert faults_of(organised()) == ()
+
+
+@pytest.mark.parametrize(
+    ("organisation", "fault"),
+    [
+        (
+            organised(less=(("Team", "Hand", "C"),)),
+            Malformed(Defect.TOO_FEW, "Team", "Hand", "B", "2 or more"),
+        ),
+        (
+            organised(("Team", "Digger", "B"), ("Team", "Digger", "C")),
+            Malformed(Defect.TOO_MANY, "Team", "Digger", "B, C", "1 at the most"),
+        ),
+        (
+            organised(("Fleet", "Tactician", "B"), less=(("Fleet", "Tactician", "A"),)),
+            Malformed(Defect.PLAYED_BY, "Team", "Head", "A", "holders of Fleet.Tactician"),
+        ),
+        (
+            organised(("Team", "Hand", "A")),
+            Malformed(Defect.INCOMPATIBLE, "Team", "Hand", "A", "who plays none of Team.Head"),
+        ),
+    ],
+)
+def test_what_does_not_hold_is_named_with_who_and_what_is_allowed(organisation: Organisation, fault: Malformed) -> None:
+    assert faults_of(organisation) == (fault,)
+    assert fault.key == f"group.{fault.group}.role.{fault.role}.{fault.defect.value}"
+
+
+def test_a_group_has_as_many_subgroups_as_it_says() -> None:
+    other = replace(TEAM, name="Other")
+    (fault,) = faults_of(Organisation.of([FLEET, TEAM, other], [RoleAssignment(*one) for one in sorted(WELL)]))[:1]
+    assert fault == Malformed(Defect.SUBGROUPS, "Fleet", "", "Team, Other", "1 to 1 of Team")
+    assert fault.key == "group.Fleet.subgroup"

@@ -1,0 +1,69 @@
+"""Roles that exclude each other: no vehicle plays both, whoever gives them out, and the mission is done."""
+
+from __future__ import annotations
+
+from itertools import groupby
+
+import pytest
+
+from missions.runs.run import Run, run
+from missions.scenarios import load
+
+JOBS = ("LeftWinger", "Midfield", "RightWinger")
+HEAD_WORKS_NOT = 'group.Operational.role.Coordinator.incompatible=["LeftWinger","Midfield","RightWinger"]'
+
+
+def made(*settings: str, strategy: str = "remoras", scenario: str = "mapping-rendezvous") -> Run:
+    overrides = [("--set", one) for one in settings]
+    return run(load(scenario, [("--strategy", f"strategy.name={strategy}"), *overrides]), seed=1)
+
+
+def played_together(finished: Run, one: str, *others: str) -> set[str]:
+    """Vehicles that at any time took themselves to play the one role and another of these."""
+    held: dict[str, set[str]] = {}
+    found = set()
+    for _, rows in groupby(finished.recorder.roles, key=lambda row: row[0]):  # what is agreed counts at one time
+        for _, vehicle, _, role, event in rows:
+            own = held.setdefault(vehicle, set())
+            if event == "assigned":
+                own.add(role)
+            elif event == "left":
+                own.discard(role)
+        found |= {vehicle for vehicle, own in held.items() if one in own and own.intersection(others)}
+    return found
+
+
+@pytest.mark.parametrize("strategy", ["remoras", "central", "contract-net", "cbba", "fixed-partition"])
+def test_the_head_does_no_job_that_excludes_leading(strategy: str) -> None:
+    """Two vehicles have to map three areas; without the key the Coordinator maps one of them."""
+    finished = made(HEAD_WORKS_NOT, strategy=strategy)
+    assert finished.completed, finished.reason
+    assert played_together(finished, "Coordinator", *JOBS) == set()
+
+
+def test_without_the_key_it_does() -> None:
+    assert played_together(made("scenario.duration_s=60"), "Coordinator", *JOBS) == {"AUV00"}
+
+
+@pytest.mark.parametrize("strategy", ["remoras", "central", "remoras-planned"])
+def test_two_jobs_that_exclude_each_other_go_to_two_vehicles(strategy: str) -> None:
+    """Thirteen jobs for three vehicles: without the key one vehicle holds several of them."""
+    key = 'group.Operational.role.Middle1.incompatible=["Middle2","Middle3","Left1"]'
+    finished = made(key, strategy=strategy, scenario="mapping-patches")
+    assert finished.completed, finished.reason
+    assert played_together(finished, "Middle1", "Middle2", "Middle3", "Left1") == set()
+    assert not [row for row in finished.recorder.organisation if row[5] == "refused"]
+
+
+def test_who_succeeds_leaves_what_excludes_leading() -> None:
+    """The first Performer becomes the Coordinator and is a Performer no longer."""
+    lost = 'fault=[{kind="lost",vehicle="AUV00",at_s=400.0}]'
+    apart = 'group.Operational.role.Coordinator.incompatible=["Performer"]'
+    finished = made(lost, apart, "scenario.duration_s=2000")
+    leads = [row[1] for row in finished.recorder.roles if row[3:] == ("Coordinator", "assigned") and row[0] > 400.0]
+    assert len(leads) == 1
+    left = [row[1] for row in finished.recorder.roles if row[3:] == ("Performer", "left")]
+    assert left == leads
+    assert played_together(finished, "Coordinator", "Performer") == set()
+    without = made(lost, "scenario.duration_s=2000")
+    assert [row for row in without.recorder.roles if row[3:] == ("Performer", "left")] == []
