@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from missions.scenarios.scenario import BY_GROUPS, HELD, Scenario
 from remoras.database import AUVDatabase
 from remoras.mission import Mission
-from remoras.organisation import Organisation
+from remoras.organisation import Group
 from remoras.plugins import answer
 from remoras.social.agreement import Agreement
 from remoras.social.formations import FORMATION_ATTRIBUTES
@@ -60,24 +60,25 @@ def subjects_of(
     """  # fmt: skip
     if scenario.communication.needs_follow != BY_GROUPS:
         return None
-    groups = agreement.organisation.groups
+    groups = agreement.groups
     uid = {one.name: one.uid for one in instances}
-    paths = {group.path(role.name): (group.name, role.name) for group in groups.values() for role in group.roles}
-    own = {name: _of_job(name, mission, scenario, agreement.organisation) for _, name in mission.instances}
+    paths = {group.path(role.name): (group.name, role.name) for group in groups for role in group.roles}
+    own = {name: _of_job(name, mission, groups) for _, name in mission.instances}
     return Subjects(
         database.names,
-        {uid[name]: name for name in groups},
+        {uid[group.name]: group.name for group in groups},
         {uid[path]: role for path, role in paths.items()},
         {uid[name]: found for name, found in own.items() if found},
         frozenset((uid[job.done[1]], tbox.attribute_named(job.done[0]).uid) for job in mission.jobs.values()),
         [(superior, name) for superior, inferiors in agreement.meets_after.items() for name in inferiors],
         frozenset(group.name for group in scenario.group if group.information == HELD),
+        agreement.at_sea,
     )
 
 
-def _of_job(name: str, mission: Mission, scenario: Scenario, organisation: Organisation) -> Collection[Path]:
+def _of_job(name: str, mission: Mission, groups: Sequence[Group]) -> Collection[Path]:
     """Roles whose job an instance is about, or the groups that the mission names for it."""
-    names = [group.name for group in scenario.group]
+    names = [group.name for group in groups]
 
     def is_expected(found: object) -> bool:
         return found is None or (isinstance(found, Collection) and set(found) <= set(names))
@@ -89,6 +90,4 @@ def _of_job(name: str, mission: Mission, scenario: Scenario, organisation: Organ
     if found is not None:
         return [(group, "") for group in found]
     jobs = {job.name for job in mission.jobs.values() if name in (job.name, job.done[1])}
-    return [
-        (group.name, role.name) for group in organisation.groups.values() for role in group.roles if role.job in jobs
-    ]
+    return [(group.name, role.name) for group in groups for role in group.roles if role.job in jobs]

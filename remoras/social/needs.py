@@ -19,7 +19,8 @@ a vehicle                   the members of all its groups; everybody if it is in
 anything else               everybody
 ==========================  =========================================================================================
 
-A group that is not there, since it is formed at sea or has been dissolved, concerns everybody.
+What concerns a group that is formed at sea concerns the members of the group whose head forms it, too, since any of
+them may come into it: before it is formed, while it is there, and when it is dissolved.
 
 A vehicle answers by the organisation in its own view, and it hears of changes in groups of its own alone. So it may err
 on others: then it says something to vehicles that have left, or leaves out such as have joined, until it hears of it.
@@ -28,9 +29,9 @@ on others: then it says something to vehicles that have left, or leaves out such
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from remoras.organisation import Organisation
+from remoras.organisation import Group, Organisation
 from remoras.social.negotiation import ROLE_ATTRIBUTES
 from remoras.social.succession import HEAD_TERM, HEADED_BY
 from worldmodel import NOBODY, PropertyValue, TBox, Wanted
@@ -50,6 +51,7 @@ class Subjects:
         done: (subject, attribute) of the facts that say that a job is done.
         supervised: a group and one that it supervises, directly or through others, by names.
         held: groups of which the head holds what is known of their jobs.
+        at_sea: groups that are formed at sea, by name.
     """
 
     names: Sequence[str]
@@ -59,6 +61,7 @@ class Subjects:
     done: Collection[tuple[int, int]] = frozenset()
     supervised: Collection[Path] = ()
     held: Collection[str] = frozenset()
+    at_sea: Mapping[str, Group] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -101,7 +104,7 @@ class GroupNeeds:
         self._says_who_plays = {tbox.attribute_named(name).uid for name in ROLE_ATTRIBUTES}
         role = tbox.class_named("Role").uid
         self._names_role = {a.uid for a in tbox.attributes if a.range_class == role}
-        self._ever: dict[str, int] = {}  # who is or was a member of each group
+        self._ever: dict[str, int] = {}  # those whom each group concerns or has concerned
         self._organisation = organisation
         self._now = self._words(organisation)
 
@@ -119,9 +122,12 @@ class GroupNeeds:
         def word(vehicles: Collection[str]) -> int:
             return sum(nodes[name] for name in vehicles)
 
-        groups = view.groups
+        groups = {**self._subjects.at_sea, **view.groups}
         members = {name: word(view.members(name)) for name in groups}
         heads = {name: word(view.heads(name)) for name in groups}
+        for name, group in self._subjects.at_sea.items():
+            members[name] |= members.get(group.formed_by or "", 0)
+            heads[name] |= heads.get(group.formed_by or "", 0)
         for name, now in members.items():
             self._ever[name] = self._ever.get(name, 0) | now
         above, told = dict.fromkeys(groups, 0), dict(members)
@@ -173,7 +179,7 @@ class GroupNeeds:
             return self._now.members.get(group, self._everybody)
         nodes = self._ever.get(group, self._everybody) | 1 << fact.subject
         nodes |= self._now.above.get(group, 0) | self._now.tied.get(role, 0)
-        of_group = self._organisation.groups.get(group)
+        of_group = self._organisation.groups.get(group) or self._subjects.at_sea.get(group)
         return nodes | (self._now.told_who_leads[group] if of_group and of_group.head_role == name else 0)
 
     def _of_job(self, roles: Collection[Path], is_done: bool) -> int:
