@@ -18,6 +18,7 @@ Wanted = tuple[int, int]
 """(bit mask of the peers that need a fact, highest priority among them)."""
 
 NOBODY: Wanted = (0, 0)
+"""Nobody needs a fact."""
 
 
 class Needs(Protocol):
