@@ -1,7 +1,8 @@
 """TDMA exchange of world knowledge between vehicles, over acoustic links that lose packets.
 
-The kernels stand here: `ack` (who holds what), `policies`, `selection`, `packets`, `codec`, `blocks`, `ledger`, `interests`,
-`schedule`, and `manager`, which a vehicle runs. `exchange.acoustics` has the sea; `exchange.study` compares policies.
+The kernels stand here: `ack` (who holds what), `policies`, `selection`, `packets`, `codec`, `blocks`, `ledger`,
+`interests` (who needs what), `schedule`, and `manager`, which a vehicle runs. `exchange.acoustics` has the sea;
+`exchange.study` compares policies.
 
 The names below are promised to stay. Each is loaded when it is first used; none of them needs Numba or NumPy.
 """
