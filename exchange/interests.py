@@ -14,7 +14,6 @@ from bisect import insort
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from exchange import ack
 from exchange.ack import Words
 from exchange.codec import Codec
 from exchange.ledger import Entry, Ledger
@@ -89,14 +88,17 @@ class Interests:
         if self._judge(column):
             self._send(column)
 
-    def settle(self, state: ack.AckState) -> tuple[ItemUid, ...]:
-        """Close the open items that all who need them are believed to hold."""
+    def settle(self, done: int, believes: Words) -> tuple[ItemUid, ...]:
+        """Close the open items among those ``done``, which all who need them are believed to hold.
+
+        Args:
+            believes: item set that each node is believed to hold.
+        """
         ledger = self._ledger
-        done = ack.settled(state, len(ledger.unneeded), ledger.unneeded, 0)
         settled = tuple(ledger.uid(column) for column in self.open if done >> column & 1)
         if settled:
             self.open = [column for column in self.open if not done >> column & 1]
-        ledger.note_heard(self.open, state.believes)
+        ledger.note_heard(self.open, believes)
         return settled
 
     def renew(self, believes: Words) -> Renewal:

@@ -256,7 +256,10 @@ class ExchangeManager:
             if peer != self._me and (gained := state.believes[peer] & ~before[peer])
             for uid in self._ledger.uids(gained)
         )
-        settled = self._interests.settle(state) if beliefs else ()
+        settled: tuple[ItemUid, ...] = ()
+        if beliefs:
+            done = ack.settled(state, self._n_nodes, self._ledger.unneeded, 0)
+            settled = self._interests.settle(done, state.believes)
         new, unneeded = tuple(new_items), tuple(aside)
         return Reception(slot, packet.sender, tuple(blocks), packet.signals, new, beliefs, settled, unneeded)
 

@@ -86,7 +86,7 @@ class Request:
             return self.group, self.role, f"objective {self.objective}"
         if self.act in (Act.CREATE, Act.DISSOLVE):
             return self.group, "formation"
-        return (self.group, self.role, self.assignee) if self.role else (self.group, "mission")
+        return (self.group, self.role, self.assignee) if self.role else (self.group, "mission", self.argument)
 
     def __str__(self) -> str:
         words = {

@@ -214,7 +214,7 @@ class SocialPart(Protocol):
         * ``("allocated", group)``: the strategy has allocated the roles, and nobody has left since;
         * ``("objective", "Group.Role.Objective")``: its argument, once it counts;
         * ``("formed", group)``: the group is there; ``("formation", group)``: how often it has been formed at sea;
-        * ``("hasMission", group)``: its mission; ``("data", vehicle)``: static data of a vehicle.
+        * ``("given", "Group.Mission")``: it has it; ``("hasMission", group)``: the newest; ``("data", vehicle)``: data.
 
         A step ``AssignObjective`` runs until its effects hold. If its role falls vacant meanwhile, it has failed.
         """

@@ -106,7 +106,7 @@ def operators(
         Operator(DISSOLVE_GROUP, exists, lambda facts, group: {("formed", group): False}),
     )
     return [
-        Operator(GIVE_MISSION, exists, lambda facts, group, mission: {("hasMission", group): mission}),
+        Operator(GIVE_MISSION, exists, lambda facts, group, mission: {("given", f"{group}.{mission}"): True}),
         Operator(ALLOCATE_ROLES, exists, lambda facts, group, *lost: {("allocated", group): True}),
         Operator(ASSIGN_OBJECTIVE, has_role, assigned, expected=expected),
         *(forming if any(group.formed_by is not None for group in groups.values()) else ()),

@@ -23,6 +23,7 @@ from remoras.organisation import Group, Organisation, RoleAssignment
 from remoras.recorder import ADDED, ITEMS, KNOWLEDGE, MEMBERSHIP, ORGANISATION, PACKETS
 from remoras.social.agreement import Agreement
 from remoras.social.membership import acted_on
+from remoras.social.planning import missions_of
 from worldmodel import Block, PropertyValue, UnknownNameError, ValueKind, WorldModel, merge, suggestion
 from worldmodel.facts import Guid
 from worldmodel.snapshot import from_text
@@ -69,7 +70,7 @@ class Known:
     present: Organisation
     absent: frozenset[str]
     objectives: frozenset[Objective]
-    missions: Mapping[str, str]
+    missions: Mapping[str, tuple[str, ...]]
 
     def __repr__(self) -> str:
         return f"<Known to {self.vehicle} at {self.at_s:g} s>"
@@ -153,8 +154,11 @@ class Memory:
             if row["event"] in ("assigned", "left")
         )
         groups, given = _formed(setup.agreement, changes)
-        missions = {group.name: group.mission for group in groups.values() if group.mission}
-        missions |= {row["group"]: row["argument"] for row in given if not row["role"]}
+        said: dict[str, list[str]] = {}
+        for row in given:
+            if not row["role"]:
+                said.setdefault(row["group"], []).append(row["argument"])
+        missions = missions_of(groups.values(), said)
         organisation = Organisation(groups, played)
         absent = _left_over((row["peer"], row["event"] == "absent") for row in past[MEMBERSHIP])
         is_cut_off = absent == set(setup.database) - {vehicle}

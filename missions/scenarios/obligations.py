@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pydantic import Field
 
 from missions.errors import ConfigurationFault
-from missions.scenarios.tables import Positive, Raw, Section, entries, names_of, one_of, table_of
+from missions.scenarios.tables import Positive, Raw, Section, entries, names_of, one_of
 from remoras.mission import Mission
 from remoras.obligations import Obligation
 from worldmodel import OntologyError, core_ontology_paths, read_tbox
@@ -38,22 +38,17 @@ def obligations_of(scenario: Scenario) -> tuple[Obligation, ...]:
 
 
 def obligation_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Obligations of roles that the group has not, for objectives that there are not, or after the end of the run."""
+    """Obligations of roles that the group has not, for objectives that there are not, or said twice."""
     groups = [group for group in entries(raw, "group") if entries(group, "obligation")]
     if not groups:
         return
     known = _objectives(mission)
-    duration_s = table_of(raw, "scenario").get("duration_s")
     for group in groups:
         said: dict[tuple[str, str], int] = {}
         for number, one in enumerate(entries(group, "obligation"), 1):
             key = f"group.{group.get('name')}.obligation.{number}"
             yield from one_of(f"{key}.role", one.get("role"), names_of(group, "role"))
             yield from one_of(f"{key}.objective", one.get("objective"), known)
-            deadline_s = one.get("deadline_s")
-            if isinstance(deadline_s, int | float) and isinstance(duration_s, int | float) and deadline_s > duration_s:
-                allowed = f"up to scenario.duration_s = {duration_s:g}: nobody would be there to judge it"
-                yield ConfigurationFault(f"{key}.deadline_s", str(deadline_s), allowed)
             about = str(one.get("role")), str(one.get("objective"))
             if said.setdefault(about, number) != number:
                 allowed = f"{about[0]} has an obligation for {about[1]} already, number {said[about]}: leave one out"

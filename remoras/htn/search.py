@@ -44,9 +44,9 @@ Way = tuple[str | None, tuple[Task, ...]]
 """How a task is decomposed: the name of a method, and the subtasks that it gave."""
 _Open = tuple[int, int, Any]
 """A task that was entered: its place, the length of the trail, and an earlier one of the same name and arguments."""
-CHOICE = 7
-"""Entries of a choice, another way after a dead end: agenda, next method, other decompositions of the last one; lengths
-of nodes, trail and entered tasks, and the cost, as they were."""
+_Choice = tuple[Agenda, int, Iterator[Decomposition], int, int, int, float]
+"""Another way after a dead end: agenda, next method, other decompositions of the last one; lengths of nodes, trail and
+entered tasks, and the cost, as they were."""
 
 
 @dataclass
@@ -90,14 +90,14 @@ class _Search:
         self._known = known
         self._depth_limit = depth_limit
         self._without = without
-        # Nodes, entered tasks and choices lie flat: the fewer objects, the less Python's collector goes through.
+        # Nodes and entered tasks lie flat: the fewer objects, the less Python's collector goes through.
         self._tasks: list[Task] = []
         self._taken: list[str | None] = []
         self._parents: list[int] = []
         self._open: dict[Task, _Open] = {}
         self._open_in: dict[tuple[Task, int], int] = {}
         self._entered: list[Any] = []
-        self._choices: list[Any] = []
+        self._choices: list[_Choice] = []
         self._cost = 0.0
         self._agenda = _agenda(tasks, ROOT, 0, None)
 
@@ -173,14 +173,16 @@ class _Search:
             return self._decompose(agenda, 0, NO_OTHERS)
         while above is not None and not self._is_above(above[0], parent):
             above = above[2]  # it is done
-        if above is not None and (loop := self._loop(task, parent, place, above)) is not None:
-            return self._give_up(loop, parent, task)
+        if above is not None:
+            loop = above[0] if above[1] == n_trail else self._loop(task, parent, place, above)
+            if loop is not None:
+                return self._give_up(loop, parent, task)
         self._entered += (entered, task, before)
         entered[task] = (place, n_trail, above)
         return self._decompose(agenda, 0, NO_OTHERS)
 
     def _loop(self, task: Task, parent: int, place: int, above: _Open) -> int | None:
-        """Where the same task was entered in the same state; asked only if it is among the ancestors."""
+        """Where the same task was entered in the same state; asked if it is an ancestor and something has changed."""
         if above[2] is None:
             self._note((task, self._facts.word(above[1])), above[0])
         key = task, self._facts.word(len(self._facts.trail))
@@ -238,9 +240,8 @@ class _Search:
                 break
         place = len(self._tasks)
         if others is not NO_OTHERS or next_method < len(methods):
-            self._choices += (
-                agenda, next_method, others, place, len(facts.trail), len(self._entered), self._cost,
-            )  # fmt: skip
+            n_trail, n_entered = len(facts.trail), len(self._entered)
+            self._choices.append((agenda, next_method, others, place, n_trail, n_entered, self._cost))
         self._tasks.append(task)
         self._taken.append(method.name)
         self._parents.append(parent)
@@ -266,8 +267,8 @@ class _Search:
         """Go on with the last choice that has another way; DEAD_END if there is none."""
         choices, entered = self._choices, self._entered
         while choices:
-            agenda, next_method, others, n_nodes, n_trail, n_entered, self._cost = choices[-CHOICE:]
-            del choices[-CHOICE:], self._tasks[n_nodes:], self._taken[n_nodes:], self._parents[n_nodes:]
+            agenda, next_method, others, n_nodes, n_trail, n_entered, self._cost = choices.pop()
+            del self._tasks[n_nodes:], self._taken[n_nodes:], self._parents[n_nodes:]
             self._facts.undo(n_trail)
             while len(entered) > n_entered:
                 where, key, before = entered[-3:]
@@ -284,7 +285,7 @@ class _Search:
     def _is_new(self, agenda: Agenda | None) -> bool:
         """True unless the search came to this agenda in this state before, at no higher cost."""
         # It comes here again only by a choice below the task of which this is the rest: that one finds it noted.
-        if agenda is None or (agenda[4] is None and not (self._choices and self._choices[-4] > agenda[1])):
+        if agenda is None or (agenda[4] is None and not (self._choices and self._choices[-1][3] > agenda[1])):
             return True
         cost = self._cost if self._known.is_cheapest else 0.0
         word = self._facts.word(len(self._facts.trail))

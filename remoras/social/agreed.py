@@ -27,7 +27,7 @@ class Agreed:
             take none for which they need their sensors.
         assigned, left: roles that vehicles took and left, in the order in which they did.
         formed, dissolved: names of groups, in the order in which they were.
-        objectives: given to roles; missions: names of groups that were given one.
+        objectives: given to roles; missions: groups that were given one, and which.
         rulings: what became of every request, changes and refusals, in order.
         unlawful: statements that their issuers had no right to make.
     """
@@ -41,7 +41,7 @@ class Agreed:
     formed: list[str] = field(default_factory=list)
     dissolved: list[str] = field(default_factory=list)
     objectives: list[Objective] = field(default_factory=list)
-    missions: list[str] = field(default_factory=list)
+    missions: list[tuple[str, str]] = field(default_factory=list)
     rulings: list[Ruling] = field(default_factory=list)
     unlawful: set[Place] = field(default_factory=set)
 
@@ -58,7 +58,9 @@ class Agreed:
     @property
     def keys(self) -> set[Key]:
         """Facts that have changed with missions and formations."""
-        return {("hasMission", group) for group in self.missions} | {("formed", group) for group in self.renewed}
+        has = {("hasMission", group) for group, _ in self.missions}
+        has |= {("given", f"{group}.{mission}") for group, mission in self.missions}
+        return has | {("formed", group) for group in self.renewed}
 
     def objectives_after(
         self, before: Mapping[tuple[str, str, str], Objective], founding: Collection[Objective]
@@ -115,7 +117,7 @@ class Agreed:
     def give(self, asked: Request) -> None:
         """Let a role have an objective, or a group a mission."""
         if asked.act is Act.MISSION:
-            self.missions.append(asked.group)
+            self.missions.append((asked.group, asked.argument))
         else:
             self.objectives.append(Objective(asked.group, asked.role, asked.objective, asked.argument))
         self.note(asked, Outcome.SUCCESS)

@@ -92,7 +92,9 @@ def agree(
             for task in found.tasks:
                 handler = mission.social_domain.operators[task.name].handled_by
                 if handler == GIVE_MISSION:
-                    missions[task.args[0]] = task.args[1]
+                    if missions.setdefault(*task.args) != task.args[1]:
+                        has = missions[task.args[0]]
+                        raise PlanningError(f"{task} before the mission, but it has {has}: give it others at sea")
                 elif handler == ASSIGN_OBJECTIVE:
                     objectives.append(Objective(*task.args))
                 elif handler == ALLOCATE_ROLES:

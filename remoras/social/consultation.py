@@ -71,8 +71,8 @@ class Consultation:
         self._reigns = Reigns(organisation)
         self.formations = Formations(rules, self._reigns)
         self.headship = Headship()
-        self.missions: dict[str, str] = {}
-        """Missions that groups were given, by their names."""
+        self.missions: dict[str, tuple[str, ...]] = {}
+        """Missions that groups were given, by their names, in the order in which they were given last."""
 
     @property
     def is_due(self) -> bool:
@@ -214,14 +214,15 @@ class Consultation:
         elif not asked.assignee:
             agreed.give(asked)
             if asked.act is Act.MISSION:
-                self.missions[asked.group] = asked.argument
+                given, of = {*self.missions.get(asked.group, ()), asked.argument}, asked.group
+                self.missions[of] = tuple(sorted(given, key=lambda one: self._given_at(of, "mission", one)))
         else:
             done = agreed.assign(asked, yielding) if asked.act is Act.ASSIGN else agreed.leave(asked)
             if done is Outcome.SUCCESS and asked.role == self._groups[asked.group].head_role:
                 self._reigns.change(asked.group, asked.assignee, asked.act is Act.ASSIGN, age)
 
     def _given_at(self, group: str, role: str, vehicle: str) -> Age:
-        """When the newest word of a role of a vehicle was said."""
+        """When the newest word of a role of a vehicle was said; so of a mission of a group."""
         return self._newest.get((group, role, vehicle), AGREED_BEFORE)
 
     def _is_newest(self, about: tuple[str, ...], age: Age) -> bool:

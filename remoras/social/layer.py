@@ -169,7 +169,7 @@ class SocialLayer:
         return OwnFacts(self._beliefs, self.database, at.present, at.consultation, *own)
 
     @property
-    def missions(self) -> Mapping[str, str]:
+    def missions(self) -> Mapping[str, tuple[str, ...]]:
         """What each group is to do, by its name, as far as it is known."""
         return missions_of(self.organisation.groups.values(), self.standing.consultation.missions)
 
@@ -183,7 +183,7 @@ class SocialLayer:
         return group in self._led
 
     def _work(self, positions_m: Mapping[str, Point] | None = None, from_s: float = 0.0) -> dict[str, Work]:
-        return self._workload.of_groups(self.standing, self._picture, positions_m, from_s)
+        return self._workload.of_groups(self.standing.footing, self._picture, positions_m, from_s)
 
     # Hearing -------------------------------------------------------------------------------------
 
@@ -195,13 +195,13 @@ class SocialLayer:
             told: False if this vehicle keeps to itself what it states.
         """
         alone = self.standing.is_cut_off and not told
-        with_mission, rulings = self.standing.hear(changes, alone)
+        given, rulings = self.standing.hear(changes, alone)
         for change in changes:
             self._negotiation.note(change)
             self.planner.orders.note(change)
         self._workload.note(changes)
         keys = {key for key in self._beliefs.keys_of(changes) if key[0] != HAS_MISSION}
-        keys.update((HAS_MISSION, group) for group in with_mission)
+        keys.update(given)
         if not self._gatherings.keys.isdisjoint(keys):
             if alone:
                 self._gatherings.note_alone(keys, changes[0].block.time_s)
@@ -327,9 +327,8 @@ class SocialLayer:
     def _holds(self, work: Work) -> bool:
         """True while a group still has work to hand out or to confirm, so that it does not count as gathered."""
         name, unheard = work.group.name, frozenset(self._picture.peers.unheard) - self.standing.absent
-        if name in self._negotiation.holding and work.has_something_left:
-            return True
-        return self.leads(name) and self.planner.orders.waits_for(unheard, work.done)
+        waits = self.leads(name) and self.planner.orders.waits_for(unheard, work.done)
+        return work.has_something_left and (waits or name in self._negotiation.holding)
 
     def addressed(self, change: Change) -> dict[str, set[str]]:
         """Who has to hear of a block of this vehicle's own, by name, and the roles that it gives them."""

@@ -39,7 +39,7 @@ class Orders:
         self._strategy = strategy
         self._at_sea = at_sea
         self._proposed: dict[RoleAssignment | Objective | Fact, None] = {}  # said in this round, not yet counting
-        self._awaited: set[tuple[str, str]] = set()  # (vehicle, job) given to it, of which nothing has come back
+        self._awaited: dict[RoleAssignment, str] = {}  # jobs given out, of which nothing has come back
         self.issued: set[RoleAssignment] = set()
         self.issued_objectives: set[Objective] = set()
 
@@ -47,23 +47,27 @@ class Orders:
         """Whoever says something about a job has heard that it is his."""
         if self._awaited:
             issuer = self._beliefs.name(change.block.origin)
-            self._awaited -= {(issuer, self._beliefs.name(fact.subject)) for fact in change.block.facts}
+            jobs = {self._beliefs.name(fact.subject) for fact in change.block.facts}
+            heard = [one for one, job in self._awaited.items() if one.vehicle == issuer and job in jobs]
+            for one in heard:
+                del self._awaited[one]
 
     def waits_for(self, peers: Collection[str], done: Collection[str]) -> bool:
         """True while one of ``peers`` was given a job that is not done and of which nothing has come back."""
-        return any(vehicle in peers and job not in done for vehicle, job in self._awaited)
+        return any(one.vehicle in peers and job not in done for one, job in self._awaited.items())
 
     def end_round(self, left: Iterable[RoleAssignment]) -> None:
         """What was proposed in this round has been said; roles that vehicles have ``left`` are given out no longer."""
         self._proposed.clear()
-        self.issued.difference_update(left)
+        for one in left:
+            self.issued.discard(one)
+            self._awaited.pop(one, None)
 
     def forget(self, group: str) -> None:
         """A group was formed or dissolved at sea: what was said of it before is over."""
         self.issued = {one for one in self.issued if one.group != group}
         self.issued_objectives = {one for one in self.issued_objectives if one.group != group}
-        jobs = {role.job for role in self._at_sea[group].roles}
-        self._awaited = {(vehicle, job) for vehicle, job in self._awaited if job not in jobs}
+        self._awaited = {one: job for one, job in self._awaited.items() if one.group != group}
 
     # Steps ---------------------------------------------------------------------------------------
 
@@ -95,9 +99,9 @@ class Orders:
         self._proposed[facts[0]] = None
         return list(facts)
 
-    def give_mission(self, group: str, mission: str, missions: Mapping[str, str]) -> list[Fact]:
-        """Let a group have a mission, unless that is known."""
-        return [] if missions.get(group) == mission else [self._beliefs.fact(group, "hasMission", mission)]
+    def give_mission(self, group: str, mission: str, missions: Mapping[str, Collection[str]]) -> list[Fact]:
+        """Let a group have a mission, beside those that it has, unless that is known."""
+        return [] if mission in missions.get(group, ()) else [self._beliefs.fact(group, "hasMission", mission)]
 
     def give(self, objective: Objective, objectives: Collection[Objective], again: bool = False) -> list[Fact]:
         """Let a role have an objective, unless it has, or that was proposed.
@@ -127,8 +131,7 @@ class Orders:
         allowed = [*recruited, *(one for one in allocated if expected.is_member(one.vehicle, one.group))]
         self.issued.update(allowed)
         jobs = {role.name: role.job for role in work.group.roles}
-        self._awaited |= {
-            (one.vehicle, job) for one in allowed if (job := jobs.get(one.role)) and one.vehicle != self._me
-        }
+        given = {one: job for one in allowed if (job := jobs.get(one.role))}
+        self._awaited |= {one: job for one, job in given.items() if one.vehicle != self._me}
         self._proposed.update(dict.fromkeys(allowed))
         return [self._beliefs.fact(one.vehicle, "playsRole", f"{one.group}.{one.role}") for one in allowed]

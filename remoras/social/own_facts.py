@@ -53,7 +53,11 @@ class OwnFacts:
                 found = self.objectives.get((group, role, name))
                 return default if found is None else found.argument
             case "hasMission":
-                return missions_of(self.present.groups.values(), self.said.missions).get(about, default)
+                return missions_of(self.present.groups.values(), self.said.missions).get(about, (default,))[-1]
+            case "given":
+                group, _, mission = about.partition(".")
+                given = missions_of(self.present.groups.values(), self.said.missions)
+                return mission in given.get(group, ()) or default
             case "formed":
                 return about in self.present.groups
             case "formation":

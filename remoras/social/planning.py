@@ -8,7 +8,7 @@ comes or leaves whom no running step needs, the whole mission is. What was propo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
@@ -37,15 +37,15 @@ class Deliberation:
     parts: list[list[Fact]] = field(default_factory=list)
 
 
-def missions_of(groups: Iterable[Group], given: Mapping[str, str]) -> dict[str, str]:
-    """What each group is to do, by its name, as far as it is known.
+def missions_of(groups: Iterable[Group], given: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ...]]:
+    """What each group is to do, by its name, as far as it is known: one mission or several, side by side.
 
     Args:
         groups: with the missions that some have from the start.
         given: missions that groups were given since, by their names.
     """
-    found = {group.name: given.get(group.name, group.mission) for group in groups}
-    return {group: mission for group, mission in found.items() if mission is not None}
+    found = {group.name: (*([group.mission] if group.mission else ()), *given.get(group.name, ())) for group in groups}
+    return {group: tuple(dict.fromkeys(missions)) for group, missions in found.items() if missions}
 
 
 class MissionPlanner:
@@ -200,7 +200,7 @@ class MissionPlanner:
     def plan(
         self,
         known: FactsLike,
-        missions: Mapping[str, str],
+        missions: Mapping[str, Sequence[str]],
         work: Mapping[str, Work],
         objectives: Collection[Objective],
     ) -> Deliberation:
@@ -223,17 +223,17 @@ class MissionPlanner:
         facts: list[Fact] = []
         impossible: list[NoPlan] = []
         for group in sorted(self._due):
-            mission, vacant = missions.get(group), self._vacant.pop(group, None)
-            if mission is None:
+            tasks, vacant = [Task(one, (group,)) for one in missions.get(group, ())], self._vacant.pop(group, None)
+            if not tasks:
                 continue
             if group in self._anew or (vacant is not None and not self._mend(group, vacant, known)):
-                self._plan_whole(work[group], Task(mission, (group,)), known)
+                impossible += self._plan_whole(work[group], tasks, known)
             if group not in self._impossible:
                 execution = self.executions[group]
                 for step in execution.advance(known):
                     facts += handlers[self._domain.operators[step.task.name].handled_by](*step.task.args)
                 if execution.has_failed:
-                    self._impossible[group] = NoPlan(Task(mission, (group,)), execution.rests_on, ())
+                    self._impossible[group] = NoPlan(tasks[0], execution.rests_on, ())
             if group in self._impossible:
                 impossible.append(self._impossible[group])
             self._taken_over.discard(group)
@@ -241,20 +241,32 @@ class MissionPlanner:
         self._anew.clear()
         return Deliberation(facts, impossible)
 
-    def _plan_whole(self, work: Work, task: Task, known: FactsLike) -> None:
-        """Plan the mission of a group anew; what is done of it stays done."""
-        group = work.group.name
+    def _plan_whole(self, work: Work, tasks: Sequence[Task], known: FactsLike) -> list[NoPlan]:
+        """Plan the missions of a group anew; what is done of them stays done.
+
+        Returns:
+            Those of several for which there is no plan: the others are carried out without them.
+        """
+        group, lacking = work.group.name, list[NoPlan]()
         self.allocated.discard(group)
         self._impossible.pop(group, None)
-        execution, found = self.executions.get(group), plan(self._domain, known, task)
-        found = replace(found, rests_on=found.rests_on | precedence(work.group, work.jobs))
+        execution, found = self.executions.get(group), plan(self._domain, known, tasks)
+        if isinstance(found, NoPlan) and len(tasks) > 1:
+            alone = {task: plan(self._domain, known, task) for task in tasks}
+            lacking = [one for one in alone.values() if isinstance(one, NoPlan)]
+            possible = [task for task, one in alone.items() if isinstance(one, Plan)]
+            found = plan(self._domain, known, possible) if possible and lacking else found
+        rests_on = found.rests_on.union(precedence(work.group, work.jobs), *(one.rests_on for one in lacking))
+        found = replace(found, rests_on=rests_on)
         if isinstance(found, NoPlan):
             self._impossible[group] = found
-        elif execution is None:
+            return []
+        if execution is None:
             self.executions[group] = Execution(self._domain, found)
         else:
             execution.settle(known)
             execution.renew(found)
+        return lacking
 
     def _mend(self, group: str, vacant: Collection[tuple[str, str]], known: FactsLike) -> bool:
         """Roles have fallen vacant: plan the branches anew in which a step was running for one of them.

@@ -10,10 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from remoras.activities import Objective
 from remoras.authority import Act, Request, Rules, Ruling
-from remoras.beliefs import Beliefs, Fact
+from remoras.beliefs import Beliefs, Fact, Key
 from remoras.organisation import Organisation
 from remoras.social.agreed import Agreed
 from remoras.social.consultation import Consultation
@@ -40,6 +41,20 @@ class Seen:
     changes: Changes
     undone: Agreed
     facts: list[Fact] = field(default_factory=list)
+
+
+class Footing(NamedTuple):
+    """What the vehicle acts on.
+
+    Attributes:
+        present: the organisation without the absent.
+        takes_no_jobs: vehicles that take none.
+        is_cut_off: it hears nobody.
+    """
+
+    present: Organisation
+    takes_no_jobs: frozenset[str]
+    is_cut_off: bool
 
 
 class Standing:
@@ -102,6 +117,11 @@ class Standing:
         return self._unavailable - {self._me} if self._is_out_of_reach and self.is_cut_off else self._unavailable
 
     @property
+    def footing(self) -> Footing:
+        """All that the work of its groups depends on."""
+        return Footing(self.present, self.takes_no_jobs, self.is_cut_off)
+
+    @property
     def led(self) -> tuple[str, ...]:
         """Groups that this vehicle leads."""
         if not self._database[self._me].social_layer:
@@ -160,7 +180,7 @@ class Standing:
         self._renew(agreed.organisation)
         return agreed
 
-    def hear(self, changes: Iterable[Change], alone: bool) -> tuple[list[str], list[Ruling]]:
+    def hear(self, changes: Iterable[Change], alone: bool) -> tuple[set[Key], list[Ruling]]:
         """Take note of what blocks say of the organisation, and let missions that they give to groups count at once.
 
         Args:
@@ -168,7 +188,7 @@ class Standing:
             alone: True if this vehicle states them for itself alone.
 
         Returns:
-            The groups that have a mission anew, and what became of each.
+            The facts that say of groups that they have a mission, and what became of each.
         """
         agreed, gives_mission = None, self.consultation.requests.gives_mission
         for change in changes:
@@ -178,7 +198,7 @@ class Standing:
             if any(map(gives_mission, change.block.facts)):
                 agreed = agreed or Agreed(self.organisation, self.absent, self.takes_no_jobs)
                 self.consultation.give_missions(change, agreed, alone)
-        return (agreed.missions, agreed.rulings) if agreed is not None else ([], [])
+        return (agreed.keys, agreed.rulings) if agreed is not None else (set(), [])
 
     # What the vehicle states ---------------------------------------------------------------------
 

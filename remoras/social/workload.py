@@ -12,7 +12,7 @@ from remoras.organisation import Organisation
 from remoras.picture import Picture
 from remoras.plugins import answer
 from remoras.social.reports import Reports
-from remoras.social.standing import Standing
+from remoras.social.standing import Footing
 from remoras.work import Job, Point, Work, jobs_left, works
 from worldmodel import Change
 
@@ -69,7 +69,7 @@ class Workload:
         ]
 
     def of_groups(
-        self, at: Standing, picture: Picture, positions_m: Mapping[str, Point] | None, from_s: float
+        self, at: Footing, picture: Picture, positions_m: Mapping[str, Point] | None, from_s: float
     ) -> dict[str, Work]:
         """The work of every group, by its name.
 
@@ -80,7 +80,7 @@ class Workload:
                 kept until it changes.
             from_s: time from which outlooks count.
         """
-        asked = at.present, at.takes_no_jobs, at.is_cut_off, self._reports.blind
+        asked = *at, self._reports.blind
         energy_j = self._reports.scarce_energy_j(picture.body.now_s)
         if energy_j and positions_m is None:
             positions_m = picture.peers.positions_m
@@ -91,7 +91,7 @@ class Workload:
         return self._kept
 
     def _works(
-        self, at: Standing, positions_m: Mapping[str, Point], energy_j: Mapping[str, float], from_s: float
+        self, at: Footing, positions_m: Mapping[str, Point], energy_j: Mapping[str, float], from_s: float
     ) -> dict[str, Work]:
         self._work_out()
         no_jobs, database = at.takes_no_jobs | self._apart, self._reports.database

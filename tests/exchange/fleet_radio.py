@@ -79,7 +79,7 @@ class Fleet:
         policy: str | AckPolicy = "ack",
         payload_bytes: int = 64,
         carrier_evidence: bool = True,
-        who_needs: Needs | None = None,
+        who_needs: Needs | Sequence[Needs] | None = None,
         lost: Callable[[int, int, int], bool] = lambda slot, sender, receiver: False,
         selective: bool = False,
     ) -> None:
@@ -100,7 +100,7 @@ class Fleet:
                 self.schedule,
                 POLICIES[policy] if isinstance(policy, str) else policy,
                 8 * payload_bytes,
-                needs(range(n_nodes)) if who_needs is None else who_needs,
+                who_needs[node] if isinstance(who_needs, Sequence) else who_needs or needs(range(n_nodes)),
                 carrier_evidence,
                 selective,
             )

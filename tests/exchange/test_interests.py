@@ -1,8 +1,11 @@
 """Needs that change while a fleet is on the air: what is sent again, what no longer, what is set aside and taken up."""
 
+import random
+
 import pytest
 from fleet_radio import MAPPED_CELL, Fleet, bay
 
+from exchange.policies import POLICIES
 from worldmodel import PropertyValue, Wanted, merge
 
 
@@ -97,6 +100,31 @@ def test_a_need_that_comes_and_goes_sends_an_item_once() -> None:
         fleet.pass_frames(2)
     assert sum(uid in sent.items for sent in fleet.said) <= 3
     assert fleet.n_open == 0
+
+
+@pytest.mark.parametrize("policy", sorted(POLICIES))
+@pytest.mark.parametrize("seed", range(5))
+def test_views_that_differ_do_no_harm_once_they_agree(policy: str, seed: int) -> None:
+    """Every node goes by a view of its own, which changes at random while half of all packets are lost."""
+    draws = random.Random(seed)
+    views = [Team(*range(4)) for _ in range(4)]
+    fleet = Fleet(
+        4, policy, who_needs=views, selective=True, lost=lambda slot, *of: slot < 160 and draws.random() < 0.5
+    )
+    for frame in range(40):
+        fleet.maps(draws.randrange(4), frame)
+        node = draws.randrange(4)
+        views[node].nodes = {one for one in range(4) if draws.random() < 0.6}
+        merge(fleet.models[node], fleet.managers[node].renew().blocks)
+        fleet.pass_frames(1)
+    needing = {one for one in range(4) if draws.random() < 0.6}
+    for view in views:
+        view.nodes = set(needing)
+    regroup(fleet)
+    fleet.pass_frames(60)
+    assert fleet.false_beliefs == []
+    assert fleet.n_open == 0
+    assert all(knows(fleet, node, cell) for node in needing for cell in range(40))
 
 
 def test_a_status_that_nobody_needs_any_more_is_not_said() -> None:

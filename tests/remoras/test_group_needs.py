@@ -1,9 +1,13 @@
 """Who needs a fact by groups and roles, on four vehicles in two teams under a head; numbers are nodes as bit words."""
 
+from typing import ClassVar
+
 import pytest
 
+from missions.mapping import MappingMission
 from missions.runs.setup import Setup, resolved
 from missions.scenarios import load
+from remoras.errors import PluginError
 from remoras.organisation import Organisation
 from remoras.social.needs import GroupNeeds
 from worldmodel import PropertyValue, Value
@@ -100,3 +104,30 @@ def test_a_head_holds_what_its_group_knows_with_those_who_do_the_job() -> None:
     asked.renew(moved(("AUV01", "North", "NorthWest", True)))
     assert who(asked, "north west", "mappedCell", 3.0) == word(*NORTH)
     assert who(asked, "north east", "mappedCell", 3.0) == word("AUV00")
+
+
+class Sharing(MappingMission):
+    """Tells another team of one area besides."""
+
+    told: ClassVar[tuple[str, ...]] = ("North", "East")
+
+    def groups_of(self, subject: str) -> tuple[str, ...] | None:
+        return self.told if subject == "north west" else None
+
+
+def shared(told: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> GroupNeeds:
+    monkeypatch.setattr(Sharing, "told", told)
+    setup = resolved(load("mapping-three-teams", [("--set", f"scenario.mission={__name__}:Sharing")]))
+    assert setup.subjects is not None
+    return GroupNeeds(setup.tbox, setup.urgency, setup.subjects, setup.agreement.organisation)
+
+
+def test_a_mission_may_name_the_groups_of_an_instance(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = shared(("North", "East"), monkeypatch)
+    assert who(asked, "north west", "mappedCell", 3.0) == word(*NORTH, *EAST)
+    assert who(asked, "north east", "mappedCell", 3.0) == word(*NORTH)
+
+
+def test_a_mission_that_names_no_group_of_the_scenario_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(PluginError, match=r"mission Sharing: groups_of.*North, East, South"):
+        shared(("Nowhere",), monkeypatch)

@@ -88,6 +88,12 @@ def test_an_obligation_that_no_head_is_left_to_judge_counts_as_violated() -> Non
     assert summary(of)["n_violated_obligations"] == 1
 
 
+def test_a_run_that_ends_before_the_deadline_leaves_it_open() -> None:
+    of = finished(f"{OWED}=[{EXPLORING}]", "scenario.duration_s=60")
+    assert states(of, "LeftWinger") == [("AUV00", "pending")]
+    assert summary(of)["n_violated_obligations"] == 0
+
+
 def test_a_mission_without_obligations_has_neither_table_nor_figure() -> None:
     of = finished("scenario.duration_s=60")
     assert "obligations" not in of.recorder.tables
@@ -120,7 +126,6 @@ def test_one_for_what_there_is_not_is_refused_with_its_place_and_the_nearest_nam
 @pytest.mark.parametrize(
     ("tables", "message"),
     [
-        ('{role="LeftWinger", objective="Exploring", deadline_s=20000}', "up to scenario.duration_s = 14400"),
         (f"{EXPLORING}, {EXPLORING}", "an obligation for Exploring already, number 1"),
         ('{role="LeftWinger", objective="Exploring", deadline_s=0}', "greater than 0"),
     ],

@@ -13,6 +13,7 @@ from remoras.activities import Objective
 from remoras.beliefs import Beliefs
 from remoras.database import VehicleData
 from remoras.htn import Domain, FactsLike, Method, Operator, Plan, Task
+from remoras.htn.plans import ROOT
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.social.planning import MissionPlanner
 from remoras.strategy import Declaration, Negotiator
@@ -113,9 +114,9 @@ class Head:
         self.organisation = MEMBERS
         self.objectives: list[Objective] = []
 
-    def plan(self, mission: str = "Sweep", done: frozenset[str] = frozenset()) -> list[tuple[str, str, str]]:
+    def plan(self, *missions: str, done: frozenset[str] = frozenset()) -> list[tuple[str, str, str]]:
         work = works(self.organisation, FLEET, JOBS, done, {})
-        deliberation = self.planner.plan(self.beliefs, {"Operational": mission}, work, self.objectives)
+        deliberation = self.planner.plan(self.beliefs, {"Operational": missions or ("Sweep",)}, work, self.objectives)
         attributes = TBOX.attributes
         return [
             (self.beliefs.name(subject), attributes[attribute].name, self.beliefs.name(value))
@@ -228,6 +229,15 @@ def test_a_job_given_out_is_waited_for_until_its_vehicle_speaks_of_it() -> None:
     assert not head.planner.orders.waits_for({"AUV01"}, ())
 
 
+def test_a_job_that_has_gone_to_another_is_not_waited_for() -> None:
+    head = Head()
+    head.planner.take_on(["Operational"])
+    head.plan(done=frozenset({"left"}))
+    assert head.planner.orders.waits_for({"AUV01"}, ())
+    head.planner.end_round([RoleAssignment("Operational", "RightWinger", "AUV01")], head.beliefs)
+    assert not head.planner.orders.waits_for({"AUV01"}, ())
+
+
 def test_a_mission_is_given_to_who_does_not_have_it() -> None:
     head = Head()
     head.planner.take_on(["Operational"])
@@ -238,7 +248,30 @@ def test_an_impossible_mission_is_told_and_not_planned_again() -> None:
     head = Head()
     head.planner.take_on(["Operational"])
     work = works(MEMBERS, FLEET, JOBS, frozenset(), {})
-    deliberation = head.planner.plan(head.beliefs, {"Operational": "Impossible"}, work, ())
+    deliberation = head.planner.plan(head.beliefs, {"Operational": ("Impossible",)}, work, ())
     assert [str(one.task) for one in deliberation.impossible] == ["Impossible(Operational)"]
     assert deliberation.facts == []
     assert not head.planner.is_due
+
+
+def test_a_further_mission_is_carried_out_beside_the_one_that_a_group_has() -> None:
+    """Its head gives its own group a mission more; both are planned, and what is done of the first stays done."""
+    head = Head()
+    head.planner.take_on(["Operational"])
+    assert head.plan("Delegate") == [("Operational", "hasMission", "Sweep")]
+    head.planner.end_round([], head.beliefs)
+    head.planner.reconsider({("hasMission", "Operational")}, ["Operational"], head.beliefs)
+    assert head.plan("Delegate", "Sweep") == [LEFT, RIGHT]  # the first is not given again
+    execution = head.planner.executions["Operational"]
+    roots = [str(branch.task) for branch in execution.branches if branch.parent == ROOT]
+    assert roots == ["Delegate(Operational)", "Sweep(Operational)"]
+
+
+@pytest.mark.parametrize("missions", [("Sweep", "Impossible"), ("Impossible", "Sweep")])
+def test_of_several_missions_those_are_carried_out_for_which_there_is_a_plan(missions: tuple[str, str]) -> None:
+    head = Head()
+    head.planner.take_on(["Operational"])
+    work = works(MEMBERS, FLEET, JOBS, frozenset(), {})
+    deliberation = head.planner.plan(head.beliefs, {"Operational": missions}, work, ())
+    assert [str(one.task) for one in deliberation.impossible] == ["Impossible(Operational)"]
+    assert len(deliberation.facts) == 2

@@ -70,7 +70,7 @@ def test_the_modules_of_the_paper(fleet: Fleet) -> None:
         RoleAssignment("Operational", "Performer", "AUV01"),
         RoleAssignment("Operational", "Performer", "AUV02"),
     }
-    assert social.missions == {"Coordination": "Supervision"}
+    assert social.missions == {"Coordination": ("Supervision",)}
     assert social.plan_missions().facts == []  # its group has no mission yet
     supervision = Objective("Operational", "Coordinator", "GroupSupervision", "Operational")
     assert social.objectives_of("AUV00") == (supervision,)
@@ -128,14 +128,14 @@ def test_who_is_no_member_may_still_give_a_group_its_mission(fleet: Fleet) -> No
     heard = named(fleet, "AUV00")
     assert not heard.social.planner.is_due
     hear(heard, say(named(fleet, "ASV00"), ("Operational", "hasMission", "AreaMapping")))
-    assert heard.social.missions == {"Coordination": "Supervision", "Operational": "AreaMapping"}
+    assert heard.social.missions == {"Coordination": ("Supervision",), "Operational": ("AreaMapping",)}
     assert heard.social.planner.is_due
 
 
 def test_a_mission_is_planned_by_who_leads_the_group(fleet: Fleet) -> None:
     heard = named(fleet, "AUV01")
     hear(heard, say(named(fleet, "ASV00"), ("Operational", "hasMission", "AreaMapping")))
-    assert heard.social.missions["Operational"] == "AreaMapping"
+    assert heard.social.missions["Operational"] == ("AreaMapping",)
     assert not heard.social.planner.is_due
 
 

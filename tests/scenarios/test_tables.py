@@ -114,7 +114,7 @@ def test_table_i_every_vehicle_knows_who_plays_what(fleet: Fleet) -> None:
 
 def test_table_i_missions(fleet: Fleet) -> None:
     for vehicle in fleet.vehicles:
-        assert vehicle.social.missions == {"Coordination": "Supervision", "Operational": "AreaMapping"}
+        assert vehicle.social.missions == {"Coordination": ("Supervision",), "Operational": ("AreaMapping",)}
 
 
 @pytest.mark.parametrize("name", ROLES)

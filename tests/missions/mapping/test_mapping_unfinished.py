@@ -8,7 +8,9 @@ import pytest
 from missions.mapping.jobs import SurveyJob
 from missions.mapping.unfinished import AfterWork, Unfinished
 from missions.runs.run import run
+from missions.runs.setup import resolved
 from missions.scenarios import load, shipped
+from remoras.activities import Activity, ActivityType
 from remoras.behaviours import Standing
 from remoras.beliefs import Key
 from remoras.motion import Motion
@@ -82,3 +84,28 @@ def test_who_takes_over_is_not_called_off_by_a_head_that_hears_of_no_work(
     finished = run(scenario, 1)
     assert not finished.completed
     assert "82 % of the work done" in finished.reason
+
+
+class OwnTeamDone:
+    """What a vehicle of the northern team knows when its team has done its work: nothing of other teams."""
+
+    n_told = 0
+
+    def get(self, key: Key, default: Any = None, /) -> Any:
+        return "AUV01" if key in (("areaDone", "north west"), ("areaDone", "north east")) else default
+
+    def values(self, key: Key) -> set[Any]:
+        known = self.get(key)
+        return set() if known is None else {known}
+
+
+@pytest.mark.parametrize(("vehicle", "expected"), [("AUV01", 1.0), ("AUV03", 0.0), ("ASV00", 0.0)])
+def test_the_work_of_teams_of_which_a_vehicle_hears_nothing_does_not_keep_it(vehicle: str, expected: float) -> None:
+    """To follow the leader: AUV01 is able to map the northern areas alone, AUV03 the eastern ones, ASV00 none."""
+    setup = resolved(load("mapping-three-teams"))
+    following = Activity("Following", ActivityType.GUIDANCE, ("follower", ("AUV00",)))
+    behaviour = setup.mission.behaviour_for(following, setup.database[vehicle])
+    assert isinstance(behaviour, AfterWork)
+    behaviour._meeting = Standing()
+    facts: Any = OwnTeamDone()
+    assert behaviour.perceive(Motion(0.0, 0.0), Picture(facts=facts), True).answers == expected
