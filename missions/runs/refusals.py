@@ -8,7 +8,7 @@ from remoras.authority import CONSULTING
 from remoras.database import AUVDatabase
 from remoras.social.agreement import Agreement
 from remoras.strategy import Strategy
-from remoras.wellformed import faults_of
+from remoras.wellformed import Defect, faults_of
 
 
 def refuse_malformed(scenario: Scenario, agreement: Agreement) -> None:
@@ -27,7 +27,7 @@ def refuse_malformed(scenario: Scenario, agreement: Agreement) -> None:
     faults += [
         ConfigurationFault(one.key, one.given, f"no founding gives it what it demands: {one.allowed}")
         for one in faults_of(founding)
-        if one.key.rpartition(".")[0] not in headless
+        if one.key.rpartition(".")[0] not in headless and one.defect is not Defect.SUBGROUPS  # some come at sea
     ]
     if faults:
         raise ConfigurationError(scenario.scenario.name, faults)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 
 from missions.errors import ConfigurationFault
@@ -254,4 +253,4 @@ def _successors(raw: Raw) -> Iterator[ConfigurationFault]:
                 f"nobody can fill it: no vehicle that is able to play {' or '.join(map(str, given))} has the social "
                 f"layer and is able to play {head}; list {head} in playable_roles of one"
             )
-            yield ConfigurationFault(key, json.dumps(given), allowed)
+            yield ConfigurationFault(key, shown(given), allowed)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from datetime import date, time
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +40,8 @@ def with_organisation(document: Document) -> tuple[Document, list[ConfigurationF
         ConfigurationError: the file cannot be read, or is not TOML.
     """
     given = document.raw.get(ORGANISATION)
+    if isinstance(given, date | time):  # a text for all that reads values as JSON
+        return document, [ConfigurationFault(ORGANISATION, shown(given), "a text: the name of a TOML file")]
     if not isinstance(given, str):
         return document, []  # reported as what it is
     path = Path(document.path).parent / given

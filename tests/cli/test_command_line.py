@@ -669,7 +669,7 @@ def test_a_command_that_is_not_built_says_so(command: str):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["run", "nope"], "a TOML file or one of mapping-corridor, mapping-nine-flat"),
+        (["run", "nope"], "a TOML file or one of mapping-corridor, mapping-inspection"),
         (["run"], "Missing argument"),
         (["run", "mapping-rendezvous", "--nope"], "No such option"),
         (["frobnicate"], "No such command"),

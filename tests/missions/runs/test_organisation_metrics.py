@@ -34,7 +34,7 @@ def finished(*changes: Change, faults: list[tuple[Any, ...]] | None = None, priv
     recorder.faults.extend(faults or [])
     setup = SimpleNamespace(
         strategy=SimpleNamespace(declaration=SimpleNamespace(private_jobs=private_jobs)),
-        agreement=SimpleNamespace(organisation=Organisation.of([TEAM])),
+        agreement=SimpleNamespace(organisation=Organisation.of([TEAM]), groups=(TEAM,)),
         subjects=None,
         database=dict.fromkeys(NAMES),
     )
