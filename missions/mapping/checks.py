@@ -13,6 +13,7 @@ from missions.mapping.ground import grounds_of
 from missions.mapping.scenario import FindsTable, MappingSettings
 from missions.mapping.sensors import Seabed
 from missions.mapping.survey import overlap
+from missions.mapping.tasks import INSPECTION
 from missions.scenarios.abilities import able_to_play, can_play
 from missions.scenarios.checks import outside_faults
 from missions.scenarios.tables import Raw, entries, names_of, one_of, point_of, table_of
@@ -50,6 +51,10 @@ def _of_tables(raw: Raw, missions: Sequence[str]) -> Iterator[ConfigurationFault
 
 
 def _names(raw: Raw, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
+    forms_groups = any("formed_by" in one for one in entries(raw, "group"))
+    for kind in ("vehicle", "group", "rally_point", "area") if forms_groups else ():
+        if INSPECTION in names_of(raw, kind):
+            yield ConfigurationFault(f"{kind}.{INSPECTION}.name", f'"{INSPECTION}"', "is the name of a mission")
     others = {name for kind in ("vehicle", "group", "rally_point") for name in names_of(raw, kind)}
     for name, count in Counter(names_of(raw, "area")).items():
         if count > 1 or name in others:

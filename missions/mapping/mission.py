@@ -50,7 +50,7 @@ from missions.mapping.metrics import METRICS
 from missions.mapping.scenario import NEEDED_OBJECTIVES, FindsTable, MappingScenario, MappingSettings
 from missions.mapping.sensors import COVERAGE, Seabed, SwathSettings, seabed_of
 from missions.mapping.survey import contains
-from missions.mapping.tasks import MISSIONS, SUPERVISION, activity_domain, social_domain, waiting
+from missions.mapping.tasks import INSPECTION, MISSIONS, SUPERVISION, activity_domain, social_domain, waiting
 from missions.mapping.truth import GOAL, MappingTruth
 from missions.mapping.unfinished import AfterWork, Unfinished
 from missions.meeting.meeting import OBJECTIVES, Meeting, importance_of
@@ -204,8 +204,9 @@ class MappingMission(Mission):
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
-        """The areas, and what may be found."""
-        return [*(("Area", name) for name in self.corners_m), *(("Find", name) for name in self._inspections)]
+        """The areas, what may be found, and the mission of groups that are formed for it."""
+        given = [("Mission", INSPECTION)] if _forms(self.groups) else []
+        return [*(("Area", one) for one in self.corners_m), *(("Find", one) for one in self._inspections), *given]
 
     @property
     def vocabulary_used(self) -> tuple[Path, ...]:

@@ -18,7 +18,9 @@ from remoras.nesting import supervised_by
 from remoras.organisation import Group
 from remoras.work import Job
 
-MISSIONS = SUPERVISION, AREA_MAPPING, INSPECTION = "Supervision", "AreaMapping", "Inspection"
+MISSIONS = SUPERVISION, AREA_MAPPING = "Supervision", "AreaMapping"
+INSPECTION = "Inspection"
+"""Mission of a group that is formed at sea; a scenario gives it to none."""
 EXPLORE = "Explore"
 """Task of a group, one of its roles and the role's area."""
 HAVE_INSPECTED = "HaveInspected"

@@ -157,7 +157,7 @@ def _instances(scenario: Scenario, mission: Mission, tbox: TBox) -> tuple[Instan
     named += [("Role", f"{group.name}.{role.name}") for group in scenario.group for role in group.role]
     named += mission.instances
     named += [("RallyPoint", rally.name) for rally in scenario.rally_point]
-    named += [("Mission", name) for name in mission.group_missions if name in mission.social_domain.methods]
+    named += [("Mission", name) for name in mission.group_missions]
     try:
         return tuple(Instance(uid, tbox.class_named(kind).uid, name) for uid, (kind, name) in enumerate(named))
     except UnknownNameError as error:

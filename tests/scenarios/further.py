@@ -1,5 +1,6 @@
 """A mission whose planner makes new ones at sea: a group that has found something is to inspect it too."""
 
+from collections.abc import Sequence
 from functools import cached_property
 
 from missions.mapping.mission import MappingMission
@@ -12,6 +13,10 @@ FIND = "HaveInspectedByOneself"
 
 class Further(MappingMission):
     """Whoever maps gives its own group a further mission once something is found: to inspect it."""
+
+    @property
+    def instances(self) -> Sequence[tuple[str, str]]:
+        return [*super().instances, ("Mission", INSPECTION)]
 
     @cached_property
     def social_domain(self) -> Domain:
