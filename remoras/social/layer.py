@@ -195,13 +195,13 @@ class SocialLayer:
             told: False if this vehicle keeps to itself what it states.
         """
         alone = self.standing.is_cut_off and not told
-        given, rulings = self.standing.hear(changes, alone)
+        given = self.standing.hear(changes, alone)
         for change in changes:
             self._negotiation.note(change)
             self.planner.orders.note(change)
         self._workload.note(changes)
         keys = {key for key in self._beliefs.keys_of(changes) if key[0] != HAS_MISSION}
-        keys.update(given)
+        keys.update(given.keys if given else ())
         if not self._gatherings.keys.isdisjoint(keys):
             if alone:
                 self._gatherings.note_alone(keys, changes[0].block.time_s)
@@ -209,7 +209,7 @@ class SocialLayer:
         self.planner.reconsider(keys, self._led, self.facts)
         if self.standing.is_cut_off and any(job.done in keys for job in self._jobs.values()):
             self.planner.plan_again(self._led)  # it is free for what others have left
-        return Considered(self.pursuit.let_go(keys), rulings)
+        return Considered(self.pursuit.let_go(keys), given.rulings if given else [])
 
     # Who is there --------------------------------------------------------------------------------
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from remoras.activities import Objective
-from remoras.authority import Act, Request, Rules, Ruling
-from remoras.beliefs import Beliefs, Fact, Key
+from remoras.authority import Act, Request, Rules
+from remoras.beliefs import Beliefs, Fact
 from remoras.organisation import Organisation
 from remoras.social.agreed import Agreed
 from remoras.social.consultation import Consultation
@@ -180,7 +180,7 @@ class Standing:
         self._renew(agreed.organisation)
         return agreed
 
-    def hear(self, changes: Iterable[Change], alone: bool) -> tuple[set[Key], list[Ruling]]:
+    def hear(self, changes: Iterable[Change], alone: bool) -> Agreed | None:
         """Take note of what blocks say of the organisation, and let missions that they give to groups count at once.
 
         Args:
@@ -188,7 +188,7 @@ class Standing:
             alone: True if this vehicle states them for itself alone.
 
         Returns:
-            The facts that say of groups that they have a mission, and what became of each.
+            What became of the missions; None if no group was given one.
         """
         agreed, gives_mission = None, self.consultation.requests.gives_mission
         for change in changes:
@@ -198,7 +198,7 @@ class Standing:
             if any(map(gives_mission, change.block.facts)):
                 agreed = agreed or Agreed(self.organisation, self.absent, self.takes_no_jobs)
                 self.consultation.give_missions(change, agreed, alone)
-        return (agreed.keys, agreed.rulings) if agreed is not None else (set(), [])
+        return agreed
 
     # What the vehicle states ---------------------------------------------------------------------
 
