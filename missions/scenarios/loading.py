@@ -51,13 +51,15 @@ def resolved(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> S
     faults = list(_contradictions(overrides))
     chosen = [(option, text) for option, text in overrides if text.partition("=")[0].strip() == ORGANISATION]
     faults += [fault for option, text in chosen if (fault := _override(document.raw, option, text)) is not None]
+    options = {".".join(key_parts(text.partition("=")[0].strip())): option for option, text in overrides}
     document, more = with_organisation(document)
     faults += more
+    if any(fault.key == ORGANISATION for fault in more):  # most of a scenario rests on its groups
+        raise document.error(faults, options)
     raw = document.raw
     own_channel = dict(table_of(raw, "channel"))
     others = (one for one in overrides if one not in chosen)
     faults += [fault for option, text in others if (fault := _override(raw, option, text)) is not None]
-    options = {".".join(key_parts(text.partition("=")[0].strip())): option for option, text in overrides}
     faults += leave_aside(own_channel, raw, options)
     copies = with_copies(with_starts_apart(raw))
     specification = specified(copies.raw)

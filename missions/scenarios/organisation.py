@@ -106,6 +106,8 @@ class _Writer:
         self._templates = self._named(raw, TEMPLATE)
         self._library = self._named(raw, ROLE)
         self._said: set[str] = set()
+        for layer in self._library.values():
+            self._whether_abstract(layer)
 
     def _named(self, raw: Raw, kind: str) -> dict[str, Layer]:
         """Tables of a kind by name; the first where several have one."""
@@ -117,6 +119,10 @@ class _Writer:
                 self.faults.append(ConfigurationFault(f"{kind}.{name}.name", f'"{name}"', f"used {count} times"))
         tables = [table for table in reversed(entries(raw, kind)) if isinstance(table.get("name"), str)]
         return {table["name"]: Layer(f"{kind}.{table['name']}", table) for table in reversed(tables)}
+
+    def _whether_abstract(self, layer: Layer) -> None:
+        if not isinstance(layer.table.get(ABSTRACT, False), bool):
+            self._fault(f"{layer.key}.{ABSTRACT}", layer.table[ABSTRACT], "true or false")
 
     def _fault(self, key: str, given: Any, allowed: str) -> None:
         if key not in self._said:
@@ -157,6 +163,7 @@ class _Writer:
                     others.append(role)  # reported as what it is
                 else:
                     own.setdefault(name, []).insert(0, layer)
+                    self._whether_abstract(layer)
         found = []
         for name, layers in own.items():
             if any(layer.table.get(ABSTRACT) is True for layer in layers):

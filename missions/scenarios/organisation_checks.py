@@ -72,6 +72,9 @@ def _names_of_roles(raw: Raw) -> Iterator[ConfigurationFault]:
             ):  # fmt: skip
                 for other in list_of(role, word):
                     yield from one_of(f"{key}.{word}", other, allowed)
+            own = role.get("name"), f"{group.get('name')}.{role.get('name')}"
+            for other in (one for one in list_of(role, "incompatible") if one in own):
+                yield ConfigurationFault(f"{key}.incompatible", shown(other), "allowed: other roles than itself")
 
 
 def _cardinalities(raw: Raw) -> Iterator[ConfigurationFault]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from datetime import date, time
 from pathlib import Path
 from typing import Any
 
@@ -39,11 +38,11 @@ def with_organisation(document: Document) -> tuple[Document, list[ConfigurationF
     Raises:
         ConfigurationError: the file cannot be read, or is not TOML.
     """
-    given = document.raw.get(ORGANISATION)
-    if isinstance(given, date | time):  # a text for all that reads values as JSON
-        return document, [ConfigurationFault(ORGANISATION, shown(given), "a text: the name of a TOML file")]
+    if ORGANISATION not in document.raw:
+        return document, []
+    given = document.raw[ORGANISATION]
     if not isinstance(given, str):
-        return document, []  # reported as what it is
+        return document, [ConfigurationFault(ORGANISATION, shown(given), "a text: the name of a TOML file")]
     path = Path(document.path).parent / given
     if not is_file(path):
         allowed = f"there is no file {path}; allowed: a TOML file with {', '.join(TABLES)}"
@@ -54,6 +53,9 @@ def with_organisation(document: Document) -> tuple[Document, list[ConfigurationF
         if name in document.raw:
             allowed = f"given beside {ORGANISATION} = {shown(given)}, where the groups are: leave one of them out"
             faults.append(ConfigurationFault(name, "", allowed, document.line_of(name), document.path))
+    if not entries(part.raw, GROUP):
+        allowed = f"there is no [[group]] in {path}; allowed: a TOML file with {', '.join(TABLES)}"
+        return document, [*faults, ConfigurationFault(ORGANISATION, shown(given), allowed)]
     own = {name: tables for name, tables in part.raw.items() if name in TABLES}
     return replace(document, raw={**document.raw, **own}, parts=(part,)), faults
 

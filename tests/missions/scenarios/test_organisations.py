@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -333,7 +334,9 @@ def test_groups_stand_in_one_of_the_two_files(tmp_path: Path) -> None:
 
 def test_a_file_that_is_not_there_and_tables_that_are_no_organisation_are_told(tmp_path: Path) -> None:
     file = written(tmp_path, of_scenario=(("three-teams.toml", "two-teams.toml"),))
-    assert any("organisation = " in text and "there is no file" in text for text in faults(file))
+    (text,) = faults(file)  # and nothing of roles that are missing for want of the file
+    assert "organisation = " in text
+    assert "there is no file" in text
     file = written(tmp_path, ("# Roles that others", "[[vehicle]]\nname = 'X'\n\n# Roles that others"))
     (text,) = faults(file)
     assert "vehicle: unknown in an organisation file; allowed: group, group_template, role" in text
@@ -367,3 +370,27 @@ mission = "AreaMapping"
   incompatible = ["Team.Skipper"]
 
 """
+
+
+def test_a_file_without_a_group_and_no_name_of_a_file_are_told_alone(tmp_path: Path) -> None:
+    file = written(tmp_path)
+    (tmp_path / "empty.toml").write_text("", encoding="utf-8")
+    for given, allowed in (('"empty.toml"', "there is no [[group]] in"), ("3", "a text: the name of a TOML file")):
+        text = re.sub("^organisation = .*$", f"organisation = {given}", file.read_text("utf-8"), flags=re.M)
+        (tmp_path / "other.toml").write_text(text, encoding="utf-8")
+        (fault,) = faults(tmp_path / "other.toml")
+        assert fault.startswith(f"{tmp_path / 'other.toml'}:")
+        assert f"organisation = {given}: {allowed}" in fault
+
+
+def test_a_role_is_not_incompatible_with_itself(tmp_path: Path) -> None:
+    for own in ("Cartographer", "West.Cartographer"):
+        new = f'name = "Cartographer"\n  incompatible = ["{own}"]'
+        text = "\n".join(faults(written(tmp_path, ('name = "Cartographer"', new))))
+        assert f'Team.role.Cartographer.incompatible = "{own}": allowed: other roles than itself' in text
+
+
+def test_abstract_is_true_or_false(tmp_path: Path) -> None:
+    for name, key in (("Leader", "role.Leader"), ("Cartographer", "group_template.Team.role.Cartographer")):
+        (text,) = faults(written(tmp_path, (f'name = "{name}"', f'name = "{name}"\nabstract = "yes"')))
+        assert f'{key}.abstract = "yes": true or false' in text
