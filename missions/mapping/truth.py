@@ -164,7 +164,9 @@ class MappingTruth(MeetingTruth):
         return not (self._finds.has_open and any(role.job in self._swaths_m for role in group.roles))
 
     def _judge(self, alive: Set[str], now_s: float) -> None:
-        """Work out the share of the goal that is reached, with these vehicles alive."""
+        """Work out the share of the goal that is reached, with these vehicles alive; without any it stays as it was."""
+        if not alive:
+            return
         able = {area: not alive.isdisjoint(names) for area, names in self._swaths_m.items()}
         n_open: float = sum(n for area, n in self._n_uncovered.items() if able[area])
         n_done: float = len(self._all_covered)

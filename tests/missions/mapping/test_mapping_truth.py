@@ -10,6 +10,8 @@ from sample_vehicles import AUV
 from missions.mapping.sensors import COVERAGE, Seabed, SwathSettings
 from missions.mapping.truth import GOAL, MappingTruth
 from missions.meeting import Meeting
+from missions.runs.run import run
+from missions.scenarios import load
 from remoras.activities import Objective
 from remoras.database import VehicleData
 from remoras.mission import FleetView, Milestone
@@ -289,3 +291,12 @@ def test_the_share_is_recorded_when_it_changes() -> None:
     sweep(watching, Fleet(), 212.5, 220.0, 237.5, 262.5)
     assert [(time_s, round(share, 6)) for time_s, share in recorder.rows("goal")] == [(1.0, 0.5), (3.0, 1.0)]
     assert [row[2] for row in recorder.rows("coverage")] == [8, 9, 10]
+
+
+def test_a_fleet_that_is_gone_has_not_reached_what_it_left() -> None:
+    names = ("ASV00", "AUV00", "AUV01", "AUV02")  # 1 kJ is for less than half a minute, so nobody gets to an area
+    overrides = [("--set", f"vehicle.{name}.energy_j=1e3") for name in names]
+    finished = run(load("mapping-rendezvous", overrides))
+    assert not finished.completed
+    assert finished.goal_fraction == pytest.approx(0.0, abs=1e-6)
+    assert "0 % of the work done" in finished.reason
