@@ -106,6 +106,27 @@ def test_a_group_formed_at_sea_is_there_while_its_viewer_knows_so(tmp_path: Path
     assert names[0] == ["Fleet", "Wing", "Team A", "Team B", "Inspection", "Team C"]
 
 
+LABELS = """([run]) => run.vehicles.map((_, v) => [
+  new R.Facts(run, new Map(run.bars(v).map((bar) => [bar.role, {}]))).driving[v].map((spell) => spell.text),
+  run.decisions(v).flatMap((one) => one.candidates.filter((c) => c.role).map((c) => [c.label, c.group, c.role])),
+  run.events.filter((one) => one.kind === "role" && one.vehicle === v).map((one) => one.text)])"""
+
+
+def test_a_role_is_named_with_its_group_where_several_groups_have_one_of_its_name(tmp_path: Path) -> None:
+    """West, Middle and East have the same roles; those of Fleet are its own."""
+    results = recorded(tmp_path / "run", "scenario.duration_s=90", scenario="mapping-nine-teams")
+    names = reading.vehicles(results)
+    told = dict(zip(names, asked([data_of(results)], LABELS, tmp_path, more=["facts.js"]), strict=True))
+    spells, choices, events = told["AUV00"]
+    assert "West.Coordinator" in spells
+    assert any(text.startswith("AUV00 is driven by West.Coordinator") for text in events)
+    assert "MissionAdministrator" in told["ASV00"][0]
+    of_teams = [one for _, own, _ in told.values() for one in own if one[1] != "Fleet"]
+    assert {group for _, group, _ in of_teams} == {"West", "Middle", "East"}
+    assert all(label.endswith(f"({group}.{role})") for label, group, role in of_teams)
+    assert all(label.endswith(f"({role})") for label, group, role in choices if group == "Fleet")
+
+
 AIMS = """([run], times) => times.map((t) => [...run.vehicles.keys()].map((viewer) => run.organisation(viewer, t).groups
   .map((group) => [group.name, group.mission, group.roles.map((role) => [role.name, role.aims])])))"""
 

@@ -7,7 +7,8 @@
   /** Where `v` is wrong about its peers' roles: {peer, extra: it believes, missing: it has not heard of}. */
   R.disagreements = function (facts, v, time_s) {
     const { extra, lacking } = facts.run.disagreements(v, time_s);
-    const rolesOf = (entries, peer) => entries.filter((entry) => entry.v === peer).map((entry) => entry.role);
+    const rolesOf = (entries, peer) => entries.filter((entry) => entry.v === peer)
+      .map((entry) => facts.run.roleName(entry.group, entry.role));
     return facts.run.vehicles.map((_, peer) => ({ peer, extra: rolesOf(extra, peer), missing: rolesOf(lacking, peer) }))
       .filter((entry) => entry.peer !== v && entry.extra.length + entry.missing.length);
   };

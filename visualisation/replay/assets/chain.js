@@ -48,7 +48,7 @@ globalThis.R = globalThis.R || {};
     for (const row of run._rows("decisions")) {
       const own = found[row.vehicle];
       if (!own) continue;
-      const last = own[own.length - 1], label = row.activities + (row.role ? " (" + row.role + ")" : "");
+      const last = own[own.length - 1], of = row.role && run.roleName(row.group, row.role), label = row.activities + (of && ` (${of})`);
       const isAgain = (one) => one.label === label && one.group === row.group && one.objective === row.objective && one.argument === row.argument;
       if (!last || last.time_s !== row.time_s) own.push({ time_s: row.time_s, candidates: [] });
       else if (last.candidates.some(isAgain)) last.candidates = []; // it has decided anew at the same time
@@ -129,6 +129,7 @@ globalThis.R = globalThis.R || {};
   // The signal that moved v: when it was heard, and what its sender did in that role as it sent it.
   function explainSignal(run, v, chosen, links) {
     const source = run.vehicles[chosen.source].name, name = run.vehicles[v].name;
+    const roleOf = (one) => run.roleName(one.group, one.role);
     const packet = chosen.slot < 0 ? null : run.packetOf(chosen.slot);
     if (!packet) {
       links.push(link(`${name} had heard a signal of ${source}`, links[links.length - 1].time_s, v));
@@ -138,14 +139,14 @@ globalThis.R = globalThis.R || {};
     const arrival_s = heard && heard.arrival_s !== null ? heard.arrival_s : packet.end_s;
     const meant = packet.signals.filter((one) => one.group === chosen.group && one.addressed.includes(chosen.role));
     const signal = meant.length ? meant.reduce((low, one) => (one.value < low.value ? one : low)) : null;
-    const value = signal ? `, satisfaction ${signed(signal.value)} of ${SATISFACTION} as ${signal.role}` : "";
+    const value = signal ? `, satisfaction ${signed(signal.value)} of ${SATISFACTION} as ${roleOf(signal)}` : "";
     links.push(link(`${name} heard a signal of ${source} in slot ${packet.slot}${value}`, arrival_s, v, packet.slot));
     if (!signal) return null;
     const doing = run.decisionAt(chosen.source, packet.start_s);
     const aims = doing ? doing.candidates.filter((one) => one.role === signal.role && one.group === signal.group) : [];
     const still = aims.filter((one) => one.chosen).concat(aims.filter((one) => !one.chosen && one.stimulus > 0))[0];
     const advance = signal.value < 0 ? "stood still" : "got on";
-    const as = still ? `as its ${still.activities} ${advance}` : `as ${signal.role}`;
+    const as = still ? `as its ${still.activities} ${advance}` : `as ${roleOf(signal)}`;
     links.push(link(`${source} sent it in slot ${packet.slot} ${as}`, packet.start_s, chosen.source, packet.slot));
     return still && still.chosen ? { v: chosen.source, t: packet.start_s, role: signal.role } : null;
   }
@@ -153,10 +154,11 @@ globalThis.R = globalThis.R || {};
   // How v came by what it does: by the facts that gave it the role, and the role its objective; the later one first.
   function explainTask(run, v, chosen, before_s, links) {
     const name = run.vehicles[v].name, path = chosen.group + "." + chosen.role;
-    const task = `${chosen.role} is for ${chosen.objective}(${chosen.argument})`;
+    const role = run.roleName(chosen.group, chosen.role);
+    const task = `${role} is for ${chosen.objective}(${chosen.argument})`;
     const found = [
       heardFact(run, v, "objective" + chosen.objective, path, chosen.argument, before_s, task),
-      heardFact(run, v, PLAYS_ROLE, name, path, before_s, `${name} plays ${chosen.role}`),
+      heardFact(run, v, PLAYS_ROLE, name, path, before_s, `${name} plays ${role}`),
     ];
     links.push(...found.filter(Boolean).sort((a, b) => b.time_s - a.time_s));
   }
@@ -200,7 +202,7 @@ globalThis.R = globalThis.R || {};
       const bars = run.bars(v).filter((bar) => bar.driving);
       let before = "";
       for (const time_s of [...new Set(bars.flatMap((bar) => [bar.from_s, bar.to_s]))].sort((a, b) => a - b)) {
-        const now = bars.filter((bar) => bar.from_s <= time_s && time_s < bar.to_s).map((bar) => bar.role).sort().join(" + ");
+        const now = bars.filter((bar) => bar.from_s <= time_s && time_s < bar.to_s).map((bar) => run.roleName(bar.group, bar.role)).sort().join(" + ");
         if (now !== before && time_s < run.header.end_s && !run.outAt(v, time_s)) {
           add(time_s, "role", v, now ? `${vehicle.name} is driven by ${now}` : `nothing drives ${vehicle.name}: it waits`);
         }

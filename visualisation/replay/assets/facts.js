@@ -22,7 +22,7 @@
       this.top_mps = run.vehicles.map((_, v) => topSpeed(run.track(v)));
       this.extent = extentOf(run);
       this.held = run.vehicles.map((_, v) => rolesHeld(run.bars(v).filter((bar) => !bar.driving)));
-      this.driving = run.vehicles.map((_, v) => spellsOf(run.bars(v).filter((bar) => bar.driving), this.looks));
+      this.driving = run.vehicles.map((_, v) => spellsOf(run, run.bars(v).filter((bar) => bar.driving), this.looks));
       this.drivingFrom_s = this.driving.map((spells) => spells.map((spell) => spell.from_s));
       this.decisions = run.vehicles.map((_, v) => markChanges(run.decisions(v)));
       this.flags = run.vehicles.map((_, v) => flagsOf(run, v));
@@ -120,17 +120,20 @@
   }
 
   /* Several roles may drive a vehicle at once: spells in which they are the same, the first of them giving the colour. */
-  function spellsOf(bars, looks) {
+  function spellsOf(run, bars, looks) {
     const bounds = [...new Set(bars.flatMap((bar) => [bar.from_s, bar.to_s]))].sort((a, b) => a - b);
     const order = [...looks.keys()];
     const spells = [];
     for (let n = 0; n + 1 < bounds.length; n += 1) {
       const [from_s, to_s] = [bounds[n], bounds[n + 1]];
-      const roles = order.filter((role) => bars.some((bar) => bar.role === role && bar.from_s <= from_s && to_s <= bar.to_s));
+      const now = bars.filter((bar) => bar.from_s <= from_s && to_s <= bar.to_s);
+      const roles = order.filter((role) => now.some((bar) => bar.role === role));
       if (!roles.length) continue;
+      const namesOf = (role) => now.filter((bar) => bar.role === role).map((bar) => run.roleName(bar.group, role));
+      const text = [...new Set(roles.flatMap(namesOf))].join(" + ");
       const last = spells[spells.length - 1];
-      if (last && last.to_s === from_s && last.roles.join() === roles.join()) last.to_s = to_s;
-      else spells.push({ from_s, to_s, roles, role: roles[0], text: roles.join(" + ") });
+      if (last && last.to_s === from_s && last.text === text) last.to_s = to_s;
+      else spells.push({ from_s, to_s, roles, role: roles[0], text });
     }
     return spells;
   }

@@ -82,7 +82,7 @@
     const { run } = facts;
     const { age_s, lacking } = run.matrix(time_s);
     const ghosts = new Map(mind.peers.map((peer) => [peer.v, peer]));
-    const rolesOf = (peer) => mind.roles.filter((one) => one.v === peer).map((one) => one.role).join(", ") || "none";
+    const rolesOf = (peer) => mind.roles.filter((one) => one.v === peer).map((one) => run.roleName(one.group, one.role)).join(", ") || "none";
     const rows = run.vehicles.map((_, peer) => peer).filter((peer) => peer !== v).map((peer) => {
       const so = run.at(peer, time_s), ghost = ghosts.get(peer);
       const off_m = ghost ? Math.hypot(so.x - ghost.x, so.y - ghost.y) : null;

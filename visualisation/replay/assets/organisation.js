@@ -10,6 +10,7 @@ globalThis.R = globalThis.R || {};
   R.organise = function (run) {
     const rows = run._rows("organisation");
     run.groups = groupsOf(run.about.groups || [], rows);
+    run._shared = sharedNames(run);
     run._changes = [-1, ...run.vehicles.keys()].map((viewer) => rows.filter((row) => isOf(row, viewer)));
     run._changed_s = run._changes.map((own) => own.map((row) => row.time_s));
     // Groups formed and dissolved, heads that succeeded: [{time_s, vehicle, text}].
@@ -37,6 +38,11 @@ globalThis.R = globalThis.R || {};
       ));
       const busy = new Set(held.map((one) => one.v));
       return { groups, reserves: [...this.vehicles.keys()].filter((v) => !busy.has(v)) };
+    },
+
+    // A role in a text: its name, or "Group.Role" where several groups have a role of that name.
+    roleName(group, role) {
+      return this._shared.has(role) ? `${group}.${role}` : role;
     },
 
     // How many rows of the table there are by t in a view.
@@ -81,6 +87,18 @@ globalThis.R = globalThis.R || {};
       if (role && !roles.some((one) => one.name === role)) roles.push({ name: role, minimum: 0, maximum: null, isHead: false });
     }
     return [...groups.values()];
+  }
+
+  // Names of roles that several groups have, declared or held.
+  function sharedNames(run) {
+    const first = new Map(), shared = new Set();
+    const add = (group, role) => {
+      if (!first.has(role)) first.set(role, group);
+      else if (first.get(role) !== group) shared.add(role);
+    };
+    for (const { name, roles } of run.groups) for (const role of roles) add(name, role.name);
+    run.vehicles.forEach((_, v) => run.bars(v).forEach((bar) => add(bar.group, bar.role)));
+    return shared;
   }
 
   // What rows by t say beside holders: missions by group, objectives by group and role, and which groups are there.
