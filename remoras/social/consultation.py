@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from remoras.authority import NOBODY, Act, Request, Rules, may_assign
 from remoras.beliefs import Beliefs
-from remoras.organisation import Organisation, Outcome, RoleAssignment
+from remoras.organisation import Organisation, Outcome
 from remoras.social.agreed import UNCHANGED, Agreed
 from remoras.social.alone import Alone
 from remoras.social.formations import Formations
@@ -24,6 +24,7 @@ from remoras.social.reigns import AGREED_BEFORE, Age, Reigns
 from remoras.social.reports import takes_sensors
 from remoras.social.requests import Requests
 from remoras.social.succession import Claim, Headship, excluded_by_leading, role_after, yielding_above
+from remoras.social.waiting_list import WaitingList
 from worldmodel import Change, Observation
 
 MAY_COME = frozenset(
@@ -65,7 +66,7 @@ class Consultation:
         self._pending_alone: list[Observation] = []
         self._newest: dict[tuple[str, ...], Age] = {}  # what counts, and since when
         self._waiting: list[Observation] = []  # refused for now
-        self._denied: dict[RoleAssignment, Request] = {}  # there was no room for it
+        self._waiting_list = WaitingList(self._given_at)
         self._about: dict[str, dict[Age, Observation]] = {group: {} for group in rules.at_sea}  # heard of each
         self.alone = Alone()
         self._reigns = Reigns(organisation)
@@ -106,9 +107,7 @@ class Consultation:
             for observation in waiting:
                 self._count(observation, agreed, again=True)
             is_due = len(agreed.formed) + len(agreed.dissolved) != n_renewed
-        for one in sorted(self._denied, key=lambda one: self._given_at(one.group, one.role, one.vehicle), reverse=True):
-            if agreed.assign(self._denied[one]) is not Outcome.NO_ROOM:  # its successor was heard of first
-                del self._denied[one]
+        self._waiting_list.let_in(agreed)
         alone, self._pending_alone = sorted(self._pending_alone, key=_age), []
         if alone:
             self._count_alone(alone, agreed)
@@ -160,6 +159,7 @@ class Consultation:
             return agreed.organisation.is_member(vehicle, group) if alone else self._reigns.led(vehicle, group, age)
 
         yielding = agreed.absent | self._given_by_former_heads(asked, age, agreed.organisation)
+        yielding |= self._waiting_list.yielding(asked, age, agreed.organisation)
         is_blind = asked.assignee in agreed.blind and takes_sensors(self._rules, self._groups[asked.group], asked)
         unavailable = agreed.unavailable | ({asked.assignee} if is_blind else NOBODY)
         outcome = may_assign(asked, agreed.organisation, self._rules, led, yielding, unavailable)
@@ -206,9 +206,7 @@ class Consultation:
     def _take(self, asked: Request, outcome: Outcome, age: Age, agreed: Agreed, yielding: frozenset[str]) -> None:
         """Do what was asked, or note why it is refused; where there is no room, in the place of who is ``yielding``."""
         if asked.assignee:
-            self._denied.pop(_assignment(asked), None)
-        if outcome is Outcome.NO_ROOM:
-            self._denied[_assignment(asked)] = asked
+            self._waiting_list.take(asked, outcome)
         if outcome is not Outcome.SUCCESS:
             agreed.note(asked, outcome)
         elif not asked.assignee:
@@ -218,6 +216,8 @@ class Consultation:
                 self.missions[of] = tuple(sorted(given, key=lambda one: self._given_at(of, "mission", one)))
         else:
             done = agreed.assign(asked, yielding) if asked.act is Act.ASSIGN else agreed.leave(asked)
+            if yielding:
+                self._waiting_list.displace(asked, agreed.organisation)
             if done is Outcome.SUCCESS and asked.role == self._groups[asked.group].head_role:
                 self._reigns.change(asked.group, asked.assignee, asked.act is Act.ASSIGN, age)
 
@@ -289,7 +289,3 @@ class Consultation:
             if self.requests.of(observation).act not in FOR_ALL:
                 self._count(observation, agreed, alone=True)
         self.alone.note(agreed, n_assigned, n_left)
-
-
-def _assignment(asked: Request) -> RoleAssignment:
-    return RoleAssignment(asked.group, asked.role, asked.assignee)

@@ -152,6 +152,42 @@ def test_more_holders_than_a_role_allows_are_refused(fleet: Fleet) -> None:
         assert vehicle.social.organisation.members("Operational", "LeftWinger") == ("AUV01",)
 
 
+@pytest.mark.parametrize("order", [(0, 1, 2, 3), (0, 1, 3, 2), (0, 3, 1, 2), (3, 0, 1, 2)])
+def test_who_waited_for_room_gives_way_to_newer_word(fleet: Fleet, order: tuple[int, ...]) -> None:
+    """AUV02 finds no room beside AUV01; then the head moves the job to itself. Each block has a round of its own.
+
+    Else who hears first that AUV01 leaves would let AUV02 in, and keep the head out for good.
+    """
+    issuer, heard = named(fleet, "AUV00"), named(fleet, "ASV00")
+    blocks = (
+        say(issuer, LEFT, now_s=1.0),
+        say(issuer, ("AUV02", "playsRole", "Operational.LeftWinger"), now_s=2.0),
+        say(issuer, ("AUV01", "leftRole", "Operational.LeftWinger"), now_s=3.0),
+        say(issuer, ("AUV00", "playsRole", "Operational.LeftWinger"), now_s=4.0),
+    )
+    for number in order:
+        hear(heard, blocks[number])
+        heard.social.consult()
+    assert heard.social.organisation.members("Operational", "LeftWinger") == ("AUV00",)
+
+
+def test_who_waited_for_room_gets_it_when_the_holder_leaves(fleet: Fleet) -> None:
+    issuer, heard = named(fleet, "AUV00"), named(fleet, "ASV00")
+    for number, fact in enumerate(
+        (
+            LEFT,
+            ("AUV02", *LEFT[1:]),
+            ("AUV01", "leftRole", LEFT[2]),
+            ("AUV00", *LEFT[1:]),
+            ("AUV00", "leftRole", LEFT[2]),
+        )
+    ):
+        hear(heard, say(issuer, fact, now_s=1.0 + number))
+        heard.social.consult()
+        holder = ("AUV01", "AUV01", "AUV02", "AUV00", "AUV02")[number]
+        assert heard.social.organisation.members("Operational", "LeftWinger") == (holder,)
+
+
 def test_in_one_round_the_order_of_hearing_does_not_matter(fleet: Fleet) -> None:
     issuer = named(fleet, "AUV00")
     blocks = (
