@@ -5,9 +5,10 @@ together, and none acts on half a discussion. What was said counts in the world 
 order in which it was heard, and only if ``remoras.authority`` grants it to its issuer. For the role of a vehicle, for
 an objective of a role and for the mission of a group the newest statement counts. Refused for now is what rests on news
 that may still come: that the issuer led the group, or that the assignee is a member. A role that has no room waits for
-an old holder to leave. Holders that are absent make room. Of claims to lead a group the greatest counts, see
-``remoras.social.succession``. The mission of a group counts at once: to plan it takes the rest of the frame. Of what
-is said of a group formed at sea its newest formation counts, see ``remoras.social.formations``.
+an old holder to leave, see ``remoras.social.waiting_list``. Holders that are absent make room. Of claims to lead a
+group the greatest counts, see ``remoras.social.succession``. The mission of a group counts at once: to plan it takes
+the rest of the frame. Of what is said of a group formed at sea its newest formation counts, see
+``remoras.social.formations``.
 
 What a vehicle states while it is cut off counts for itself alone; ``remoras.social.alone`` undoes it.
 """
