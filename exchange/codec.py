@@ -204,7 +204,7 @@ class Codec:
 
     def encode_fragment(self, fragment: Fragment, sender: int) -> tuple[int, int]:
         """``(bits, size_bits)`` of a fragment as ``sender`` says it; fixed for the fragment's life."""
-        if fragment.sequence >> self._sequence_bits:
+        if max(fragment.sequence, 0) >> self._sequence_bits:
             raise ConfigurationError(
                 f"vehicle {fragment.origin} has recorded more than {1 << self._sequence_bits} blocks, the sequence "
                 f"field of {self._sequence_bits} bits is used up: shorten the mission or report less often"
@@ -212,7 +212,7 @@ class Codec:
         bits = 0
         if fragment.origin != sender:
             bits = 1 << self._node_bits | fragment.origin
-        bits = bits << self._sequence_bits | fragment.sequence
+        bits = bits << self._sequence_bits | max(fragment.sequence, 0)
         bits = bits << self._time.size_bits | self._time.encode(fragment.time_s)
         bits <<= 1
         if fragment.count > 1:

@@ -32,7 +32,7 @@ from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet
 from exchange.policies import AckPolicy, may_send
 from exchange.schedule import TdmaSchedule
 from exchange.selection import select
-from worldmodel import Block, Change, Needs, PropertyValue, Value, WorldModel
+from worldmodel import STATUS, Block, Change, Needs, PropertyValue, Value, WorldModel
 
 SIGNAL_SHARE = 4
 """A packet keeps one part in this many for influence signals; fragments are cut to fit the rest."""
@@ -229,7 +229,7 @@ class ExchangeManager:
         aside: list[Fragment] = []
         for fragment in packet.fragments:
             if self.is_status(fragment.facts):
-                blocks.append(Block(fragment.origin, fragment.sequence, fragment.time_s, fragment.facts))
+                blocks.append(Block(fragment.origin, STATUS, fragment.time_s, fragment.facts))
                 continue
             column = self._ledger.column(fragment.uid)
             if column is None:

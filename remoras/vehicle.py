@@ -278,7 +278,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     def _conclude(self, facts: Sequence[Fact], now_s: float, told: bool = True) -> None:
         """Record facts that the vehicle found out itself and, if they are to be told, offer them to the others."""
         if facts:
-            self._share(self.beliefs.model.record(facts, now_s), now_s, told)
+            self._share(self.beliefs.model.record(facts, now_s, private=not told), now_s, told)
 
     def _share(self, change: Change, now_s: float, told: bool = True) -> None:
         if told and (self.radio.communicates or self.radio.is_bound):

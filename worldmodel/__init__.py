@@ -16,16 +16,30 @@ from worldmodel.errors import (
     WorldModelError,
     suggestion,
 )
-from worldmodel.facts import Block, Change, Fault, FaultCode, Instance, Merged, Observation, PropertyValue
+from worldmodel.facts import (
+    EPOCHS,
+    STATUS,
+    Block,
+    Change,
+    Fault,
+    FaultCode,
+    Instance,
+    Lacking,
+    Merged,
+    Observation,
+    PropertyValue,
+)
 from worldmodel.fields import Field
-from worldmodel.merge import merge
+from worldmodel.merge import expire, merge
 from worldmodel.needs import NOBODY, InformationNeed, Needs, NeedsIndex, Wanted
 from worldmodel.owl import core_ontology_paths, formation_ontology_path, read_tbox
 from worldmodel.snapshot import Row, models_from, rows_of
 from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, TBox, Value, ValueKind
 
 __all__ = [
+    "EPOCHS",
     "NOBODY",
+    "STATUS",
     "TYPE_UID",
     "Attribute",
     "Block",
@@ -36,6 +50,7 @@ __all__ = [
     "Field",
     "InformationNeed",
     "Instance",
+    "Lacking",
     "Merged",
     "NeedError",
     "Needs",
@@ -55,6 +70,7 @@ __all__ = [
     "WorldModel",
     "WorldModelError",
     "core_ontology_paths",
+    "expire",
     "formation_ontology_path",
     "merge",
     "models_from",

@@ -6,12 +6,14 @@ Each fact is a sit:PropertyValue, after the situation-awareness TBox:
     run:fact-2-15-0 a sit:PropertyValue ; sit:ofAttribute rm:location ; sit:value "POINT (3.5 4.0)"^^rm:Point ;
         sit:timestamp 12.3e0 ; sit:origin run:origin-2 .
 
-2-15-0 is origin, sequence and position in the block. Beside this history stands the current state, one triple
+2-15-0 is origin, sequence and position in the block; 2.e1-15-0 is of epoch 1, 2-p1-0 of the first block that the
+origin keeps to itself. A status is run:status-ORIGIN-SUBJECT-ATTRIBUTE, by uids. Beside this history stands the current state, one triple
 for each slot: run:instance-7 rm:location "POINT (3.5 4.0)"^^rm:Point. The types of an instance stand without
 their times: rdf:type with the class that it was created with and all that it was given since. A common
 instance has its name as rdfs:label. Banned origins are left out.
 """
 
+import re
 from collections.abc import Iterator, Mapping
 from decimal import Decimal
 from typing import Any
@@ -36,6 +38,7 @@ Pattern = tuple[Node | None, Node | None, Node | None]
 
 _INSTANCE = str(RUN) + "instance-"
 _FACT = str(RUN) + "fact-"
+_STATUS = str(RUN) + "status-"
 _ORIGIN = str(RUN) + "origin-"
 _OF_FACTS = {RDF.type, SIT.ofAttribute, SIT.value, SIT.timestamp, SIT.origin}
 
@@ -141,7 +144,7 @@ class RdfView(rdflib_store.Store):
             return
         if predicate is None or predicate in _OF_FACTS:
             asked = self._attributes.get(target) if target and predicate == SIT.ofAttribute else None
-            for block in model.blocks():
+            for block in (*model.blocks(), *model.private_blocks(), *model.statuses()):
                 if block.origin not in model.banned:
                     for position, fact in enumerate(block.facts):
                         if asked is None or fact.attribute == asked.uid:
@@ -190,11 +193,19 @@ class RdfView(rdflib_store.Store):
 
     def _observation(self, iri: Node) -> Observation | None:
         """Return the observation that the IRI of a fact stands for, unless its origin is banned."""
-        numbers = iri[len(_FACT) :].split("-") if isinstance(iri, URIRef) and iri.startswith(_FACT) else []
-        if len(numbers) != 3 or not all(number.isdecimal() for number in numbers):
+        if not isinstance(iri, URIRef):
             return None
-        origin, sequence, position = map(int, numbers)
-        block = self._model.block((origin, sequence))
+        if iri.startswith(_STATUS):
+            status = re.fullmatch(r"(\d+)-(\d+)-(\d+)", iri[len(_STATUS) :])
+            slot = None if status is None else (int(status[2]), int(status[3]), int(status[1]))
+            held = None if slot is None else self._model.index.statuses.get(slot)
+            return None if held is None or held.origin in self._model.banned else Observation(held, 0)
+        name = iri[len(_FACT) :] if iri.startswith(_FACT) else ""
+        fact = re.fullmatch(r"(\d+)(?:\.e(\d+))?-(p?)(\d+)-(\d+)", name)
+        if fact is None:
+            return None
+        origin, sequence, position = int(fact[1]), int(fact[4]), int(fact[5])
+        block = self._model.block((origin, int(fact[2] or 0), -1 - sequence if fact[3] else sequence))
         if block is None or position >= len(block.facts) or origin in self._model.banned:
             return None
         return Observation(block, position)
@@ -285,8 +296,12 @@ def _answered(model: Store, vehicles: Mapping[int, str], graph: Graph, term: Nod
 
 
 def _fact_iri(observation: Observation) -> URIRef:
-    block = observation.block
-    return URIRef(f"{_FACT}{block.origin}-{block.sequence}-{observation.position}")
+    block, fact = observation.block, observation.fact
+    if block.is_status:
+        return URIRef(f"{_STATUS}{block.origin}-{fact.subject}-{fact.attribute}")
+    epoch = f".e{block.epoch}" if block.epoch else ""
+    sequence = f"{block.sequence}" if block.is_item else f"p{-1 - block.sequence}"
+    return URIRef(f"{_FACT}{block.origin}{epoch}-{sequence}-{observation.position}")
 
 
 def _number_after(prefix: str, iri: Node) -> int | None:

@@ -233,7 +233,8 @@ class Memory:
         """A block of the rows of its facts."""
         model = self._names
         time_s = model.quantise_time(rows[0]["time_s"])
-        return Block(*guid, time_s, tuple(fact_of(model, row) for row in rows))
+        origin, epoch, sequence = guid
+        return Block(origin, sequence, time_s, tuple(fact_of(model, row) for row in rows), epoch)
 
 
 def _by_vehicle(results: Results | MemoryResults, table: str) -> dict[str, list[dict[str, Any]]]:
@@ -267,13 +268,13 @@ def _formed(agreement: Agreement, changes: Iterable[Row]) -> tuple[dict[str, Gro
 
 
 def _guid(uid: str) -> Guid:
-    """Origin and sequence of the block that an item is of.
+    """Origin, epoch and sequence of the block that an item is of.
 
     >>> _guid("2-17.1")
-    (2, 17)
+    (2, 0, 17)
     """
     origin, _, rest = uid.partition("-")
-    return int(origin), int(rest.partition(".")[0])
+    return int(origin), 0, int(rest.partition(".")[0])
 
 
 def _uid(model: WorldModel, name: str) -> int:

@@ -78,9 +78,9 @@ def first_uid_of(origin: int) -> int:
     return len(INSTANCES) + origin * PER_ORIGIN
 
 
-def block(origin: int, sequence: int, tick: int, *facts: tuple[int, int, Value]) -> Block:
+def block(origin: int, sequence: int, tick: int, *facts: tuple[int, int, Value], epoch: int = 0) -> Block:
     """A block at ``tick`` tenths of a second."""
-    return Block(origin, sequence, CLOCK.value_at(tick), tuple(PropertyValue(*fact) for fact in facts))
+    return Block(origin, sequence, CLOCK.value_at(tick), tuple(PropertyValue(*fact) for fact in facts), epoch)
 
 
 def _values(attribute: int) -> st.SearchStrategy[Value]:
@@ -153,7 +153,9 @@ def picture(model: WorldModel) -> tuple[object, ...]:
     slots = [(uid, a.uid) for uid in range(model.n_uids) for a in TBOX.attributes]
     return (
         model.state_hash(),
-        sorted(model.blocks()),
+        list(model.blocks()),
+        list(model.statuses()),
+        model.digest(),
         model.banned,
         [model.latest(*slot) for slot in slots],
         [model.history(*slot) for slot in slots],
