@@ -197,6 +197,8 @@ def _model_from(rows: list[Row], tbox: TBox) -> WorldModel:
     known = {(row.origin, row.epoch, row.sequence) for row in by_kind[RowKind.KNOWN]}
     if odd := sorted(known ^ {block.guid for block in (*model.blocks(), *model.private_blocks())}):
         raise ValueError(f"the checks do not agree that block {odd[0]} is {RowKind.KNOWN.value}")
+    if len(by_kind[RowKind.STATUS]) != sum(1 for _ in model.statuses()):
+        raise ValueError("the checks do not agree with its statuses")
     model.next_sequence, model.next_private = (int(settings[name]) for name in _COUNTERS)
     model.own_instances = {int(uid) for uid in settings[_TAKEN].split()}
     for row in by_kind[RowKind.BANNED]:

@@ -7,10 +7,10 @@ Each fact is a sit:PropertyValue, after the situation-awareness TBox:
         sit:timestamp 12.3e0 ; sit:origin run:origin-2 .
 
 2-15-0 is origin, sequence and position in the block; 2.e1-15-0 is of epoch 1, 2-p1-0 of the first block that the
-origin keeps to itself. A status is run:status-ORIGIN-SUBJECT-ATTRIBUTE, by uids. Beside this history stands the current state, one triple
-for each slot: run:instance-7 rm:location "POINT (3.5 4.0)"^^rm:Point. The types of an instance stand without
-their times: rdf:type with the class that it was created with and all that it was given since. A common
-instance has its name as rdfs:label. Banned origins are left out.
+origin keeps to itself. A status is run:status-ORIGIN-SUBJECT-ATTRIBUTE, by uids. Beside this history stands the
+current state, one triple for each slot: run:instance-7 rm:location "POINT (3.5 4.0)"^^rm:Point. The types of an
+instance stand without their times: rdf:type with the class that it was created with and all that it was given
+since. A common instance has its name as rdfs:label. Banned origins are left out.
 """
 
 import re

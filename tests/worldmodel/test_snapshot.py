@@ -122,7 +122,7 @@ def test_several_vehicles_share_a_table() -> None:
 
 def test_rows_that_make_no_world_model_are_refused() -> None:
     model = fleet_model()
-    model.record([(AUV_0, BATTERY, 0.5), (SURVEY, COMPLETED, True)], 1.0)
+    model.record([(SURVEY, COMPLETED, True), (AUV_0, BATTERY, 0.5)], 1.0)
     rows = list(rows_of({"auv-0": model}))
     with pytest.raises(SnapshotError, match="'auv-0' cannot be read: it was made with the ontology"):
         models_from(rows, read_tbox(*core_ontology_paths()))
@@ -130,7 +130,7 @@ def test_rows_that_make_no_world_model_are_refused() -> None:
         models_from(rows[1:], TBOX)
     for column, value, reason in [
         ("value", "half", "could not convert string to float"),
-        ("value", "0.555", "the checks do not agree that block \\(0, 0\\) is known"),
+        ("value", "0.555", "the checks do not agree that block \\(0, 0, 0\\) is known"),
         ("time_s", math.nan, "the checks do not agree"),
         ("attribute", "batteryFracton", "did you mean 'batteryFraction'"),
         ("kind", "knwon", "'knwon' is not a valid RowKind"),
