@@ -136,7 +136,7 @@ def test_an_item_is_dropped_when_all_who_need_it_hold_it_though_others_lack_it()
 
 
 def test_the_more_urgent_goes_first_when_not_all_fits():
-    """13 B are 104 bits; 19 are head, and an item of one fact takes more than 40 of the rest."""
+    """13 B are 104 bits; 21 are head, and an item of one fact takes more than 40 of the rest."""
     fleet = Fleet(2, payload_bytes=13)
     fleet.maps(0, cell=1)
     fleet.maps(0, cell=2)
@@ -368,9 +368,10 @@ def test_an_echo_of_the_own_packet_is_refused():
 
 
 def test_the_exchange_goes_on_through_noise():
-    """After every packet each vehicle also hears 40 bytes of noise."""
+    """After every packet each vehicle also hears 40 bytes of noise; four frames before have shown whom it hears."""
     generator = random.Random(4)
     fleet = Fleet(3, "m-ack-repeat")
+    fleet.pass_frames(4)
     uids = [fleet.maps(node, node) for node in range(3)]
     for _ in range(12):
         now_s = fleet.now_s
