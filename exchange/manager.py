@@ -235,13 +235,12 @@ class ExchangeManager:
 
     def _refuse_future(self, packet: Packet, now_s: float) -> None:
         """Refuse a packet with a fact that was observed later than it arrives: it was damaged, or a clock is wrong."""
-        tolerance_s = self._model.clock_tolerance_s
-        latest_s = self._model.quantise_time(now_s + tolerance_s)
+        latest_s = self._model.latest_time_s(now_s)
         for fragment in packet.fragments:
             if fragment.time_s > latest_s:
                 raise PeerFault(
                     f"a fact of {fragment.time_s:g} s arrives at {now_s:g} s: from the future, beyond a clock "
-                    f"tolerance of {tolerance_s:g} s"
+                    f"tolerance of {self._model.clock_tolerance_s:g} s"
                 )
 
     def _absorb(self, packet: Packet, slot: int) -> Reception:

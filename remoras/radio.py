@@ -19,7 +19,7 @@ from remoras.picture import Peers
 from remoras.recorder import Recorder
 from remoras.social.needs import GroupNeeds
 from remoras.strategy import Declaration
-from worldmodel import Block, Change, PropertyValue, TBox, merge
+from worldmodel import STATUS, Block, Change, PropertyValue, TBox, expire, merge
 
 JOB = "Job"
 """Class of the core ontology; what a peer says of a job is news of the mission."""
@@ -86,6 +86,7 @@ class Radio:
         self.communicates = declaration.communicates
         self.influences = declaration.influences
         self.is_bound = declaration.is_bound
+        self._lacking: set[int] = set()  # instances that blocks are known to wait for
         self._told: list[Block] = []  # of a bound: what all others are to know at once
         self._names = names
         self._beliefs = beliefs
@@ -107,9 +108,18 @@ class Radio:
         self._recorder = recorder
 
     def expire(self, now_s: float) -> None:
-        """Give up blocks that have waited too long for what they rest on."""
-        for fault in self._beliefs.model.expire(now_s):
+        """Give up blocks that have waited too long for what they rest on; note what others wait for, once."""
+        model = self._beliefs.model
+        if not model.arrivals.waiting and not self._lacking:
+            return
+        for fault in expire(model, now_s):
             self._record_fault(now_s, f"dropped block: {fault.code}", fault.detail)
+        lacking = {one.uid: one for one in model.lacking(now_s)}
+        for uid in sorted(lacking.keys() - self._lacking):
+            one = lacking[uid]
+            whose = "" if one.origin is None else f" of {self._names[one.origin]}"
+            self._record_fault(now_s, "lacking", f"instance {uid}{whose}: {len(one.guids)} blocks wait for it")
+        self._lacking = set(lacking)
 
     # Out -----------------------------------------------------------------------------------------
 
@@ -130,7 +140,7 @@ class Radio:
                 not of status.
         """
         block = change.block
-        if block.is_private:
+        if block.sequence < STATUS:
             self._record_facts(block, name_of(block), "kept", now_s)
             return
         if self.is_bound:

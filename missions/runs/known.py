@@ -12,6 +12,7 @@ import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
@@ -79,7 +80,9 @@ class Known:
     def beliefs(self) -> Iterator[Belief]:
         """The latest value of everything that it has heard of or observed, by subject and attribute."""
         names = Beliefs(self.model)
-        slots = {(fact.subject, fact.attribute) for block in self.model.blocks() for fact in block.facts}
+        model = self.model
+        held = chain(model.blocks(), model.private_blocks(), model.statuses())
+        slots = {(fact.subject, fact.attribute) for block in held for fact in block.facts}
         for latest in (self.model.latest(*slot) for slot in sorted(slots)):
             if latest is not None:
                 subject, attribute, value = names.as_text(latest.fact)

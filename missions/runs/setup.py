@@ -298,6 +298,7 @@ def world_model(setup: Setup, node: int) -> WorldModel:
         setup.scenario.communication.time_resolution_s,
         n_origins=setup.schedule.n_nodes,
         run_time_instances_per_origin=setup.mission.instances_found_per_vehicle,
+        clock_tolerance_s=setup.scenario.communication.clock_tolerance_s,
     )
 
 

@@ -89,7 +89,7 @@ def test_what_those_hold_to_whom_it_is_addressed_gives_way_to_what_they_lack():
     fleet = Fleet(3, who_needs=urgent, lost=lambda slot, sender, receiver: receiver == 2)
     for cell, peer in ((7, 1), (8, 2)):
         model = fleet.models[0]
-        fleet.managers[0].offer([model.record([cells(3, 9)[cell]], 0.0)], [peer])
+        fleet.managers[0].offer([model.record([cells(3, 9)[cell][:3]], 0.0)], [peer])
     fleet.pass_frames(2)
     assert [entry.priority for entry in fleet.managers[0]._ledger.entries] == [5, 50]
 
@@ -400,7 +400,8 @@ def test_parts_that_disagree_never_stop_a_receiver():
 
 
 def test_a_symbol_that_is_none_never_stops_a_receiver():
-    """Three symbols take two bits; the fourth index means nothing. The bits are those of index 2, the lowest set."""
+    """Three symbols take two bits; the fourth index means nothing. The bits are those of index 2, the lowest set,
+    before the bit that says that no fact follows and 14 of sequence."""
     kinds = (
         *TBOX.attributes,
         Attribute(len(TBOX.attributes), "tide", "urn:tide", 0, ValueKind.SYMBOL, symbols=("ebb", "slack", "flood")),
@@ -418,7 +419,7 @@ def test_a_symbol_that_is_none_never_stops_a_receiver():
         NeedsIndex(tbox, {}),
     )
     bits, size_bits = codec.encode_fragment(Fragment(0, 0, 0.0, (PropertyValue(0, kinds[-1].uid, 2),)), 0)
-    assert receiver.receive(codec.encode(0, [0, 0], [(bits | 0b010, size_bits)]), 0.5).fault
+    assert receiver.receive(codec.encode(0, [0, 0], [(bits | 0b010 << 14, size_bits)]), 0.5).fault
 
 
 # Slots --------------------------------------------------------------------------------------------

@@ -3,8 +3,21 @@
 from dataclasses import replace
 
 import pytest
-from fleet_radio import BATTERY, MAPPED_CELL, POSITION, Fleet, bay, cells, instances, needs
+from fleet_radio import (
+    BATTERY,
+    DURATION_S,
+    MAPPED_CELL,
+    N_BLOCKS,
+    POSITION,
+    TBOX,
+    Fleet,
+    bay,
+    cells,
+    instances,
+    needs,
+)
 
+from exchange.codec import Codec
 from exchange.manager import ExchangeManager
 from exchange.packets import Fragment, ItemUid
 from exchange.policies import POLICIES
@@ -134,14 +147,17 @@ def test_a_fact_later_than_its_arrival_and_tolerance_refuses_the_packet(late_s: 
 
 
 def test_a_coarse_clock_makes_no_sound_fact_one_of_the_future():
-    """Times are rounded to 10 s: what is observed at 6 s is of 10 s, and is not refused at 7 s without tolerance."""
+    """Times are rounded to 10 s: what is observed at 8.2 s is of 10 s. It arrives at 9 s, without tolerance, and is
+    sound; of 20 s nothing is. Slot 4 begins at 8 s."""
     fleet = Fleet(2)
-    model = WorldModel(
-        fleet.models[0].tbox, 1, instances(2), 10.0, n_origins=2, run_time_instances_per_origin=0, clock_tolerance_s=0.0
-    )
-    manager = ExchangeManager(1, model, fleet.codec, fleet.schedule, POLICIES["ack"], 512, needs(range(2)))
-    data = packet_of(fleet, 0, Fragment(0, 0, 10.0, cells(2, 1)), frame=1)
-    assert manager.receive(data, 5.0).fault is None  # 5 s rounds to 0 or 10; slot 2 begins at 4 s
+    codec = Codec(TBOX, len(instances(2)), 2, POLICIES["ack"], N_BLOCKS, DURATION_S, 10.0)
+    for time_s, is_refused in ((10.0, False), (20.0, True)):
+        model = WorldModel(TBOX, 1, instances(2), 10.0, n_origins=2, clock_tolerance_s=0.0)
+        manager = ExchangeManager(1, model, codec, fleet.schedule, POLICIES["ack"], 512, needs(range(2)))
+        wire = [codec.encode_fragment(Fragment(0, 0, time_s, cells(2, 1)), 0)]
+        reception = manager.receive(codec.encode(0, [0, 0], wire, frame=2), 9.0)
+        assert (reception.fault is not None) == is_refused
+        assert (merge(model, reception.blocks, 9.0).faults, model.digest()) == ((), {} if is_refused else {(0, 0): (0, 0)})
 
 
 def test_what_was_refused_as_from_the_future_is_said_again_and_the_truth_comes():
