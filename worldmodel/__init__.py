@@ -33,7 +33,9 @@ from worldmodel.fields import Field
 from worldmodel.merge import expire, merge
 from worldmodel.needs import NOBODY, InformationNeed, Needs, NeedsIndex, Wanted
 from worldmodel.owl import core_ontology_paths, formation_ontology_path, read_tbox
+from worldmodel.pruning import prune, tidy
 from worldmodel.snapshot import Row, models_from, rows_of
+from worldmodel.store import PruneRule
 from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, TBox, Value, ValueKind
 
 __all__ = [
@@ -59,6 +61,7 @@ __all__ = [
     "OntologyClass",
     "OntologyError",
     "PropertyValue",
+    "PruneRule",
     "QueryError",
     "Row",
     "SnapshotError",
@@ -74,7 +77,9 @@ __all__ = [
     "formation_ontology_path",
     "merge",
     "models_from",
+    "prune",
     "read_tbox",
     "rows_of",
     "suggestion",
+    "tidy",
 ]

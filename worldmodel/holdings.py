@@ -1,4 +1,8 @@
-"""The blocks of one store: which have arrived, which are held, and what two stores compare to see whether they agree."""
+"""The blocks of one store: which have arrived, which are held, and by what two stores see whether they agree.
+
+``digest`` says which items have arrived: in, waiting, refused or pruned. ``state_hash`` says what they say. Both are
+the same before and after pruning, so vehicles that prune differently, or not at all, still agree.
+"""
 
 import hashlib
 from collections.abc import Iterator, Sequence
@@ -34,7 +38,8 @@ class Holdings(Individuals):
         self.logs: dict[tuple[int, int], Log] = {}
         """Items, by (origin, epoch)."""
         self._private: dict[tuple[int, int], Log] = {}  # the same for private blocks, counted up
-        self._pruned = 0  # sum of the contents of items that are no longer held
+        self.content_of_pruned = 0
+        """Sum of the contents of the items that are held no longer, as numbers."""
 
     def block(self, guid: Guid) -> Block | None:
         """Return the item or private block if it is in."""
@@ -69,13 +74,29 @@ class Holdings(Individuals):
         """
         return {key: log.digest for key, log in self.logs.items() if log.blocks or log.ahead}
 
+    def pruned(self) -> Iterator[tuple[Guid, int]]:
+        """Yield the items that are held no longer, as runs without a gap: the first of each, and how many they are."""
+        for (origin, epoch), log in sorted(self.logs.items()):
+            first, count = 0, 0
+            for sequence in log.not_held():
+                if self.arrivals.get((origin, epoch, sequence)) is not None:
+                    continue
+                if count and sequence == first + count:
+                    count += 1
+                    continue
+                if count:
+                    yield (origin, epoch, first), count
+                first, count = sequence, 1
+            if count:
+                yield (origin, epoch, first), count
+
     def state_hash(self) -> str:
         """Return a digest of TBox, common instances and set of items: equal if, and only if, these are.
 
         An item that went in counts also after it was pruned. So stores that pruned differently have equal hashes.
         Statuses and private blocks do not count.
         """
-        total = self._pruned + sum(self._content_number(block) for block in self.blocks())
+        total = self.content_of_pruned + sum(self._content_number(block) for block in self.blocks())
         state = (self.tbox.hash, self.common_instances, self.n_origins, self.n_uids, total % (1 << 256))
         return hashlib.sha256(repr(state).encode()).hexdigest()
 

@@ -1,7 +1,7 @@
 """World models as rows of plain values, for a table, and back.
 
-One row is one fact, named so that a reader of the table needs no uids. Three kinds of rows hold no fact of a
-block: a ``COMMON`` row is an instance that all vehicles knew before the mission, a ``BANNED`` row an origin
+One row is one fact, named so that a reader of the table needs no uids. Four kinds of rows hold no fact of a
+block: a ``PRUNED`` row is a run of items that are held no longer, a ``COMMON`` row is an instance that all vehicles knew before the mission, a ``BANNED`` row an origin
 that the view leaves out, and a ``MODEL`` row a setting of the world model or one of its counters. The blocks that
 have arrived but wait or were refused are rows too, and so are the statuses and what the owner keeps to itself.
 ``models_from`` merges all of them, and merging has one outcome whatever the order; so the models it returns answer
@@ -20,7 +20,7 @@ from worldmodel.abox import WorldModel
 from worldmodel.errors import SnapshotError, WorldModelError
 from worldmodel.facts import Block, Instance, PropertyValue
 from worldmodel.merge import merge
-from worldmodel.store import Store
+from worldmodel.store import PruneRule, Store
 from worldmodel.tbox import Attribute, TBox, Value, ValueKind
 
 NOBODY = -1
@@ -30,7 +30,9 @@ _NUMBERS = ("owner", "epoch", "n_origins", "run_time_instances_per_origin", "tim
 _COUNTERS = ("next_sequence", "next_private")
 _BOUNDS = ("waiting_s", "waiting_blocks")
 _TAKEN = "own_instances"
-_SETTINGS = ("ontology", *_NUMBERS, *_COUNTERS, *_BOUNDS, _TAKEN)
+_PRUNED = "content_of_pruned"
+_PRUNING = "pruning"
+_SETTINGS = ("ontology", *_NUMBERS, *_COUNTERS, *_BOUNDS, _TAKEN, _PRUNED, _PRUNING)
 
 
 class RowKind(StrEnum):
@@ -39,6 +41,7 @@ class RowKind(StrEnum):
     MODEL = "model"
     COMMON = "common"
     BANNED = "banned"
+    PRUNED = "pruned"
     KNOWN = "known"
     STATUS = "status"
     WAITING = "waiting"
@@ -88,6 +91,8 @@ def rows_of(models: Mapping[str, WorldModel]) -> Iterator[Row]:
         settings = {name: str(getattr(model, name)) for name in (*_NUMBERS, *_COUNTERS)}
         settings |= {name: str(getattr(model.arrivals, name)) for name in _BOUNDS}
         settings |= {"ontology": f"{model.tbox.hash:08x}", _TAKEN: " ".join(map(str, sorted(model.own_instances)))}
+        rules = [(model.tbox.classes[c].name, model.tbox.attributes[a].name, repr(age)) for c, a, age in model.pruning]
+        settings |= {_PRUNED: f"{model.content_of_pruned:x}", _PRUNING: ", ".join(map(" ".join, rules))}
         for name in _SETTINGS:
             yield _row(
                 vehicle, RowKind.MODEL, origin=model.owner, subject=vehicle, attribute=name, value=settings[name]
@@ -99,6 +104,8 @@ def rows_of(models: Mapping[str, WorldModel]) -> Iterator[Row]:
             )
         for origin in sorted(model.banned):
             yield _row(vehicle, RowKind.BANNED, origin=origin)
+        for (origin, epoch, first), count in model.pruned():
+            yield _row(vehicle, RowKind.PRUNED, origin=origin, epoch=epoch, sequence=first, value=str(count))
         arrivals = model.arrivals
         held = (
             (RowKind.KNOWN, (*model.blocks(), *model.private_blocks())),
@@ -117,13 +124,14 @@ def _row(
     uid: int = NOBODY,
     *,
     origin: int = NOBODY,
+    epoch: int = 0,
     sequence: int = 0,
     subject: str = "",
     attribute: str = "",
     value: str = "",
 ) -> Row:
     """A row that holds no fact of a block."""
-    return Row(vehicle, kind.value, uid, origin, 0, sequence, 0, 0.0, 0.0, subject, attribute, value)
+    return Row(vehicle, kind.value, uid, origin, epoch, sequence, 0, 0.0, 0.0, subject, attribute, value)
 
 
 def models_from(rows: Iterable[Row], tbox: TBox) -> dict[str, WorldModel]:
@@ -187,6 +195,7 @@ def _model_from(rows: list[Row], tbox: TBox) -> WorldModel:
         clock_tolerance_s=float(settings["clock_tolerance_s"]),
         waiting_s=float(settings["waiting_s"]),
         waiting_blocks=int(settings["waiting_blocks"]),
+        pruning=tuple(_rules_from(settings[_PRUNING], tbox)),
     )
     merge(model, _blocks_from([*by_kind[RowKind.KNOWN], *by_kind[RowKind.REFUSED]], tbox))
     for waits_since_s, rows_since in groupby(
@@ -199,11 +208,21 @@ def _model_from(rows: list[Row], tbox: TBox) -> WorldModel:
         raise ValueError(f"the checks do not agree that block {odd[0]} is {RowKind.KNOWN.value}")
     if len(by_kind[RowKind.STATUS]) != sum(1 for _ in model.statuses()):
         raise ValueError("the checks do not agree with its statuses")
+    for row in by_kind[RowKind.PRUNED]:
+        for sequence in range(row.sequence, row.sequence + int(row.value)):
+            model.hold((row.origin, row.epoch, sequence))
+    model.content_of_pruned = int(settings[_PRUNED], 16)
     model.next_sequence, model.next_private = (int(settings[name]) for name in _COUNTERS)
     model.own_instances = {int(uid) for uid in settings[_TAKEN].split()}
     for row in by_kind[RowKind.BANNED]:
         model.ban(row.origin)
     return model
+
+
+def _rules_from(text: str, tbox: TBox) -> Iterator[PruneRule]:
+    for rule in filter(None, text.split(", ")):
+        of_class, attribute, older_than_s = rule.split()
+        yield PruneRule(tbox.class_named(of_class).uid, tbox.attribute_named(attribute).uid, float(older_than_s))
 
 
 def _blocks_from(rows: list[Row], tbox: TBox) -> Iterator[Block]:

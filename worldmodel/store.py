@@ -14,6 +14,7 @@ Checks and merging work on a ``Store``; they are the only ones who put blocks in
 """
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 from worldmodel.arrivals import WAITING_BLOCKS, WAITING_S
 from worldmodel.errors import FactError
@@ -34,6 +35,25 @@ from worldmodel.tbox import TYPE_UID, TBox, Value
 CLOCK_TOLERANCE_S = 1.0
 """By how much a fact may be later than its arrival (s)."""
 
+
+class PruneRule(NamedTuple):
+    """Values of an attribute of the instances of a class are dropped when they are older than ``older_than_s`` (s)."""
+
+    class_uid: int
+    attribute: int
+    older_than_s: float
+
+    def check(self, tbox: TBox) -> None:
+        """Raise FactError if there is no such class or attribute, or if it is that of types."""
+        if not 0 <= self.class_uid < len(tbox.classes):
+            raise FactError(f"pruning: class {self.class_uid} is unknown; allowed: 0..{len(tbox.classes) - 1}")
+        if not 0 <= self.attribute < len(tbox.attributes) or self.attribute == TYPE_UID:
+            allowed = f"1..{len(tbox.attributes) - 1}; types are never pruned"
+            raise FactError(f"pruning: attribute {self.attribute}; allowed: {allowed}")
+        if not self.older_than_s >= 0:
+            raise FactError(f"pruning: older_than_s is {self.older_than_s}; allowed: 0 s or more")
+
+
 _new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 
 
@@ -53,6 +73,7 @@ class Store(Holdings):
         clock_tolerance_s: float = CLOCK_TOLERANCE_S,
         waiting_s: float = WAITING_S,
         waiting_blocks: int = WAITING_BLOCKS,
+        pruning: Sequence[PruneRule] = (),
     ) -> None:
         """Know the common ``instances``, and no fact about them.
 
@@ -69,6 +90,7 @@ class Store(Holdings):
             clock_tolerance_s: by how much a fact may be later than its arrival (s).
             waiting_s: for how long a block waits for what it rests on (s).
             waiting_blocks: how many blocks of one origin wait at most; the oldest is dropped.
+            pruning: what ``tidy`` drops.
 
         Raises:
             FactError: an argument cannot be right; the message names all bad instances.
@@ -82,6 +104,9 @@ class Store(Holdings):
             raise FactError(f"epoch is {epoch}; allowed: 0..{EPOCHS - 1}")
         if not clock_tolerance_s >= 0:
             raise FactError(f"clock_tolerance_s is {clock_tolerance_s}; allowed: 0 s or more")
+        for rule in pruning:
+            rule.check(tbox)
+        self.pruning = tuple(pruning)
         self.owner = owner
         self.epoch = epoch
         self.clock_tolerance_s = clock_tolerance_s
@@ -109,7 +134,7 @@ class Store(Holdings):
             return None
         if not self._banned:
             return entries[-1]
-        return next((entry for entry in reversed(entries) if block_of(entry).origin not in self._banned), None)
+        return next((entry for entry in reversed(entries) if self.is_seen(block_of(entry))), None)
 
     def history(self, subject: int, attribute: int) -> tuple[Observation, ...]:
         """Return all observations of a slot, oldest first, banned origins left out.
@@ -118,7 +143,11 @@ class Store(Holdings):
         """
         entries = self.index.slots.get((subject, attribute), ())
         found = (observation_of(entry) for entry in entries)
-        return tuple(o for o in found if o.block.origin not in self._banned)
+        return tuple(o for o in found if self.is_seen(o.block))
+
+    def is_seen(self, block: Block) -> bool:
+        """True unless the view leaves out what the block says."""
+        return block.origin not in self._banned
 
     def value(self, subject: int, attribute: int, default: Value | None = None) -> Value | None:
         """Return the latest value of a slot, or ``default`` when there is none."""
@@ -235,6 +264,11 @@ class Store(Holdings):
         self.version += 1
         for position, fact in enumerate(block.facts):
             self.index.leave(fact, block if len(block.facts) == 1 else Observation(block, position))
+
+    def prune(self, block: Block) -> None:
+        """Hold an item no longer; call ``worldmodel.pruning.prune``, which knows what may go."""
+        self.content_of_pruned += int.from_bytes(self.content(block), "big")
+        self.take_out(block)
 
     def note_creations(self, block: Block) -> set[int]:
         """Enter the instances that a block creates; return those whose class of creation is now another."""
