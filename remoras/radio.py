@@ -19,7 +19,7 @@ from remoras.picture import Peers
 from remoras.recorder import Recorder
 from remoras.social.needs import GroupNeeds
 from remoras.strategy import Declaration
-from worldmodel import STATUS, Block, Change, PropertyValue, TBox, expire, merge
+from worldmodel import STATUS, Block, Change, PropertyValue, TBox, merge, tidy
 
 JOB = "Job"
 """Class of the core ontology; what a peer says of a job is news of the mission."""
@@ -107,13 +107,13 @@ class Radio:
         """Let another take the rows of items, signals and faults from now on."""
         self._recorder = recorder
 
-    def expire(self, now_s: float) -> None:
-        """Give up blocks that have waited too long for what they rest on; note what others wait for, once."""
+    def tidy(self, now_s: float) -> None:
+        """Give up blocks that have waited too long, and old values; note once what others wait for."""
         model = self._beliefs.model
+        for fault in tidy(model, now_s):
+            self._record_fault(now_s, f"dropped block: {fault.code}", fault.detail)
         if not model.arrivals.waiting and not self._lacking:
             return
-        for fault in expire(model, now_s):
-            self._record_fault(now_s, f"dropped block: {fault.code}", fault.detail)
         lacking = {one.uid: one for one in model.lacking(now_s)}
         for uid in sorted(lacking.keys() - self._lacking):
             one = lacking[uid]

@@ -189,7 +189,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         """End of a TDMA frame: what was heard in it counts, and what is made of it. True if something changed here."""
         if not self.is_alive:
             return False
-        self.radio.expire(now_s)
+        self.radio.tidy(now_s)
         changed = self._look_around(now_s) | self._take_effect(now_s)
         calls = self.executive.calls(now_s) if self.radio.influences else {}
         for facts, told in self.social.negotiate(now_s, self.functional.believed, calls):

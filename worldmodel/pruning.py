@@ -52,7 +52,7 @@ def prune(store: Store, class_uid: int, attribute: int, before_s: float) -> int:
 
 
 def tidy(store: Store, now_s: float) -> tuple[Fault, ...]:
-    """Drop what has waited for too long, and what the store's rules of pruning say; return a fault for each of the former.
+    """Drop what waited for too long, with a fault for each, and what the rules of pruning say.
 
     Args:
         store: the store or world model.

@@ -19,6 +19,7 @@ from missions.runs.metrics import CORE_METRICS
 from missions.runs.needs import needs_of_all, priorities, subjects_of
 from missions.runs.refusals import refuse_malformed, refuse_undivided
 from missions.runs.sea import actual, sea_of
+from missions.scenarios.knowledge import pruning_of
 from missions.scenarios.obligations import obligations_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import policy_of
@@ -291,6 +292,7 @@ def _known_as_it_is(setup: Setup, fleet: Sequence[VehicleData]) -> Setup:
 
 def world_model(setup: Setup, node: int) -> WorldModel:
     """The world model of the vehicle with that node, before it knows anything."""
+    kept = setup.scenario.worldmodel
     return WorldModel(
         setup.tbox,
         node,
@@ -299,6 +301,9 @@ def world_model(setup: Setup, node: int) -> WorldModel:
         n_origins=setup.schedule.n_nodes,
         run_time_instances_per_origin=setup.mission.instances_found_per_vehicle,
         clock_tolerance_s=setup.scenario.communication.clock_tolerance_s,
+        waiting_s=kept.waiting_s,
+        waiting_blocks=kept.waiting_blocks,
+        pruning=pruning_of(setup.scenario, setup.tbox),
     )
 
 

@@ -14,6 +14,7 @@ from pydantic import ConfigDict, Field, field_validator
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.faults import FaultTable
+from missions.scenarios.knowledge import WorldModelTable
 from missions.scenarios.obligations import ObligationTable
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
 from remoras.attraction import GuidanceConstants
@@ -334,7 +335,7 @@ class Scenario(Sparse):
     """The whole input of a run; a mission with tables of its own subclasses it."""
 
     model_config = ConfigDict(json_schema_extra=unless("organisation", "group"))
-    UNSAID = frozenset({"role", "group_template"})
+    UNSAID = frozenset({"role", "group_template", "worldmodel"})
 
     organisation: str | None = Field(
         None,
@@ -352,6 +353,7 @@ class Scenario(Sparse):
     current: CurrentTable = CurrentTable()
     mission: Section = Field(Section(), description="settings of the mission")
     navigation: NavigationTable = NavigationTable()
+    worldmodel: WorldModelTable = WorldModelTable()
     beacon: tuple[BeaconTable, ...] = ()
     rally_point: tuple[RallyPoint, ...] = ()
     role: tuple[dict[str, Any], ...] = Field(
