@@ -6,10 +6,12 @@ Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
               carried) | number of fragments 5 | fragments | number of signals 4 | signals | padding to a byte
     fragment  relayed 1 [origin w(nodes), epoch 2] | time w(duration / resolution)
               | part of a larger block 1 [index 4, count - 1 4] | facts | sequence w(items), unless a status
-    fact      subject w(instances) | attribute w(attributes) | value | another fact follows 1
+    fact      subject w(instances) | attribute w(attributes) | value [| uncertain 1 [| uncertainty]]
+              | another fact follows 1
     signal    role w(instances) | value 8, two's complement
 
-A number takes ``ceil(log2((max - min) / resolution + 1))`` bits, the rule of DCCL. A status has no sequence, and no
+A number takes ``ceil(log2((max - min) / resolution + 1))`` bits, the rule of DCCL. Whether a value is uncertain is said
+of attributes that may carry an uncertainty. A status has no sequence, and no
 bit says so: a whole block is one if, and only if, all its attributes are latest-only. Relayed is what is not of the
 sender in its present epoch. The hash covers the TBox and every width in 32 bits, of which the packet of frame k carries
 byte k mod 4: two vehicles with different definitions notice it within four frames, see ``exchange.definitions``.
@@ -27,6 +29,7 @@ from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
 from exchange.header import AckHeader
 from exchange.packets import Fragment, InfluenceSignal, Packet
 from exchange.policies import AckPolicy
+from exchange.uncertainties import read_uncertainty, uncertainty_of
 from worldmodel import STATUS, Attribute, Field, PropertyValue, TBox, ValueKind
 
 HASH_BITS = 8
@@ -134,6 +137,15 @@ class _Reader:
         return self._left < 8 and self.take(self._left) == 0
 
 
+def _uncertainties(attributes: Sequence[Attribute]) -> list[FieldSize]:
+    """Lines of the size listing for attributes that may carry an uncertainty."""
+    return [
+        FieldSize("fact", f"uncertainty of {one.name}", 1 + one.uncertainty.size_bits, "1 where it carries none")
+        for one in attributes
+        if one.uncertainty is not None
+    ]
+
+
 class Codec:
     """Encodes and decodes packets for one fleet: fixed TBox, node count, instance count and policy.
 
@@ -195,7 +207,8 @@ class Codec:
         size += 0 if fragment.is_status else self._sequence_bits
         size += 2 * INDEX_BITS if fragment.count > 1 else 0
         per_fact = self._subject_bits + self._attribute_bits + 1
-        return size + sum(per_fact + self._value_bits[fact.attribute] for fact in fragment.facts)
+        uncertain = sum(uncertainty_of(self._attributes[fact.attribute], fact)[1] for fact in fragment.facts)
+        return size + uncertain + sum(per_fact + self._value_bits[fact.attribute] for fact in fragment.facts)
 
     def listing(self) -> tuple[FieldSize, ...]:
         """Every field of a packet in the order of the wire, with its size in this fleet.
@@ -231,6 +244,7 @@ class Codec:
             FieldSize("fact", "subject", self._subject_bits, instances),
             FieldSize("fact", "attribute", self._attribute_bits, f"one of {len(self._attributes)} attributes"),
             *values,
+            *_uncertainties(self._attributes),
             FieldSize("fact", "another follows", 1),
             FieldSize("signal", "role", self._subject_bits, instances),
             FieldSize("signal", "value", SIGNAL_VALUE_BITS, "-128 to 127"),
@@ -260,6 +274,8 @@ class Codec:
             bits = bits << self._subject_bits | fact.subject
             bits = bits << self._attribute_bits | fact.attribute
             bits = bits << self._value_bits[fact.attribute] | self._encode_value(fact)
+            uncertain, size_bits = uncertainty_of(self._attributes[fact.attribute], fact)
+            bits = bits << size_bits | uncertain
             bits = bits << 1 | (position < last)
         if not fragment.is_status:
             bits = bits << self._sequence_bits | fragment.sequence
@@ -381,4 +397,4 @@ class Codec:
         n_values = len(attribute.symbols) or self._n_values.get(attribute.kind)
         if n_values is not None and indices[0] >= n_values:
             raise PeerFault(f"{attribute.name}: {indices[0]} of {n_values}")
-        return PropertyValue(subject, uid, value)
+        return PropertyValue(subject, uid, value, read_uncertainty(attribute, reader.take))

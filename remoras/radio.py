@@ -20,6 +20,7 @@ from remoras.recorder import Recorder
 from remoras.social.needs import GroupNeeds
 from remoras.strategy import Declaration
 from worldmodel import STATUS, Block, Change, PropertyValue, TBox, merge, tidy
+from worldmodel.snapshot import uncertainty_as_text
 
 JOB = "Job"
 """Class of the core ontology; what a peer says of a job is news of the mission."""
@@ -269,7 +270,7 @@ class Radio:
         """A row for each fact of what this vehicle recorded."""
         append, as_text = self._recorder.items.append, self._beliefs.as_text
         for fact in of.facts:
-            append((name, self._me, of.time_s, now_s, *as_text(fact), kind))
+            append((name, self._me, of.time_s, now_s, *as_text(fact), kind, uncertainty_as_text(fact)))
 
     def _record_item(self, now_s: float, uid: ItemUid, event: str) -> None:
         self._recorder.knowledge.append((now_s, self._me, str(uid), self._names[uid.origin], event))

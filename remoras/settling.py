@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from exchange.acoustics.channel import Arrival
 from exchange.packets import name_of
 from remoras.clock import Priority
-from remoras.fleet import FaultChanges, Fleet, FrameEnds, SlotOpens
+from remoras.fleet import Fleet, SlotOpens
 from remoras.recorder import SETTLING, Recorder
 from remoras.vehicle import Vehicle
 
@@ -40,7 +41,7 @@ def settle(fleet: Fleet, settle_s: float) -> Settled:
             break
         if isinstance(event, SlotOpens):
             _speak(fleet, event.number)
-        elif not isinstance(event, FrameEnds | FaultChanges):
+        elif isinstance(event, Arrival):
             _hear(fleet.vehicles[event.receiver], event.data, fleet.now_s, record)
     complete = _is_settled(fleet)
     for vehicle in fleet.vehicles:
@@ -77,7 +78,7 @@ def _hear(vehicle: Vehicle, data: bytes, now_s: float, record: Recorder) -> None
     if not vehicle.is_alive or vehicle.condition.is_deaf:
         return
     heard = vehicle.radio.hear(data, now_s)
-    vehicle.beliefs.note(heard.changes)
+    vehicle.beliefs.note()
     for block in heard.reception.blocks:
         if block.is_status:
             origin = vehicle.beliefs.name(block.origin)

@@ -12,6 +12,9 @@ from worldmodel.tbox import Value
 
 _new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 
+Stated = tuple[int, int, Value] | tuple[int, int, Value, float | None]
+"""Subject, attribute, value; and the uncertainty of the value, if there is one."""
+
 
 class WorldModel(Store):
     """What one vehicle knows of the world.
@@ -19,14 +22,15 @@ class WorldModel(Store):
     The owner adds facts with ``record``; blocks of other vehicles come in through ``worldmodel.merge``.
     """
 
-    def record(self, facts: Iterable[tuple[int, int, Value]], now_s: float, private: bool = False) -> Change:
+    def record(self, facts: Iterable[Stated], now_s: float, private: bool = False) -> Change:
         """Record facts that the owner observed together; blocks that waited for them go in at once.
 
         They become a status if their attributes all have rm:latestOnly, else an item. The next ``merge`` reports the
         blocks that were set free.
 
         Args:
-            facts: (subject, attribute uid, value) each; values are rounded to the grids of their attributes.
+            facts: (subject, attribute uid, value) each, or with the uncertainty behind; both are rounded to the grids
+                of the attribute. It is a standard deviation or a probability, see ``PropertyValue``.
             now_s: time of observation since the mission began (s), rounded to ``time_resolution_s``.
             private: True for what the owner keeps to itself: it is numbered apart and is no part of ``digest``.
 
@@ -63,8 +67,10 @@ class WorldModel(Store):
             self.arrivals.unreported = Merged((*before.changes, *others), (*before.faults, *faults))
         return change
 
-    def _record_plain(self, fact: tuple[int, int, Value], now_s: float) -> Change | None:
+    def _record_plain(self, fact: Stated, now_s: float) -> Change | None:
         """Record one fact that is right at first sight, and no type, link or status; None for any other."""
+        if len(fact) != 3:
+            return None
         subject, attribute, value = fact
         plain = self.tables.plain.get(attribute)
         if plain is None:
@@ -89,14 +95,18 @@ class WorldModel(Store):
         is_status = facts and self.tables.latest_only.issuperset(fact.attribute for fact in facts)
         return STATUS if is_status else self.next_sequence
 
-    def _quantised(self, facts: Iterable[tuple[int, int, Value]]) -> tuple[PropertyValue, ...]:
+    def _quantised(self, facts: Iterable[Stated]) -> tuple[PropertyValue, ...]:
         attributes = self.tbox.attributes
         stored = []
-        for subject, uid, value in facts:
+        for subject, uid, value, *uncertain in facts:
             if not 0 <= uid < len(attributes):
                 raise FactError(f"attribute {uid} is unknown; allowed: 0..{len(attributes) - 1}")
             try:
-                stored.append(PropertyValue(subject, uid, attributes[uid].quantise(value)))
+                attribute = attributes[uid]
+                uncertainty = uncertain[0] if uncertain else None
+                if uncertainty is not None:
+                    uncertainty = attribute.quantise_uncertainty(uncertainty)
+                stored.append(PropertyValue(subject, uid, attribute.quantise(value), uncertainty))
             except (TypeError, ValueError) as error:
                 raise FactError(f"{attributes[uid].name} of instance {subject}: {error}") from None
         return tuple(stored)

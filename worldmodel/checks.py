@@ -89,10 +89,10 @@ def check_form(store: Store, block: Block) -> tuple[Fault, ...]:
 
 
 def _check_value(store: Store, attribute: Attribute, fact: PropertyValue, found: list[tuple[FaultCode, str]]) -> None:
-    if fact.uncertainty is not None:
-        found.append((FaultCode.VALUE_KIND, f"{attribute.name} of {fact.subject} has no uncertainty"))
-        return
     try:
+        if fact.uncertainty is not None and attribute.quantise_uncertainty(fact.uncertainty) != fact.uncertainty:
+            detail = f"{attribute.name} of {fact.subject}: the uncertainty {fact.uncertainty} is not on its grid"
+            found.append((FaultCode.VALUE_GRID, detail))
         stored = attribute.quantise(fact.value)
     except TypeError as error:
         found.append((FaultCode.VALUE_KIND, f"{attribute.name} of {fact.subject}: {error}"))

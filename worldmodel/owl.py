@@ -25,6 +25,11 @@ def formation_ontology_path() -> Path:
     return Path(__file__).parent / "ontology" / "formation.ttl"
 
 
+def ban_ontology_path() -> Path:
+    """Return the Turtle file with the word for bans; it is read where a scenario declares some."""
+    return Path(__file__).parent / "ontology" / "bans.ttl"
+
+
 def read_tbox(*paths: Path) -> TBox:
     """Compile Turtle files, usually those of the core ontology and a mission's own vocabulary.
 

@@ -13,9 +13,10 @@ instance takes its uid out of a range of its own and announces it by a value of 
 Checks and merging work on a ``Store``; they are the only ones who put blocks in.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
+from worldmodel.answers import Answers
 from worldmodel.arrivals import WAITING_BLOCKS, WAITING_S
 from worldmodel.errors import FactError
 from worldmodel.facts import (
@@ -24,13 +25,12 @@ from worldmodel.facts import (
     Block,
     Change,
     Instance,
-    Lacking,
     Observation,
+    PropertyValue,
 )
-from worldmodel.holdings import Holdings
-from worldmodel.index import Entry, block_of, observation_of
+from worldmodel.index import Entry, key_of, observation_of
 from worldmodel.log import Log
-from worldmodel.tbox import TYPE_UID, TBox, Value
+from worldmodel.tbox import TYPE_UID, TBox
 
 CLOCK_TOLERANCE_S = 1.0
 """By how much a fact may be later than its arrival (s)."""
@@ -57,7 +57,7 @@ class PruneRule(NamedTuple):
 _new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 
 
-class Store(Holdings):
+class Store(Answers):
     """The blocks that one vehicle holds, indexed by slot; ``version`` grows whenever an answer may change."""
 
     def __init__(
@@ -117,85 +117,6 @@ class Store(Holdings):
         """The sequence of the next block that the owner keeps to itself."""
         self.own_instances: set[int] = set()
         """The uids taken out of the owner's range, as far as is known."""
-        self._banned: set[int] = set()
-        self._members: dict[int, tuple[Instance, ...]] = {}
-        self._members_of = (0, 0)  # version of types, number of bans, for which they hold
-
-    # Questions -----------------------------------------------------------------------------------
-
-    def latest(self, subject: int, attribute: int) -> Observation | None:
-        """Return the newest observation of a slot, banned origins left out."""
-        entry = self._latest(subject, attribute)
-        return None if entry is None else observation_of(entry)
-
-    def _latest(self, subject: int, attribute: int) -> Entry | None:
-        entries = self.index.slots.get((subject, attribute))
-        if entries is None:
-            return None
-        if not self._banned:
-            return entries[-1]
-        return next((entry for entry in reversed(entries) if self.is_seen(block_of(entry))), None)
-
-    def history(self, subject: int, attribute: int) -> tuple[Observation, ...]:
-        """Return all observations of a slot, oldest first, banned origins left out.
-
-        Of statuses the newest of each origin is there.
-        """
-        entries = self.index.slots.get((subject, attribute), ())
-        found = (observation_of(entry) for entry in entries)
-        return tuple(o for o in found if self.is_seen(o.block))
-
-    def is_seen(self, block: Block) -> bool:
-        """True unless the view leaves out what the block says."""
-        return block.origin not in self._banned
-
-    def value(self, subject: int, attribute: int, default: Value | None = None) -> Value | None:
-        """Return the latest value of a slot, or ``default`` when there is none."""
-        observation = self.latest(subject, attribute)
-        return default if observation is None else observation.value
-
-    def statuses(self) -> Iterator[Block]:
-        """Yield the statuses that are held, the newest of each slot and origin, each as a block of one fact."""
-        for slot in sorted(self.index.statuses):
-            yield self.index.statuses[slot]
-
-    def lacking(self, now_s: float) -> tuple[Lacking, ...]:
-        """Return what blocks wait for, and who can announce it, by uid.
-
-        Args:
-            now_s: to which ages are counted (s).
-        """
-        return self.arrivals.lacking(now_s, self.owner_of)
-
-    def instances_of(self, class_uid: int) -> tuple[Instance, ...]:
-        """Return the instances of a class and of its subclasses, by uid, banned origins left out."""
-        holds_for = self.index.version_of_types, len(self._banned)
-        if self._members_of != holds_for:
-            self._members_of, self._members = holds_for, {}
-        members = self._members.get(class_uid)
-        if members is None:
-            known = (self.instance(uid) for uid in sorted(self.instance_uids()))
-            members = tuple(i for i in known if i is not None and self._is_seen_as(i, class_uid))
-            self._members[class_uid] = members
-        return members
-
-    def _is_seen_as(self, instance: Instance, class_uid: int) -> bool:
-        types = [o.fact.target for o in self.history(instance.uid, TYPE_UID)]
-        if instance.uid < len(self.common_instances):
-            types.append(instance.class_uid)
-        return any(self.tbox.is_a(c, class_uid) for c in types)
-
-    def ban(self, origin: int) -> None:
-        """See the world as if ``origin`` had said nothing; its blocks are kept, and still exchanged."""
-        if not 0 <= origin < self.n_origins:
-            raise FactError(f"origin {origin} is unknown; allowed: 0..{self.n_origins - 1}")
-        self._banned.add(origin)
-        self.version += 1
-
-    @property
-    def banned(self) -> frozenset[int]:
-        """The origins that the view leaves out."""
-        return frozenset(self._banned)
 
     # For checks and merging ----------------------------------------------------------------------
 
@@ -217,9 +138,12 @@ class Store(Holdings):
             log.put(sequence, block)
         self.version += 1
         subject, attribute, _, _ = facts[0]
-        if len(facts) > 1 or attribute not in self.tables.unlinked or self._banned:
+        index = self.index
+        if len(facts) > 1 or attribute not in self.tables.unlinked or index.bans.from_s:
             return self._indexed(block)
-        slots, slot = self.index.slots, (subject, attribute)
+        if attribute in self.subscriptions.watching or attribute == index.bans.attribute:
+            return self._indexed(block)
+        slots, slot = index.slots, (subject, attribute)
         entries = slots.get(slot)
         if entries is None:
             slots[slot] = [block]
@@ -238,25 +162,36 @@ class Store(Holdings):
     def _indexed(self, block: Block) -> Change:
         """Enter the facts of a block into their slots."""
         facts = block.facts
+        entries: list[Entry] = [Observation(block, position) for position in range(len(facts))]
         if len(facts) == 1:
-            fact = facts[0]
-            self.index.enter(fact, block)
-            return Change(block, facts if self._latest(fact.subject, fact.attribute) is block else ())
-        entries = [Observation(block, position) for position in range(len(facts))]
+            entries = [block]
         for fact, entry in zip(facts, entries, strict=True):
             self.index.enter(fact, entry)
+            if self.subscriptions.watching:
+                self.subscriptions.note(observation_of(entry))
+        if self.index.turned:
+            return Change(block, self._turned())
         pairs = zip(facts, entries, strict=True)
         return Change(block, tuple([f for f, entry in pairs if self._latest(f.subject, f.attribute) is entry]))
+
+    def _turned(self) -> tuple[PropertyValue, ...]:
+        """The latest facts of slots in which others count since the last ban; the ban's own slot is among them."""
+        found = [self.latest(*slot) for slot in sorted(self.index.turned)]
+        self.index.turned.clear()
+        return tuple(one.fact for one in found if one is not None)
 
     def place_status(self, block: Block) -> Change:
         """Let a status that has passed the checks replace what its origin said before."""
         placed = self.index.place(block)
         self.version += bool(placed)
+        if self.subscriptions.watching:
+            for _, one in placed:
+                self.subscriptions.note(Observation(one, 0))
         return Change(block, tuple([f for f, one in placed if self._latest(f.subject, f.attribute) is one]))
 
     def facts_of(self, subject: int, attribute: int) -> list[Observation]:
         """Return all observations of a slot, those of banned origins too."""
-        return [observation_of(entry) for entry in self.index.slots.get((subject, attribute), ())]
+        return [observation_of(entry) for entry in sorted(self.index.all_of((subject, attribute)), key=key_of)]
 
     def take_out(self, block: Block) -> None:
         """Take an item or private block out of all indexes; it has still arrived."""

@@ -10,6 +10,9 @@ rdfs:domain, rdfs:range and the rm: annotations. The range decides the kind:
     owl:oneOf (a list of strings)          SYMBOL
     a named class                          LINK
 
+``rm:sigma`` is the step of the standard deviation that a number or point may carry, ``rm:probability`` that of the
+probability of any other value.
+
 Every other axiom, and every individual, stays in the graph for SPARQL and for reasoners, and has no effect at
 run time. A term is defined in one file alone: ``_DEFINING`` lists the predicates that define it. Labels,
 comments and alignments define nothing; any file may add them.
@@ -27,13 +30,15 @@ from rdflib.term import Node
 
 from worldmodel.errors import OntologyError, suggestion
 from worldmodel.fields import Field
-from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind
+from worldmodel.tbox import MEASURED, TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind
 
 RM = Namespace("https://w3id.org/remoras/marine#")
 SIT = Namespace("https://w3id.org/remoras/situation#")
 
 _BOUNDS = (RM.minimum, RM.maximum, RM.resolution)
-_ANNOTATIONS = {*_BOUNDS, RM.unit, RM.latestOnly}
+_ANNOTATIONS = {*_BOUNDS, RM.unit, RM.latestOnly, RM.sigma, RM.probability}
+SIGMAS = 64
+"""Standard deviations that a value may carry: as many steps of ``rm:sigma``, six bits."""
 _NUMBERS = {XSD.double, XSD.decimal, XSD.integer}
 _RANGES = "xsd:double, xsd:decimal, xsd:integer, xsd:boolean, rm:Point, owl:oneOf (strings) or a declared class"
 _TERMS = (OWL.Class, OWL.DatatypeProperty, OWL.ObjectProperty, OWL.AnnotationProperty, RDF.Property, RDFS.Datatype)
@@ -269,8 +274,32 @@ class _Reader:
             self.fault(iri, f"its range makes it a {kind.value}", f"{self.shown(owl_type)} for such a range")
         if domain not in self.class_uid:
             return None
-        name = _local_name(iri)
-        return Attribute(uid, name, str(iri), self.class_uid[domain], kind, fields, range_class, symbols, latest_only)
+        name, uncertainty = _local_name(iri), self._uncertainty(iri, kind, fields)
+        return Attribute(
+            uid, name, str(iri), self.class_uid[domain], kind, fields, range_class, symbols, latest_only, uncertainty
+        )
+
+    def _uncertainty(self, iri: URIRef, kind: ValueKind, fields: tuple[Field, ...]) -> Field | None:
+        """The grid of what values may carry: 64 steps of a standard deviation, all of a probability between 0 and 1."""
+        own, other = (RM.sigma, RM.probability) if kind in MEASURED else (RM.probability, RM.sigma)
+        if (iri, other, None) in self.graph:
+            self.fault(iri, f"{self.shown(other)} on a {kind.value}", f"{self.shown(own)} for a {kind.value}")
+        found = [_python(term) for term in self.graph.objects(iri, own)]
+        if not found:
+            return None
+        if len(found) > 1 or type(found[0]) not in (int, float, Decimal):
+            self.fault(iri, f"{self.shown(own)} is {' and '.join(map(repr, found))}", "one number, the step")
+            return None
+        step = float(found[0])
+        try:
+            if kind in MEASURED:
+                return Field(step, SIGMAS * step, step, fields[0].unit if fields else "")
+            return Field(step, float(1 - Decimal(str(step))), step, "")
+        except (ValueError, ArithmeticError) as error:
+            self.fault(
+                iri, f"{self.shown(own)} {step}: {error}", "a step above 0; of a probability, a part of 1 below 0.5"
+            )
+            return None
 
     def _one(self, iri: URIRef, predicate: URIRef, allowed: str) -> Node | None:
         found = list(self.graph.objects(iri, predicate))

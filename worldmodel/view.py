@@ -26,7 +26,7 @@ from worldmodel.errors import QueryError
 from worldmodel.facts import Observation
 from worldmodel.owl import graph_of
 from worldmodel.store import Store
-from worldmodel.tbox import TYPE_UID, Attribute, TBox, Value, ValueKind
+from worldmodel.tbox import MEASURED, TYPE_UID, Attribute, TBox, Value, ValueKind
 from worldmodel.turtle import RM, SIT
 
 RUN = Namespace("https://w3id.org/remoras/run/")
@@ -40,7 +40,9 @@ _INSTANCE = str(RUN) + "instance-"
 _FACT = str(RUN) + "fact-"
 _STATUS = str(RUN) + "status-"
 _ORIGIN = str(RUN) + "origin-"
-_OF_FACTS = {RDF.type, SIT.ofAttribute, SIT.value, SIT.timestamp, SIT.origin}
+_OF_FACTS = {
+    RDF.type, SIT.ofAttribute, SIT.value, SIT.timestamp, SIT.origin, SIT.standardUncertainty, SIT.probability,
+}  # fmt: skip
 
 
 def instance_iri(uid: int) -> URIRef:
@@ -145,7 +147,7 @@ class RdfView(rdflib_store.Store):
         if predicate is None or predicate in _OF_FACTS:
             asked = self._attributes.get(target) if target and predicate == SIT.ofAttribute else None
             for block in (*model.blocks(), *model.private_blocks(), *model.statuses()):
-                if block.origin not in model.banned:
+                if model.is_seen(block):
                     for position, fact in enumerate(block.facts):
                         if asked is None or fact.attribute == asked.uid:
                             yield from self._fact_triples(Observation(block, position), predicate)
@@ -190,6 +192,10 @@ class RdfView(rdflib_store.Store):
             yield (iri, SIT.timestamp, Literal(observation.time_s, datatype=XSD.double))
         if predicate is None or predicate == SIT.origin:
             yield (iri, SIT.origin, origin_iri(observation.origin))
+        if fact.uncertainty is not None:
+            term = SIT.standardUncertainty if attribute.kind in MEASURED else SIT.probability
+            if predicate is None or predicate == term:
+                yield (iri, term, Literal(fact.uncertainty, datatype=XSD.double))
 
     def _observation(self, iri: Node) -> Observation | None:
         """Return the observation that the IRI of a fact stands for, unless its origin is banned."""
@@ -199,14 +205,14 @@ class RdfView(rdflib_store.Store):
             status = re.fullmatch(r"(\d+)-(\d+)-(\d+)", iri[len(_STATUS) :])
             slot = None if status is None else (int(status[2]), int(status[3]), int(status[1]))
             held = None if slot is None else self._model.index.statuses.get(slot)
-            return None if held is None or held.origin in self._model.banned else Observation(held, 0)
+            return None if held is None or not self._model.is_seen(held) else Observation(held, 0)
         name = iri[len(_FACT) :] if iri.startswith(_FACT) else ""
         fact = re.fullmatch(r"(\d+)(?:\.e(\d+))?-(p?)(\d+)-(\d+)", name)
         if fact is None:
             return None
         origin, sequence, position = int(fact[1]), int(fact[4]), int(fact[5])
         block = self._model.block((origin, int(fact[2] or 0), -1 - sequence if fact[3] else sequence))
-        if block is None or position >= len(block.facts) or origin in self._model.banned:
+        if block is None or position >= len(block.facts) or not self._model.is_seen(block):
             return None
         return Observation(block, position)
 

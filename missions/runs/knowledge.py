@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from missions.errors import OutputError
+from missions.scenarios.bans import ban_words
 from missions.scenarios.parts import mission_class
 from remoras.fleet import Fleet
 from remoras.recorder import Column, Table
@@ -50,7 +51,7 @@ def query(results: Results | MemoryResults, sparql: str) -> tuple[Sequence[str],
         raise OutputError("the run did not keep what its vehicles knew: run it again with --keep-models")
     scenario = results.scenario
     mission = mission_class(scenario.scenario.mission).from_scenario(scenario)
-    tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used)
+    tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *ban_words(scenario))
     clock = Grid(0.0, scenario.communication.time_resolution_s)  # tables keep fewer digits than world models
     rows = (
         Row(**{**row, "time_s": clock.value_at(clock.index_of(row["time_s"]))})

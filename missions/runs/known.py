@@ -20,14 +20,14 @@ from exchange.packets import guid_of
 from missions.errors import OutputError
 from missions.runs.setup import Setup, world_model
 from remoras.activities import Objective
-from remoras.beliefs import Beliefs
+from remoras.beliefs import Beliefs, Fused
 from remoras.organisation import Group, Organisation, RoleAssignment
 from remoras.recorder import ADDED, ITEMS, KNOWLEDGE, MEMBERSHIP, ORGANISATION, PACKETS, SETTLING
 from remoras.social.agreement import Agreement
 from remoras.social.membership import acted_on
 from remoras.social.planning import missions_of
-from worldmodel import Block, PropertyValue, UnknownNameError, ValueKind, WorldModel, merge, suggestion
-from worldmodel.snapshot import from_text
+from worldmodel import Block, Observation, PropertyValue, UnknownNameError, ValueKind, WorldModel, merge, suggestion
+from worldmodel.snapshot import from_text, uncertainty_from_text
 
 if TYPE_CHECKING:
     from missions.runs.results import MemoryResults, Results
@@ -41,7 +41,8 @@ NEEDED = (ITEMS, KNOWLEDGE, PACKETS, ORGANISATION, MEMBERSHIP)
 class Belief(NamedTuple):
     """The latest value of an attribute of an instance, by names; when and by whom it was observed.
 
-    The value is text as in the table ``items``, but a number that can only be whole has no point.
+    The value is text as in the table ``items``, but a number that can only be whole has no point. ``uncertainty`` is
+    the standard deviation of a number or point, the probability of any other value, or None.
     """
 
     subject: str
@@ -49,6 +50,7 @@ class Belief(NamedTuple):
     value: str
     time_s: float
     origin: str
+    uncertainty: float | None = None
 
 
 @dataclass(frozen=True, repr=False)
@@ -85,10 +87,7 @@ class Known:
         slots = {(fact.subject, fact.attribute) for block in held for fact in block.facts}
         for latest in (self.model.latest(*slot) for slot in sorted(slots)):
             if latest is not None:
-                subject, attribute, value = names.as_text(latest.fact)
-                if self._is_whole(attribute):
-                    value = str(int(float(value)))
-                yield Belief(subject, attribute, value, latest.time_s, names.name(latest.origin))
+                yield self._belief(names, latest)
 
     def value(self, subject: str, attribute: str) -> Any:
         """The latest value that it knows of an attribute of an instance; None if it knows none.
@@ -98,6 +97,53 @@ class Known:
         """
         value = Beliefs(self.model).get((attribute, subject))
         return int(value) if value is not None and self._is_whole(attribute) else value
+
+    def fused(
+        self, subject: str, attribute: str, prior: Mapping[Any, float] | None = None, independent: bool = True
+    ) -> Fused | None:
+        """What all vehicles say of an attribute of an instance, together, as far as this one has heard.
+
+        Of each vehicle the newest observation counts, and of banned ones none; ``worldmodel.fusion`` says how.
+
+        Args:
+            subject: name of the instance; attribute: its name.
+            prior: weight of each symbol or truth value before anything was observed; even if None.
+            independent: False where vehicles may have taken over what others said: the most certain counts alone.
+
+        Raises:
+            UnknownNameError: no such instance or attribute.
+        """
+        return Beliefs(self.model).fused((attribute, subject), prior, independent)
+
+    def history(
+        self, subject: str, attribute: str, since_s: float | None = None, until_s: float | None = None
+    ) -> tuple[Belief, ...]:
+        """All that it has heard of an attribute of an instance, oldest first, without what banned vehicles said.
+
+        Args:
+            subject: name of the instance; attribute: its name.
+            since_s: observed at this time or later; until_s: at this time or before.
+
+        Raises:
+            UnknownNameError: no such instance or attribute.
+        """
+        names = Beliefs(self.model)
+        slot = names.uid(subject), self.model.tbox.attribute_named(attribute).uid
+        return tuple(self._belief(names, one) for one in self.model.history(*slot, since_s, until_s))
+
+    @property
+    def banned(self) -> Mapping[str, float]:
+        """From which time on it does not believe vehicles (s), by their names."""
+        names = Beliefs(self.model)
+        return {names.name(origin): from_s for origin, from_s in self.model.banned.items()}
+
+    def _belief(self, names: Beliefs, observation: Observation) -> Belief:
+        subject, attribute, value = names.as_text(observation.fact)
+        if self._is_whole(attribute):
+            value = str(int(float(value)))
+        return Belief(
+            subject, attribute, value, observation.time_s, names.name(observation.origin), observation.fact.uncertainty
+        )
 
     def _is_whole(self, attribute: str) -> bool:
         """True for a number that can only be whole."""
@@ -320,7 +366,7 @@ def _uid(model: WorldModel, name: str) -> int:
 def fact_of(model: WorldModel, row: Mapping[str, Any]) -> PropertyValue:
     """The fact that a row of the table ``items`` has; ``model`` needs to know the common instances alone."""
     attribute = model.tbox.attribute_named(row["attribute"])
-    if attribute.kind is ValueKind.LINK:
-        return PropertyValue(_uid(model, row["subject"]), attribute.uid, _uid(model, row["value"]))
-    value = from_text(model.tbox, attribute, row["value"])
-    return PropertyValue(_uid(model, row["subject"]), attribute.uid, value)
+    is_link = attribute.kind is ValueKind.LINK
+    value = _uid(model, row["value"]) if is_link else from_text(model.tbox, attribute, row["value"])
+    uncertainty = uncertainty_from_text(row.get("uncertainty", ""))
+    return PropertyValue(_uid(model, row["subject"]), attribute.uid, value, uncertainty)

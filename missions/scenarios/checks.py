@@ -12,8 +12,9 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from exchange.acoustics.modems import modems
 from missions.errors import ConfigurationFault
+from missions.scenarios.bans import ban_faults
 from missions.scenarios.channel import channel_faults
-from missions.scenarios.faults import draw_faults, fault_table_faults
+from missions.scenarios.faults import bias_faults, draw_faults, fault_table_faults
 from missions.scenarios.formation import formation_faults
 from missions.scenarios.hooks import hook_faults
 from missions.scenarios.information import information_faults
@@ -55,7 +56,8 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     faults += [*organisation_faults(raw, default_sensor), *fault_table_faults(raw, default_sensor)]
     if mission is not None:
         faults += [*_needs(raw, mission), *_missions(raw, mission), *formation_faults(raw, mission)]
-        faults += [*obligation_faults(raw, mission), *knowledge_faults(raw, mission), *_own_faults(raw, mission)]
+        faults += [*obligation_faults(raw, mission), *knowledge_faults(raw, mission)]
+        faults += [*bias_faults(raw, mission), *ban_faults(raw), *_own_faults(raw, mission)]
     return faults
 
 

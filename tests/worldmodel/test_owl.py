@@ -72,7 +72,7 @@ CASES = [
     (
         f"ex:p {ATTRIBUTE} rdfs:range xsd:boolean ; rm:latestonly true .",
         "ex:p: unknown annotation rm:latestonly; allowed: rm:latestOnly, rm:maximum, "
-        "rm:minimum, rm:resolution, rm:unit; did you mean 'latestOnly'?",
+        "rm:minimum, rm:probability, rm:resolution, rm:sigma, rm:unit; did you mean 'latestOnly'?",
     ),
     (
         f"ex:p {ATTRIBUTE} rdfs:range rm:Role .",

@@ -20,6 +20,7 @@ from small_fleet import (
     TBOX,
     WRECK,
     any_blocks,
+    ban,
     block,
     fleet_model,
     sound_blocks,
@@ -75,8 +76,7 @@ def test_all_answers_but_old_values_stay(blocks: list[Block], attribute: int, ti
     again = [*model.blocks(), *model.arrivals.waiting.values(), *model.arrivals.refused.values()]
     assert merge(pruned, again) == ((), ())  # known, and refused as before
     for one in (model, pruned):
-        for origin in sorted(banned):
-            one.ban(origin)
+        ban(one, banned)
     assert answers(pruned) == answers(model)
 
 

@@ -16,6 +16,7 @@ from small_fleet import (
     LOCATION,
     TBOX,
     WRECK,
+    ban,
     block,
     first_uid_of,
     fleet_model,
@@ -76,7 +77,7 @@ def test_the_view_follows_the_model_and_cannot_be_written() -> None:
     assert list(graph.objects(instance_iri(AUV_0), RM.batteryFraction)) == []
     model.record([(AUV_0, BATTERY, 0.5)], 1.0)
     assert list(graph.objects(instance_iri(AUV_0), RM.batteryFraction)) == [Literal("0.5", datatype=XSD.double)]
-    model.ban(0)
+    ban(model, [0])
     assert list(graph.objects(instance_iri(AUV_0), RM.batteryFraction)) == []
     with pytest.raises(TypeError, match=r"call WorldModel\.record or merge"):
         graph.add((instance_iri(0), RDF.type, RM.AUV))
@@ -101,8 +102,7 @@ def test_sparql_over_classes_and_their_subclasses() -> None:
 def test_index_view_and_sparql_answer_alike(blocks: list[Block], banned: set[int]) -> None:
     model = fleet_model()
     merge(model, blocks)
-    for origin in banned:
-        model.ban(origin)
+    ban(model, banned)
     view = as_graph(model)
     copy = Graph()
     copy += view
@@ -178,7 +178,7 @@ def test_a_query_of_several_models_says_whose_each_row_is() -> None:
     assert query(models["auv-1"], by) == (("by",), [("run:origin-1",)])
     said_by_0 = "SELECT ?x WHERE { ?x sit:hasPropertyValue/sit:origin run:origin-0 }"
     assert query(models, said_by_0) == (("vehicle", "x"), [("auv-0", "auv-0")])
-    models["auv-1"].ban(1)
+    ban(models["auv-1"], [1])
     assert query(models, asked) == (("vehicle", "level"), [("auv-0", 0.5)])
     with pytest.raises(QueryError, match=r"the variable \?vehicle is taken.*give the variable another name"):
         query(models, "SELECT ?vehicle WHERE { ?vehicle rm:batteryFraction ?level }")
