@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from exchange.acoustics.channel import Arrival
 from exchange.packets import name_of
 from remoras.clock import Priority
-from remoras.fleet import Fleet, SlotOpens
+from remoras.fleet import BanChanges, FaultChanges, Fleet, FrameEnds, SlotOpens
 from remoras.recorder import SETTLING, Recorder
 from remoras.vehicle import Vehicle
 
@@ -41,7 +40,7 @@ def settle(fleet: Fleet, settle_s: float) -> Settled:
             break
         if isinstance(event, SlotOpens):
             _speak(fleet, event.number)
-        elif isinstance(event, Arrival):
+        elif not isinstance(event, FrameEnds | FaultChanges | BanChanges):
             _hear(fleet.vehicles[event.receiver], event.data, fleet.now_s, record)
     complete = _is_settled(fleet)
     for vehicle in fleet.vehicles:
