@@ -11,8 +11,7 @@ Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
     signal    role w(instances) | value 8, two's complement
 
 A number takes ``ceil(log2((max - min) / resolution + 1))`` bits, the rule of DCCL. Whether a value is uncertain is said
-of attributes that may carry an uncertainty. A status has no sequence, and no
-bit says so: a whole block is one if, and only if, all its attributes are latest-only. Relayed is what is not of the
+of attributes that may carry an uncertainty. A status has no sequence, and no bit says so: a whole block is one if, and only if, all its attributes are latest-only. Relayed is what is not of the
 sender in its present epoch. The hash covers the TBox and every width in 32 bits, of which the packet of frame k carries
 byte k mod 4: two vehicles with different definitions notice it within four frames, see ``exchange.definitions``.
 A value out of range is refused with its name: it is never sent as something else.
@@ -137,9 +136,15 @@ class _Reader:
         return self._left < 8 and self.take(self._left) == 0
 
 
-def _uncertainties(attributes: Sequence[Attribute]) -> list[FieldSize]:
-    """Lines of the size listing for attributes that may carry an uncertainty."""
-    return [
+def _value_lines(
+    attributes: Sequence[Attribute], value_bits: Sequence[int], n_values: Mapping[ValueKind, int]
+) -> list[FieldSize]:
+    """Lines of the size listing for the values of attributes, and for what values may carry."""
+    values = [
+        FieldSize("fact", one.name, bits, values_in_words(one, n_values))
+        for one, bits in zip(attributes, value_bits, strict=True)
+    ]
+    return values + [
         FieldSize("fact", f"uncertainty of {one.name}", 1 + one.uncertainty.size_bits, "1 where it carries none")
         for one in attributes
         if one.uncertainty is not None
@@ -220,10 +225,6 @@ class Codec:
         named = f"policy {self._policy.name}" + (", the largest" if self.header.varies else "")
         times = f"{self._time.minimum:g} to {self._time.maximum:g} s, steps of {self._time.resolution:g} s"
         instances = f"one of {self._n_instances} instances"
-        values = [
-            FieldSize("fact", attribute.name, bits, values_in_words(attribute, self._n_values))
-            for attribute, bits in zip(self._attributes, self._value_bits, strict=True)
-        ]
         return (
             FieldSize(
                 "packet", "definition hash", HASH_BITS, f"of {8 * HASH_BYTES} bits a byte in turn: TBox, fleet, policy"
@@ -243,8 +244,7 @@ class Codec:
             FieldSize("fragment", "sequence", self._sequence_bits, f"if an item: one of {1 << self._sequence_bits}"),
             FieldSize("fact", "subject", self._subject_bits, instances),
             FieldSize("fact", "attribute", self._attribute_bits, f"one of {len(self._attributes)} attributes"),
-            *values,
-            *_uncertainties(self._attributes),
+            *_value_lines(self._attributes, self._value_bits, self._n_values),
             FieldSize("fact", "another follows", 1),
             FieldSize("signal", "role", self._subject_bits, instances),
             FieldSize("signal", "value", SIGNAL_VALUE_BITS, "-128 to 127"),
