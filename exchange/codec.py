@@ -11,9 +11,10 @@ Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
     signal    role w(instances) | value 8, two's complement
 
 A number takes ``ceil(log2((max - min) / resolution + 1))`` bits, the rule of DCCL. Whether a value is uncertain is said
-of attributes that may carry an uncertainty. A status has no sequence, and no bit says so: a whole block is one if, and only if, all its attributes are latest-only. Relayed is what is not of the
-sender in its present epoch. The hash covers the TBox and every width in 32 bits, of which the packet of frame k carries
-byte k mod 4: two vehicles with different definitions notice it within four frames, see ``exchange.definitions``.
+of attributes that may carry an uncertainty. A status has no sequence, and no bit says so: a whole block is one if, and
+only if, all its attributes are latest-only. Relayed is what is not of the sender in its present epoch. The hash covers
+the TBox and every width in 32 bits, of which the packet of frame k carries byte k mod 4: two vehicles with different
+definitions notice it within four frames, see ``exchange.definitions``.
 A value out of range is refused with its name: it is never sent as something else.
 """
 
