@@ -5,10 +5,12 @@ from collections.abc import Iterable
 
 from worldmodel.checks import CheckResult, check_fit, check_form
 from worldmodel.errors import FactError
-from worldmodel.facts import EPOCHS, STATUS, Block, Change, Merged, PropertyValue
+from worldmodel.facts import EPOCHS, MOST_ITEMS, STATUS, Block, Change, Merged, PropertyValue
 from worldmodel.merge import enter
 from worldmodel.store import Store
 from worldmodel.tbox import Value
+
+_new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 
 
 class WorldModel(Store):
@@ -34,6 +36,9 @@ class WorldModel(Store):
         Raises:
             FactError: the checks refuse the facts or an instance is not known; nothing is recorded.
         """
+        facts = tuple(facts)
+        if len(facts) == 1 and not private and (change := self._record_plain(*facts[0], now_s)) is not None:
+            return change
         if not math.isfinite(now_s) or now_s < 0:
             raise FactError(f"now_s is {now_s}; allowed: seconds since the mission began")
         stored = self._quantised(facts)
@@ -56,6 +61,21 @@ class WorldModel(Store):
         if others or faults:
             before = self.arrivals.unreported
             self.arrivals.unreported = Merged((*before.changes, *others), (*before.faults, *faults))
+        return change
+
+    def _record_plain(self, subject: int, attribute: int, value: Value, now_s: float) -> Change | None:
+        """Record one fact that nothing rests on and that is right at first sight; None for any other."""
+        row = self.tables.rows.get(attribute)
+        if row is None or not row.is_plain or not self.index.masks.get(subject, 0) >> row.domain & 1:
+            return None
+        stored = row.quantise(value)
+        if stored is None or not 0 <= now_s < math.inf or self.next_sequence >= MOST_ITEMS:
+            return None
+        facts = (_new(PropertyValue, (subject, attribute, stored, None)),)
+        time_s = self.clock_grid.nearest(now_s)
+        change = self.append(_new(Block, (self.owner, self.next_sequence, time_s, facts, self.epoch)))
+        if change is not None:
+            self.next_sequence += 1
         return change
 
     def _sequence(self, facts: tuple[PropertyValue, ...], private: bool) -> int:

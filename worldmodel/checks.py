@@ -39,17 +39,18 @@ def is_sound(store: Store, block: Block) -> bool:
     origin, sequence, time_s, facts, epoch = block
     if not (0 <= origin < store.n_origins and 0 <= sequence < MOST_ITEMS and 0 <= epoch < EPOCHS and facts):
         return False
-    if origin == store.owner or not 0 <= time_s < math.inf or store.quantise_time(time_s) != time_s:
+    if origin == store.owner or not 0 <= time_s < math.inf or store.clock_grid.nearest(time_s) != time_s:
         return False
     rows, masks = store.tables.rows, store.index.masks
     for subject, attribute, value, uncertainty in facts:
         row = rows.get(attribute)
-        if row is None or uncertainty is not None or not masks.get(subject, 0) >> row.domain & 1:
+        if row is None or uncertainty is not None:
             return False
-        stored = row.quantise(value)
-        if stored is None or stored != value:
+        quantise, domain, range_class, _ = row
+        stored = quantise(value)
+        if stored is None or stored != value or not masks.get(subject, 0) >> domain & 1:
             return False
-        if row.range_class >= 0 and not masks.get(stored, 0) >> row.range_class & 1:
+        if range_class >= 0 and not masks.get(stored, 0) >> range_class & 1:
             return False
     return True
 

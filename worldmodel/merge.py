@@ -56,8 +56,8 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None) -> 
     arrivals.now_s = now_s
     latest_s = math.inf if now_s is None else now_s + store.clock_tolerance_s
     for block in blocks:
-        if is_sound(store, block) and block.time_s <= latest_s and not store.has_arrived(block.guid):
-            changes.append(store.insert(block))
+        if is_sound(store, block) and block.time_s <= latest_s and (change := store.append(block)) is not None:
+            changes.append(change)
             continue
         went_in, refused = _look_closer(store, block, latest_s)
         changes += went_in

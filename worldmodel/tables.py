@@ -21,11 +21,15 @@ NO_CLASS = -1
 
 
 class Row(NamedTuple):
-    """One attribute: how its values are stored, and the classes that it asks of subject and target."""
+    """One attribute: how its values are stored, and the classes that it asks of subject and target.
+
+    ``is_plain``: it has no target, and older values are not obsolete.
+    """
 
     quantise: Quantise
     domain: int
     range_class: int
+    is_plain: bool
 
 
 class Tables:
@@ -38,6 +42,7 @@ class Tables:
                 _quantiser(attribute),
                 attribute.domain,
                 NO_CLASS if attribute.range_class is None else attribute.range_class,
+                attribute.range_class is None and not attribute.latest_only,
             )
             for attribute in tbox.attributes
             if attribute.kind is not ValueKind.TYPE
@@ -80,7 +85,7 @@ def _index(n_indices: float) -> Quantise:
 
 def _number(field: Field) -> Quantise:
     low, high, step = field.minimum, field.maximum, field.resolution
-    decode: Callable[[int], float] = field.decode
+    value_at: Callable[[int], float] = field.grid.value_at
     shared: list[float | None] = [None] * (field.n_values if field.n_values <= MOST_SHARED else 0)
     kinds = (float, int)
 
@@ -90,14 +95,13 @@ def _number(field: Field) -> Quantise:
         index = round((value - low) / step)
         stored = shared[index]
         if stored is None:
-            shared[index] = stored = decode(index)
+            shared[index] = stored = value_at(index)
         return stored
 
     def of_many(value: Any) -> float | None:
         if type(value) not in kinds or not low <= value <= high:
             return None
-        stored: float = decode(round((value - low) / step))
-        return stored
+        return value_at(round((value - low) / step))
 
     return of_few if shared else of_many
 

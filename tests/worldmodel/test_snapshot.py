@@ -11,6 +11,7 @@ from small_fleet import (
     AUV_0,
     BATTERY,
     BAY,
+    CELL,
     CLASSIFICATION,
     COMPLETED,
     ECHO,
@@ -98,9 +99,11 @@ def test_a_row_says_by_name_what_a_vehicle_knows() -> None:
     ]
     assert [row[2:] for row in rows if row.kind == "common"][BAY] == (
         BAY,
+        CELL,
         -1,
         0,
         BAY,
+        CELL,
         0,
         0.0,
         0.0,
@@ -122,7 +125,7 @@ def test_several_vehicles_share_a_table() -> None:
 
 def test_rows_that_make_no_world_model_are_refused() -> None:
     model = fleet_model()
-    model.record([(SURVEY, COMPLETED, True), (AUV_0, BATTERY, 0.5)], 1.0)
+    model.record([(BAY, CELL, 5.0)], 1.0)
     rows = list(rows_of({"auv-0": model}))
     with pytest.raises(SnapshotError, match="'auv-0' cannot be read: it was made with the ontology"):
         models_from(rows, read_tbox(*core_ontology_paths()))
@@ -132,7 +135,7 @@ def test_rows_that_make_no_world_model_are_refused() -> None:
         ("value", "half", "could not convert string to float"),
         ("value", "0.555", "the checks do not agree that block \\(0, 0, 0\\) is known"),
         ("time_s", math.nan, "the checks do not agree"),
-        ("attribute", "batteryFracton", "did you mean 'batteryFraction'"),
+        ("attribute", "mappedCel", "did you mean 'mappedCell'"),
         ("kind", "knwon", "'knwon' is not a valid RowKind"),
     ]:
         with pytest.raises(SnapshotError, match=reason):
