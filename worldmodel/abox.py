@@ -37,7 +37,7 @@ class WorldModel(Store):
             FactError: the checks refuse the facts or an instance is not known; nothing is recorded.
         """
         facts = tuple(facts)
-        if len(facts) == 1 and not private and (change := self._record_plain(*facts[0], now_s)) is not None:
+        if len(facts) == 1 and not private and (change := self._record_plain(facts[0], now_s)) is not None:
             return change
         if not math.isfinite(now_s) or now_s < 0:
             raise FactError(f"now_s is {now_s}; allowed: seconds since the mission began")
@@ -63,19 +63,23 @@ class WorldModel(Store):
             self.arrivals.unreported = Merged((*before.changes, *others), (*before.faults, *faults))
         return change
 
-    def _record_plain(self, subject: int, attribute: int, value: Value, now_s: float) -> Change | None:
-        """Record one fact that nothing rests on and that is right at first sight; None for any other."""
-        row = self.tables.rows.get(attribute)
-        if row is None or not row.is_plain or not self.index.masks.get(subject, 0) >> row.domain & 1:
+    def _record_plain(self, fact: tuple[int, int, Value], now_s: float) -> Change | None:
+        """Record one fact that is right at first sight, and no type, link or status; None for any other."""
+        subject, attribute, value = fact
+        plain = self.tables.plain.get(attribute)
+        if plain is None:
             return None
-        stored = row.quantise(value)
-        if stored is None or not 0 <= now_s < math.inf or self.next_sequence >= MOST_ITEMS:
+        quantise, domain = plain
+        stored, sequence = quantise(value), self.next_sequence
+        if stored is None or not self.index.masks.get(subject, 0) >> domain & 1:
             return None
-        facts = (_new(PropertyValue, (subject, attribute, stored, None)),)
+        if not 0 <= now_s < math.inf or sequence >= MOST_ITEMS:
+            return None
+        stored_facts = (_new(PropertyValue, (subject, attribute, stored, None)),)
         time_s = self.clock_grid.nearest(now_s)
-        change = self.append(_new(Block, (self.owner, self.next_sequence, time_s, facts, self.epoch)))
+        change = self.append(_new(Block, (self.owner, sequence, time_s, stored_facts, self.epoch)))
         if change is not None:
-            self.next_sequence += 1
+            self.next_sequence = sequence + 1
         return change
 
     def _sequence(self, facts: tuple[PropertyValue, ...], private: bool) -> int:

@@ -46,7 +46,7 @@ def is_sound(store: Store, block: Block) -> bool:
         row = rows.get(attribute)
         if row is None or uncertainty is not None:
             return False
-        quantise, domain, range_class, _ = row
+        quantise, domain, range_class = row
         stored = quantise(value)
         if stored is None or stored != value or not masks.get(subject, 0) >> domain & 1:
             return False

@@ -69,8 +69,8 @@ class Revision:
         self._in_question.extend(uids)
         while self._in_question:
             uid, is_created_anew = self._in_question.popleft()
-            base = store.base_mask(uid, is_created_anew)
             creator = None if is_created_anew else arrivals.created_by(uid)
+            base = store.base_mask(uid, creator is not None and store.block(creator) is not None)
             store.index.drop_statuses(uid, base)
             for block in list(store.index.resting_on(uid, base, creator)):
                 self._loosen(block)

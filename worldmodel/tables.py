@@ -21,15 +21,11 @@ NO_CLASS = -1
 
 
 class Row(NamedTuple):
-    """One attribute: how its values are stored, and the classes that it asks of subject and target.
-
-    ``is_plain``: it has no target, and older values are not obsolete.
-    """
+    """One attribute: how its values are stored, and the classes that it asks of subject and target."""
 
     quantise: Quantise
     domain: int
     range_class: int
-    is_plain: bool
 
 
 class Tables:
@@ -42,12 +38,18 @@ class Tables:
                 _quantiser(attribute),
                 attribute.domain,
                 NO_CLASS if attribute.range_class is None else attribute.range_class,
-                attribute.range_class is None and not attribute.latest_only,
             )
             for attribute in tbox.attributes
             if attribute.kind is not ValueKind.TYPE
         }
         self.latest_only = frozenset(attribute.uid for attribute in tbox.attributes if attribute.latest_only)
+        self.unlinked = frozenset(uid for uid, row in self.rows.items() if row.range_class == NO_CLASS)
+        self.plain = {
+            uid: (row.quantise, row.domain)
+            for uid, row in self.rows.items()
+            if uid in self.unlinked and uid not in self.latest_only
+        }
+        """By uid, how values are stored and the class asked of the subject; without links and status."""
         below = [sum(1 << d for d in tbox.subclasses(c.uid)) for c in tbox.classes]
         self._descendants = tuple(below)
 
@@ -92,7 +94,7 @@ def _number(field: Field) -> Quantise:
     def of_few(value: Any) -> float | None:
         if type(value) not in kinds or not low <= value <= high:
             return None
-        index = round((value - low) / step)
+        index: int = round((value - low) / step)
         stored = shared[index]
         if stored is None:
             shared[index] = stored = value_at(index)

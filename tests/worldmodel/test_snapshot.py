@@ -99,11 +99,9 @@ def test_a_row_says_by_name_what_a_vehicle_knows() -> None:
     ]
     assert [row[2:] for row in rows if row.kind == "common"][BAY] == (
         BAY,
-        CELL,
         -1,
         0,
         BAY,
-        CELL,
         0,
         0.0,
         0.0,
