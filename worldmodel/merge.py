@@ -54,7 +54,7 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None) -> 
     changes, faults = list(arrivals.unreported.changes), list(arrivals.unreported.faults)
     arrivals.unreported = NOTHING
     arrivals.now_s = now_s
-    latest_s = math.inf if now_s is None else now_s + store.clock_tolerance_s
+    latest_s = math.inf if now_s is None else store.latest_time_s(now_s)
     for block in blocks:
         if is_sound(store, block) and block.time_s <= latest_s and not store.has_arrived(block.guid):
             changes.append(store.insert(block))

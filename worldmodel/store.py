@@ -310,6 +310,10 @@ class Store:
         if log is not None:
             log.put(sequence, block)
 
+    def latest_time_s(self, now_s: float) -> float:
+        """Return the latest time of observation that what arrives at ``now_s`` may have; times are on a grid (s)."""
+        return max(now_s + self.clock_tolerance_s, self.quantise_time(now_s))
+
     def insert(self, block: Block) -> Change:
         """Index an item or private block that is not in and has passed the checks. Call ``merge`` to add blocks."""
         origin, sequence, _, facts, epoch = block

@@ -41,6 +41,7 @@ from remoras.sensor import Sensor
 from remoras.social.agreement import Agreement, agree
 from remoras.social.layer import SocialLayer
 from remoras.social.needs import GroupNeeds, Subjects
+from remoras.social.negotiation import ROLE_ATTRIBUTES
 from remoras.strategy import Declaration, Strategy
 from remoras.vehicle import Layers, Vehicle
 from remoras.work import Point
@@ -53,10 +54,8 @@ from worldmodel import (
     read_tbox,
 )
 
-STATUS_PER_FRAME = 2
-"""Status blocks (position, battery) that a vehicle records in a TDMA frame."""
-SPARE_BLOCKS = 1024
-"""Blocks of a vehicle that are neither status nor observations: assignments, findings."""
+SPARE_ITEMS = 1024
+"""Items of a vehicle beside its observations and what its strategy states in every round: assignments, findings."""
 
 
 @dataclass(frozen=True)
@@ -177,10 +176,16 @@ def _codec(
     duration_s, resolution_s = scenario.scenario.duration_s, scenario.communication.time_resolution_s
     horizon_s = resolution_s * (int(duration_s / resolution_s) + 1)
     n_frames = int(duration_s / schedule.frame_s) + 1
-    stated = strategy.declaration.blocks_per_round * max(1, len(mission.jobs))
-    n_blocks = (STATUS_PER_FRAME + stated) * n_frames + mission.most_observations + SPARE_BLOCKS
+    stated = _items_per_round(strategy.declaration, tbox) * max(1, len(mission.jobs))
+    n_items = stated * n_frames + mission.most_observations + SPARE_ITEMS
     n_names = n_instances + schedule.n_nodes * mission.instances_found_per_vehicle
-    return Codec(tbox, n_names, schedule.n_nodes, policy, n_blocks, round(horizon_s, 9), resolution_s)
+    return Codec(tbox, n_names, schedule.n_nodes, policy, n_items, round(horizon_s, 9), resolution_s)
+
+
+def _items_per_round(declaration: Declaration, tbox: TBox) -> int:
+    """Items that a vehicle states in a round for each job; none if all it states there beside roles is status."""
+    own = [a for a in tbox.attributes if a.name in declaration.messages and a.name not in ROLE_ATTRIBUTES]
+    return 0 if own and all(attribute.latest_only for attribute in own) else declaration.blocks_per_round
 
 
 def sensors_of(data: VehicleData) -> dict[str, Sensor]:
@@ -293,6 +298,7 @@ def world_model(setup: Setup, node: int) -> WorldModel:
         setup.scenario.communication.time_resolution_s,
         n_origins=setup.schedule.n_nodes,
         run_time_instances_per_origin=setup.mission.instances_found_per_vehicle,
+        clock_tolerance_s=setup.scenario.communication.clock_tolerance_s,
     )
 
 
