@@ -12,7 +12,7 @@ from remoras.recorder import Column, Table
 from worldmodel import core_ontology_paths, read_tbox
 from worldmodel.fields import Grid
 from worldmodel.snapshot import Row, models_from, rows_of
-from worldmodel.view import query as ask
+from worldmodel.sparql import query as ask
 
 if TYPE_CHECKING:
     from missions.runs.results import MemoryResults, Results

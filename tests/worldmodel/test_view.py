@@ -31,14 +31,10 @@ from small_fleet import (
 from worldmodel import TYPE_UID, Block, QueryError, WorldModel, merge
 from worldmodel.fields import Field
 from worldmodel.owl import graph_of
+from worldmodel.sparql import query
+from worldmodel.terms import RUN, instance_iri, term_of
 from worldmodel.turtle import RM, SIT
-from worldmodel.view import (
-    RUN,
-    as_graph,
-    instance_iri,
-    query,
-    term_of,
-)
+from worldmodel.view import as_graph
 
 
 def facts_of(model: WorldModel) -> set[tuple[Node, Node, Node]]:
