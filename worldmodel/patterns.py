@@ -109,6 +109,35 @@ class Abox:
             if observation is not None and observation.block.origin == origin:
                 yield triple
 
+    def all_triples(self, said: bool = True) -> Iterator[Triple]:
+        """Yield all that is known, by subject; without ``said`` what no fact says: instances, their state, receptions."""
+        for uid in self.model.instance_uids():
+            iri = self.terms.instance(uid)
+            yield from self._states(uid, iri, None, None)
+            if said:
+                for one in self._of_subject(uid):
+                    yield (iri, _HAS, self._iri(one))
+        yield from self._of_receptions(None, None)
+        yield from self._attributes()
+        if said:
+            for one in self._all_facts():
+                yield from self._of_one(self._iri(one), one, None, None)
+
+    def item_triples(self) -> Iterator[Triple]:
+        """Yield the facts of all items, and the types and names of the instances that they are about."""
+        told: set[int] = set()
+        for one in self._all_facts():
+            if one.block.is_item:
+                iri = self._iri(one)
+                told.add(one.fact.subject)
+                yield (self.terms.instance(one.fact.subject), _HAS, iri)
+                yield from self._of_one(iri, one, None, None)
+        for uid in sorted(told):
+            iri = self.terms.instance(uid)
+            yield from self._states(uid, iri, _LABEL, None)
+            for term in self._types(uid, items_only=True):
+                yield (iri, _TYPE, term)
+
     def observation(self, iri: Node) -> Observation | None:
         """Return the observation that the IRI of a fact stands for, unless its origin is banned."""
         found = self._facts.get(iri)
@@ -174,9 +203,9 @@ class Abox:
 
     # Instances -----------------------------------------------------------------------------------
 
-    def _types(self, uid: int) -> Iterator[URIRef]:
+    def _types(self, uid: int, items_only: bool = False) -> Iterator[URIRef]:
         model = self.model
-        found = {one.fact.target for one in model.history(uid, TYPE_UID)}
+        found = {one.fact.target for one in model.history(uid, TYPE_UID) if not items_only or one.block.is_item}
         if uid < len(model.common_instances):
             found.add(model.common_instances[uid].class_uid)
         for class_uid in sorted(found):

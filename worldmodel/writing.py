@@ -1,0 +1,220 @@
+"""World models as RDF text: N-Triples, Turtle, TriG and JSON-LD, straight from the index.
+
+What is written is what is known, without the ontology: a header names it as import. In a file with named graphs the
+default graph holds what no origin said by a fact: instances, types, names, the current state, receptions.
+
+The canonical graph of items has their facts and the instances that these are about, as sorted N-Triples. Statuses,
+private facts, receptions and the current state are no part of it, so vehicles that hold the same items write the same
+bytes.
+"""
+
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from enum import StrEnum
+from typing import Any, NamedTuple
+
+from rdflib import OWL, RDF, RDFS, XSD, Literal, URIRef
+from rdflib.term import Node
+
+from worldmodel.owl import graph_of
+from worldmodel.patterns import Abox, Triple
+from worldmodel.receptions import Reception
+from worldmodel.store import Store
+from worldmodel.tbox import TBox
+from worldmodel.terms import RUN, instance_iri
+from worldmodel.turtle import RM, SIT
+
+ESCAPED = str.maketrans({"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"})
+LOCAL = re.compile(r"[A-Za-z0-9_](?:[A-Za-z0-9_.-]*[A-Za-z0-9_-])?", re.ASCII)
+"""Local names that need no escapes in Turtle."""
+
+
+class RdfFormat(StrEnum):
+    """Formats of RDF that a world model can be written in."""
+
+    TURTLE = "ttl"
+    TRIG = "trig"
+    JSON_LD = "jsonld"
+    N_TRIPLES = "nt"
+
+    @property
+    def has_graphs(self) -> bool:
+        """True if a file of this format can hold named graphs."""
+        return self in (RdfFormat.TRIG, RdfFormat.JSON_LD)
+
+
+class Knowledge(NamedTuple):
+    """What one vehicle knows: its world model, and when and from whom it received what others observed."""
+
+    model: Store
+    receptions: tuple[Reception, ...] = ()
+
+
+class Graph(NamedTuple):
+    """Triples to write, grouped by subject; ``name`` is None for the default graph."""
+
+    name: URIRef | None
+    triples: Iterable[Triple]
+
+
+def written(known: Mapping[str, Knowledge], form: RdfFormat) -> str:
+    """Return what vehicles know as text.
+
+    Args:
+        known: by the names of the vehicles.
+        form: with named graphs, these are what each origin said where there is one vehicle, and what each knows where
+            there are several; else all is in one graph, and what several know is their union.
+    """
+    first = next(iter(known.values())).model
+    graphs = list(_graphs(known) if form.has_graphs else _union(known))
+    header = Graph(None, _header(first.tbox, known if form.has_graphs and len(known) > 1 else {}))
+    match form:
+        case RdfFormat.N_TRIPLES:
+            names = _Names({})
+            return "".join([*_lines(header.triples, names), *(line for one in graphs for line in _lines(one.triples, names))])
+        case RdfFormat.JSON_LD:
+            return _json_ld([header, *graphs], prefixes_of(first.tbox))
+        case _:
+            return _turtle([header, *graphs], prefixes_of(first.tbox))
+
+
+def canonical_items(known: Iterable[Store]) -> str:
+    """Return the canonical graph of the items that world models hold: sorted N-Triples; see the head of this module."""
+    names = _Names({})
+    return "".join(sorted({line for model in known for line in _lines(Abox(model).item_triples(), names)}))
+
+
+def prefixes_of(tbox: TBox) -> dict[str, str]:
+    """Return the namespaces of the ontology files and of runs, by prefix."""
+    bound = {str(prefix): str(iri) for prefix, iri in graph_of(tbox).namespaces() if prefix}
+    return {"run": str(RUN), "sit": str(SIT), "rm": str(RM)} | bound
+
+
+def _header(tbox: TBox, known: Mapping[str, Knowledge]) -> Iterator[Triple]:
+    """Yield the ontologies that the knowledge is told in, and the vehicles whose graphs follow."""
+    whole = URIRef(str(RUN).rstrip("/"))
+    yield (whole, RDF.type, OWL.Ontology)
+    for iri in sorted(graph_of(tbox).subjects(RDF.type, OWL.Ontology)):
+        if isinstance(iri, URIRef):
+            yield (whole, OWL.imports, iri)
+    for vehicle, one in known.items():
+        yield (knowledge_iri(one.model.owner), RDFS.label, Literal(vehicle))
+
+
+def knowledge_iri(node: int) -> URIRef:
+    """Return the name of the graph of what a vehicle knows."""
+    return RUN[f"knowledge-{node}"]
+
+
+def _graphs(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
+    if len(known) > 1:
+        for one in known.values():
+            yield Graph(knowledge_iri(one.model.owner), Abox(*one).all_triples())
+        return
+    for one in known.values():
+        abox = Abox(*one)
+        yield Graph(None, abox.all_triples(said=False))
+        for origin in range(one.model.n_origins):
+            yield Graph(instance_iri(origin), abox.triples_of(origin, (None, None, None)))
+
+
+def _union(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
+    if len(known) == 1:
+        for one in known.values():
+            yield Graph(None, Abox(*one).all_triples())
+        return
+    merged: dict[Node, dict[Triple, None]] = {}
+    for one in known.values():
+        for triple in Abox(*one).all_triples():
+            merged.setdefault(triple[0], {})[triple] = None
+    yield Graph(None, (triple for triples in merged.values() for triple in triples))
+
+
+# Text --------------------------------------------------------------------------------------------
+
+
+class _Names(dict[Node, str]):
+    """Terms as text, each worked out once."""
+
+    def __init__(self, prefixes: Mapping[str, str]) -> None:
+        super().__init__()
+        self._prefixes = tuple((namespace, prefix) for prefix, namespace in prefixes.items())
+        self.used: dict[str, str] = {}
+        """Namespaces that a text needs, by prefix."""
+
+    def __missing__(self, term: Node) -> str:
+        found = self[term] = self._literal(term) if isinstance(term, Literal) else self._iri(str(term))
+        return found
+
+    def _literal(self, literal: Literal) -> str:
+        text = f'"{str(literal).translate(ESCAPED)}"'
+        if literal.language:
+            return f"{text}@{literal.language}"
+        plain = literal.datatype is None or literal.datatype == XSD.string
+        return text if plain else f"{text}^^{self[literal.datatype]}"
+
+    def _iri(self, iri: str) -> str:
+        for namespace, prefix in self._prefixes:
+            if iri.startswith(namespace) and LOCAL.fullmatch(iri, len(namespace)):
+                self.used[prefix] = namespace
+                return f"{prefix}:{iri[len(namespace) :]}"
+        return f"<{iri}>"
+
+
+def _lines(triples: Iterable[Triple], names: _Names) -> Iterator[str]:
+    for subject, predicate, target in triples:
+        yield f"{names[subject]} {names[predicate]} {names[target]} .\n"
+
+
+def _turtle(graphs: Iterable[Graph], prefixes: Mapping[str, str]) -> str:
+    names = _Names(prefixes)
+    text: list[str] = []
+    for graph in graphs:
+        said = list(_sentences(graph.triples, names))
+        if graph.name is not None and said:
+            said = [f"\n{names[graph.name]} {{", *said, "}\n"]
+        text += said
+    return "".join([*(f"@prefix {prefix}: <{names.used[prefix]}> .\n" for prefix in sorted(names.used)), *text])
+
+
+def _sentences(triples: Iterable[Triple], names: _Names) -> Iterator[str]:
+    """Yield the triples, those of one subject in one sentence."""
+    before: Node | None = None
+    for subject, predicate, target in triples:
+        verb = "a" if predicate == RDF.type else names[predicate]
+        if subject is before:
+            yield f" ;\n    {verb} {names[target]}"
+        else:
+            yield f"{'' if before is None else ' .'}\n{names[subject]} {verb} {names[target]}"
+        before = subject
+    if before is not None:
+        yield " .\n"
+
+
+def _json_ld(graphs: Iterable[Graph], prefixes: Mapping[str, str]) -> str:
+    names = _Names(prefixes)
+
+    def named(iri: Node) -> str:
+        return names[iri].removeprefix("<").removesuffix(">")
+
+    def value(term: Node) -> dict[str, str]:
+        if not isinstance(term, Literal):
+            return {"@id": named(term)}
+        kinds = {"@type": named(term.datatype)} if term.datatype else {}
+        return {"@value": str(term), **kinds, **({"@language": term.language} if term.language else {})}
+
+    whole: list[dict[str, Any]] = []
+    for graph in graphs:
+        nodes: dict[Node, dict[str, Any]] = {}
+        for subject, predicate, target in graph.triples:
+            node = nodes.setdefault(subject, {"@id": named(subject)})
+            if predicate == RDF.type:
+                node.setdefault("@type", []).append(named(target))
+            else:
+                node.setdefault(named(predicate), []).append(value(target))
+        if graph.name is None:
+            whole += nodes.values()
+        elif nodes:
+            whole.append({"@id": named(graph.name), "@graph": list(nodes.values())})
+    return json.dumps({"@context": dict(sorted(names.used.items())), "@graph": whole}, indent=1, ensure_ascii=False) + "\n"
