@@ -30,6 +30,7 @@ from worldmodel.facts import (
     PropertyValue,
 )
 from worldmodel.fields import Field
+from worldmodel.knowledge import Knowledge, Reception
 from worldmodel.merge import expire, merge
 from worldmodel.needs import NOBODY, InformationNeed, Needs, NeedsIndex, Wanted
 from worldmodel.owl import core_ontology_paths, formation_ontology_path, read_tbox
@@ -50,6 +51,7 @@ __all__ = [
     "Field",
     "InformationNeed",
     "Instance",
+    "Knowledge",
     "Lacking",
     "Merged",
     "NeedError",
@@ -60,6 +62,7 @@ __all__ = [
     "OntologyError",
     "PropertyValue",
     "QueryError",
+    "Reception",
     "Row",
     "SnapshotError",
     "TBox",

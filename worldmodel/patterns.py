@@ -12,8 +12,7 @@ from rdflib import RDF, RDFS, Literal, URIRef
 from rdflib.term import Node
 
 from worldmodel.facts import Observation
-from worldmodel.receptions import Reception
-from worldmodel.store import Store
+from worldmodel.knowledge import Knowledge, Reception
 from worldmodel.tbox import TYPE_UID, ValueKind
 from worldmodel.terms import (
     MOST_REMEMBERED,
@@ -40,11 +39,11 @@ class Abox:
     """What one world model knows as triples; what is recorded later is seen at once.
 
     Args:
-        model: the world model.
-        receptions: when and from whom its vehicle received blocks that it holds.
+        known: a world model, and when and from whom its vehicle received blocks that it holds.
     """
 
-    def __init__(self, model: Store, receptions: Iterable[Reception] = ()) -> None:
+    def __init__(self, known: Knowledge) -> None:
+        model, receptions = known
         tbox, terms = model.tbox, Terms(model.tbox)
         self.model = model
         self.terms = terms
@@ -64,10 +63,10 @@ class Abox:
         self._by_iri: Mapping[Node, Reception] = {
             reception_iri(model.owner, one.block): one for one in self._receptions.values()
         }
-        self._of_reception: dict[Node, Callable[[Reception], Node]] = {
+        self._of_reception: dict[Node, Callable[[Reception], Node | None]] = {
             _TYPE: lambda one: _RECEPTION,
             SIT.receivedBy: lambda one: terms.instance(model.owner),
-            SIT.receivedFrom: lambda one: terms.instance(one.sender),
+            SIT.receivedFrom: lambda one: None if one.sender is None else terms.instance(one.sender),
             SIT.receivedAt: lambda one: terms.time(one.time_s),
         }
         self._facts: dict[Node, Observation] = {}
@@ -127,7 +126,7 @@ class Abox:
         """Yield the facts of all items, and the types and names of the instances that they are about."""
         told: set[int] = set()
         for one in self._all_facts():
-            if one.block.is_item:
+            if one.block.sequence >= 0:
                 iri = self._iri(one)
                 told.add(one.fact.subject)
                 yield (self.terms.instance(one.fact.subject), _HAS, iri)
@@ -205,7 +204,7 @@ class Abox:
 
     def _types(self, uid: int, items_only: bool = False) -> Iterator[URIRef]:
         model = self.model
-        found = {one.fact.target for one in model.history(uid, TYPE_UID) if not items_only or one.block.is_item}
+        found = {one.fact.target for one in model.history(uid, TYPE_UID) if not items_only or one.block.sequence >= 0}
         if uid < len(model.common_instances):
             found.add(model.common_instances[uid].class_uid)
         for class_uid in sorted(found):
@@ -259,8 +258,10 @@ class Abox:
     ) -> Iterator[Triple]:
         """Yield the triples of one reception."""
         for name, of in self._of_reception.items():
-            if (predicate is None or predicate == name) and target in (None, of(reception)):
-                yield (subject, name, of(reception))
+            if predicate is None or predicate == name:
+                term = of(reception)
+                if term is not None and target in (None, term):
+                    yield (subject, name, term)
         if predicate is None or predicate == _RECEIVED:
             for position in range(len(reception.block.facts)):
                 iri = fact_iri(Observation(reception.block, position))

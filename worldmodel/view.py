@@ -18,7 +18,7 @@ What each origin said is a named graph too, under the IRI of the origin: ``GRAPH
 union of everything.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any
 
@@ -26,9 +26,9 @@ from rdflib import Dataset, Graph, URIRef
 from rdflib import store as rdflib_store
 from rdflib.term import Node
 
+from worldmodel.knowledge import Knowledge
 from worldmodel.owl import graph_of
 from worldmodel.patterns import Abox, Triple
-from worldmodel.receptions import Reception
 from worldmodel.store import Store
 from worldmodel.tbox import TBox
 from worldmodel.terms import RUN, instance_uid
@@ -41,17 +41,18 @@ class RdfView(rdflib_store.Store):
     """rdflib's way into one world model and its TBox; what is recorded later is seen at once.
 
     Args:
-        model: the world model.
-        receptions: when and from whom its vehicle received blocks that it holds.
+        known: a world model, with or without when and from whom its vehicle received what it holds.
     """
 
     context_aware = True
+    graph_aware = True
 
-    def __init__(self, model: Store, receptions: Iterable[Reception] = ()) -> None:
+    def __init__(self, known: Store | Knowledge) -> None:
         super().__init__()
-        self.abox = Abox(model, receptions)
-        self._tbox_graph = graph_of(model.tbox)
-        self._of_tbox = _terms_of(model.tbox)
+        self.abox = Abox(known if isinstance(known, Knowledge) else Knowledge(known))
+        tbox = self.abox.model.tbox
+        self._tbox_graph = graph_of(tbox)
+        self._of_tbox = _terms_of(tbox)
         for prefix, namespace in (("rm", RM), ("sit", SIT), ("run", RUN)):
             self._tbox_graph.bind(prefix, namespace)
 
@@ -110,6 +111,9 @@ class RdfView(rdflib_store.Store):
         """Yield the prefixes."""
         return self._tbox_graph.store.namespaces()
 
+    def add_graph(self, graph: Graph) -> None:
+        """Do nothing: there are the graphs of the origins, and rdflib's default graph, which is their union."""
+
     def add(self, triple: Any, context: Any, quoted: bool = False) -> None:
         """Refuse: facts are recorded or merged, never written as triples."""
         raise TypeError("the RDF view is read-only; call WorldModel.record or merge")
@@ -127,11 +131,11 @@ def _terms_of(tbox: TBox) -> tuple[frozenset[Node], frozenset[Node], frozenset[N
     return subjects, predicates, targets
 
 
-def as_graph(model: Store, receptions: Iterable[Reception] = ()) -> Graph:
-    """Return the TBox and what ``model`` knows as one read-only graph, which follows the model."""
-    return Graph(store=RdfView(model, receptions))
+def as_graph(known: Store | Knowledge) -> Graph:
+    """Return the TBox and what a vehicle knows as one read-only graph, which follows the world model."""
+    return Graph(store=RdfView(known))
 
 
-def as_dataset(model: Store, receptions: Iterable[Reception] = ()) -> Dataset:
+def as_dataset(known: Store | Knowledge) -> Dataset:
     """Return the same as ``as_graph``, and what each origin said as a named graph beside it."""
-    return Dataset(store=RdfView(model, receptions), default_union=True)
+    return Dataset(store=RdfView(known), default_union=True)

@@ -17,9 +17,9 @@ from typing import Any, NamedTuple
 from rdflib import OWL, RDF, RDFS, XSD, Literal, URIRef
 from rdflib.term import Node
 
+from worldmodel.knowledge import Knowledge
 from worldmodel.owl import graph_of
 from worldmodel.patterns import Abox, Triple
-from worldmodel.receptions import Reception
 from worldmodel.store import Store
 from worldmodel.tbox import TBox
 from worldmodel.terms import RUN, instance_iri
@@ -44,13 +44,6 @@ class RdfFormat(StrEnum):
         return self in (RdfFormat.TRIG, RdfFormat.JSON_LD)
 
 
-class Knowledge(NamedTuple):
-    """What one vehicle knows: its world model, and when and from whom it received what others observed."""
-
-    model: Store
-    receptions: tuple[Reception, ...] = ()
-
-
 class Graph(NamedTuple):
     """Triples to write, grouped by subject; ``name`` is None for the default graph."""
 
@@ -58,31 +51,29 @@ class Graph(NamedTuple):
     triples: Iterable[Triple]
 
 
-def written(known: Mapping[str, Knowledge], form: RdfFormat) -> str:
+def written(known: Mapping[str, Knowledge], form: RdfFormat, header: bool = True) -> str:
     """Return what vehicles know as text.
 
     Args:
         known: by the names of the vehicles.
         form: with named graphs, these are what each origin said where there is one vehicle, and what each knows where
             there are several; else all is in one graph, and what several know is their union.
+        header: name the ontologies that are used, and the vehicles whose graphs there are.
     """
-    first = next(iter(known.values())).model
+    tbox = next(iter(known.values())).model.tbox
     graphs = list(_graphs(known) if form.has_graphs else _union(known))
-    header = Graph(None, _header(first.tbox, known if form.has_graphs and len(known) > 1 else {}))
-    match form:
-        case RdfFormat.N_TRIPLES:
-            names = _Names({})
-            return "".join([*_lines(header.triples, names), *(line for one in graphs for line in _lines(one.triples, names))])
-        case RdfFormat.JSON_LD:
-            return _json_ld([header, *graphs], prefixes_of(first.tbox))
-        case _:
-            return _turtle([header, *graphs], prefixes_of(first.tbox))
+    if header:
+        graphs = [Graph(None, _header(tbox, known if form.has_graphs and len(known) > 1 else {})), *graphs]
+    if form is RdfFormat.N_TRIPLES:
+        names = _Names({})
+        return "".join(line for one in graphs for line in _lines(one.triples, names))
+    return (_json_ld if form is RdfFormat.JSON_LD else _turtle)(graphs, prefixes_of(tbox))
 
 
 def canonical_items(known: Iterable[Store]) -> str:
     """Return the canonical graph of the items that world models hold: sorted N-Triples; see the head of this module."""
     names = _Names({})
-    return "".join(sorted({line for model in known for line in _lines(Abox(model).item_triples(), names)}))
+    return "".join(sorted({line for model in known for line in _lines(Abox(Knowledge(model)).item_triples(), names)}))
 
 
 def prefixes_of(tbox: TBox) -> dict[str, str]:
@@ -110,10 +101,10 @@ def knowledge_iri(node: int) -> URIRef:
 def _graphs(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
     if len(known) > 1:
         for one in known.values():
-            yield Graph(knowledge_iri(one.model.owner), Abox(*one).all_triples())
+            yield Graph(knowledge_iri(one.model.owner), Abox(one).all_triples())
         return
     for one in known.values():
-        abox = Abox(*one)
+        abox = Abox(one)
         yield Graph(None, abox.all_triples(said=False))
         for origin in range(one.model.n_origins):
             yield Graph(instance_iri(origin), abox.triples_of(origin, (None, None, None)))
@@ -122,11 +113,11 @@ def _graphs(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
 def _union(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
     if len(known) == 1:
         for one in known.values():
-            yield Graph(None, Abox(*one).all_triples())
+            yield Graph(None, Abox(one).all_triples())
         return
     merged: dict[Node, dict[Triple, None]] = {}
     for one in known.values():
-        for triple in Abox(*one).all_triples():
+        for triple in Abox(one).all_triples():
             merged.setdefault(triple[0], {})[triple] = None
     yield Graph(None, (triple for triples in merged.values() for triple in triples))
 

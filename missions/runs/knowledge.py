@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from missions.errors import OutputError
+from worldmodel import Knowledge
+from worldmodel.sparql import Engine
 from worldmodel.sparql import query as ask
-from worldmodel.writing import Knowledge, RdfFormat, canonical_items, written
+from worldmodel.writing import RdfFormat, canonical_items, written
 
 if TYPE_CHECKING:
     from missions.runs.results import MemoryResults, Results
@@ -27,14 +29,19 @@ def knowledge(
     Raises:
         OutputError: there is no such vehicle or time, or an older version wrote the results.
     """
-    moment = results.summary["mission_time_s"] if at_s is None else at_s
+    summary = results.summary
+    moment = summary["mission_time_s"] + (summary.get("settling_s") or 0.0) if at_s is None else at_s
     vehicles = [one.name for one in results.scenario.vehicle] if vehicle is None else [vehicle]
     known = (results.known(name, moment) for name in vehicles)
     return {one.vehicle: Knowledge(one.model, one.receptions) for one in known}
 
 
 def query(
-    results: Results | MemoryResults, sparql: str, vehicle: str | None = None, at_s: float | None = None
+    results: Results | MemoryResults,
+    sparql: str,
+    vehicle: str | None = None,
+    at_s: float | None = None,
+    engine: Engine = Engine.RDFLIB,
 ) -> tuple[Sequence[str], list[tuple[Any, ...]]]:
     """Ask what vehicles knew.
 
@@ -43,16 +50,17 @@ def query(
         sparql: a SELECT or ASK query.
         vehicle: the one to ask; if None, all are asked in turn, and the first column says which a row is from.
         at_s: a time of the run; its end if None.
+        engine: what answers.
 
     Returns:
         Names of the columns, and the rows.
 
     Raises:
         OutputError: there is no such vehicle or time, or an older version wrote the results.
-        QueryError: the query cannot be read.
+        QueryError: the query cannot be read, or the engine is not installed.
     """
     known = knowledge(results, vehicle, at_s)
-    return ask(known if vehicle is None else known[vehicle], sparql)
+    return ask(known if vehicle is None else known[vehicle], sparql, engine)
 
 
 def export(
@@ -63,7 +71,7 @@ def export(
     vehicle: str | None = None,
     at_s: float | None = None,
     items: bool = False,
-) -> int:
+) -> dict[str, int]:
     """Write what vehicles knew as RDF.
 
     Args:
@@ -77,7 +85,7 @@ def export(
         items: write the canonical graph of items, for which N-Triples is the format.
 
     Returns:
-        The number of triples.
+        The number of facts that each vehicle knew, by its name.
 
     Raises:
         OutputError: there is no such vehicle or time, an older version wrote the results, the format is not that of
@@ -100,4 +108,13 @@ def export(
         raise OutputError(f"{out}: cannot be written: {error.strerror or error}") from None
     finally:
         draft.unlink(missing_ok=True)
-    return n_triples(known, items)
+    return {name: sum(len(block.facts) for block in one.model.blocks()) for name, one in known.items()}
+
+
+def default_path(folder: Path, form: RdfFormat, vehicle: str | None, items: bool) -> Path:
+    """Where knowledge is written if nothing else is said: into the folder of the run.
+
+    >>> default_path(Path("r"), RdfFormat.N_TRIPLES, "AUV01", True).as_posix()
+    'r/items-AUV01.nt'
+    """
+    return folder / f"{'items' if items else 'knowledge'}{f'-{vehicle}' if vehicle else ''}.{form.value}"
