@@ -29,7 +29,7 @@ from worldmodel.turtle import SIT
 Triple = tuple[Node, Node, Node]
 Pattern = tuple[Node | None, Node | None, Node | None]
 # a term of a namespace is made anew each time it is named
-_TYPE, _LABEL, _HAS, _ATTRIBUTE = RDF.type, RDFS.label, SIT.hasPropertyValue, SIT.Attribute
+_TYPE, _LABEL, _HAS = RDF.type, RDFS.label, SIT.hasPropertyValue
 _OF_ATTRIBUTE, _ORIGIN, _PROPERTY_VALUE = SIT.ofAttribute, SIT.origin, SIT.PropertyValue
 _RECEPTION, _RECEIVED = SIT.Reception, SIT.received
 _OfFact = Callable[[Observation], Node | None]
@@ -91,8 +91,6 @@ class Abox:
             return self._of_instance(uid, subject, predicate, target)
         if (reception := self._by_iri.get(subject)) is not None:
             return self._of_received(subject, reception, predicate, target)
-        if subject in self._attribute_uids and predicate in (None, _TYPE) and target in (None, _ATTRIBUTE):
-            return ((subject, _TYPE, _ATTRIBUTE),)
         return ()
 
     def triples_of(self, origin: int, pattern: Pattern) -> Iterator[Triple]:
@@ -117,7 +115,6 @@ class Abox:
                 for one in self._of_subject(uid):
                     yield (iri, _HAS, self._iri(one))
         yield from self._of_receptions(None, None)
-        yield from self._attributes()
         if said:
             for one in self._all_facts():
                 yield from self._of_one(self._iri(one), one, None, None)
@@ -126,7 +123,7 @@ class Abox:
         """Yield the facts of all items, and the types and names of the instances that they are about."""
         told: set[int] = set()
         for one in self._all_facts():
-            if one.block.sequence >= 0:
+            if one.block.is_item:
                 iri = self._iri(one)
                 told.add(one.fact.subject)
                 yield (self.terms.instance(one.fact.subject), _HAS, iri)
@@ -140,16 +137,9 @@ class Abox:
     def observation(self, iri: Node) -> Observation | None:
         """Return the observation that the IRI of a fact stands for, unless its origin is banned."""
         found = self._facts.get(iri)
-        if found is not None:
-            return found
-        numbers = fact_of(iri)
-        if numbers is None:
+        if found is None and (found := fact_of(self.model, iri)) is not None and found.origin in self.model.banned:
             return None
-        origin, sequence, position = numbers
-        block = self.model.block((origin, sequence))
-        if block is None or position >= len(block.facts) or origin in self.model.banned:
-            return None
-        return Observation(block, position)
+        return found
 
     def said_by(self, origin: int) -> Iterable[Observation]:
         """Return the facts of an origin."""
@@ -204,7 +194,7 @@ class Abox:
 
     def _types(self, uid: int, items_only: bool = False) -> Iterator[URIRef]:
         model = self.model
-        found = {one.fact.target for one in model.history(uid, TYPE_UID) if not items_only or one.block.sequence >= 0}
+        found = {one.fact.target for one in model.history(uid, TYPE_UID) if not items_only or one.block.is_item}
         if uid < len(model.common_instances):
             found.add(model.common_instances[uid].class_uid)
         for class_uid in sorted(found):
@@ -299,12 +289,6 @@ class Abox:
                 yield from self._facts_with(predicate, target)
         if target in (None, _PROPERTY_VALUE):
             yield from self._facts_with(_TYPE, target)
-        if target in (None, _ATTRIBUTE):
-            yield from self._attributes()
-
-    def _attributes(self) -> Iterator[Triple]:
-        for iri in self.terms.attributes:
-            yield (iri, _TYPE, _ATTRIBUTE)
 
     def _of_type(self, target: Node | None) -> Iterable[Triple]:
         """Return who is of a class, by one of the types given to it; of all classes if ``target`` is None."""
@@ -313,12 +297,12 @@ class Abox:
         if target is None:
             members = chain.from_iterable(self._members().values())
             facts, receptions = self._facts_with(_TYPE, None), self._of_receptions(_TYPE, None)
-            return chain(self._attributes(), facts, receptions, members)
+            return chain(facts, receptions, members)
         if target == _PROPERTY_VALUE:
             return self._facts_with(_TYPE, target)
         if target == _RECEPTION:
             return self._of_receptions(_TYPE, target)
-        return self._attributes() if target == _ATTRIBUTE else ()
+        return ()
 
     def _members(self) -> dict[Node, list[Triple]]:
         """The types of all instances, by class."""

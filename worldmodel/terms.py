@@ -3,6 +3,7 @@
 Terms are made in great numbers and again and again, so those of values and times are remembered within a bound.
 """
 
+import re
 from decimal import Decimal
 from typing import Any
 
@@ -10,6 +11,7 @@ from rdflib import XSD, Literal, Namespace, URIRef
 from rdflib.term import Node
 
 from worldmodel.facts import Block, Observation
+from worldmodel.store import Store
 from worldmodel.tbox import TYPE_UID, Attribute, TBox, Value, ValueKind
 from worldmodel.turtle import SIT
 
@@ -19,6 +21,9 @@ MOST_REMEMBERED = 1 << 16
 
 _INSTANCE = str(RUN) + "instance-"
 _FACT = str(RUN) + "fact-"
+_FACT_NAME = re.compile(r"(\d+)(?:\.e(\d+))?-(p?)(\d+)-(\d+)", re.ASCII)
+_STATUS = str(RUN) + "status-"
+_STATUS_NAME = re.compile(r"(\d+)-(\d+)-(\d+)-(\d[\d.e+-]*)", re.ASCII)
 _RECEPTION = str(RUN) + "reception-"
 
 
@@ -64,15 +69,24 @@ def _number_literal(number: float, datatype: str) -> Literal:
 
 
 def block_name(block: Block) -> str:
-    """Return the name of a block inside IRIs."""
-    return f"{block.origin}-{block.sequence}"
+    """Return the name of a block inside IRIs; a status is named as the view holds it, with one fact."""
+    if block.is_status:
+        fact = block.facts[0]
+        return f"status-{block.origin}-{fact.subject}-{fact.attribute}-{block.time_s!r}"
+    epoch = f".e{block.epoch}" if block.epoch else ""
+    return (
+        f"{block.origin}{epoch}-{block.sequence}" if block.is_item else f"{block.origin}{epoch}-p{-1 - block.sequence}"
+    )
 
 
 def fact_iri(observation: Observation) -> URIRef:
     """Return the IRI of a fact."""
     block = observation.block
-    # digits alone need no check, which is what takes the time in URIRef(...)
-    return str.__new__(URIRef, f"{_FACT}{block.origin}-{block.sequence}-{observation.position}")
+    # letters, digits, dots and hyphens need no check, which is what takes the time in URIRef(...)
+    if block.sequence >= 0 and not block.epoch:
+        return str.__new__(URIRef, f"{_FACT}{block.origin}-{block.sequence}-{observation.position}")
+    name = block_name(block)
+    return str.__new__(URIRef, f"{RUN}{name}" if block.is_status else f"{_FACT}{name}-{observation.position}")
 
 
 def reception_iri(receiver: int, block: Block) -> URIRef:
@@ -87,20 +101,36 @@ def instance_uid(iri: Node) -> int | None:
 
 def is_fact(iri: Node) -> bool:
     """True if the IRI is of the form that those of facts have."""
-    return isinstance(iri, URIRef) and iri.startswith(_FACT)
+    return isinstance(iri, URIRef) and str.startswith(iri, (_FACT, _STATUS))  # that of rdflib takes no tuple
 
 
-def fact_of(iri: Node) -> tuple[int, int, int] | None:
-    """Return origin, sequence and position of the fact that an IRI stands for, None for another term."""
-    numbers = iri[len(_FACT) :].split("-") if is_fact(iri) else []  # type: ignore[index]
-    if len(numbers) != 3 or not all(number.isdecimal() for number in numbers):
+def fact_of(model: Store, iri: Node) -> Observation | None:
+    """Return the fact that an IRI stands for in a world model, of whatever origin; None if it holds none such."""
+    if not isinstance(iri, URIRef):
         return None
-    origin, sequence, position = map(int, numbers)
-    return origin, sequence, position
+    if str.startswith(iri, _STATUS):
+        return _status_of(model, iri)
+    found = _FACT_NAME.fullmatch(iri, len(_FACT)) if str.startswith(iri, _FACT) else None
+    if found is None:
+        return None
+    sequence, position = int(found[4]), int(found[5])
+    block = model.block((int(found[1]), int(found[2] or 0), -1 - sequence if found[3] else sequence))
+    return None if block is None or position >= len(block.facts) else Observation(block, position)
+
+
+def _status_of(model: Store, iri: URIRef) -> Observation | None:
+    found = _STATUS_NAME.fullmatch(iri, len(_STATUS))
+    if found is None:
+        return None
+    origin, subject, attribute = int(found[1]), int(found[2]), int(found[3])
+    for one in model.history(subject, attribute):
+        if one.block.is_status and one.block.origin == origin and repr(one.block.time_s) == found[4]:
+            return one
+    return None
 
 
 def _number_after(prefix: str, iri: Node) -> int | None:
-    digits = iri[len(prefix) :] if isinstance(iri, URIRef) and iri.startswith(prefix) else ""
+    digits = iri[len(prefix) :] if isinstance(iri, URIRef) and str.startswith(iri, prefix) else ""
     return int(digits) if digits.isdecimal() else None
 
 

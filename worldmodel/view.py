@@ -6,7 +6,9 @@ Each fact is a sit:PropertyValue, after the situation-awareness TBox:
     run:fact-2-15-0 a sit:PropertyValue ; sit:ofAttribute rm:location ; sit:dataValue "POINT (3.5 4.0)" ;
         sit:timestamp 12.3e0 ; sit:origin run:instance-2 .
 
-2-15-0 is origin, sequence and position in the block. An origin is a vehicle, and the common instance of its number.
+2-15-0 is origin, sequence and position in the block; 2.e1-15-0 is of epoch 1, 2-p1-0 of the first block that the
+origin keeps to itself. A status is run:status-2-7-4-12.3: origin, subject and attribute by uids, and time. An origin
+is a vehicle, and the common instance of its number.
 A link has sit:linkValue in place of sit:dataValue; the link of a fact of sit:type leads to a class. Literals have the
 datatype that the ontology declares; a point is a string, which rm:Point restricts. That an attribute is a sit:Attribute
 follows from the range of sit:ofAttribute and is not written: tools complain of properties that are individuals too.
@@ -18,7 +20,7 @@ What each origin said is a named graph too, under the IRI of the origin: ``GRAPH
 union of everything.
 """
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from functools import lru_cache
 from typing import Any
 
@@ -85,7 +87,7 @@ class RdfView(rdflib_store.Store):
         identifier = getattr(context, "identifier", None)
         return instance_uid(identifier) if isinstance(identifier, URIRef) else None
 
-    def contexts(self, triple: Any = None) -> Iterator[Any]:
+    def contexts(self, triple: Any = None) -> Generator[Graph, None, None]:
         """Yield the named graphs, one for each origin that said something, or that said ``triple``."""
         for origin in range(self.abox.model.n_origins):
             pattern = triple or (None, None, None)

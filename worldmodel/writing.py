@@ -12,6 +12,7 @@ import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from enum import StrEnum
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 from rdflib import OWL, RDF, RDFS, XSD, Literal, URIRef
@@ -76,19 +77,24 @@ def canonical_items(known: Iterable[Store]) -> str:
     return "".join(sorted({line for model in known for line in _lines(Abox(Knowledge(model)).item_triples(), names)}))
 
 
-def prefixes_of(tbox: TBox) -> dict[str, str]:
-    """Return the namespaces of the ontology files and of runs, by prefix."""
-    bound = {str(prefix): str(iri) for prefix, iri in graph_of(tbox).namespaces() if prefix}
-    return {"run": str(RUN), "sit": str(SIT), "rm": str(RM)} | bound
+@lru_cache(maxsize=8)
+def prefixes_of(tbox: TBox) -> Mapping[str, str]:
+    """Return namespaces by prefix: of runs, of RDF and OWL, and those of the terms in the ontology files."""
+    graph = graph_of(tbox)
+    terms = {str(term) for triple in graph for term in triple if isinstance(term, URIRef)}
+    bound = {str(prefix): str(iri) for prefix, iri in graph.namespaces() if prefix}
+    used = {prefix: iri for prefix, iri in bound.items() if any(term.startswith(iri) for term in terms)}
+    own = {"run": str(RUN), "sit": str(SIT), "rm": str(RM)}
+    return own | {"rdf": str(RDF), "rdfs": str(RDFS), "owl": str(OWL), "xsd": str(XSD)} | used
 
 
 def _header(tbox: TBox, known: Mapping[str, Knowledge]) -> Iterator[Triple]:
     """Yield the ontologies that the knowledge is told in, and the vehicles whose graphs follow."""
     whole = URIRef(str(RUN).rstrip("/"))
     yield (whole, RDF.type, OWL.Ontology)
-    for iri in sorted(graph_of(tbox).subjects(RDF.type, OWL.Ontology)):
-        if isinstance(iri, URIRef):
-            yield (whole, OWL.imports, iri)
+    ontologies = (iri for iri in graph_of(tbox).subjects(RDF.type, OWL.Ontology) if isinstance(iri, URIRef))
+    for iri in sorted(ontologies):
+        yield (whole, OWL.imports, iri)
     for vehicle, one in known.items():
         yield (knowledge_iri(one.model.owner), RDFS.label, Literal(vehicle))
 
@@ -142,8 +148,8 @@ class _Names(dict[Node, str]):
         text = f'"{str(literal).translate(ESCAPED)}"'
         if literal.language:
             return f"{text}@{literal.language}"
-        plain = literal.datatype is None or literal.datatype == XSD.string
-        return text if plain else f"{text}^^{self[literal.datatype]}"
+        datatype = literal.datatype
+        return text if datatype is None or datatype == XSD.string else f"{text}^^{self[datatype]}"
 
     def _iri(self, iri: str) -> str:
         for namespace, prefix in self._prefixes:
@@ -208,4 +214,6 @@ def _json_ld(graphs: Iterable[Graph], prefixes: Mapping[str, str]) -> str:
             whole += nodes.values()
         elif nodes:
             whole.append({"@id": named(graph.name), "@graph": list(nodes.values())})
-    return json.dumps({"@context": dict(sorted(names.used.items())), "@graph": whole}, indent=1, ensure_ascii=False) + "\n"
+    return (
+        json.dumps({"@context": dict(sorted(names.used.items())), "@graph": whole}, indent=1, ensure_ascii=False) + "\n"
+    )

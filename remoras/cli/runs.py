@@ -286,7 +286,7 @@ def _plot_sweep(
     _show_drawn(drawn)
 
 
-@command("query", "remoras query results/known 'SELECT ?group WHERE { ?group rm:gatheredAt ?point }'")
+@command("query", "remoras query results/lossy 'SELECT ?group WHERE { ?group rm:gatheredAt ?point }'")
 def query(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run.")],
     sparql: Annotated[str, typer.Argument(metavar="SPARQL", help="A SELECT or ASK query, or a file FILE.rq.")],

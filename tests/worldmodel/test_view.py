@@ -223,7 +223,7 @@ def test_a_query_of_several_models_says_whose_each_row_is() -> None:
 @pytest.mark.parametrize(
     ("sparql", "reason"),
     [
-        ("SELECT ?x WHERE { ?x a nemo:Area }", "Unknown namespace prefix"),
+        ("SELECT ?x WHERE { ?x a nemo:Area }", "the prefix 'nemo:' is unknown; known: .*rm:.*or declare it"),
         ("SELECT ?x WHERE ?x", "cannot be answered: Expected SelectQuery"),
         ("CONSTRUCT WHERE { ?x a rm:Area }", "the query is a CONSTRUCT; allowed: SELECT or ASK"),
         ("INSERT DATA { rm:x a rm:Area }", "cannot be answered"),
