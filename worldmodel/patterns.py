@@ -107,7 +107,7 @@ class Abox:
                 yield triple
 
     def all_triples(self, said: bool = True) -> Iterator[Triple]:
-        """Yield all that is known, by subject; without ``said`` what no fact says: instances, their state, receptions."""
+        """Yield all that is known, by subject; without ``said`` instances, their state and receptions alone."""
         for uid in self.model.instance_uids():
             iri = self.terms.instance(uid)
             yield from self._states(uid, iri, None, None)
@@ -234,8 +234,8 @@ class Abox:
                     yield (subject, _LABEL, label)
         attribute = None if predicate is None else self._attribute_uids.get(predicate)
         for one in range(1, len(self.terms.attributes)) if predicate is None else (attribute,):
-            if one and (term := self._latest(uid, one)) is not None and (target is None or target == term):
-                yield (subject, self.terms.attributes[one], term)
+            if one and (state := self._latest(uid, one)) is not None and (target is None or target == state):
+                yield (subject, self.terms.attributes[one], state)
 
     def _latest(self, uid: int, attribute: int) -> Node | None:
         latest = self.model.latest(uid, attribute)

@@ -1,8 +1,8 @@
 """World models asked in SPARQL.
 
-rdflib answers over the world model itself and copies nothing. Oxigraph (the extra ``sparql``) answers over a snapshot:
-it takes some 20 us a fact to make, is kept until the world model changes, and joins ten times as fast or more. Both give
-the same rows; only where the query does not order them may they come in another order.
+rdflib answers over the world model itself and copies nothing. Oxigraph (the extra ``sparql``) answers over a
+snapshot, which is made when it is first asked and kept until the world model changes, and joins ten times as fast or
+more. Both give the same rows; only where the query does not order them may they come in another order.
 """
 
 import re

@@ -120,7 +120,7 @@ def test_what_vehicles_knew_can_be_asked(short: remoras.Run) -> None:
     assert set(found["vehicle"]) == {"ASV00", "AUV00", "AUV01", "AUV02"}
     before = short.query("ASK { ?vehicle0 rm:playsRole ?role }", vehicle="AUV01", at_s=0.0)
     assert list(before.itertuples(index=False, name=None)) == [(False,)]
-    with pytest.raises(OutputError, match="no vehicle 'AUV1'; there are .* did you mean 'AUV01'"):
+    with pytest.raises(OutputError, match=r"no vehicle 'AUV1'; there are .* did you mean 'AUV01'"):
         short.query("ASK {}", vehicle="AUV1")
     with pytest.raises(QueryError, match="engine 'oxygraph' is unknown; allowed: rdflib, oxigraph; did you mean"):
         short.query("ASK {}", engine="oxygraph")
