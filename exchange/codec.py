@@ -250,7 +250,9 @@ class Codec:
     def _refuse_nameless(self, fragment: Fragment) -> None:
         """Refuse a fragment of a block that has no name on the wire."""
         if fragment.sequence < STATUS:
-            raise ConfigurationError(f"block {fragment.sequence} of vehicle {fragment.origin} is private: not to be sent")
+            raise ConfigurationError(
+                f"block {fragment.sequence} of vehicle {fragment.origin} is private: not to be sent"
+            )
         if fragment.is_status != self._is_status(fragment.facts, fragment.count):
             raise ConfigurationError(
                 f"sequence {fragment.sequence}: a whole block of latest-only attributes is a status, and has {STATUS}; "

@@ -12,6 +12,7 @@ import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import chain
 from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
@@ -133,9 +134,13 @@ class Memory:
         self._end_s: float = results.summary["mission_time_s"] + (results.summary.get("settling_s") or 0.0)
         self._views = {table: _by_vehicle(results, table.name) for table in (ORGANISATION, MEMBERSHIP)}
         self._names = world_model(setup, 0)
-        self._senders = Senders(results)
+        self._results = results
         self._known_s: dict[str, list[tuple[float, Block, tuple[str, ...]]]] = {name: [] for name in setup.database}
         self._read(results)
+
+    @cached_property
+    def _senders(self) -> Senders:
+        return Senders(self._results)
 
     def known(self, vehicle: str, at_s: float) -> Known:
         """What ``vehicle`` knew at ``at_s``.

@@ -127,7 +127,7 @@ def test_what_vehicles_knew_can_be_asked(short: remoras.Run) -> None:
 
 
 def test_what_vehicles_knew_is_written(short: remoras.Run, tmp_path: Path) -> None:
-    found = short.export("nt", tmp_path / "items.nt", vehicle="AUV01", at_s=100.0, items=True)
+    found = short.export("nt", tmp_path / "items.nt", vehicle="AUV01", at_s=50.0, items=True)
     assert found.read_text(encoding="utf-8").startswith("<https://w3id.org/remoras/run/fact-")
     with pytest.raises(OutputError, match="is written as nt, and the format is ttl"):
         short.export("ttl", tmp_path / "items.ttl", items=True)
