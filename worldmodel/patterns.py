@@ -50,13 +50,16 @@ class Abox:
         self._attribute_uids: dict[Node, int] = {iri: uid for uid, iri in enumerate(terms.attributes)}
         self._class_uids: dict[Node, int] = {iri: uid for uid, iri in enumerate(terms.classes)}
         self._is_link = tuple(one.kind in (ValueKind.LINK, ValueKind.TYPE) for one in tbox.attributes)
+        self._is_measured = tuple(one.kind in (ValueKind.NUMBER, ValueKind.POINT) for one in tbox.attributes)
         attribute_iris = terms.attributes
         self._of_fact: dict[Node, _OfFact] = {
             _TYPE: lambda one: _PROPERTY_VALUE,
             _OF_ATTRIBUTE: lambda one: attribute_iris[one.fact.attribute],
             SIT.dataValue: lambda one: None if self._is_link[one.fact.attribute] else self._value(one),
             SIT.linkValue: lambda one: self._value(one) if self._is_link[one.fact.attribute] else None,
-            SIT.timestamp: lambda one: terms.time(one.block.time_s),
+            SIT.standardUncertainty: lambda one: self._uncertainty(one, is_measured=True),
+            SIT.probability: lambda one: self._uncertainty(one, is_measured=False),
+            SIT.timestamp: lambda one: terms.number(one.block.time_s),
             _ORIGIN: lambda one: terms.instance(one.block.origin),
         }
         self._receptions: Mapping[str, Reception] = {block_name(one.block): one for one in receptions}
@@ -67,7 +70,7 @@ class Abox:
             _TYPE: lambda one: _RECEPTION,
             SIT.receivedBy: lambda one: terms.instance(model.owner),
             SIT.receivedFrom: lambda one: None if one.sender is None else terms.instance(one.sender),
-            SIT.receivedAt: lambda one: terms.time(one.time_s),
+            SIT.receivedAt: lambda one: terms.number(one.time_s),
         }
         self._facts: dict[Node, Observation] = {}
         self._uids: dict[Node, int] = {}
@@ -154,6 +157,13 @@ class Abox:
     def _value(self, observation: Observation) -> Node:
         fact = observation.fact
         return self.terms.value(fact.attribute, fact.value)
+
+    def _uncertainty(self, observation: Observation, is_measured: bool) -> Node | None:
+        """The standard deviation of what is measured, or the probability of all else."""
+        fact = observation.fact
+        if fact.uncertainty is None or self._is_measured[fact.attribute] is not is_measured:
+            return None
+        return self.terms.number(fact.uncertainty)
 
     def _iri(self, observation: Observation) -> URIRef:
         """The IRI of a fact, which is then known by it."""

@@ -143,7 +143,7 @@ class Terms:
         self.classes = tuple(URIRef(one.iri) for one in tbox.classes)
         self._instances: dict[int, URIRef] = {}
         self._values: dict[tuple[int, Value], Node] = {}
-        self._times: dict[float, Literal] = {}
+        self._numbers: dict[float, Literal] = {}
 
     def instance(self, uid: int) -> URIRef:
         """The IRI of an instance."""
@@ -162,11 +162,11 @@ class Terms:
             found = self._values[key] = term_of(self._tbox, self._tbox.attributes[attribute], value)
         return found
 
-    def time(self, time_s: float) -> Literal:
-        """A time (s)."""
-        found = self._times.get(time_s)
+    def number(self, number: float) -> Literal:
+        """A time (s), a standard deviation or a probability."""
+        found = self._numbers.get(number)
         if found is None:
-            if len(self._times) >= MOST_REMEMBERED:
-                self._times.clear()
-            found = self._times[time_s] = Literal(time_s, datatype=XSD.double)
+            if len(self._numbers) >= MOST_REMEMBERED:
+                self._numbers.clear()
+            found = self._numbers[number] = Literal(number, datatype=XSD.double)
         return found
