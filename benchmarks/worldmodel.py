@@ -22,7 +22,8 @@ from rdflib.term import Node
 
 from worldmodel import Block, Instance, PropertyValue, TBox, WorldModel, core_ontology_paths, merge, read_tbox
 from worldmodel.turtle import SIT
-from worldmodel.view import RUN, as_graph, instance_iri
+from worldmodel.terms import RUN, instance_iri
+from worldmodel.view import as_graph
 
 N_INSTANCES, N_ATTRIBUTES, N_LEAVES, N_BRANCHES, N_ORIGINS = 100, 10, 20, 4, 5
 N_STEPS = 10_001

@@ -14,7 +14,6 @@ from exchange.manager import ExchangeManager
 from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
 from missions.metric import Metric, collected
-from missions.runs.knowledge import FACTS
 from missions.runs.metrics import CORE_METRICS
 from missions.runs.needs import needs_of_all, priorities, subjects_of
 from missions.runs.refusals import refuse_malformed, refuse_undivided
@@ -216,8 +215,6 @@ def sensors_of(data: VehicleData) -> dict[str, Sensor]:
 def _recorder(mission: Mission, sensors: Iterable[Mapping[str, Sensor]]) -> Recorder:
     """A recorder with the tables of the mission and its sensors."""
     tables = [sensor.table for of_one in sensors for sensor in of_one.values() if sensor.table is not None]
-    if any(table.name == FACTS.name for table in (*mission.tables, *tables)):
-        raise PluginError(f"table {FACTS.name!r}: the name of the table of what vehicles knew; rename yours")
     return Recorder([*mission.tables, *tables])
 
 

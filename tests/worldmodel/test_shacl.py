@@ -33,7 +33,8 @@ from small_fleet import (
 
 from worldmodel import TYPE_UID, Value, ValueKind, merge
 from worldmodel.owl import graph_of
-from worldmodel.view import as_graph, instance_iri
+from worldmodel.terms import instance_iri
+from worldmodel.view import as_graph
 
 pyshacl = pytest.importorskip("pyshacl")
 NEW = first_uid_of(0)
