@@ -85,7 +85,8 @@ class Store(Holdings):
         Args:
             tbox: the classes and attributes that facts may use.
             owner: the origin of what is recorded here, 0 to ``n_origins - 1``.
-            instances: the common instances, with the uids 0, 1, ... in this order and different names.
+            instances: the common instances, with the uids 0, 1, ... in this order and different names; the first
+                ``n_origins`` of them are the vehicles, each the origin of its number.
             time_resolution_s: the step of all times (s).
             n_origins: the number of vehicles that may record facts.
             run_time_instances_per_origin: the number of instances that each origin may create.

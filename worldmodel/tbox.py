@@ -51,7 +51,8 @@ class Attribute:
     """A property of instances whose values change with time.
 
     ``domain`` is the class that has it, ``range_class`` the class a LINK points to. ``latest_only``: an older
-    value (of a position, say) is obsolete once a newer one is known, and is not exchanged any more.
+    value (of a position, say) is obsolete once a newer one is known, and is not exchanged any more. ``datatype`` is
+    the IRI of the datatype of its literals in RDF, empty where its values are IRIs.
     """
 
     uid: int
@@ -63,6 +64,7 @@ class Attribute:
     range_class: int | None = None
     symbols: tuple[str, ...] = ()
     latest_only: bool = False
+    datatype: str = ""
 
     def encode(self, value: Value) -> tuple[int, ...]:
         """Return the integers that stand for ``value``: one for each field, else one.

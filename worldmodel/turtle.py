@@ -5,7 +5,7 @@ definitions, which ``worldmodel.definitions`` describes; and attributes, which a
 owl:ObjectProperty outside the situation vocabulary, with rdfs:domain, rdfs:range and the rm: annotations. The
 range decides the kind:
 
-    xsd:double, xsd:decimal, xsd:integer   NUMBER    needs rm:minimum, rm:maximum, rm:resolution
+    xsd:double, xsd:decimal, xsd:integer   NUMBER    needs rm:minimum, rm:maximum, rm:resolution; may have rm:unit
     rm:Point                               POINT     the same, for both axes
     xsd:boolean                            BOOLEAN
     owl:oneOf (a list of strings)          SYMBOL
@@ -30,6 +30,7 @@ from worldmodel.definitions import DEFINING, Definitions
 from worldmodel.errors import OntologyError, suggestion
 from worldmodel.fields import Field
 from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind
+from worldmodel.units import QUDT_UNITS, symbol_of
 
 RM = Namespace("https://w3id.org/remoras/marine#")
 SIT = Namespace("https://w3id.org/remoras/situation#")
@@ -38,6 +39,11 @@ _BOUNDS = (RM.minimum, RM.maximum, RM.resolution)
 _ANNOTATIONS = {*_BOUNDS, RM.unit, RM.latestOnly}
 _NUMBERS = {XSD.double, XSD.decimal, XSD.integer}
 _RANGES = "xsd:double, xsd:decimal, xsd:integer, xsd:boolean, rm:Point, owl:oneOf (strings) or a declared class"
+_DATATYPES = {
+    ValueKind.POINT: str(XSD.string),
+    ValueKind.SYMBOL: str(XSD.string),
+    ValueKind.BOOLEAN: str(XSD.boolean),
+}
 _TERMS = (OWL.Class, OWL.DatatypeProperty, OWL.ObjectProperty, OWL.AnnotationProperty, RDF.Property, RDFS.Datatype)
 _DEFINING = {RDF.type, OWL.disjointWith, RDFS.domain, RDFS.range, *DEFINING, *_ANNOTATIONS}
 _NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
@@ -150,6 +156,10 @@ class _Reader:
         found = {s for owl_type in owl_types for s in self.graph.subjects(RDF.type, owl_type)}
         return sorted(iri for iri in found if isinstance(iri, URIRef) and not iri.startswith(SIT))
 
+    def _is_class(self, term: Node) -> bool:
+        """True if the term is declared, be it by the situation vocabulary, which stays in the graph."""
+        return (term, RDF.type, OWL.Class) in self.graph or term == OWL.Thing
+
     def fault(self, subject: Node, wrong: str, allowed: str) -> None:
         """Note one fault of ``subject``: what is wrong, and what is allowed."""
         shown = subject.n3(self.graph.namespace_manager) if isinstance(subject, URIRef) else "[ ]"
@@ -203,7 +213,7 @@ class _Reader:
                 groups.append((axiom, list(Collection(self.graph, members))))
         pairs = []
         for subject, group in groups:
-            for unknown in (term for term in group if term not in self.class_uid):
+            for unknown in (term for term in group if not self._is_class(term)):
                 wrong = f"the disjoint class {self.shown(unknown)} is not declared"
                 self.fault(subject, wrong, f"declared classes{self.hint(unknown, self.class_iris)}")
             uids = [self.class_uid[term] for term in group if term in self.class_uid]
@@ -269,8 +279,19 @@ class _Reader:
             self.fault(iri, f"its range makes it a {kind.value}", f"{self.shown(owl_type)} for such a range")
         if domain not in self.class_uid:
             return None
-        name = _local_name(iri)
-        return Attribute(uid, name, str(iri), self.class_uid[domain], kind, fields, range_class, symbols, latest_only)
+        datatype = _DATATYPES.get(kind, str(target) if kind is ValueKind.NUMBER else "")
+        return Attribute(
+            uid,
+            _local_name(iri),
+            str(iri),
+            self.class_uid[domain],
+            kind,
+            fields,
+            range_class,
+            symbols,
+            latest_only,
+            datatype,
+        )
 
     def _one(self, iri: URIRef, predicate: URIRef, allowed: str) -> Node | None:
         found = list(self.graph.objects(iri, predicate))
@@ -295,14 +316,18 @@ class _Reader:
             else:
                 got = " and ".join(map(repr, found)) or "missing"
                 self.fault(iri, f"{self.shown(predicate)} is {got}", "one number")
-        units = sorted(str(unit) for unit in self.graph.objects(iri, RM.unit))
-        if len(units) > 1:
-            self.fault(iri, f"rm:unit is {' and '.join(units)}", "one unit, or none")
+        if (iri, RDFS.range, XSD.integer) in self.graph and any(number % 1 for number in numbers):
+            self.fault(iri, f"its bounds and resolution are {numbers}", "whole numbers for xsd:integer")
+        units = sorted(self.graph.objects(iri, RM.unit), key=str)
+        symbols = [symbol_of(unit) if isinstance(unit, URIRef) else None for unit in units]
+        if len(units) > 1 or None in symbols:
+            got = " and ".join(map(self.shown, units))
+            self.fault(iri, f"rm:unit is {got}", f"none, or one unit of QUDT such as <{QUDT_UNITS}M>")
         if len(numbers) < len(_BOUNDS) or len(units) > 1:
             return ()
         try:
             minimum, maximum, resolution = numbers
-            return (Field(minimum, maximum, resolution, units[0] if units else ""),) * n_axes
+            return (Field(minimum, maximum, resolution, next(iter(symbols), None) or ""),) * n_axes
         except ValueError as error:
             self.fault(iri, str(error), "minimum < maximum, a whole number of resolutions apart")
             return ()

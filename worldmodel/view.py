@@ -3,14 +3,17 @@
 Each fact is a sit:PropertyValue, after the situation-awareness TBox:
 
     run:instance-7 sit:hasPropertyValue run:fact-2-15-0 .
-    run:fact-2-15-0 a sit:PropertyValue ; sit:ofAttribute rm:location ; sit:value "POINT (3.5 4.0)"^^rm:Point ;
-        sit:timestamp 12.3e0 ; sit:origin run:origin-2 .
+    run:fact-2-15-0 a sit:PropertyValue ; sit:ofAttribute rm:location ; sit:dataValue "POINT (3.5 4.0)" ;
+        sit:timestamp 12.3e0 ; sit:origin run:instance-2 .
 
 2-15-0 is origin, sequence and position in the block; 2.e1-15-0 is of epoch 1, 2-p1-0 of the first block that the
-origin keeps to itself. A status is run:status-ORIGIN-SUBJECT-ATTRIBUTE, by uids. Beside this history stands the
-current state, one triple for each slot: run:instance-7 rm:location "POINT (3.5 4.0)"^^rm:Point. The types of an
-instance stand without their times: rdf:type with the class that it was created with and all that it was given
-since. A common instance has its name as rdfs:label. Banned origins are left out.
+origin keeps to itself. A status is run:status-ORIGIN-SUBJECT-ATTRIBUTE, by uids. An origin is a vehicle, and the common
+instance of its number. A link has sit:linkValue in place of sit:dataValue; the link of a fact of sit:type leads to a
+class. Literals have the datatype that the ontology declares; a point is a string, which rm:Point restricts. That an
+attribute is a sit:Attribute follows from the range of sit:ofAttribute and is not written: tools complain of properties
+that are individuals too. Beside this history stands the current state, one triple for each slot: run:instance-7
+rm:location "POINT (3.5 4.0)". The types of an instance stand without their times: rdf:type with the class that it was
+created with and all that it was given since. A common instance has its name as rdfs:label. Banned origins are left out.
 """
 
 import re
@@ -39,8 +42,7 @@ Pattern = tuple[Node | None, Node | None, Node | None]
 _INSTANCE = str(RUN) + "instance-"
 _FACT = str(RUN) + "fact-"
 _STATUS = str(RUN) + "status-"
-_ORIGIN = str(RUN) + "origin-"
-_OF_FACTS = {RDF.type, SIT.ofAttribute, SIT.value, SIT.timestamp, SIT.origin}
+_OF_FACTS = {RDF.type, SIT.ofAttribute, SIT.dataValue, SIT.linkValue, SIT.timestamp, SIT.origin}
 
 
 def instance_iri(uid: int) -> URIRef:
@@ -48,13 +50,18 @@ def instance_iri(uid: int) -> URIRef:
     return URIRef(f"{_INSTANCE}{uid}")
 
 
-def origin_iri(origin: int) -> URIRef:
-    """Return the IRI of an origin."""
-    return URIRef(f"{_ORIGIN}{origin}")
+def attribute_iri(attribute: Attribute) -> URIRef:
+    """Return the IRI of an attribute in facts; rdf:type, which OWL reserves, goes by the name of sit:type."""
+    return SIT.type if attribute.uid == TYPE_UID else URIRef(attribute.iri)
+
+
+def value_predicate(attribute: Attribute) -> URIRef:
+    """Return the property that leads from a fact to its value."""
+    return SIT.linkValue if attribute.kind in {ValueKind.TYPE, ValueKind.LINK} else SIT.dataValue
 
 
 def term_of(tbox: TBox, attribute: Attribute, value: Value) -> Node:
-    """Return a stored value as an RDF term: a number or point as a literal, a uid as an IRI."""
+    """Return a stored value as an RDF term: a uid as an IRI, all else as a literal of the attribute's own datatype."""
     stored: Any = attribute.quantise(value)
     match attribute.kind:
         case ValueKind.TYPE:
@@ -64,11 +71,19 @@ def term_of(tbox: TBox, attribute: Attribute, value: Value) -> Node:
         case ValueKind.SYMBOL:
             return Literal(attribute.symbols[stored])
         case ValueKind.POINT:
-            return Literal(f"POINT ({stored[0]} {stored[1]})", datatype=RM.Point)
+            return Literal(f"POINT ({stored[0]} {stored[1]})")
         case ValueKind.BOOLEAN:
             return Literal(stored)
         case ValueKind.NUMBER:
-            return Literal(stored, datatype=XSD.double)
+            return _number_literal(stored, attribute.datatype)
+
+
+def _number_literal(number: float, datatype: str) -> Literal:
+    if datatype == str(XSD.integer):
+        return Literal(int(number), datatype=XSD.integer)
+    if datatype == str(XSD.decimal):
+        return Literal(f"{Decimal(repr(number)):f}", datatype=XSD.decimal)
+    return Literal(number, datatype=XSD.double)
 
 
 class RdfView(rdflib_store.Store):
@@ -78,7 +93,7 @@ class RdfView(rdflib_store.Store):
         super().__init__()
         self._model = model
         self._tbox_graph = graph_of(model.tbox)
-        self._attributes: dict[Node, Attribute] = {URIRef(a.iri): a for a in model.tbox.attributes}
+        self._attributes: dict[Node, Attribute] = {attribute_iri(a): a for a in model.tbox.attributes}
         self._class_uids: dict[Node, int] = {URIRef(c.iri): c.uid for c in model.tbox.classes}
         for prefix, namespace in (("rm", RM), ("sit", SIT), ("run", RUN)):
             self._tbox_graph.bind(prefix, namespace)
@@ -130,14 +145,9 @@ class RdfView(rdflib_store.Store):
             yield from self._fact_triples(observation, predicate)
         elif (uid := _number_after(_INSTANCE, subject)) is not None:
             yield from self._instance_triples(uid, predicate)
-        elif subject in self._attributes:
-            yield (subject, RDF.type, SIT.Attribute)
 
     def _triples_of_any_subject(self, predicate: Node | None, target: Node | None) -> Iterator[Triple]:
         model = self._model
-        if predicate is None or predicate == RDF.type:
-            for iri in self._attributes:
-                yield (iri, RDF.type, SIT.Attribute)
         if predicate == RDF.type and target in self._class_uids:
             for instance in model.instances_of(self._class_uids[target]):
                 yield from self._instance_triples(instance.uid, RDF.type)
@@ -183,13 +193,13 @@ class RdfView(rdflib_store.Store):
         if predicate is None or predicate == RDF.type:
             yield (iri, RDF.type, SIT.PropertyValue)
         if predicate is None or predicate == SIT.ofAttribute:
-            yield (iri, SIT.ofAttribute, URIRef(attribute.iri))
-        if predicate is None or predicate == SIT.value:
-            yield (iri, SIT.value, term_of(tbox, attribute, fact.value))
+            yield (iri, SIT.ofAttribute, attribute_iri(attribute))
+        if predicate is None or predicate == value_predicate(attribute):
+            yield (iri, value_predicate(attribute), term_of(tbox, attribute, fact.value))
         if predicate is None or predicate == SIT.timestamp:
             yield (iri, SIT.timestamp, Literal(observation.time_s, datatype=XSD.double))
         if predicate is None or predicate == SIT.origin:
-            yield (iri, SIT.origin, origin_iri(observation.origin))
+            yield (iri, SIT.origin, instance_iri(observation.origin))
 
     def _observation(self, iri: Node) -> Observation | None:
         """Return the observation that the IRI of a fact stands for, unless its origin is banned."""
@@ -225,7 +235,7 @@ def query(models: Store | Mapping[str, Store], sparql: str) -> tuple[tuple[str, 
 
         SELECT ?player ?role ?time_s ?by WHERE {
             ?player sit:hasPropertyValue ?fact .
-            ?fact sit:ofAttribute rm:playsRole ; sit:value ?role ; sit:timestamp ?time_s ; sit:origin ?by }
+            ?fact sit:ofAttribute rm:playsRole ; sit:linkValue ?role ; sit:timestamp ?time_s ; sit:origin ?by }
 
     Args:
         models: a world model, or world models by the names of their vehicles.
@@ -233,20 +243,18 @@ def query(models: Store | Mapping[str, Store], sparql: str) -> tuple[tuple[str, 
 
     Returns:
         The names of the columns, and the rows. For several models the first column is ``vehicle``. ASK gives the
-        column ``answer``. Instances are given by their names, origins by the names of their vehicles if their
-        models are among those asked, other IRIs as ``rm:Vehicle``, points as ``POINT (3.5 4.0)``; None stands for
-        what is not bound.
+        column ``answer``. Instances, vehicles among them, are given by their names, other IRIs as ``rm:Vehicle``,
+        points as ``POINT (3.5 4.0)``; None stands for what is not bound.
 
     Raises:
         QueryError: the text is no such query, or it names a variable ``?vehicle`` for several models.
     """
     if isinstance(models, Store):
-        return _answer(models, sparql, {})
-    names = {model.owner: vehicle for vehicle, model in models.items()}
+        return _answer(models, sparql)
     columns: tuple[str, ...] = ()
     rows: list[tuple[QueryValue, ...]] = []
     for vehicle, model in models.items():
-        columns, found = _answer(model, sparql, names)
+        columns, found = _answer(model, sparql)
         if "vehicle" in columns:
             raise QueryError(
                 "the variable ?vehicle is taken: the column 'vehicle' says whose world model a row is from; "
@@ -256,9 +264,7 @@ def query(models: Store | Mapping[str, Store], sparql: str) -> tuple[tuple[str, 
     return ("vehicle", *columns), rows
 
 
-def _answer(
-    model: Store, sparql: str, vehicles: Mapping[int, str]
-) -> tuple[tuple[str, ...], list[tuple[QueryValue, ...]]]:
+def _answer(model: Store, sparql: str) -> tuple[tuple[str, ...], list[tuple[QueryValue, ...]]]:
     graph = as_graph(model)
     try:
         result = graph.query(sparql)
@@ -268,9 +274,7 @@ def _answer(
             return ("answer",), [(bool(result.askAnswer),)]
         columns = tuple(str(variable) for variable in result.vars or ())
         bindings = [{str(name): term for name, term in found.items()} for found in result.bindings]
-        return columns, [
-            tuple(_answered(model, vehicles, graph, binding.get(name)) for name in columns) for binding in bindings
-        ]
+        return columns, [tuple(_answered(model, graph, binding.get(name)) for name in columns) for binding in bindings]
     except QueryError:
         raise
     except Exception as error:  # rdflib's parser and evaluator raise whatever a query leads them to
@@ -281,11 +285,8 @@ def _answer(
         ) from error
 
 
-def _answered(model: Store, vehicles: Mapping[int, str], graph: Graph, term: Node | None) -> QueryValue:
+def _answered(model: Store, graph: Graph, term: Node | None) -> QueryValue:
     if isinstance(term, URIRef):
-        origin = _number_after(_ORIGIN, term)
-        if origin is not None and origin in vehicles:
-            return vehicles[origin]
         uid = _number_after(_INSTANCE, term)
         instance = None if uid is None else model.instance(uid)
         return instance.name if instance is not None else str(term.n3(graph.namespace_manager))

@@ -14,6 +14,7 @@ PREFIXES = """
 @prefix rm: <https://w3id.org/remoras/marine#> .
 @prefix owl: <http://www.w3.org/2002/07/owl#> .
 @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
+@prefix unit: <http://qudt.org/vocab/unit/> .
 @prefix xsd: <http://www.w3.org/2001/XMLSchema#> .
 """
 ATTRIBUTE = "a owl:DatatypeProperty ; rdfs:domain rm:Vehicle ;"
@@ -55,7 +56,16 @@ CASES = [
     ),
     (f"ex:p {ATTRIBUTE} rdfs:range xsd:double .", "ex:p: rm:minimum is missing; allowed: one number"),
     (f"ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} , 0.2 .", "ex:p: rm:resolution is "),
-    (f'ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} ; rm:unit "m" , "s" .', "ex:p: rm:unit is m and s"),
+    (
+        f"ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} ; rm:unit unit:M , unit:SEC .",
+        "ex:p: rm:unit is unit:M and unit:SEC; allowed: none, or one unit of QUDT such as "
+        "<http://qudt.org/vocab/unit/M>",
+    ),
+    (f'ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} ; rm:unit "m" .', 'ex:p: rm:unit is "m"; allowed: none, or'),
+    (
+        f"ex:p {ATTRIBUTE} rdfs:range xsd:integer ; {BOUNDS} .",
+        "ex:p: its bounds and resolution are [0.0, 1.0, 0.1]; allowed: whole numbers for xsd:integer",
+    ),
     (
         f"ex:p {ATTRIBUTE} rdfs:range xsd:double ; rm:minimum 0 ; rm:maximum 1 ; rm:resolution 0.3 .",
         "ex:p: maximum 1.0 must be a whole number of resolutions 0.3 above minimum 0.0",
