@@ -95,7 +95,7 @@ class Definitions:
         shown = self.reader.shown
         if target in self.class_uid:
             self.reader.fault(iri, f"it is the same class as {shown(target)}", "one name for a class")
-        else:
+        elif (target, RDF.type, OWL.Class) not in self.graph:  # those of the situation vocabulary stay in the graph
             what = "superclass" if predicate == RDFS.subClassOf else "equivalent class"
             wrong = f"its {what} {shown(target)} is not declared"
             self.reader.fault(iri, wrong, f"a declared owl:Class{self.reader.hint(target, self.class_uid)}")

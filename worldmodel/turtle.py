@@ -63,7 +63,10 @@ class Parsed:
 
 
 def parse(sources: Iterable[Source]) -> Parsed:
-    """Parse the files into one graph; raises OntologyError naming every file that is not Turtle."""
+    """Parse the files into one graph, without the imports that are among them.
+
+    Raises OntologyError naming every file that is not Turtle or imports what is none of the files.
+    """
     union = Graph()
     file_of: dict[Node, str] = {}
     defining_files: dict[Node, list[str]] = {}
@@ -84,10 +87,23 @@ def parse(sources: Iterable[Source]) -> Parsed:
             union.add(triple)
         for prefix, namespace in graph.namespaces():
             union.bind(prefix, namespace)
-    if faults:
+    if faults := faults or _unmet_imports(union, file_of):
         raise OntologyError(faults)
+    union.remove((None, OWL.imports, None))
     terms = {subject for kind in _TERMS for subject in union.subjects(RDF.type, kind) if isinstance(subject, URIRef)}
     return Parsed(union, file_of, {term: files for term, files in defining_files.items() if term in terms})
+
+
+def _unmet_imports(union: Graph, file_of: dict[Node, str]) -> list[str]:
+    """Return a fault for every import that is none of the files, by name or by version."""
+    read = {*union.subjects(RDF.type, OWL.Ontology), *union.objects(None, OWL.versionIRI)}
+    allowed = ", ".join(sorted(map(str, union.subjects(RDF.type, OWL.Ontology))))
+    return [
+        f"{file_of[importing]}: it imports <{imported}>, which is none of the files that are read; "
+        f"allowed: {allowed}{suggestion(str(imported), allowed.split(', '))}; name the file that holds it, too"
+        for importing, imported in sorted(union.subject_objects(OWL.imports), key=str)
+        if imported not in read
+    ]
 
 
 def compile_tbox(sources: tuple[Source, ...]) -> TBox:

@@ -129,7 +129,7 @@ def test_files_that_are_not_turtle(tmp_path: Path) -> None:
 REDEFINITIONS = {
     "rm:Role": "rm:Role a owl:Class .",
     "rm:AUV": "rm:AUV rdfs:subClassOf rm:Role .",
-    "rm:Sensor": "rm:Sensor owl:disjointWith ex:Buoy . ex:Buoy a owl:Class .",
+    "rm:Sensor": "rm:Sensor owl:disjointWith ex:Kite . ex:Kite a owl:Class .",
     "rm:position": "rm:position rm:resolution 0.1 .",
     "rm:bid": f"rm:bid a owl:DatatypeProperty ; rdfs:domain rm:Vehicle ; rdfs:range xsd:double ; {BOUNDS} .",
     "rm:Point": "rm:Point a owl:Class .",
@@ -163,18 +163,18 @@ def test_a_vocabulary_adds_classes_attributes_and_individuals(tmp_path: Path) ->
     path.write_text(
         PREFIXES
         + f"""
-        ex:Buoy a owl:Class ; rdfs:subClassOf rm:Vehicle ; owl:disjointWith rm:AUV .
-        [] a owl:AllDisjointClasses ; owl:members ( ex:Buoy rm:ASV rm:AUV ) .
+        ex:Kite a owl:Class ; rdfs:subClassOf rm:Vehicle ; owl:disjointWith rm:AUV .
+        [] a owl:AllDisjointClasses ; owl:members ( ex:Kite rm:ASV rm:AUV ) .
         ex:charge {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} .
-        ex:north a ex:Buoy ; rm:playsRole ex:Marker .
+        ex:north a ex:Kite ; rm:playsRole ex:Marker .
         rm:Role rdfs:label "papel"@es .
         """
     )
     tbox = read_tbox(*core_ontology_paths(), path)
     core = read_tbox(*core_ontology_paths())
-    assert {c.name for c in tbox.classes} - {c.name for c in core.classes} == {"Buoy"}
+    assert {c.name for c in tbox.classes} - {c.name for c in core.classes} == {"Kite"}
     assert {a.name for a in tbox.attributes} - {a.name for a in core.attributes} == {"charge"}
-    assert tbox.are_disjoint(tbox.class_named("Buoy").uid, tbox.class_named("ASV").uid)
+    assert tbox.are_disjoint(tbox.class_named("Kite").uid, tbox.class_named("ASV").uid)
     assert read_tbox(path, *core_ontology_paths(), path) == tbox  # whatever the order; twice is once
     assert [c.iri for c in tbox.classes] == sorted(c.iri for c in tbox.classes)
     assert [a.iri for a in tbox.attributes[1:]] == sorted(a.iri for a in tbox.attributes[1:])
@@ -184,11 +184,11 @@ def test_other_axioms_stay_in_the_graph(tmp_path: Path) -> None:
     path = tmp_path / "rich.ttl"
     path.write_text(
         PREFIXES
-        + "ex:Glider a owl:Class ; rdfs:subClassOf rm:AUV , "
+        + "ex:Towed a owl:Class ; rdfs:subClassOf rm:AUV , "
         + "[ a owl:Restriction ; owl:onProperty rm:playsRole ; owl:someValuesFrom rm:Role ] ."
     )
     tbox = read_tbox(*core_ontology_paths(), path)
-    assert tbox.class_named("Glider").parents == (tbox.class_named("AUV").uid,)
+    assert tbox.class_named("Towed").parents == (tbox.class_named("AUV").uid,)
     assert (None, RDF.type, OWL.Restriction) in graph_of(tbox)
 
 
