@@ -3,8 +3,7 @@
 from pathlib import Path
 
 import pytest
-from rdflib import OWL, RDF, RDFS, Graph, URIRef
-from rdflib.namespace import SKOS
+from rdflib import OWL, RDF
 
 from worldmodel import OntologyError, core_ontology_paths, read_tbox
 from worldmodel.owl import graph_of
@@ -192,28 +191,16 @@ def test_other_axioms_stay_in_the_graph(tmp_path: Path) -> None:
     assert (None, RDF.type, OWL.Restriction) in graph_of(tbox)
 
 
-def test_every_core_class_is_aligned() -> None:
-    core = Graph()
-    for path in core_ontology_paths():
-        core.parse(path)
-    alignments = Graph().parse(core_ontology_paths()[0].with_name("alignments.ttl"))
-    mappings = (RDFS.subClassOf, RDFS.subPropertyOf, SKOS.closeMatch)
-    ours = "https://w3id.org/remoras/"
-    for c in core.subjects(RDF.type, OWL.Class):
-        targets = [o for mapping in mappings for o in alignments.objects(c, mapping)]
-        assert targets, c
-        assert not any(str(o).startswith(ours) for o in targets)
-    for subject in alignments.subjects(unique=True):
-        assert (subject, None, None) in core or (subject, RDF.type, OWL.Ontology) in alignments, subject
-    # PROV-O makes Entity and Activity disjoint: nothing may be aligned to both
-    prov = "http://www.w3.org/ns/prov#"
-    assert not list(alignments.subjects(RDFS.subClassOf, URIRef(prov + "Activity")))
-
-
-def test_every_core_term_has_a_label() -> None:
-    core = Graph()
-    for path in core_ontology_paths():
-        core.parse(path)
-    for subject in core.subjects(unique=True):
-        if isinstance(subject, URIRef):
-            assert core.value(subject, RDFS.label), subject
+def test_an_import_that_is_none_of_the_files_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "importing.ttl"
+    header = "<https://example.org/own> a owl:Ontology ; owl:imports <https://w3id.org/remoras/{}> ."
+    path.write_text(PREFIXES + header.format("seabedd"))
+    with pytest.raises(OntologyError) as caught:
+        read_tbox(*core_ontology_paths(), path)
+    (fault,) = caught.value.faults
+    assert fault.startswith(f"{path}: it imports <https://w3id.org/remoras/seabedd>, which is none of the files that")
+    assert "; allowed: https://example.org/own, https://w3id.org/remoras/equipment, " in fault
+    assert "did you mean 'https://w3id.org/remoras/seabed'" in fault
+    for known in ("seabed", "0.1.0/seabed"):
+        path.write_text(PREFIXES + header.format(known))
+        assert (None, OWL.imports, None) not in graph_of(read_tbox(*core_ontology_paths(), path))
