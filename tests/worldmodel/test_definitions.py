@@ -49,7 +49,7 @@ def test_axioms_are_compiled_to_uids(gear: TBox) -> None:
 
 
 def test_superclasses_follow_from_what_is_necessary(gear: TBox) -> None:
-    # Each Towfish is a vehicle that carries a SideScan, which is a Listener, and carrying is having as a part: a Surveyor.
+    # Each Towfish is a vehicle that carries a SideScan, which is a Listener, and carrying is holding: a Surveyor.
     towfish, surveyor, ready = (gear.class_named(n).uid for n in ("Towfish", "Surveyor", "Ready"))
     assert gear.is_a(towfish, surveyor)
     assert gear.is_a(ready, surveyor)
