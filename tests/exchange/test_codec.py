@@ -22,8 +22,9 @@ from fleet_radio import (
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exchange.codec import Codec, width
+from exchange.codec import Codec
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
+from exchange.names import width
 from exchange.packets import Fragment, InfluenceSignal, Packet
 from exchange.policies import ACK, POLICIES, AckPolicy, header_bits
 from missions.runs.setup import resolved
@@ -285,7 +286,8 @@ def test_four_frames_carry_the_whole_hash():
     """The first bytes of the packets of four frames are a CRC-32, and those of the next four the same."""
     codec = Codec(TBOX, 8, 4, POLICIES["ack"], N_BLOCKS, DURATION_S)
     firsts = [codec.encode(0, [0] * 4, [], frame=frame)[0] for frame in range(8)]
-    shape = TBOX.hash, 8, 4, N_BLOCKS, 3, DURATION_S, 0.1  # a vector of acknowledgements has 3 bits
+    every = tuple(range(len(TBOX.attributes)))  # all are exchanged where none are named
+    shape = TBOX.hash, 8, 4, N_BLOCKS, 3, DURATION_S, 0.1, every  # a vector of acknowledgements has 3 bits
     assert bytes(firsts) == 2 * zlib.crc32(repr(shape).encode()).to_bytes(4, "big")
 
 

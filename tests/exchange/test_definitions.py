@@ -43,7 +43,9 @@ def test_a_stranger_is_one_event_and_all_that_it_says_is_refused():
 
 def test_three_bytes_that_agree_do_not_let_a_stranger_in():
     """Of 4096 definitions some share a byte of the hash with ours, 4 in 256 on average; what differs bars them all."""
-    found = next(c for n in range(N_BLOCKS + 1, N_BLOCKS + 4096) if bytes_alike(c := stranger_codec(n)).index(False) > 0)
+    found = next(
+        c for n in range(N_BLOCKS + 1, N_BLOCKS + 4096) if bytes_alike(c := stranger_codec(n)).index(False) > 0
+    )
     fleet = heard_of(found, 16)
     first = bytes_alike(found).index(False)
     assert [reception.is_stranger for reception in fleet.heard[1]].index(True) == first <= 3

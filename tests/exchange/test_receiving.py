@@ -157,7 +157,10 @@ def test_a_coarse_clock_makes_no_sound_fact_one_of_the_future():
         wire = [codec.encode_fragment(Fragment(0, 0, time_s, cells(2, 1)), 0)]
         reception = manager.receive(codec.encode(0, [0, 0], wire, frame=2), 9.0)
         assert (reception.fault is not None) == is_refused
-        assert (merge(model, reception.blocks, 9.0).faults, model.digest()) == ((), {} if is_refused else {(0, 0): (0, 0)})
+        assert (merge(model, reception.blocks, 9.0).faults, model.digest()) == (
+            (),
+            {} if is_refused else {(0, 0): (0, 0)},
+        )
 
 
 def test_what_was_refused_as_from_the_future_is_said_again_and_the_truth_comes():
