@@ -52,6 +52,6 @@ class AttributeNames:
         if not self.has_others or name > len(self.exchanged):
             raise PeerFault(f"attribute {name} is not in the TBox")
         uid = take(width(self.n_attributes))
-        if uid >= self.n_attributes or self.sizes[uid] == self.short_bits:
+        if uid >= self.n_attributes or uid in self.exchanged:
             raise PeerFault(f"attribute {uid} is not in the TBox, or has a short name")
         return uid

@@ -27,14 +27,15 @@ def terms_of(tbox: TBox) -> tuple[Term, ...]:
     """Return the terms of an ontology: classes by file and name, then attributes."""
     from rdflib import OWL, RDF, RDFS, Graph, URIRef
 
-    graph, file_of = graph_of(tbox), dict[str, str]()
+    graph = graph_of(tbox)
+    file_of: dict[str, str] = {}
     for source in tbox.sources:
         declared = Graph().parse(data=source.text, format="turtle")
         for subject in declared.subjects(RDF.type, None):
             file_of[str(subject)] = Path(source.path).stem
 
     def term(name: str, iri: str, kind: str) -> Term:
-        return Term(name, kind, str(graph.value(URIRef(iri), RDFS.comment, default="")), file_of[iri])
+        return Term(name, kind, str(graph.value(URIRef(iri), RDFS.comment) or ""), file_of[iri])
 
     parents = {c.uid: " and ".join(tbox.classes[uid].name for uid in c.parents) for c in tbox.classes}
     classes = [

@@ -72,7 +72,7 @@ def test_a_fact_after_the_situation_awareness_tbox() -> None:
         (RM.areaDone, instance_iri(ASV_0)),
     }
     assert list(graph.subjects(SIT.hasPropertyValue, fact)) == [instance_iri(ECHO)]
-    assert (RM.AUV, RDFS.subClassOf, RM.Vehicle) in graph
+    assert (RM.AUV, RDFS.subClassOf, RM.UnderwaterVehicle) in graph
 
 
 def test_literals_have_the_datatype_that_the_attribute_declares() -> None:
