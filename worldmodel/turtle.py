@@ -1,8 +1,9 @@
 """Reading OWL: from the text of Turtle files to the tables of a ``TBox``, or to the list of all their faults.
 
-Compiled are: named classes (owl:Class) with rdfs:subClassOf, owl:disjointWith and owl:AllDisjointClasses; and
-attributes, which are the owl:DatatypeProperty and owl:ObjectProperty outside the situation vocabulary, with
-rdfs:domain, rdfs:range and the rm: annotations. The range decides the kind:
+Compiled are: named classes (owl:Class) with rdfs:subClassOf, owl:disjointWith and owl:AllDisjointClasses; their
+definitions, which ``worldmodel.definitions`` describes; and attributes, which are the owl:DatatypeProperty and
+owl:ObjectProperty outside the situation vocabulary, with rdfs:domain, rdfs:range and the rm: annotations. The
+range decides the kind:
 
     xsd:double, xsd:decimal, xsd:integer   NUMBER    needs rm:minimum, rm:maximum, rm:resolution
     rm:Point                               POINT     the same, for both axes
@@ -10,9 +11,9 @@ rdfs:domain, rdfs:range and the rm: annotations. The range decides the kind:
     owl:oneOf (a list of strings)          SYMBOL
     a named class                          LINK
 
-Every other axiom, and every individual, stays in the graph for SPARQL and for reasoners, and has no effect at
-run time. A term is defined in one file alone: ``_DEFINING`` lists the predicates that define it. Labels,
-comments and alignments define nothing; any file may add them.
+Annotations, and every individual, stay in the graph for SPARQL and for reasoners, and have no effect at run
+time. Any other axiom on a class or attribute is refused. A term is defined in one file alone: ``_DEFINING``
+lists the predicates that define it. Labels, comments and alignments define nothing; any file may add them.
 """
 
 import re
@@ -21,10 +22,11 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
-from rdflib import OWL, RDF, RDFS, XSD, BNode, Graph, Literal, Namespace, URIRef
+from rdflib import OWL, RDF, RDFS, XSD, Graph, Literal, Namespace, URIRef
 from rdflib.collection import Collection
 from rdflib.term import Node
 
+from worldmodel.definitions import DEFINING, Definitions
 from worldmodel.errors import OntologyError, suggestion
 from worldmodel.fields import Field
 from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind
@@ -37,7 +39,7 @@ _ANNOTATIONS = {*_BOUNDS, RM.unit, RM.latestOnly}
 _NUMBERS = {XSD.double, XSD.decimal, XSD.integer}
 _RANGES = "xsd:double, xsd:decimal, xsd:integer, xsd:boolean, rm:Point, owl:oneOf (strings) or a declared class"
 _TERMS = (OWL.Class, OWL.DatatypeProperty, OWL.ObjectProperty, OWL.AnnotationProperty, RDF.Property, RDFS.Datatype)
-_DEFINING = {RDF.type, RDFS.subClassOf, OWL.disjointWith, RDFS.domain, RDFS.range, *_ANNOTATIONS}
+_DEFINING = {RDF.type, OWL.disjointWith, RDFS.domain, RDFS.range, *DEFINING, *_ANNOTATIONS}
 _NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
 
@@ -91,8 +93,11 @@ def compile_tbox(sources: tuple[Source, ...]) -> TBox:
     classes = reader.classes()
     disjoint = reader.disjoint_pairs()
     attributes = reader.attributes()
+    axioms = reader.definitions.axioms(attributes)
     if not reader.faults:
-        tbox = TBox(tuple(classes), tuple(attributes), tuple(disjoint), sources)
+        classes = reader.definitions.classified(classes, attributes, axioms)
+    if not reader.faults:
+        tbox = TBox(tuple(classes), tuple(attributes), tuple(disjoint), sources, axioms)
         reader.refuse_empty_classes(tbox)
     if reader.faults:
         raise OntologyError(sorted(reader.faults))
@@ -138,6 +143,7 @@ class _Reader:
         self.faults: list[str] = []
         self.class_iris = sorted({*self._declared(OWL.Class), OWL.Thing})
         self.class_uid: dict[Node, int] = {iri: uid for uid, iri in enumerate(self.class_iris)}
+        self.definitions = Definitions(self.graph, self.class_uid, self)
 
     def _declared(self, *owl_types: URIRef) -> list[URIRef]:
         """Return what is declared to be of one of ``owl_types`` outside the situation vocabulary, by IRI."""
@@ -173,13 +179,7 @@ class _Reader:
         self.check_names(self.class_iris, {"Thing": OWL.Thing})
         compiled = []
         for iri, uid in self.class_uid.items():
-            parents = set()
-            for parent in self.graph.objects(iri, RDFS.subClassOf):
-                if parent in self.class_uid:
-                    parents.add(self.class_uid[parent])
-                elif not isinstance(parent, BNode):
-                    wrong = f"its superclass {self.shown(parent)} is not declared"
-                    self.fault(iri, wrong, f"a declared owl:Class{self.hint(parent, self.class_iris)}")
+            parents = self.definitions.parents_of(iri)
             if not parents and iri != OWL.Thing:
                 parents.add(self.class_uid[OWL.Thing])
             compiled.append(OntologyClass(uid, _local_name(str(iri)), str(iri), tuple(sorted(parents))))
