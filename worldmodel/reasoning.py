@@ -1,0 +1,300 @@
+"""What follows from the facts that are seen: classes that an instance meets the definition of, and further links.
+
+Conclusions are a function of the *seen* facts: of each slot the latest value, the types that an instance was given,
+and the common facts; banned origins left out. So they depend on no order of arrival, and what rested on a value that
+was replaced or banned goes with it. The checks of blocks ask for told types alone: what is merged must not depend on
+a view.
+
+``Inference`` reads the slots that changed since it was last asked, and only those of attributes that the rules heed.
+Classes are worked out for the instances that such a change can reach along the links that conditions are about, and
+kept. Where something was taken back, what may have rested on it is forgotten first, and then concluded anew as far as
+it still holds; so two instances cannot hold up each other. Links that follow are walked when they are asked for.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple, Protocol
+
+from worldmodel.axioms import Condition
+from worldmodel.facts import Instance, PropertyValue
+from worldmodel.tbox import TYPE_UID, TBox, Value, ValueKind
+
+Slot = tuple[int, int]
+"""(subject, attribute)."""
+
+
+class Seen(Protocol):
+    """The facts that conclusions are drawn from."""
+
+    def value(self, subject: int, attribute: int) -> Value | None:
+        """Return the latest value of a slot, banned origins left out."""
+
+    def told_classes(self, uid: int) -> int:
+        """Return the classes of the types that an instance was given, bit c for class c, banned origins left out."""
+
+
+class Concluded(NamedTuple):
+    """What became true and what is true no longer: (instance uid, class uid) each."""
+
+    gained: frozenset[tuple[int, int]]
+    lost: frozenset[tuple[int, int]]
+
+
+class Inference:
+    """The conclusions from one world model.
+
+    Attributes:
+        touched: slots of heeded attributes that changed and were not looked at since; whoever changes one adds it.
+        heeded: the attributes of such slots; none if the ontology has no rules.
+        version: grows whenever a class of an instance or a link may have changed.
+        steps: instances and links that were looked at, for those who measure.
+    """
+
+    def __init__(
+        self,
+        tbox: TBox,
+        seen: Seen,
+        instances: Sequence[Instance] = (),
+        common_facts: Iterable[PropertyValue] = (),
+    ) -> None:
+        """Know the common instances and facts.
+
+        Args:
+            tbox: the ontology; its rules are what is concluded by.
+            seen: answers what is told.
+            instances: the common instances.
+            common_facts: facts about them that all know before the mission; those of one slot hold side by side.
+        """
+        self.rules = tbox.rules
+        self.version = 0
+        self.steps = 0
+        self._tbox = tbox
+        self._seen = seen
+        self.heeded = frozenset({TYPE_UID, *self.rules.heeded}) if self.rules.heeded else frozenset[int]()
+        self._common: dict[Slot, tuple[Value, ...]] = {}
+        for fact in common_facts:
+            slot = (fact.subject, fact.attribute)
+            self._common[slot] = (*self._common.get(slot, ()), fact.value)
+        self.touched: set[Slot] = set(self._common)
+        self._known: set[Slot] = set()
+        self._targets: dict[Slot, tuple[int, ...]] = {}
+        self._linking: dict[Slot, dict[int, None]] = {}  # (target, attribute) -> subjects
+        self._base = {one.uid: self.rules.closed(tbox.ancestor_mask(one.class_uid)) for one in instances}
+        self._classes: dict[int, int] = {}
+        self._links = {a.uid for a in tbox.attributes if a.kind is ValueKind.LINK}
+        self._of_links = [one for one in self.rules.conditions if one.filler is not None]
+        self._of_values: dict[int, list[Condition]] = {}
+        for one in self.rules.conditions:
+            if one.filler is None:
+                self._of_values.setdefault(one.attribute, []).append(one)
+        self._leading = {
+            a: [(t, flipped) for t, flipped in self.rules.sources[a] if t in self.rules.transitive] for a in self._links
+        }
+
+    # Questions -----------------------------------------------------------------------------------
+
+    def classes(self, uid: int) -> int:
+        """Return the classes that an instance is seen to be of, told and concluded, bit c for class c."""
+        if not self.heeded:
+            return self._seen.told_classes(uid)
+        self.settle()
+        return self._classes_of(uid) & (1 << self.rules.n_classes) - 1
+
+    def concluded_classes(self, uid: int) -> int:
+        """Return the classes among ``classes`` that no type of the instance has above it."""
+        return self.classes(uid) & ~self._seen.told_classes(uid)
+
+    def links(self, subject: int, attribute: int) -> tuple[int, ...]:
+        """Return what an instance links to: by its latest value, by common facts, and by conclusion; uids in order."""
+        self.settle()
+        return tuple(sorted(set(self._reached(subject, attribute))))
+
+    def linking(self, target: int, attribute: int) -> tuple[int, ...]:
+        """Return the instances that link to ``target``, in the same sense."""
+        self.settle()
+        return tuple(sorted(set(self._reached(target, attribute, backward=True))))
+
+    def told_links(self, subject: int, attribute: int) -> tuple[int, ...]:
+        """Return those of ``links`` that are told: the latest value, and common facts."""
+        value = self._seen.value(subject, attribute)
+        return tuple(dict.fromkeys(map(_uid, (*self._common.get((subject, attribute), ()), *_all(value)))))
+
+    def linked_attributes(self) -> frozenset[int]:
+        """Return the attributes of which there may be links that are not the latest value of a slot."""
+        inferred = {a for a in self._links if len(self.rules.sources[a]) > 1 or a in self.rules.transitive}
+        return frozenset(inferred | {attribute for _, attribute in self._common})
+
+    def contradictions(self) -> tuple[tuple[int, int, int], ...]:
+        """Return (instance, class, class) where conclusions make an instance one of two disjoint classes."""
+        self.settle()
+        n, tbox = self.rules.n_classes, self._tbox
+        found = []
+        for uid, mask in sorted(self._classes.items()):
+            held = [c for c in range(n) if mask >> c & 1]
+            found += [(uid, c, d) for c in held for d in held if c < d and tbox.are_disjoint(c, d)]
+        return tuple(found)
+
+    # Changes -------------------------------------------------------------------------------------
+
+    def see_anew(self) -> None:
+        """Look at all facts again: a ban has changed."""
+        self.touched |= self._known
+
+    def settle(self) -> Concluded:
+        """Draw the conclusions from what was touched; return what has changed."""
+        if not self.touched:
+            return _NOTHING
+        touched, self.touched = self.touched, set()
+        before: dict[int, int] = {}
+        shrunk: set[int] = set()
+        grown: set[int] = set()
+        for slot in touched:
+            self._known.add(slot)
+            self._look_at(slot, shrunk, grown)
+        self._forget(shrunk, before)
+        self._conclude(shrunk | grown, before)
+        self.version += 1
+        return self._changed(before)
+
+    def _look_at(self, slot: Slot, shrunk: set[int], grown: set[int]) -> None:
+        """Read one slot; add the instances that something was taken from, and those that gained something."""
+        subject, attribute = slot
+        self.steps += 1
+        if attribute in self._links:
+            old, new = self._targets.get(slot, ()), self.told_links(subject, attribute)
+            self._targets[slot] = new
+            for target in (one for one in old if one not in new):
+                shrunk.update(self._concerned(subject, attribute, target))
+                self._linking[target, attribute].pop(subject)
+            for target in (one for one in new if one not in old):
+                self._linking.setdefault((target, attribute), {})[subject] = None
+                grown.update(self._concerned(subject, attribute, target))
+        if attribute == TYPE_UID or attribute in self._of_values:
+            old_base, base = self._base_of(subject), self._base_now(subject)
+            self._classes.setdefault(subject, old_base)
+            self._base[subject] = base
+            if old_base & ~base:
+                shrunk.add(subject)
+            if base & ~old_base:
+                grown.add(subject)
+
+    def _base_now(self, uid: int) -> int:
+        """Return what the types and values of an instance say by themselves."""
+        mask = self._seen.told_classes(uid)
+        for attribute, conditions in self._of_values.items():
+            values = (*self._common.get((uid, attribute), ()), *_all(self._seen.value(uid, attribute)))
+            for one in conditions:
+                if one.value in values:
+                    mask |= self.rules.bit_of(one)
+        return self.rules.closed(mask)
+
+    def _base_of(self, uid: int) -> int:
+        return self._base.get(uid, 0)
+
+    def _classes_of(self, uid: int) -> int:
+        known = self._classes.get(uid)
+        return self._base_of(uid) if known is None else known
+
+    def _forget(self, shrunk: set[int], before: dict[int, int]) -> None:
+        """Leave to those in ``shrunk``, and to all that may rest on them, what their types and values say alone.
+
+        Adds the latter to ``shrunk``.
+        """
+        front = list(shrunk)
+        while front:
+            uid = front.pop()
+            self.steps += 1
+            old, now = self._classes_of(uid), self._base_of(uid)
+            before.setdefault(uid, old)
+            self._classes[uid] = now
+            new = set(self._resting_on(uid, old & ~now)) - shrunk
+            shrunk |= new
+            front += new
+
+    def _conclude(self, front: set[int], before: dict[int, int]) -> None:
+        """Work out the classes of those in ``front``, and of all that rest on what they gain."""
+        while front:
+            uid = front.pop()
+            self.steps += 1
+            old = self._classes_of(uid)
+            before.setdefault(uid, old)
+            mask = old | self._base_of(uid)
+            for one in self._of_links:
+                if not mask & (bit := self.rules.bit_of(one)) and self._meets(uid, one):
+                    mask |= bit
+            mask = self.rules.closed(mask)
+            self._classes[uid] = mask
+            front.update(self._resting_on(uid, mask & ~old))
+
+    def _meets(self, uid: int, condition: Condition) -> bool:
+        assert condition.filler is not None
+        return any(
+            self._classes_of(target) >> condition.filler & 1 for target in self._reached(uid, condition.attribute)
+        )
+
+    def _resting_on(self, uid: int, classes: int) -> Iterator[int]:
+        """Yield the instances that meet a condition by linking to this one if it is of ``classes``."""
+        for one in self._of_links:
+            if one.filler is not None and classes >> one.filler & 1:
+                yield from self._reached(uid, one.attribute, backward=True)
+
+    def _concerned(self, subject: int, attribute: int, target: int) -> Iterator[int]:
+        """Yield the instances whose conditions a link is about; the link is there."""
+        said = dict.fromkeys(self.rules.entailed[attribute])
+        for asked in dict.fromkeys(one.attribute for one in self._of_links):
+            for flipped in (False, True):
+                if (asked, flipped) in said:
+                    yield target if flipped else subject
+            for leading, turned in self._leading[asked]:
+                for flipped in (False, True):
+                    if (leading, flipped) in said:
+                        # the end of the link from which the condition is asked, and all from which one gets there
+                        end = target if flipped != turned else subject
+                        yield end
+                        yield from self._walk(end, leading, not turned)
+
+    def _changed(self, before: dict[int, int]) -> Concluded:
+        n = self.rules.n_classes
+        gained: set[tuple[int, int]] = set()
+        lost: set[tuple[int, int]] = set()
+        for uid, old in before.items():
+            now = self._classes[uid]
+            gained.update((uid, c) for c in range(n) if now & ~old & 1 << c)
+            lost.update((uid, c) for c in range(n) if old & ~now & 1 << c)
+        return Concluded(frozenset(gained), frozenset(lost))
+
+    # Links ---------------------------------------------------------------------------------------
+
+    def _reached(self, uid: int, attribute: int, backward: bool = False) -> Iterator[int]:
+        """Yield what links lead to, or come from, one after the other; some more than once."""
+        yield from self._step(uid, attribute, backward)
+        for leading, flipped in self._leading[attribute]:
+            yield from self._walk(uid, leading, backward != flipped)
+
+    def _walk(self, uid: int, attribute: int, backward: bool) -> Iterator[int]:
+        """Yield all that an attribute that leads on reaches."""
+        reached: set[int] = set()
+        front = [uid]
+        while front:
+            for one in self._step(front.pop(), attribute, backward):
+                if one not in reached:
+                    reached.add(one)
+                    front.append(one)
+                    yield one
+
+    def _step(self, uid: int, attribute: int, backward: bool) -> Iterator[int]:
+        for source, flipped in self.rules.sources[attribute]:
+            self.steps += 1
+            found = self._linking if backward != flipped else self._targets
+            yield from tuple(found.get((uid, source), ()))
+
+
+_NOTHING = Concluded(frozenset(), frozenset())
+
+
+def _all(value: Value | None) -> tuple[Value, ...]:
+    return () if value is None else (value,)
+
+
+def _uid(value: Value) -> int:
+    assert isinstance(value, int)
+    return value
