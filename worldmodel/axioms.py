@@ -90,6 +90,11 @@ class Rules:
         linked = {a for pair in (*axioms.inverses, *axioms.sub_attributes) for a in pair} | self.transitive
         self.heeded = frozenset(conditional | {source for a in linked for source, _ in self.sources[a]})
 
+    @property
+    def is_needed(self) -> bool:
+        """True if facts may lead to conclusions."""
+        return bool(self._sufficient or self.heeded)
+
     def bit_of(self, condition: Condition) -> int:
         """Return the mask of a condition that suffices for something."""
         return self._bits[condition]

@@ -11,7 +11,7 @@ kept. Where something was taken back, what may have rested on it is forgotten fi
 it still holds; so two instances cannot hold up each other. Links that follow are walked when they are asked for.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import NamedTuple, Protocol
 
 from worldmodel.axioms import Condition
@@ -31,6 +31,10 @@ class Seen(Protocol):
     def told_classes(self, uid: int) -> int:
         """Return the classes of the types that an instance was given, bit c for class c, banned origins left out."""
 
+    @property
+    def banned(self) -> Collection[int]:
+        """The origins that are left out, equal as long as nothing changes."""
+
 
 class Concluded(NamedTuple):
     """What became true and what is true no longer: (instance uid, class uid) each."""
@@ -43,8 +47,8 @@ class Inference:
     """The conclusions from one world model.
 
     Attributes:
-        touched: slots of heeded attributes that changed and were not looked at since; whoever changes one adds it.
-        heeded: the attributes of such slots; none if the ontology has no rules.
+        heeded: the attributes from whose values something is concluded.
+        touched: their slots that changed and were not looked at since.
         version: grows whenever a class of an instance or a link may have changed.
         steps: instances and links that were looked at, for those who measure.
     """
@@ -53,7 +57,8 @@ class Inference:
         self,
         tbox: TBox,
         seen: Seen,
-        instances: Sequence[Instance] = (),
+        instances: Sequence[Instance],
+        touched: set[Slot],
         common_facts: Iterable[PropertyValue] = (),
     ) -> None:
         """Know the common instances and facts.
@@ -62,6 +67,7 @@ class Inference:
             tbox: the ontology; its rules are what is concluded by.
             seen: answers what is told.
             instances: the common instances.
+            touched: to which slots of attributes ``heeded`` are added as they change.
             common_facts: facts about them that all know before the mission; those of one slot hold side by side.
         """
         self.rules = tbox.rules
@@ -69,19 +75,27 @@ class Inference:
         self.steps = 0
         self._tbox = tbox
         self._seen = seen
-        self.heeded = frozenset({TYPE_UID, *self.rules.heeded}) if self.rules.heeded else frozenset[int]()
+        self._has_rules = self.rules.is_needed
         self._common: dict[Slot, tuple[Value, ...]] = {}
         for fact in common_facts:
             slot = (fact.subject, fact.attribute)
             self._common[slot] = (*self._common.get(slot, ()), fact.value)
-        self.touched: set[Slot] = set(self._common)
+        of_rules = {TYPE_UID, *self.rules.heeded} if self._has_rules else set()
+        self.heeded = frozenset({*of_rules, *(attribute for _, attribute in self._common)})
+        self.touched = touched
+        self.touched.update(self._common)
+        self._banned: Collection[int] = seen.banned
         self._known: set[Slot] = set()
         self._targets: dict[Slot, tuple[int, ...]] = {}
         self._linking: dict[Slot, dict[int, None]] = {}  # (target, attribute) -> subjects
         self._base = {one.uid: self.rules.closed(tbox.ancestor_mask(one.class_uid)) for one in instances}
+        self._met: dict[int, int] = {}  # conditions that are met by links
         self._classes: dict[int, int] = {}
         self._links = {a.uid for a in tbox.attributes if a.kind is ValueKind.LINK}
         self._of_links = [one for one in self.rules.conditions if one.filler is not None]
+        self._bits_on: dict[int, int] = {}  # attribute -> conditions on its links
+        for one in self._of_links:
+            self._bits_on[one.attribute] = self._bits_on.get(one.attribute, 0) | self.rules.bit_of(one)
         self._of_values: dict[int, list[Condition]] = {}
         for one in self.rules.conditions:
             if one.filler is None:
@@ -94,7 +108,7 @@ class Inference:
 
     def classes(self, uid: int) -> int:
         """Return the classes that an instance is seen to be of, told and concluded, bit c for class c."""
-        if not self.heeded:
+        if not self._has_rules:
             return self._seen.told_classes(uid)
         self.settle()
         return self._classes_of(uid) & (1 << self.rules.n_classes) - 1
@@ -106,10 +120,10 @@ class Inference:
     def links(self, subject: int, attribute: int) -> tuple[int, ...]:
         """Return what an instance links to: by its latest value, by common facts, and by conclusion; uids in order."""
         self.settle()
-        return tuple(sorted(set(self._reached(subject, attribute))))
+        return tuple(sorted({*self.told_links(subject, attribute), *self._reached(subject, attribute)}))
 
     def linking(self, target: int, attribute: int) -> tuple[int, ...]:
-        """Return the instances that link to ``target``, in the same sense."""
+        """Return the instances that link to ``target`` in the same sense, by one of ``linked_attributes``."""
         self.settle()
         return tuple(sorted(set(self._reached(target, attribute, backward=True))))
 
@@ -135,45 +149,47 @@ class Inference:
 
     # Changes -------------------------------------------------------------------------------------
 
-    def see_anew(self) -> None:
-        """Look at all facts again: a ban has changed."""
-        self.touched |= self._known
-
     def settle(self) -> Concluded:
         """Draw the conclusions from what was touched; return what has changed."""
+        if self._banned != self._seen.banned:
+            self._banned = self._seen.banned
+            self.touched.update(self._known)
+            self.version += 1
         if not self.touched:
             return _NOTHING
-        touched, self.touched = self.touched, set()
+        touched = list(self.touched)
+        self.touched.clear()
         before: dict[int, int] = {}
-        shrunk: set[int] = set()
+        doubted: dict[int, int] = {}
         grown: set[int] = set()
         for slot in touched:
             self._known.add(slot)
-            self._look_at(slot, shrunk, grown)
-        self._forget(shrunk, before)
-        self._conclude(shrunk | grown, before)
+            self._look_at(slot, doubted, grown)
+        self._forget(doubted, before)
+        self._conclude(grown.union(doubted), before)
         self.version += 1
         return self._changed(before)
 
-    def _look_at(self, slot: Slot, shrunk: set[int], grown: set[int]) -> None:
-        """Read one slot; add the instances that something was taken from, and those that gained something."""
+    def _look_at(self, slot: Slot, doubted: dict[int, int], grown: set[int]) -> None:
+        """Read one slot; note whose conditions are in doubt by what it said, and who gained something."""
         subject, attribute = slot
         self.steps += 1
         if attribute in self._links:
             old, new = self._targets.get(slot, ()), self.told_links(subject, attribute)
             self._targets[slot] = new
             for target in (one for one in old if one not in new):
-                shrunk.update(self._concerned(subject, attribute, target))
+                for uid, asked in self._concerned(subject, attribute, target):
+                    doubted[uid] = doubted.get(uid, 0) | self._bits_on[asked]
                 self._linking[target, attribute].pop(subject)
             for target in (one for one in new if one not in old):
                 self._linking.setdefault((target, attribute), {})[subject] = None
-                grown.update(self._concerned(subject, attribute, target))
+                grown.update(uid for uid, _ in self._concerned(subject, attribute, target))
         if attribute == TYPE_UID or attribute in self._of_values:
             old_base, base = self._base_of(subject), self._base_now(subject)
             self._classes.setdefault(subject, old_base)
             self._base[subject] = base
             if old_base & ~base:
-                shrunk.add(subject)
+                doubted.setdefault(subject, 0)
             if base & ~old_base:
                 grown.add(subject)
 
@@ -194,21 +210,20 @@ class Inference:
         known = self._classes.get(uid)
         return self._base_of(uid) if known is None else known
 
-    def _forget(self, shrunk: set[int], before: dict[int, int]) -> None:
-        """Leave to those in ``shrunk``, and to all that may rest on them, what their types and values say alone.
-
-        Adds the latter to ``shrunk``.
-        """
-        front = list(shrunk)
+    def _forget(self, doubted: dict[int, int], before: dict[int, int]) -> None:
+        """Drop the conditions in doubt, with all that may rest on them, which is added to ``doubted``."""
+        front = list(doubted)
         while front:
             uid = front.pop()
             self.steps += 1
-            old, now = self._classes_of(uid), self._base_of(uid)
+            old = self._classes_of(uid)
             before.setdefault(uid, old)
-            self._classes[uid] = now
-            new = set(self._resting_on(uid, old & ~now)) - shrunk
-            shrunk |= new
-            front += new
+            self._met[uid] = self._met.get(uid, 0) & ~doubted[uid]
+            now = self._classes[uid] = self.rules.closed(self._base_of(uid) | self._met[uid])
+            for resting, bit in self._resting_on(uid, old & ~now):
+                if not doubted.get(resting, 0) & bit:
+                    doubted[resting] = doubted.get(resting, 0) | bit
+                    front.append(resting)
 
     def _conclude(self, front: set[int], before: dict[int, int]) -> None:
         """Work out the classes of those in ``front``, and of all that rest on what they gain."""
@@ -217,13 +232,14 @@ class Inference:
             self.steps += 1
             old = self._classes_of(uid)
             before.setdefault(uid, old)
-            mask = old | self._base_of(uid)
+            met = self._met.get(uid, 0)
             for one in self._of_links:
-                if not mask & (bit := self.rules.bit_of(one)) and self._meets(uid, one):
-                    mask |= bit
-            mask = self.rules.closed(mask)
-            self._classes[uid] = mask
-            front.update(self._resting_on(uid, mask & ~old))
+                bit = self.rules.bit_of(one)
+                if not (old | met) & bit and self._meets(uid, one):
+                    met |= bit
+            self._met[uid] = met
+            now = self._classes[uid] = self.rules.closed(self._base_of(uid) | met)
+            front.update(resting for resting, _ in self._resting_on(uid, now & ~old))
 
     def _meets(self, uid: int, condition: Condition) -> bool:
         assert condition.filler is not None
@@ -231,26 +247,29 @@ class Inference:
             self._classes_of(target) >> condition.filler & 1 for target in self._reached(uid, condition.attribute)
         )
 
-    def _resting_on(self, uid: int, classes: int) -> Iterator[int]:
-        """Yield the instances that meet a condition by linking to this one if it is of ``classes``."""
+    def _resting_on(self, uid: int, classes: int) -> Iterator[tuple[int, int]]:
+        """Yield the instances that meet a condition by linking to this one if it is of ``classes``, and its bit."""
         for one in self._of_links:
             if one.filler is not None and classes >> one.filler & 1:
-                yield from self._reached(uid, one.attribute, backward=True)
+                bit = self.rules.bit_of(one)
+                for resting in self._reached(uid, one.attribute, backward=True):
+                    yield resting, bit
 
-    def _concerned(self, subject: int, attribute: int, target: int) -> Iterator[int]:
-        """Yield the instances whose conditions a link is about; the link is there."""
-        said = dict.fromkeys(self.rules.entailed[attribute])
-        for asked in dict.fromkeys(one.attribute for one in self._of_links):
+    def _concerned(self, subject: int, attribute: int, target: int) -> Iterator[tuple[int, int]]:
+        """Yield the instances whose conditions a link is about, each with the attribute asked; the link is there."""
+        said = self.rules.entailed[attribute]
+        for asked in self._bits_on:
             for flipped in (False, True):
                 if (asked, flipped) in said:
-                    yield target if flipped else subject
+                    yield target if flipped else subject, asked
             for leading, turned in self._leading[asked]:
                 for flipped in (False, True):
                     if (leading, flipped) in said:
                         # the end of the link from which the condition is asked, and all from which one gets there
                         end = target if flipped != turned else subject
-                        yield end
-                        yield from self._walk(end, leading, not turned)
+                        yield end, asked
+                        for uid in self._walk(end, leading, not turned):
+                            yield uid, asked
 
     def _changed(self, before: dict[int, int]) -> Concluded:
         n = self.rules.n_classes

@@ -26,10 +26,12 @@ from worldmodel.facts import (
     Instance,
     Lacking,
     Observation,
+    PropertyValue,
 )
 from worldmodel.holdings import Holdings
 from worldmodel.index import Entry, block_of, observation_of
 from worldmodel.log import Log
+from worldmodel.reasoning import Inference
 from worldmodel.tbox import TYPE_UID, TBox, Value
 
 CLOCK_TOLERANCE_S = 1.0
@@ -74,6 +76,7 @@ class Store(Holdings):
         waiting_s: float = WAITING_S,
         waiting_blocks: int = WAITING_BLOCKS,
         pruning: Sequence[PruneRule] = (),
+        common_facts: Sequence[PropertyValue] = (),
     ) -> None:
         """Know the common ``instances``, and no fact about them.
 
@@ -91,6 +94,7 @@ class Store(Holdings):
             waiting_s: for how long a block waits for what it rests on (s).
             waiting_blocks: how many blocks of one origin wait at most; the oldest is dropped.
             pruning: what ``tidy`` drops.
+            common_facts: what all know of common instances before the mission; these facts have no time and origin.
 
         Raises:
             FactError: an argument cannot be right; the message names all bad instances.
@@ -119,7 +123,11 @@ class Store(Holdings):
         """The uids taken out of the owner's range, as far as is known."""
         self._banned: set[int] = set()
         self._members: dict[int, tuple[Instance, ...]] = {}
-        self._members_of = (0, 0)  # version of types, number of bans, for which they hold
+        self._members_of = (0, 0)  # versions of types and of conclusions for which they hold
+        self.common_facts = tuple(common_facts)
+        self.inference = Inference(tbox, self, instances, self.index.touched, common_facts)
+        """What follows from the facts that are seen."""
+        self.index.heeded = self.inference.heeded
 
     # Questions -----------------------------------------------------------------------------------
 
@@ -168,22 +176,26 @@ class Store(Holdings):
         return self.arrivals.lacking(now_s, self.owner_of)
 
     def instances_of(self, class_uid: int) -> tuple[Instance, ...]:
-        """Return the instances of a class and of its subclasses, by uid, banned origins left out."""
-        holds_for = self.index.version_of_types, len(self._banned)
+        """Return the instances of a class, told or concluded, by uid, banned origins left out."""
+        self.inference.settle()
+        holds_for = self.index.version_of_types, self.inference.version
         if self._members_of != holds_for:
             self._members_of, self._members = holds_for, {}
         members = self._members.get(class_uid)
         if members is None:
             known = (self.instance(uid) for uid in sorted(self.instance_uids()))
-            members = tuple(i for i in known if i is not None and self._is_seen_as(i, class_uid))
+            classes = self.inference.classes
+            members = tuple(i for i in known if i is not None and classes(i.uid) >> class_uid & 1)
             self._members[class_uid] = members
         return members
 
-    def _is_seen_as(self, instance: Instance, class_uid: int) -> bool:
-        types = [o.fact.target for o in self.history(instance.uid, TYPE_UID)]
-        if instance.uid < len(self.common_instances):
-            types.append(instance.class_uid)
-        return any(self.tbox.is_a(c, class_uid) for c in types)
+    def told_classes(self, uid: int) -> int:
+        """Return the classes of the types an instance was given, bit c for class c, banned origins left out."""
+        common = self.common_instances[uid : uid + 1]
+        mask = self.tbox.ancestor_mask(common[0].class_uid) if common else 0
+        for observation in self.history(uid, TYPE_UID):
+            mask |= self.tbox.ancestor_mask(observation.fact.target)
+        return mask
 
     def ban(self, origin: int) -> None:
         """See the world as if ``origin`` had said nothing; its blocks are kept, and still exchanged."""
