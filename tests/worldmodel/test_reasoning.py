@@ -50,6 +50,7 @@ def tbox(tmp_path_factory: pytest.TempPathFactory) -> TBox:
     return compiled(tmp_path_factory.mktemp("gear"))
 
 
+Drawn = list[tuple[str, int, int, int]]
 N_VEHICLES, N_GEAR, N_ORIGINS = 3, 3, 3
 LINKS = ("partOf", "carriedBy", "meets")
 
@@ -130,7 +131,7 @@ def conclusions(model: WorldModel) -> tuple[dict[int, list[str]], dict[tuple[int
 
 @settings(max_examples=12, deadline=None)
 @given(facts=FACTS)
-def test_owlrl_concludes_the_same(tbox: TBox, facts: list[tuple[str, int, int, int]]) -> None:
+def test_owlrl_concludes_the_same(tbox: TBox, facts: Drawn) -> None:
     model = fleet(tbox)
     merge(model, blocks(facts, tbox))
     graph = closure(model)
