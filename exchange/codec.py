@@ -75,6 +75,38 @@ def values_in_words(attribute: Attribute, n_values: Mapping[ValueKind, int]) -> 
     return "; ".join(dict.fromkeys(ranges)) or "true or false"
 
 
+def _layout_of(attribute: Attribute, n_classes: int, n_instances: int) -> tuple[int, ...]:
+    """Sizes of the numbers that make up a value of the attribute, in bits."""
+    match attribute.kind:
+        case ValueKind.TYPE:
+            return (width(n_classes),)
+        case ValueKind.LINK:
+            return (width(n_instances),)
+        case ValueKind.BOOLEAN:
+            return (1,)
+        case ValueKind.SYMBOL:
+            return (width(len(attribute.symbols)),)
+        case _:
+            return tuple(field.size_bits for field in attribute.fields)
+
+
+def _refuse_nameless(fragment: Fragment, is_status: bool, sequence_bits: int) -> None:
+    """Refuse a fragment of a block that has no name on the wire."""
+    if fragment.sequence < STATUS:
+        raise ConfigurationError(f"block {fragment.sequence} of vehicle {fragment.origin} is private: not to be sent")
+    if fragment.is_status != is_status:
+        raise ConfigurationError(
+            f"sequence {fragment.sequence}: a whole block of latest-only attributes is a status, and has {STATUS}; "
+            "any other is an item, and has 0 or more"
+        )
+    if fragment.sequence >= 1 << sequence_bits:
+        raise ConfigurationError(
+            f"vehicle {fragment.origin} has told more than {1 << sequence_bits} items, the sequence "
+            f"field of {sequence_bits} bits is used up: shorten the mission or report less often"
+        )
+    _refuse_epoch(fragment.epoch)
+
+
 def _refuse_epoch(epoch: int) -> None:
     if not 0 <= epoch < 1 << EPOCH_BITS:
         raise ConfigurationError(f"epoch {epoch} has no name on the wire; allowed: 0 to {(1 << EPOCH_BITS) - 1}")
@@ -134,7 +166,7 @@ class Codec:
         self._subject_bits = width(n_instances)
         self._names = AttributeNames(len(tbox.attributes), exchanged)
         self._time = Field(0.0, duration_s, time_resolution_s, "s")
-        self._layouts = [self._layout_of(tbox, attribute) for attribute in tbox.attributes]
+        self._layouts = [_layout_of(attribute, len(tbox.classes), n_instances) for attribute in tbox.attributes]
         self._value_bits = [sum(layout) for layout in self._layouts]
         self._n_values = {ValueKind.LINK: n_instances, ValueKind.TYPE: len(tbox.classes)}
         self.header = AckHeader(policy.acknowledgement, n_nodes)
@@ -144,20 +176,6 @@ class Codec:
         self._hash = zlib.crc32(repr(shape).encode()).to_bytes(HASH_BYTES, "big")
         self.decode = lru_cache(maxsize=32)(self._decode)
         """``decode(data, frame=0) -> Packet``; every receiver of one broadcast decodes the same bytes."""
-
-    def _layout_of(self, tbox: TBox, attribute: Attribute) -> tuple[int, ...]:
-        """Sizes of the numbers that make up a value of the attribute, in bits."""
-        match attribute.kind:
-            case ValueKind.TYPE:
-                return (width(len(tbox.classes)),)
-            case ValueKind.LINK:
-                return (self._subject_bits,)
-            case ValueKind.BOOLEAN:
-                return (1,)
-            case ValueKind.SYMBOL:
-                return (width(len(attribute.symbols)),)
-            case _:
-                return tuple(field.size_bits for field in attribute.fields)
 
     @property
     def overhead_bits(self) -> int:
@@ -231,7 +249,7 @@ class Codec:
 
     def encode_fragment(self, fragment: Fragment, sender: int, epoch: int = 0) -> tuple[int, int]:
         """``(bits, size_bits)`` of a fragment as ``sender`` says it in its epoch; fixed for the fragment's life."""
-        self._refuse_nameless(fragment)
+        _refuse_nameless(fragment, self._is_status(fragment.facts, fragment.count), self._sequence_bits)
         relayed = (fragment.origin, fragment.epoch) != (sender, epoch)
         bits = 0
         if relayed:
@@ -253,24 +271,6 @@ class Codec:
         if not fragment.is_status:
             bits = bits << self._sequence_bits | fragment.sequence
         return bits, self.fragment_bits(fragment, relayed)
-
-    def _refuse_nameless(self, fragment: Fragment) -> None:
-        """Refuse a fragment of a block that has no name on the wire."""
-        if fragment.sequence < STATUS:
-            raise ConfigurationError(
-                f"block {fragment.sequence} of vehicle {fragment.origin} is private: not to be sent"
-            )
-        if fragment.is_status != self._is_status(fragment.facts, fragment.count):
-            raise ConfigurationError(
-                f"sequence {fragment.sequence}: a whole block of latest-only attributes is a status, and has {STATUS}; "
-                "any other is an item, and has 0 or more"
-            )
-        if fragment.sequence >= 1 << self._sequence_bits:
-            raise ConfigurationError(
-                f"vehicle {fragment.origin} has told more than {1 << self._sequence_bits} items, the sequence "
-                f"field of {self._sequence_bits} bits is used up: shorten the mission or report less often"
-            )
-        _refuse_epoch(fragment.epoch)
 
     def _encode_value(self, fact: PropertyValue) -> int:
         bits = 0

@@ -73,8 +73,8 @@ class Reception(NamedTuple):
     """What one packet brought.
 
     ``blocks`` are whole and new to this vehicle, or contradict what it has under the same name, ready to be merged;
-    ``signals`` are the influence signals of ``sender``; ``beliefs`` lists (peer, item) pairs that are believed from now on;
-    ``settled`` lists items that all interested peers are now believed to hold; ``aside`` are those whose
+    ``signals`` are the influence signals of ``sender``; ``beliefs`` lists (peer, item) pairs that are believed from
+    now on; ``settled`` lists items that all interested peers are now believed to hold; ``aside`` are those whose
     block this vehicle has no need of, which are not among ``items``; ``fault`` tells why a packet was refused, else
     None; ``is_stranger`` if that makes its sender one of another definition.
     """
@@ -108,6 +108,29 @@ def heaviest(queue: Sequence[Entry | LatestValue], room_bits: int) -> list[int]:
     for candidate, weight in zip(queue, weights, strict=True):
         candidate.weight = weight
     return chosen[: min(n_chosen, MAX_FRAGMENTS_PER_PACKET)]
+
+
+def _refuse_future(packet: Packet, now_s: float, model: WorldModel) -> None:
+    """Refuse a packet with a fact that was observed later than it arrives: it was damaged, or a clock is wrong."""
+    for fragment in packet.fragments:
+        if fragment.time_s > model.latest_time_s(now_s):
+            raise PeerFault(
+                f"a fact of {fragment.time_s:g} s arrives at {now_s:g} s: from the future, beyond a clock "
+                f"tolerance of {model.clock_tolerance_s:g} s"
+            )
+
+
+def _contradiction(fragment: Fragment, ledger: Ledger, assembly: Assembly) -> Block | None:
+    """The block by which a known item has other content than before, if it has and the block is whole."""
+    known = ledger.fragment(fragment.uid)
+    if known is None or known == fragment:
+        return None
+    if fragment.count != known.count:
+        return assembly.add(fragment)
+    found = [ledger.fragment(fragment.uid._replace(part=part)) for part in range(fragment.count)]
+    found[fragment.index] = fragment
+    parts = [part for part in found if part is not None]
+    return whole(parts)._replace(time_s=fragment.time_s) if len(parts) == fragment.count else None
 
 
 class ExchangeManager:
@@ -215,7 +238,7 @@ class ExchangeManager:
         self._n_signals_said += len(self._signals)
 
     def receive(self, data: bytes, now_s: float) -> Reception:
-        """Take in a packet that arrives at ``now_s``; a bad one is counted, never raised, and acknowledged by nothing."""
+        """Take in a packet that arrives at ``now_s``; a bad one is counted, never raised, nor acknowledged."""
         slot = self._schedule.slot_of_arrival(now_s)
         sender, frame = self._schedule.owner(slot), self._frame(slot)
         self._open_slots_through(slot)
@@ -226,22 +249,12 @@ class ExchangeManager:
             if packet.sender != sender:
                 raise PeerFault(f"node {packet.sender} speaks in the slot of node {sender}")
             self._definitions.agree(sender, frame)
-            self._refuse_future(packet, now_s)
+            _refuse_future(packet, now_s, self._model)
         except PeerFault as fault:
             self.n_faults += 1
             is_stranger = isinstance(fault, DefinitionFault) and self._definitions.differ(sender, frame)
             return Reception(slot, sender, fault=str(fault), is_stranger=is_stranger)
         return self._absorb(packet, slot)
-
-    def _refuse_future(self, packet: Packet, now_s: float) -> None:
-        """Refuse a packet with a fact that was observed later than it arrives: it was damaged, or a clock is wrong."""
-        latest_s = self._model.latest_time_s(now_s)
-        for fragment in packet.fragments:
-            if fragment.time_s > latest_s:
-                raise PeerFault(
-                    f"a fact of {fragment.time_s:g} s arrives at {now_s:g} s: from the future, beyond a clock "
-                    f"tolerance of {self._model.clock_tolerance_s:g} s"
-                )
 
     def _absorb(self, packet: Packet, slot: int) -> Reception:
         blocks: list[Block] = []
@@ -263,8 +276,9 @@ class ExchangeManager:
                     new_items.append(fragment.uid)
                 if block is not None:
                     blocks.append(block)
-            elif (other := self._contradiction(column, fragment)) is not None:
-                blocks.append(other)
+            elif (other := _contradiction(fragment, self._ledger, self._assembly)) is not None:
+                is_in = self._model.arrived(other.guid) is not None
+                blocks += [other] if is_in or self._interests.keeps(other, fragment.uid) else []
             content |= 1 << column
         state = self._state
         before = [state.believes[peer] for peer in range(self._n_nodes)]
@@ -285,31 +299,6 @@ class ExchangeManager:
             settled = self._interests.settle(done, state.believes)
         new, unneeded = tuple(new_items), tuple(aside)
         return Reception(slot, packet.sender, tuple(blocks), packet.signals, new, beliefs, settled, unneeded)
-
-    def _contradiction(self, column: int, fragment: Fragment) -> Block | None:
-        """The block by which a known item has other content than before, if it is whole and of use to this vehicle.
-
-        Args:
-            column: of the item.
-            fragment: the item as it was heard now.
-        """
-        known = self._ledger.entries[column].fragment
-        if known == fragment:
-            return None
-        uid = fragment.uid
-        if fragment.count != known.count:
-            block = self._assembly.add(fragment)
-            if block is None:
-                return None
-        else:
-            found = [self._ledger.fragment(uid._replace(part=part)) for part in range(fragment.count)]
-            found[fragment.index] = fragment
-            parts = [part for part in found if part is not None]
-            if len(parts) < fragment.count:
-                return None
-            block = whole(parts)._replace(time_s=fragment.time_s)
-        is_in = self._model.arrived(block.guid) is not None
-        return block if is_in or self._interests.keeps(block, uid) else None
 
     def renew(self) -> Renewal:
         """Judge all items anew: who needs what has changed."""

@@ -1,4 +1,4 @@
-"""After the mission the exchange goes on, until nobody has anything left to tell: then all who hear each other know alike.
+"""After the mission the exchange goes on, until nobody has anything left to tell: all who hear each other know alike.
 
 Vehicles stay where they are and as they are: they speak in their slots what is still open, and take in what they hear.
 Nobody senses, decides, records anything new or uses energy, and faults neither begin nor end. What is heard stands in a
@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from exchange.acoustics.channel import Arrival
 from exchange.packets import name_of
 from remoras.clock import Priority
-from remoras.fleet import Fleet, SlotOpens
+from remoras.fleet import FaultChanges, Fleet, FrameEnds, SlotOpens
 from remoras.recorder import SETTLING, Recorder
 from remoras.vehicle import Vehicle
 
@@ -39,10 +38,10 @@ def settle(fleet: Fleet, settle_s: float) -> Settled:
         event = fleet.clock.next_before(began_s + settle_s)
         if event is None:
             break
-        if isinstance(event, Arrival):
-            _hear(fleet.vehicles[event.receiver], event.data, fleet.now_s, record)
-        elif isinstance(event, SlotOpens):
+        if isinstance(event, SlotOpens):
             _speak(fleet, event.number)
+        elif not isinstance(event, FrameEnds | FaultChanges):
+            _hear(fleet.vehicles[event.receiver], event.data, fleet.now_s, record)
     complete = _is_settled(fleet)
     for vehicle in fleet.vehicles:
         vehicle.radio.record_into(fleet.recorder)

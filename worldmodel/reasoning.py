@@ -16,10 +16,8 @@ from typing import NamedTuple, Protocol
 
 from worldmodel.axioms import Condition
 from worldmodel.facts import Instance, PropertyValue
+from worldmodel.links import Links, Slot
 from worldmodel.tbox import TYPE_UID, TBox, Value, ValueKind
-
-Slot = tuple[int, int]
-"""(subject, attribute)."""
 
 
 class Seen(Protocol):
@@ -50,7 +48,6 @@ class Inference:
         heeded: the attributes from whose values something is concluded.
         touched: their slots that changed and were not looked at since.
         version: grows whenever a class of an instance or a link may have changed.
-        steps: instances and links that were looked at, for those who measure.
     """
 
     def __init__(
@@ -72,7 +69,7 @@ class Inference:
         """
         self.rules = tbox.rules
         self.version = 0
-        self.steps = 0
+        self._n_looked_at = 0
         self._tbox = tbox
         self._seen = seen
         self._has_rules = self.rules.is_needed
@@ -86,8 +83,7 @@ class Inference:
         self.touched.update(self._common)
         self._banned: Collection[int] = seen.banned
         self._known: set[Slot] = set()
-        self._targets: dict[Slot, tuple[int, ...]] = {}
-        self._linking: dict[Slot, dict[int, None]] = {}  # (target, attribute) -> subjects
+        self._graph = Links(self.rules)
         self._base = {one.uid: self.rules.closed(tbox.ancestor_mask(one.class_uid)) for one in instances}
         self._met: dict[int, int] = {}  # conditions that are met by links
         self._classes: dict[int, int] = {}
@@ -100,9 +96,6 @@ class Inference:
         for one in self.rules.conditions:
             if one.filler is None:
                 self._of_values.setdefault(one.attribute, []).append(one)
-        self._leading = {
-            a: [(t, flipped) for t, flipped in self.rules.sources[a] if t in self.rules.transitive] for a in self._links
-        }
 
     # Questions -----------------------------------------------------------------------------------
 
@@ -120,12 +113,12 @@ class Inference:
     def links(self, subject: int, attribute: int) -> tuple[int, ...]:
         """Return what an instance links to: by its latest value, by common facts, and by conclusion; uids in order."""
         self.settle()
-        return tuple(sorted({*self.told_links(subject, attribute), *self._reached(subject, attribute)}))
+        return tuple(sorted({*self.told_links(subject, attribute), *self._graph.reached(subject, attribute)}))
 
     def linking(self, target: int, attribute: int) -> tuple[int, ...]:
         """Return the instances that link to ``target`` in the same sense, by one of ``linked_attributes``."""
         self.settle()
-        return tuple(sorted(set(self._reached(target, attribute, backward=True))))
+        return tuple(sorted(set(self._graph.reached(target, attribute, backward=True))))
 
     def told_links(self, subject: int, attribute: int) -> tuple[int, ...]:
         """Return those of ``links`` that are told: the latest value, and common facts."""
@@ -146,6 +139,11 @@ class Inference:
             held = [c for c in range(n) if mask >> c & 1]
             found += [(uid, c, d) for c in held for d in held if c < d and tbox.are_disjoint(c, d)]
         return tuple(found)
+
+    @property
+    def steps(self) -> int:
+        """How many instances and links were looked at, for those who measure."""
+        return self._n_looked_at + self._graph.steps
 
     # Changes -------------------------------------------------------------------------------------
 
@@ -173,17 +171,16 @@ class Inference:
     def _look_at(self, slot: Slot, doubted: dict[int, int], grown: set[int]) -> None:
         """Read one slot; note whose conditions are in doubt by what it said, and who gained something."""
         subject, attribute = slot
-        self.steps += 1
+        self._n_looked_at += 1
         if attribute in self._links:
-            old, new = self._targets.get(slot, ()), self.told_links(subject, attribute)
-            self._targets[slot] = new
+            graph, old, new = self._graph, self._graph.told(slot), self.told_links(subject, attribute)
             for target in (one for one in old if one not in new):
-                for uid, asked in self._concerned(subject, attribute, target):
+                for uid, asked in graph.concerned(subject, attribute, target, self._bits_on):
                     doubted[uid] = doubted.get(uid, 0) | self._bits_on[asked]
-                self._linking[target, attribute].pop(subject)
+                graph.take(subject, attribute, target)
             for target in (one for one in new if one not in old):
-                self._linking.setdefault((target, attribute), {})[subject] = None
-                grown.update(uid for uid, _ in self._concerned(subject, attribute, target))
+                graph.add(subject, attribute, target)
+                grown.update(uid for uid, _ in graph.concerned(subject, attribute, target, self._bits_on))
         if attribute == TYPE_UID or attribute in self._of_values:
             old_base, base = self._base_of(subject), self._base_now(subject)
             self._classes.setdefault(subject, old_base)
@@ -215,7 +212,7 @@ class Inference:
         front = list(doubted)
         while front:
             uid = front.pop()
-            self.steps += 1
+            self._n_looked_at += 1
             old = self._classes_of(uid)
             before.setdefault(uid, old)
             self._met[uid] = self._met.get(uid, 0) & ~doubted[uid]
@@ -229,7 +226,7 @@ class Inference:
         """Work out the classes of those in ``front``, and of all that rest on what they gain."""
         while front:
             uid = front.pop()
-            self.steps += 1
+            self._n_looked_at += 1
             old = self._classes_of(uid)
             before.setdefault(uid, old)
             met = self._met.get(uid, 0)
@@ -244,7 +241,7 @@ class Inference:
     def _meets(self, uid: int, condition: Condition) -> bool:
         assert condition.filler is not None
         return any(
-            self._classes_of(target) >> condition.filler & 1 for target in self._reached(uid, condition.attribute)
+            self._classes_of(target) >> condition.filler & 1 for target in self._graph.reached(uid, condition.attribute)
         )
 
     def _resting_on(self, uid: int, classes: int) -> Iterator[tuple[int, int]]:
@@ -252,24 +249,8 @@ class Inference:
         for one in self._of_links:
             if one.filler is not None and classes >> one.filler & 1:
                 bit = self.rules.bit_of(one)
-                for resting in self._reached(uid, one.attribute, backward=True):
+                for resting in self._graph.reached(uid, one.attribute, backward=True):
                     yield resting, bit
-
-    def _concerned(self, subject: int, attribute: int, target: int) -> Iterator[tuple[int, int]]:
-        """Yield the instances whose conditions a link is about, each with the attribute asked; the link is there."""
-        said = self.rules.entailed[attribute]
-        for asked in self._bits_on:
-            for flipped in (False, True):
-                if (asked, flipped) in said:
-                    yield target if flipped else subject, asked
-            for leading, turned in self._leading[asked]:
-                for flipped in (False, True):
-                    if (leading, flipped) in said:
-                        # the end of the link from which the condition is asked, and all from which one gets there
-                        end = target if flipped != turned else subject
-                        yield end, asked
-                        for uid in self._walk(end, leading, not turned):
-                            yield uid, asked
 
     def _changed(self, before: dict[int, int]) -> Concluded:
         n = self.rules.n_classes
@@ -280,31 +261,6 @@ class Inference:
             gained.update((uid, c) for c in range(n) if now & ~old & 1 << c)
             lost.update((uid, c) for c in range(n) if old & ~now & 1 << c)
         return Concluded(frozenset(gained), frozenset(lost))
-
-    # Links ---------------------------------------------------------------------------------------
-
-    def _reached(self, uid: int, attribute: int, backward: bool = False) -> Iterator[int]:
-        """Yield what links lead to, or come from, one after the other; some more than once."""
-        yield from self._step(uid, attribute, backward)
-        for leading, flipped in self._leading[attribute]:
-            yield from self._walk(uid, leading, backward != flipped)
-
-    def _walk(self, uid: int, attribute: int, backward: bool) -> Iterator[int]:
-        """Yield all that an attribute that leads on reaches."""
-        reached: set[int] = set()
-        front = [uid]
-        while front:
-            for one in self._step(front.pop(), attribute, backward):
-                if one not in reached:
-                    reached.add(one)
-                    front.append(one)
-                    yield one
-
-    def _step(self, uid: int, attribute: int, backward: bool) -> Iterator[int]:
-        for source, flipped in self.rules.sources[attribute]:
-            self.steps += 1
-            found = self._linking if backward != flipped else self._targets
-            yield from tuple(found.get((uid, source), ()))
 
 
 _NOTHING = Concluded(frozenset(), frozenset())

@@ -112,15 +112,16 @@ _FACTS: st.SearchStrategy[tuple[int, int, Value]] = st.one_of(
 
 any_blocks = st.lists(
     st.builds(
-        lambda origin, sequence, tick, facts: block(origin, sequence, tick, *facts),
+        lambda origin, sequence, tick, facts, epoch: block(origin, sequence, tick, *facts, epoch=epoch),
         st.integers(0, N_ORIGINS - 1),
         st.integers(0, 3),
         st.integers(0, 5),
         st.lists(_FACTS, min_size=1, max_size=3),
+        st.sampled_from([0, 0, 0, 1]),
     ),
     max_size=14,
 )
-"""Blocks of good form: they may wait, clash, or use a GUID twice."""
+"""Items of good form: they may wait, clash, or use a GUID twice."""
 
 
 @st.composite

@@ -12,7 +12,7 @@ from rdflib import OWL, RDF, XSD, Graph, Literal, URIRef
 from rdflib.term import Node
 from test_owl import PREFIXES
 
-from worldmodel import TYPE_UID, Block, Instance, PropertyValue, ValueKind, WorldModel, merge, read_tbox
+from worldmodel import TYPE_UID, Block, Instance, PropertyValue, TBox, ValueKind, WorldModel, merge, read_tbox
 
 ONTOLOGY = (
     PREFIXES.replace("bad#", "gear#")
@@ -39,29 +39,30 @@ ex:Convoy a owl:Class ; owl:equivalentClass [ a owl:Class ; owl:intersectionOf (
 )
 
 
-def compiled(folder: Path):  # type: ignore[no-untyped-def]
+def compiled(folder: Path) -> TBox:
     path = folder / "gear.ttl"
     path.write_text(ONTOLOGY)
     return read_tbox(path)
 
 
 @pytest.fixture(scope="module")
-def tbox(tmp_path_factory: pytest.TempPathFactory):  # type: ignore[no-untyped-def]
+def tbox(tmp_path_factory: pytest.TempPathFactory) -> TBox:
     return compiled(tmp_path_factory.mktemp("gear"))
 
 
+Drawn = list[tuple[str, int, int, int]]
 N_VEHICLES, N_GEAR, N_ORIGINS = 3, 3, 3
 LINKS = ("partOf", "carriedBy", "meets")
 
 
-def fleet(tbox, common_facts: Sequence[PropertyValue] = ()) -> WorldModel:  # type: ignore[no-untyped-def]
+def fleet(tbox: TBox, common_facts: Sequence[PropertyValue] = ()) -> WorldModel:
     vehicle, gear = (tbox.class_named(name).uid for name in ("Vehicle", "Gear"))
     instances = [Instance(uid, vehicle, f"v{uid}") for uid in range(N_VEHICLES)]
     instances += [Instance(uid, gear, f"g{uid}") for uid in range(N_VEHICLES, N_VEHICLES + N_GEAR)]
     return WorldModel(tbox, 0, instances, n_origins=N_ORIGINS, common_facts=common_facts)
 
 
-def blocks(drawn: Sequence[tuple[str, int, int, int]], tbox) -> list[Block]:  # type: ignore[no-untyped-def]
+def blocks(drawn: Sequence[tuple[str, int, int, int]], tbox: TBox) -> list[Block]:
     """One fact a block: (what, subject, value, origin), where subject and value are fitted to what it is about."""
     counts = dict.fromkeys(range(N_ORIGINS), 0)
     found = []
@@ -130,7 +131,7 @@ def conclusions(model: WorldModel) -> tuple[dict[int, list[str]], dict[tuple[int
 
 @settings(max_examples=12, deadline=None)
 @given(facts=FACTS)
-def test_owlrl_concludes_the_same(tbox, facts: list[tuple[str, int, int, int]]) -> None:  # type: ignore[no-untyped-def]
+def test_owlrl_concludes_the_same(tbox: TBox, facts: Drawn) -> None:
     model = fleet(tbox)
     merge(model, blocks(facts, tbox))
     graph = closure(model)
@@ -151,7 +152,9 @@ def test_owlrl_concludes_the_same(tbox, facts: list[tuple[str, int, int, int]]) 
 
 @settings(max_examples=60, deadline=None)
 @given(facts=FACTS, seed=st.integers(0, 1000))
-def test_conclusions_follow_from_what_is_seen_alone(tbox, facts: list[tuple[str, int, int, int]], seed: int) -> None:  # type: ignore[no-untyped-def]
+def test_conclusions_follow_from_what_is_seen_alone(
+    tbox: TBox, facts: list[tuple[str, int, int, int]], seed: int
+) -> None:
     """Asked after every block or at the end, in any order, with an origin banned before or after: the same."""
     told, rng = blocks(facts, tbox), random.Random(seed)
     often, once = fleet(tbox), fleet(tbox)
@@ -179,7 +182,7 @@ def names_of(model: WorldModel, uid: int) -> set[str]:
     return set(conclusions(model)[0][uid]) - {"Thing"}
 
 
-def test_what_rested_on_a_value_goes_with_it(tbox) -> None:  # type: ignore[no-untyped-def]
+def test_what_rested_on_a_value_goes_with_it(tbox: TBox) -> None:
     model = fleet(tbox)
     record(model, 3, "type", tbox.class_named("SideScan").uid, 1.0)
     record(model, 3, "carriedBy", 0, 2.0)
@@ -197,7 +200,7 @@ def test_what_rested_on_a_value_goes_with_it(tbox) -> None:  # type: ignore[no-u
     assert not model.class_mask(2) >> tbox.class_named("Surveyor").uid & 1  # the checks ask for what is told
 
 
-def test_two_do_not_hold_up_each_other(tbox) -> None:  # type: ignore[no-untyped-def]
+def test_two_do_not_hold_up_each_other(tbox: TBox) -> None:
     """Vehicles that are part of one another share what they carry, and lose it together."""
     model = fleet(tbox)
     record(model, 3, "type", tbox.class_named("Sonar").uid, 1.0)
@@ -210,7 +213,7 @@ def test_two_do_not_hold_up_each_other(tbox) -> None:  # type: ignore[no-untyped
     assert "Surveyor" in names_of(model, 2)
 
 
-def test_common_facts_hold_side_by_side_and_are_never_told(tbox) -> None:  # type: ignore[no-untyped-def]
+def test_common_facts_hold_side_by_side_and_are_never_told(tbox: TBox) -> None:
     has_part = tbox.attribute_named("hasPart").uid
     model = fleet(tbox, [PropertyValue(0, has_part, 3), PropertyValue(0, has_part, 4)])
     assert model.inference.links(0, has_part) == (3, 4)
@@ -240,7 +243,7 @@ def test_a_conclusion_that_contradicts_a_type_is_named(tmp_path: Path) -> None:
     assert model.inference.contradictions() == ((0, dummy, platform),)
 
 
-def steps_of_a_change(tbox, n: int) -> int:  # type: ignore[no-untyped-def]
+def steps_of_a_change(tbox: TBox, n: int) -> int:
     """Instances and links looked at as one sonar changes hands, among n vehicles that carry one each."""
     vehicle, gear = tbox.class_named("Vehicle").uid, tbox.class_named("Sonar").uid
     instances = [Instance(uid, vehicle if uid < n else gear, f"i{uid}") for uid in range(2 * n)]
@@ -256,11 +259,11 @@ def steps_of_a_change(tbox, n: int) -> int:  # type: ignore[no-untyped-def]
     return model.inference.steps - before
 
 
-def test_the_cost_of_a_change_does_not_grow_with_the_store(tbox) -> None:  # type: ignore[no-untyped-def]
+def test_the_cost_of_a_change_does_not_grow_with_the_store(tbox: TBox) -> None:
     assert steps_of_a_change(tbox, 1000) == steps_of_a_change(tbox, 10)
 
 
-def test_attributes_outside_of_rules_cost_nothing(tbox) -> None:  # type: ignore[no-untyped-def]
+def test_attributes_outside_of_rules_cost_nothing(tbox: TBox) -> None:
     from small_fleet import AUV_0, BATTERY, fleet_model
 
     model = fleet_model()

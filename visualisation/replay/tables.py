@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from missions.figure import RunResults
 from visualisation.replay.columns import Columns, Floats, Ints
+from visualisation.replay.item_names import STATUS_FORM, by_item, read_name
 
 TIME_STEP_S = 2.0**-12
 """Times are recorded to this step, so none is changed here: before and after stay what they were."""
@@ -201,53 +202,14 @@ class Said:
         return (self.last[1] - self.first[1]) / (self.last[0] - self.first[0])
 
 
-NAME = re.compile(
-    r"\d+(?:\.e(?P<epoch>\d+))?(?:-(?P<kept>p?)(?P<sequence>\d+)(?:\.(?P<part>\d+))?"
-    r"|@[^:]+:(?P<subject>\d+)\.(?P<attribute>\d+))"
-)
-"""Names of items, of what is kept, and of statuses, see ``remoras.recorder.ITEMS``."""
-TOLD_FORM, KEPT_FORM, STATUS_FORM = range(3)
-
-
-def _read_name(uid: str) -> tuple[int, dict[str, int]]:
-    """The form of a name, and the numbers in it; those that it lacks are 0.
-
-    >>> _read_name("2@1.5:7.3")[0], _read_name("2.e1-17.4")[1]["sequence"]
-    (2, 17)
-    """
-    found = NAME.fullmatch(uid)
-    said = found.groupdict() if found is not None else dict.fromkeys(NAME.groupindex)
-    form = STATUS_FORM if said["subject"] else KEPT_FORM if said.pop("kept") else TOLD_FORM
-    return form, {key: int(value or 0) for key, value in said.items() if key != "kept"}
-
-
-def _by_item(rows: Iterable[Mapping[str, Any]]) -> Iterator[list[Mapping[str, Any]]]:
-    """Facts item by item; where two statuses have one name, the second begins as the first one did."""
-    item: list[Mapping[str, Any]] = []
-    for row in rows:
-        if item and (row["uid"] != item[0]["uid"] or ("@" in row["uid"] and _begins_alike(row, item[0]))):
-            yield item
-            item = []
-        item.append(row)
-    if item:
-        yield item
-
-
-def _begins_alike(row: Mapping[str, Any], first: Mapping[str, Any]) -> bool:
-    return row["recorded_s"] != first["recorded_s"] or (row["subject"], row["attribute"]) == (
-        first["subject"],
-        first["attribute"],
-    )
-
-
 def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
     """Columns of the items and their facts; all facts of an item are among the rows."""
-    facts = list(_by_item(rows))
+    facts = list(by_item(rows))
     heads = [of[0] for of in facts]
     forms, uids = [], []
     for first in heads:
         uid = first["uid"]
-        form, numbers = _read_name(uid)
+        form, numbers = read_name(uid)
         whose, sequence = (first["origin"], form), numbers["sequence"]
         numbers["sequence"] = sequence - said.sequences.get(whose, 0)
         said.sequences[whose] = sequence

@@ -56,7 +56,9 @@ def moments_s(results: Results) -> list[float]:
 KNOWN = """([run], times) => times.map((t) => run.vehicles.map((_, v) => {
   const mind = run.mind(v, t);
   return {
-    blocks: [...new Set(run.items.filter((item, n) => item.kind !== "status" && run.heard_s(v, n) <= t).map((item) => item.block))],
+    blocks: [...new Set(
+      run.items.filter((item, n) => item.kind !== "status" && run.heard_s(v, n) <= t).map((item) => item.block)
+    )],
     peers: mind.peers.map((one) => [run.vehicles[one.v].name, one.x, one.y]),
     roles: mind.roles.map((one) => [one.group, one.role, run.vehicles[one.v].name]),
     absent: mind.absent.map((p) => run.vehicles[p].name),
