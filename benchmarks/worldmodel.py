@@ -21,8 +21,8 @@ from rdflib import RDF, XSD, Graph, Literal, URIRef
 from rdflib.term import Node
 
 from worldmodel import Block, Instance, PropertyValue, TBox, WorldModel, core_ontology_paths, merge, read_tbox
-from worldmodel.turtle import SIT
 from worldmodel.terms import RUN, instance_iri
+from worldmodel.turtle import SIT
 from worldmodel.view import as_graph
 
 N_INSTANCES, N_ATTRIBUTES, N_LEAVES, N_BRANCHES, N_ORIGINS = 100, 10, 20, 4, 5

@@ -197,7 +197,7 @@ def explain(
         str,
         typer.Argument(
             metavar="KEY",
-            help="A key such as communication.policy; a table for all its keys; codec for a packet; ontology for terms.",
+            help="A key such as communication.policy; a table for all its keys; codec for packets; ontology for terms.",
             autocompletion=completion.key,
         ),
     ] = "",
@@ -205,7 +205,7 @@ def explain(
         str,
         typer.Option(
             metavar="SCENARIO",
-            help="Scenario whose packets `explain codec` lays out, whose terms `explain ontology` lists, and whose tables "
+            help="Scenario whose packets `explain codec` lays out, whose terms `explain ontology` lists, whose tables "
             "--schema describes.",
             autocompletion=completion.scenario,
         ),

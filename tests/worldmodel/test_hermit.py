@@ -33,8 +33,8 @@ from small_fleet import (
 
 from worldmodel import TYPE_UID, core_ontology_paths, formation_ontology_path, merge, read_tbox
 from worldmodel.owl import ONTOLOGY_FOLDER, graph_of
-from worldmodel.turtle import RM
 from worldmodel.terms import instance_iri
+from worldmodel.turtle import RM
 from worldmodel.view import as_graph
 
 owlready2 = pytest.importorskip("owlready2")
