@@ -6,7 +6,8 @@ Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
               carried) | number of fragments 5 | fragments | number of signals 4 | signals | padding to a byte
     fragment  relayed 1 [origin w(nodes), epoch 2] | time w(duration / resolution)
               | part of a larger block 1 [index 4, count - 1 4] | facts | sequence w(items), unless a status
-    fact      subject w(instances) | attribute w(attributes) | value [| uncertain 1 [| uncertainty]]
+    fact      subject w(instances) | attribute w(those exchanged + 1), another's is longer | value
+              [| uncertain 1 [| uncertainty]]
               | another fact follows 1
     signal    role w(instances) | value 8, two's complement
 
@@ -21,12 +22,13 @@ A value out of range is refused with its name: it is never sent as something els
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
 from exchange.header import AckHeader
+from exchange.names import AttributeNames, width
 from exchange.packets import Fragment, InfluenceSignal, Packet
 from exchange.policies import AckPolicy
 from exchange.uncertainties import read_uncertainty, uncertainty_of
@@ -43,11 +45,6 @@ SIGNAL_VALUE_BITS = 8
 INDEX_BITS = 4
 MAX_FRAGMENTS_PER_PACKET = (1 << FRAGMENT_COUNT_BITS) - 1
 MAX_SIGNALS = (1 << SIGNAL_COUNT_BITS) - 1
-
-
-def width(n_values: int) -> int:
-    """Bits that tell ``n_values`` values apart: 1 -> 0, 2 -> 1, 5 -> 3."""
-    return (n_values - 1).bit_length()
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,6 +160,7 @@ class Codec:
         n_items: how many items one vehicle may tell in one epoch.
         duration_s: latest time of an observation.
         time_resolution_s: step of these times.
+        exchanged: uids of the attributes that somebody needs, which get short names; None for all.
     """
 
     def __init__(
@@ -174,6 +172,7 @@ class Codec:
         n_items: int,
         duration_s: float,
         time_resolution_s: float = 0.1,
+        exchanged: Collection[int] | None = None,
     ) -> None:
         self._attributes = tbox.attributes
         self._latest_only = frozenset(attribute.uid for attribute in tbox.attributes if attribute.latest_only)
@@ -183,14 +182,15 @@ class Codec:
         self._node_bits = width(n_nodes)
         self._sequence_bits = width(n_items)
         self._subject_bits = width(n_instances)
-        self._attribute_bits = width(len(tbox.attributes))
+        self._names = AttributeNames(len(tbox.attributes), exchanged)
         self._time = Field(0.0, duration_s, time_resolution_s, "s")
         self._layouts = [_layout_of(attribute, len(tbox.classes), n_instances) for attribute in tbox.attributes]
         self._value_bits = [sum(layout) for layout in self._layouts]
         self._n_values = {ValueKind.LINK: n_instances, ValueKind.TYPE: len(tbox.classes)}
         self.header = AckHeader(policy.acknowledgement, n_nodes)
         """Layout of the acknowledgements."""
-        shape = tbox.hash, n_instances, n_nodes, n_items, self.header.largest_bits, duration_s, time_resolution_s
+        fleet = tbox.hash, n_instances, n_nodes, n_items, self.header.largest_bits
+        shape = *fleet, duration_s, time_resolution_s, self._names.exchanged
         self._hash = zlib.crc32(repr(shape).encode()).to_bytes(HASH_BYTES, "big")
         self.decode = lru_cache(maxsize=32)(self._decode)
         """``decode(data, frame=0) -> Packet``; every receiver of one broadcast decodes the same bytes."""
@@ -212,9 +212,10 @@ class Codec:
         size += self._node_bits + EPOCH_BITS if relayed else 0
         size += 0 if fragment.is_status else self._sequence_bits
         size += 2 * INDEX_BITS if fragment.count > 1 else 0
-        per_fact = self._subject_bits + self._attribute_bits + 1
+        per_fact, names, values = self._subject_bits + 1, self._names.sizes, self._value_bits
         uncertain = sum(uncertainty_of(self._attributes[fact.attribute], fact)[1] for fact in fragment.facts)
-        return size + uncertain + sum(per_fact + self._value_bits[fact.attribute] for fact in fragment.facts)
+        sizes = (per_fact + names[fact.attribute] + values[fact.attribute] for fact in fragment.facts)
+        return size + uncertain + sum(sizes)
 
     def listing(self) -> tuple[FieldSize, ...]:
         """Every field of a packet in the order of the wire, with its size in this fleet.
@@ -226,6 +227,11 @@ class Codec:
         named = f"policy {self._policy.name}" + (", the largest" if self.header.varies else "")
         times = f"{self._time.minimum:g} to {self._time.maximum:g} s, steps of {self._time.resolution:g} s"
         instances = f"one of {self._n_instances} instances"
+        others = (
+            [FieldSize("fact", "other attribute", self._names.other_bits, f"one of {len(self._attributes)} in all")]
+            if self._names.has_others
+            else []
+        )
         return (
             FieldSize(
                 "packet", "definition hash", HASH_BITS, f"of {8 * HASH_BYTES} bits a byte in turn: TBox, fleet, policy"
@@ -244,7 +250,8 @@ class Codec:
             FieldSize("fragment", "count", INDEX_BITS, part),
             FieldSize("fragment", "sequence", self._sequence_bits, f"if an item: one of {1 << self._sequence_bits}"),
             FieldSize("fact", "subject", self._subject_bits, instances),
-            FieldSize("fact", "attribute", self._attribute_bits, f"one of {len(self._attributes)} attributes"),
+            FieldSize("fact", "attribute", self._names.short_bits, f"one of {len(self._names.exchanged)} exchanged"),
+            *others,
             *_value_lines(self._attributes, self._value_bits, self._n_values),
             FieldSize("fact", "another follows", 1),
             FieldSize("signal", "role", self._subject_bits, instances),
@@ -273,7 +280,7 @@ class Codec:
             if not 0 <= fact.subject < self._n_instances:
                 raise ConfigurationError(f"instance {fact.subject} has no wire name, 0 to {self._n_instances - 1} have")
             bits = bits << self._subject_bits | fact.subject
-            bits = bits << self._attribute_bits | fact.attribute
+            bits = bits << self._names.sizes[fact.attribute] | self._names.names[fact.attribute]
             bits = bits << self._value_bits[fact.attribute] | self._encode_value(fact)
             uncertain, size_bits = uncertainty_of(self._attributes[fact.attribute], fact)
             bits = bits << size_bits | uncertain
@@ -384,9 +391,7 @@ class Codec:
 
     def _decode_fact(self, reader: _Reader) -> PropertyValue:
         subject = reader.take(self._subject_bits)
-        uid = reader.take(self._attribute_bits)
-        if uid >= len(self._attributes):
-            raise PeerFault(f"attribute {uid} is not in the TBox")
+        uid = self._names.read(reader.take)
         if subject >= self._n_instances:
             raise PeerFault(f"instance {subject} is not one of {self._n_instances}")
         attribute = self._attributes[uid]

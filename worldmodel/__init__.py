@@ -1,7 +1,7 @@
 """What one vehicle knows of the world: a fixed TBox, a growing set of facts, and merging without conflicts.
 
 ``read_tbox`` compiles an ontology, ``WorldModel`` records and answers, ``merge`` adds what other vehicles sent.
-``rows_of`` and ``models_from`` write world models as a table and read it back; ``worldmodel.view.query`` asks
+``rows_of`` and ``models_from`` write world models as a table and read it back; ``worldmodel.sparql.query`` asks
 them in SPARQL.
 """
 
@@ -32,6 +32,7 @@ from worldmodel.facts import (
 from worldmodel.fields import Field
 from worldmodel.fusion import Estimate, fused
 from worldmodel.history import History
+from worldmodel.knowledge import Knowledge, Reception
 from worldmodel.merge import expire, merge
 from worldmodel.needs import NOBODY, InformationNeed, Needs, NeedsIndex, Wanted
 from worldmodel.owl import ban_ontology_path, core_ontology_paths, formation_ontology_path, read_tbox
@@ -57,6 +58,7 @@ __all__ = [
     "History",
     "InformationNeed",
     "Instance",
+    "Knowledge",
     "Lacking",
     "Merged",
     "NeedError",
@@ -68,6 +70,7 @@ __all__ = [
     "PropertyValue",
     "PruneRule",
     "QueryError",
+    "Reception",
     "Row",
     "SnapshotError",
     "Stated",

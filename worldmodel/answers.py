@@ -3,10 +3,11 @@
 from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 
-from worldmodel.facts import Block, Instance, Lacking, Observation
+from worldmodel.facts import Block, Instance, Lacking, Observation, PropertyValue
 from worldmodel.history import History
 from worldmodel.holdings import Holdings
 from worldmodel.index import Entry, observation_of, time_of
+from worldmodel.reasoning import Inference
 from worldmodel.subscriptions import Subscription, Subscriptions
 from worldmodel.tbox import TYPE_UID, TBox, Value
 
@@ -23,6 +24,7 @@ class Answers(Holdings):
         run_time_instances_per_origin: int,
         waiting_s: float,
         waiting_blocks: int,
+        common_facts: Sequence[PropertyValue],
     ) -> None:
         """Hold nothing; see ``Store`` for the arguments."""
         super().__init__(
@@ -31,7 +33,11 @@ class Answers(Holdings):
         self.subscriptions = Subscriptions(tbox, self.class_mask)
         """What is kept for whoever has subscribed."""
         self._members: dict[int, tuple[Instance, ...]] = {}
-        self._members_of = (0, self.banned)  # version of types, and bans, for which they hold
+        self._members_of = (0, 0)  # versions of types and of conclusions for which they hold
+        self.common_facts = tuple(common_facts)
+        self.inference = Inference(tbox, self, instances, self.index.touched, common_facts)
+        """What follows from the facts that are seen."""
+        self.index.heeded = self.inference.heeded
 
     def latest(self, subject: int, attribute: int, at_s: float | None = None) -> Observation | None:
         """Return the newest observation of a slot, what is banned left out.
@@ -113,19 +119,23 @@ class Answers(Holdings):
         return self.arrivals.lacking(now_s, self.owner_of)
 
     def instances_of(self, class_uid: int) -> tuple[Instance, ...]:
-        """Return the instances of a class and of its subclasses, by uid, banned origins left out."""
-        holds_for = self.index.version_of_types, self.banned
-        if self._members_of[0] != holds_for[0] or self._members_of[1] is not holds_for[1]:
+        """Return the instances of a class, told or concluded, by uid, what is banned left out."""
+        self.inference.settle()
+        holds_for = self.index.version_of_types, self.inference.version
+        if self._members_of != holds_for:
             self._members_of, self._members = holds_for, {}
         members = self._members.get(class_uid)
         if members is None:
             known = (self.instance(uid) for uid in sorted(self.instance_uids()))
-            members = tuple(i for i in known if i is not None and self._is_seen_as(i, class_uid))
+            classes = self.inference.classes
+            members = tuple(i for i in known if i is not None and classes(i.uid) >> class_uid & 1)
             self._members[class_uid] = members
         return members
 
-    def _is_seen_as(self, instance: Instance, class_uid: int) -> bool:
-        types = [o.fact.target for o in self.history(instance.uid, TYPE_UID)]
-        if instance.uid < len(self.common_instances):
-            types.append(instance.class_uid)
-        return any(self.tbox.is_a(c, class_uid) for c in types)
+    def told_classes(self, uid: int) -> int:
+        """Return the classes of the types an instance was given, bit c for class c, what is banned left out."""
+        common = self.common_instances[uid : uid + 1]
+        mask = self.tbox.ancestor_mask(common[0].class_uid) if common else 0
+        for observation in self.history(uid, TYPE_UID):
+            mask |= self.tbox.ancestor_mask(observation.fact.target)
+        return mask

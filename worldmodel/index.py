@@ -59,6 +59,10 @@ class Index:
         """The newest status of each slot and origin, as a block of one fact."""
         self.masks: dict[int, int] = dict(enumerate(self._base))
         """By uid, the classes an instance is known to belong to, bit c for class c."""
+        self.heeded: frozenset[int] = frozenset()
+        """The attributes from which something is concluded."""
+        self.touched: set[Slot] = set()
+        """Their slots that have changed since conclusions were drawn."""
         self.version_of_types = 0
         """It grows whenever a type fact goes in or out."""
         self._linking: dict[int, dict[tuple[Guid] | StatusSlot, Block]] = {}  # instance uid -> blocks that link to it
@@ -77,6 +81,8 @@ class Index:
                 entries.append(entry)
             else:
                 insort(entries, entry, key=key_of)
+        if attribute in self.heeded:
+            self.touched.add(slot)
         if attribute == TYPE_UID:
             self.masks[fact.subject] = self.masks.get(fact.subject, 0) | self._tbox.ancestor_mask(fact.target)
             self.version_of_types += 1
@@ -94,6 +100,8 @@ class Index:
         del entries[bisect_left(entries, key_of(entry), key=key_of)]
         if not entries:
             del slots[slot]
+        if fact.attribute in self.heeded:
+            self.touched.add(slot)
         if fact.attribute == TYPE_UID:
             self._work_out_types(fact.subject)
         elif self._tables.rows[fact.attribute].range_class >= 0:
@@ -121,6 +129,8 @@ class Index:
             if origins.isdisjoint(block_of(entry).origin for entry in entries):
                 continue
             self.turned.add(slot)
+            if slot[1] in self.heeded:
+                self.touched.add(slot)
             for slots in (self.slots, self.apart):
                 slots.pop(slot, None)
             for entry in entries:

@@ -74,6 +74,7 @@ class Store(Answers):
         waiting_s: float = WAITING_S,
         waiting_blocks: int = WAITING_BLOCKS,
         pruning: Sequence[PruneRule] = (),
+        common_facts: Sequence[PropertyValue] = (),
     ) -> None:
         """Know the common ``instances``, and no fact about them.
 
@@ -82,7 +83,8 @@ class Store(Answers):
         Args:
             tbox: the classes and attributes that facts may use.
             owner: the origin of what is recorded here, 0 to ``n_origins - 1``.
-            instances: the common instances, with the uids 0, 1, ... in this order and different names.
+            instances: the common instances, with the uids 0, 1, ... in this order and different names; the first
+                ``n_origins`` of them are the vehicles, each the origin of its number.
             time_resolution_s: the step of all times (s).
             n_origins: the number of vehicles that may record facts.
             run_time_instances_per_origin: the number of instances that each origin may create.
@@ -91,12 +93,20 @@ class Store(Answers):
             waiting_s: for how long a block waits for what it rests on (s).
             waiting_blocks: how many blocks of one origin wait at most; the oldest is dropped.
             pruning: what ``tidy`` drops.
+            common_facts: what all know of common instances before the mission; these facts have no time and origin.
 
         Raises:
             FactError: an argument cannot be right; the message names all bad instances.
         """
         super().__init__(
-            tbox, instances, time_resolution_s, n_origins, run_time_instances_per_origin, waiting_s, waiting_blocks
+            tbox,
+            instances,
+            time_resolution_s,
+            n_origins,
+            run_time_instances_per_origin,
+            waiting_s,
+            waiting_blocks,
+            common_facts,
         )
         if not 0 <= owner < n_origins:
             raise FactError(f"owner {owner} is not an origin; allowed: 0..{n_origins - 1}")

@@ -43,7 +43,11 @@ class Tables:
             if attribute.kind is not ValueKind.TYPE
         }
         self.latest_only = frozenset(attribute.uid for attribute in tbox.attributes if attribute.latest_only)
-        self.unlinked = frozenset(uid for uid, row in self.rows.items() if row.range_class == NO_CLASS)
+        heeded = tbox.rules.heeded
+        self.unlinked = frozenset(
+            uid for uid, row in self.rows.items() if row.range_class == NO_CLASS and uid not in heeded
+        )
+        """The attributes of whose values nothing follows: no links, and none that a definition asks for."""
         self.plain = {
             uid: (row.quantise, row.domain)
             for uid, row in self.rows.items()

@@ -12,12 +12,14 @@ import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import chain
 from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from exchange.packets import guid_of
 from missions.errors import OutputError
+from missions.runs.receptions import Senders
 from missions.runs.setup import Setup, world_model
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fused
@@ -26,7 +28,17 @@ from remoras.recorder import ADDED, ITEMS, KNOWLEDGE, MEMBERSHIP, ORGANISATION, 
 from remoras.social.agreement import Agreement
 from remoras.social.membership import acted_on
 from remoras.social.planning import missions_of
-from worldmodel import Block, Observation, PropertyValue, UnknownNameError, ValueKind, WorldModel, merge, suggestion
+from worldmodel import (
+    Block,
+    Observation,
+    PropertyValue,
+    Reception,
+    UnknownNameError,
+    ValueKind,
+    WorldModel,
+    merge,
+    suggestion,
+)
 from worldmodel.snapshot import from_text, uncertainty_from_text
 
 if TYPE_CHECKING:
@@ -60,6 +72,7 @@ class Known:
     Attributes:
         vehicle: its name; at_s: the time.
         model: its world model.
+        receptions: when and from whom it received what others observed.
         organisation: who plays what, as agreed and said so far; present: the same without the absent, as the vehicle
             acts on it.
         absent: peers that it takes for absent.
@@ -74,6 +87,7 @@ class Known:
     absent: frozenset[str]
     objectives: frozenset[Objective]
     missions: Mapping[str, tuple[str, ...]]
+    receptions: tuple[Reception, ...] = ()
 
     def __repr__(self) -> str:
         return f"<Known to {self.vehicle} at {self.at_s:g} s>"
@@ -176,8 +190,13 @@ class Memory:
         self._end_s: float = results.summary["mission_time_s"] + (results.summary.get("settling_s") or 0.0)
         self._views = {table: _by_vehicle(results, table.name) for table in (ORGANISATION, MEMBERSHIP)}
         self._names = world_model(setup, 0)
-        self._known_s: dict[str, list[tuple[float, Block]]] = {name: [] for name in setup.database}
+        self._results = results
+        self._known_s: dict[str, list[tuple[float, Block, tuple[str, ...]]]] = {name: [] for name in setup.database}
         self._read(results)
+
+    @cached_property
+    def _senders(self) -> Senders:
+        return Senders(self._results)
 
     def known(self, vehicle: str, at_s: float) -> Known:
         """What ``vehicle`` knew at ``at_s``.
@@ -193,7 +212,7 @@ class Memory:
             given = at_s if isinstance(at_s, Real) else repr(at_s)
             raise OutputError(f"at_s is {given}; allowed: 0 to {self._end_s}, the end of the run")
         model = world_model(setup, setup.database[vehicle].node)
-        merge(model, (block for since_s, block in self._known_s[vehicle] if since_s <= at_s))
+        merge(model, (block for since_s, block, _ in self._known_s[vehicle] if since_s <= at_s))
         past = {table: [row for row in rows[vehicle] if row["time_s"] <= at_s] for table, rows in self._views.items()}
         changes = past[ORGANISATION]
         played = _left_over(
@@ -220,7 +239,22 @@ class Memory:
             absent,
             frozenset(Objective(*about, argument) for about, argument in arguments.items()),
             missions,
+            tuple(self._receptions(vehicle, at_s, model)),
         )
+
+    def _receptions(self, vehicle: str, at_s: float, model: WorldModel) -> Iterator[Reception]:
+        """When and from whom a vehicle received what its world model holds of others."""
+        setup, statuses = self._setup, set(model.statuses())
+        nodes, is_bound = setup.nodes, setup.strategy.declaration.is_bound
+        for since_s, block, items in self._known_s[vehicle]:
+            if block.origin == nodes[vehicle] or since_s > at_s:
+                continue
+            sender = self._senders.sender(vehicle, items, since_s)
+            told_by = block.origin if is_bound else None if sender is None else nodes[sender]
+            parts = [block._replace(facts=(fact,)) for fact in block.facts] if block.is_status else [block]
+            for one in parts:
+                if one in statuses or (one.is_item and model.block(one.guid) == one):
+                    yield Reception(one, told_by, since_s)
 
     # Reading -------------------------------------------------------------------------------------
 
@@ -239,7 +273,7 @@ class Memory:
         statuses = self._heard_statuses(results, told, exhausted_s)
         is_bound = setup.strategy.declaration.is_bound
         for number, (block, origin, recorded_s, kind, items) in enumerate(told):
-            self._known_s[origin].append((recorded_s, block))
+            self._known_s[origin].append((recorded_s, block, items))
             heard = [statuses.get(number, received[items[0]])] if block.is_status else [received[uid] for uid in items]
             for name, data in setup.database.items():
                 if name == origin or kind == "kept":
@@ -250,7 +284,7 @@ class Memory:
                 else:
                     since_s = max(of_item.get(name, math.inf) for of_item in heard)
                 if since_s < math.inf:
-                    self._known_s[name].append((since_s, block))
+                    self._known_s[name].append((since_s, block, items))
 
     def _heard_statuses(
         self, results: Results | MemoryResults, told: Sequence[_Told], exhausted_s: Mapping[str, float]

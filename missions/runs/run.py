@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from exchange.acoustics.channel import Channel
-from missions.runs import knowledge
 from missions.runs.setup import Setup, assemble, resolved
 from missions.scenarios.scenario import Scenario
 from remoras.fleet import Fleet
@@ -68,7 +67,6 @@ def run(
     channel: Channel | None = None,
     progress: Callable[[float], None] | None = None,
     strategy: Strategy | None = None,
-    keep_models: bool = False,
 ) -> Run:
     """Run a scenario to its end.
 
@@ -78,15 +76,12 @@ def run(
         channel: replaces the scenario's, for tests and experiments.
         progress: is told the mission time (s) now and then.
         strategy: replaces the one that the scenario names.
-        keep_models: keep the world models of the vehicles in the table ``facts``, to be queried.
     """
     began = time.perf_counter()
     setup = resolved(scenario, strategy)
     fleet = assemble(setup, seed, channel)
     fleet.run(progress)
     settled = settled_of(setup, fleet)
-    if keep_models:
-        knowledge.keep(fleet)
     result = result_of(setup, seed, fleet, time.perf_counter() - began, settled)
     fleet.close()
     return result

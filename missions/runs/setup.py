@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,7 +14,6 @@ from exchange.manager import ExchangeManager
 from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
 from missions.metric import Metric, collected
-from missions.runs.knowledge import FACTS
 from missions.runs.metrics import CORE_METRICS
 from missions.runs.needs import needs_of_all, priorities, subjects_of
 from missions.runs.refusals import refuse_malformed, refuse_undivided
@@ -129,6 +128,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     refuse_malformed(scenario, agreement)
     refuse_undivided(scenario, strategy, agreement, database)
     _recorder(mission, [sensors_of(data) for data in database.values()])
+    urgency = priorities(scenario, strategy, mission, tbox)
     return Setup(
         scenario=scenario,
         mission=mission,
@@ -142,8 +142,8 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         bounds_m=(world.x_m[0], world.y_m[0], world.x_m[1], world.y_m[1]),
         modem=modem,
         schedule=schedule,
-        codec=_codec(scenario, mission, strategy, policy, tbox, len(instances), schedule),
-        urgency=priorities(scenario, strategy, mission, tbox),
+        codec=_codec(scenario, mission, strategy, policy, tbox, len(instances), schedule, urgency),
+        urgency=urgency,
         subjects=subjects_of(scenario, mission, tbox, instances, database, agreement),
         decision=scenario.decision.constants(schedule.frame_s),
         metrics=collected(scenario.scenario.mission, (*CORE_METRICS, *mission_type.metrics)),
@@ -173,6 +173,7 @@ def _codec(
     tbox: TBox,
     n_instances: int,
     schedule: TdmaSchedule,
+    exchanged: Collection[int],
 ) -> Codec:
     """The codec that all vehicles of the scenario share; its numbers are as wide as the whole mission needs them."""
     duration_s, resolution_s = scenario.scenario.duration_s, scenario.communication.time_resolution_s
@@ -181,7 +182,7 @@ def _codec(
     stated = _items_per_round(strategy.declaration, tbox) * max(1, len(mission.jobs))
     n_items = stated * n_frames + mission.most_observations + SPARE_ITEMS
     n_names = n_instances + schedule.n_nodes * mission.instances_found_per_vehicle
-    return Codec(tbox, n_names, schedule.n_nodes, policy, n_items, round(horizon_s, 9), resolution_s)
+    return Codec(tbox, n_names, schedule.n_nodes, policy, n_items, round(horizon_s, 9), resolution_s, exchanged)
 
 
 def _items_per_round(declaration: Declaration, tbox: TBox) -> int:
@@ -215,8 +216,6 @@ def sensors_of(data: VehicleData) -> dict[str, Sensor]:
 def _recorder(mission: Mission, sensors: Iterable[Mapping[str, Sensor]]) -> Recorder:
     """A recorder with the tables of the mission and its sensors."""
     tables = [sensor.table for of_one in sensors for sensor in of_one.values() if sensor.table is not None]
-    if any(table.name == FACTS.name for table in (*mission.tables, *tables)):
-        raise PluginError(f"table {FACTS.name!r}: the name of the table of what vehicles knew; rename yours")
     return Recorder([*mission.tables, *tables])
 
 
