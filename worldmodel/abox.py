@@ -10,6 +10,7 @@ from worldmodel.merge import enter
 from worldmodel.store import Store
 from worldmodel.tbox import Value
 
+_NEVER_S = math.inf
 _new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 
 Stated = tuple[int, int, Value] | tuple[int, int, Value, float | None]
@@ -40,9 +41,29 @@ class WorldModel(Store):
         Raises:
             FactError: the checks refuse the facts or an instance is not known; nothing is recorded.
         """
-        facts = tuple(facts)
-        if len(facts) == 1 and not private and (change := self._record_plain(facts[0], now_s)) is not None:
-            return change
+        if type(facts) is not tuple:
+            facts = tuple(facts)
+        sequence = self.next_sequence
+        if len(facts) == 1 and len(facts[0]) == 3 and not private and 0 <= now_s < _NEVER_S and sequence < MOST_ITEMS:
+            subject, attribute, value = facts[0]
+            plain = self.tables.plain.get(attribute)
+            if plain is not None and self.index.masks.get(subject, 0) >> plain[1] & 1:
+                stored = plain[0](value)
+                if stored is not None:  # one fact that is right at first sight, and no type, link or status
+                    numerator, denominator = self.time_ratio
+                    time_s = round(now_s / self.time_resolution_s) * numerator / denominator
+                    stored_facts = (_new(PropertyValue, (subject, attribute, stored, None)),)
+                    block = _new(Block, (self.owner, sequence, time_s, stored_facts, self.epoch))
+                    self.next_sequence = sequence + 1
+                    if sequence == len(own := self.own_log.blocks):
+                        own.append(block)
+                    else:
+                        self.own_log.put(sequence, block)
+                    return self.index_plain(block, subject, attribute, time_s)
+        return self._record_closely(facts, now_s, private)
+
+    def _record_closely(self, facts: tuple[Stated, ...], now_s: float, private: bool) -> Change:
+        """Record any facts."""
         if not math.isfinite(now_s) or now_s < 0:
             raise FactError(f"now_s is {now_s}; allowed: seconds since the mission began")
         stored = self._quantised(facts)
@@ -65,27 +86,6 @@ class WorldModel(Store):
         if others or faults:
             before = self.arrivals.unreported
             self.arrivals.unreported = Merged((*before.changes, *others), (*before.faults, *faults))
-        return change
-
-    def _record_plain(self, fact: Stated, now_s: float) -> Change | None:
-        """Record one fact that is right at first sight, and no type, link or status; None for any other."""
-        if len(fact) != 3:
-            return None
-        subject, attribute, value = fact
-        plain = self.tables.plain.get(attribute)
-        if plain is None:
-            return None
-        quantise, domain = plain
-        stored, sequence = quantise(value), self.next_sequence
-        if stored is None or not self.index.masks.get(subject, 0) >> domain & 1:
-            return None
-        if not 0 <= now_s < math.inf or sequence >= MOST_ITEMS:
-            return None
-        stored_facts = (_new(PropertyValue, (subject, attribute, stored, None)),)
-        time_s = self.clock_grid.nearest(now_s)
-        change = self.append(_new(Block, (self.owner, sequence, time_s, stored_facts, self.epoch)))
-        if change is not None:
-            self.next_sequence = sequence + 1
         return change
 
     def _sequence(self, facts: tuple[PropertyValue, ...], private: bool) -> int:

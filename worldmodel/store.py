@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 from worldmodel.answers import Answers
 from worldmodel.arrivals import WAITING_BLOCKS, WAITING_S
+from worldmodel.bans import BANNED_FROM
 from worldmodel.errors import FactError
 from worldmodel.facts import (
     EPOCHS,
@@ -47,8 +48,9 @@ class PruneRule(NamedTuple):
         """Raise FactError if there is no such class or attribute, or if it is that of types."""
         if not 0 <= self.class_uid < len(tbox.classes):
             raise FactError(f"pruning: class {self.class_uid} is unknown; allowed: 0..{len(tbox.classes) - 1}")
-        if not 0 <= self.attribute < len(tbox.attributes) or self.attribute == TYPE_UID:
-            allowed = f"1..{len(tbox.attributes) - 1}; types are never pruned"
+        names = {one.uid: one.name for one in tbox.attributes}
+        if self.attribute == TYPE_UID or names.get(self.attribute, BANNED_FROM) == BANNED_FROM:
+            allowed = f"1..{len(names) - 1}; types and bans are never pruned"
             raise FactError(f"pruning: attribute {self.attribute}; allowed: {allowed}")
         if not self.older_than_s >= 0:
             raise FactError(f"pruning: older_than_s is {self.older_than_s}; allowed: 0 s or more")
@@ -123,6 +125,8 @@ class Store(Answers):
         self.version = 0
         self.next_sequence = 0
         """The sequence of the next item that the owner records."""
+        self.own_log = self.logs[owner, epoch] = Log()
+        """The items that the owner records."""
         self.next_private = STATUS - 1
         """The sequence of the next block that the owner keeps to itself."""
         self.own_instances: set[int] = set()
@@ -146,12 +150,25 @@ class Store(Answers):
             return None
         else:
             log.put(sequence, block)
+        fact = facts[0]
+        attribute = fact[1]
+        if len(facts) == 1 and attribute in self.tables.unlinked:
+            return self.index_plain(block, fact[0], attribute, time_s)
         self.version += 1
-        subject, attribute, _, _ = facts[0]
+        return self._indexed(block)
+
+    def index_plain(self, block: Block, subject: int, attribute: int, time_s: float) -> Change:
+        """Index an item of one fact, of which nothing follows for the classes, links and bans that are known.
+
+        Args:
+            block: the item, which its log holds.
+            subject: of the fact.
+            attribute: of the fact.
+            time_s: of the item (s).
+        """
+        self.version += 1
         index = self.index
-        if len(facts) > 1 or attribute not in self.tables.unlinked or index.bans.from_s:
-            return self._indexed(block)
-        if attribute in self.subscriptions.watching or attribute == index.bans.attribute:
+        if attribute in self.subscriptions.watching or index.bans.from_s:
             return self._indexed(block)
         slots, slot = index.slots, (subject, attribute)
         entries = slots.get(slot)
@@ -161,7 +178,7 @@ class Store(Answers):
             entries.append(block)
         else:
             return self._indexed(block)
-        return _new(Change, (block, facts))
+        return _new(Change, (block, block[3]))
 
     def insert(self, block: Block) -> Change:
         """Index an item or private block that is not in and has passed the checks. Call ``merge`` to add blocks."""

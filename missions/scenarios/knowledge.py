@@ -12,6 +12,7 @@ from missions.scenarios.tables import NotNegative, Positive, Raw, Section, Spars
 from remoras.mission import Mission
 from worldmodel import TYPE_UID, OntologyError, PruneRule, TBox, core_ontology_paths, read_tbox
 from worldmodel.arrivals import WAITING_BLOCKS, WAITING_S
+from worldmodel.bans import BANNED_FROM
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
@@ -57,7 +58,8 @@ def knowledge_faults(raw: Raw, mission: type[Mission]) -> Iterator[Configuration
     except (OntologyError, OSError):
         return  # reported elsewhere
     classes = [one.name for one in tbox.classes]
-    attributes = [one.name for one in tbox.attributes if one.uid != TYPE_UID and not one.latest_only]
+    stay = {tbox.attributes[TYPE_UID].name, BANNED_FROM}
+    attributes = [one.name for one in tbox.attributes if one.name not in stay and not one.latest_only]
     for number, rule in enumerate(rules, 1):
         yield from one_of(f"worldmodel.prune.{number}.class", rule.get("class"), classes)
         yield from one_of(f"worldmodel.prune.{number}.attribute", rule.get("attribute"), attributes)

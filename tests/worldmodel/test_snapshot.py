@@ -9,14 +9,17 @@ from small_fleet import (
     AREA_DONE,
     ASV_0,
     AUV_0,
+    AUV_1,
     BATTERY,
     BAY,
     CELL,
     CLASSIFICATION,
     COMPLETED,
     ECHO,
+    INSTANCES,
     LENGTH,
     LOCATION,
+    N_ORIGINS,
     SURVEY,
     TBOX,
     WRECK,
@@ -32,9 +35,11 @@ from small_fleet import (
 from worldmodel import (
     TYPE_UID,
     Block,
+    Lacking,
     SnapshotError,
     WorldModel,
     core_ontology_paths,
+    expire,
     merge,
     models_from,
     read_tbox,
@@ -139,3 +144,40 @@ def test_rows_that_make_no_world_model_are_refused() -> None:
     ]:
         with pytest.raises(SnapshotError, match=reason):
             models_from([*rows[:-1], rows[-1]._replace(**{column: value})], TBOX)
+
+
+def test_who_restarts_with_its_memory_counts_on() -> None:
+    model = WorldModel(
+        TBOX,
+        1,
+        INSTANCES,
+        n_origins=N_ORIGINS,
+        run_time_instances_per_origin=2,
+        epoch=3,
+        clock_tolerance_s=5.0,
+        waiting_s=60.0,
+        waiting_blocks=7,
+    )
+    uid = model.new_instance_uid()  # taken and not announced yet
+    model.record([(BAY, CELL, 1.0)], 1.0)
+    model.record([(BAY, CELL, 2.0)], 1.0, private=True)
+    model.record([(AUV_1, BATTERY, 0.5)], 1.0)
+    merge(model, [block(0, 0, 0, (uid, LENGTH, 2.0))], now_s=4.0)
+    read = again(model)
+    assert picture(read) == picture(model)
+    assert list(read.private_blocks()) == list(model.private_blocks())
+    assert (read.epoch, read.clock_tolerance_s) == (3, 5.0)
+    assert read.new_instance_uid() != uid
+    assert read.record([(BAY, CELL, 3.0)], 2.0).block.guid == (1, 3, 1)
+    assert read.record([(BAY, CELL, 4.0)], 2.0, private=True).block.guid == (1, 3, -3)
+    assert read.lacking(10.0) == model.lacking(10.0) == (Lacking(uid, 1, 6.0, ((0, 0, 0),)),)
+    assert len(expire(read, 64.5)) == 1
+    assert read.arrivals.waiting_blocks == 7
+
+
+@settings(max_examples=40, deadline=None)
+@given(sound_blocks(), st.integers(0, 2))
+def test_statuses_are_read_back(blocks: list[Block], owner: int) -> None:
+    model = fleet_model(owner)
+    merge(model, blocks)
+    assert list(again(model).statuses()) == list(model.statuses())
