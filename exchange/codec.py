@@ -131,6 +131,14 @@ class _Reader:
         return self._left < 8 and self.take(self._left) == 0
 
 
+def _name_fields(names: AttributeNames) -> list[FieldSize]:
+    """The lines of an attribute's name: a short one, and that of those which are not exchanged, if there are any."""
+    fields = [FieldSize("fact", "attribute", names.short_bits, f"one of {len(names.exchanged)} exchanged")]
+    if names.has_others:
+        fields.append(FieldSize("fact", "other attribute", names.other_bits, f"one of {names.n_attributes} in all"))
+    return fields
+
+
 class Codec:
     """Encodes and decodes packets for one fleet: fixed TBox, node count, instance count and policy.
 
@@ -212,11 +220,6 @@ class Codec:
             FieldSize("fact", attribute.name, bits, values_in_words(attribute, self._n_values))
             for attribute, bits in zip(self._attributes, self._value_bits, strict=True)
         ]
-        others = (
-            [FieldSize("fact", "other attribute", self._names.other_bits, f"one of {len(self._attributes)} in all")]
-            if self._names.has_others
-            else []
-        )
         return (
             FieldSize(
                 "packet", "definition hash", HASH_BITS, f"of {8 * HASH_BYTES} bits a byte in turn: TBox, fleet, policy"
@@ -235,8 +238,7 @@ class Codec:
             FieldSize("fragment", "count", INDEX_BITS, part),
             FieldSize("fragment", "sequence", self._sequence_bits, f"if an item: one of {1 << self._sequence_bits}"),
             FieldSize("fact", "subject", self._subject_bits, instances),
-            FieldSize("fact", "attribute", self._names.short_bits, f"one of {len(self._names.exchanged)} exchanged"),
-            *others,
+            *_name_fields(self._names),
             *values,
             FieldSize("fact", "another follows", 1),
             FieldSize("signal", "role", self._subject_bits, instances),
