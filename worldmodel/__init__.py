@@ -37,7 +37,7 @@ from worldmodel.owl import core_ontology_paths, formation_ontology_path, read_tb
 from worldmodel.pruning import prune, tidy
 from worldmodel.snapshot import Row, models_from, rows_of
 from worldmodel.store import PruneRule
-from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, TBox, Value, ValueKind
+from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, Value, ValueKind
 
 __all__ = [
     "EPOCHS",
@@ -68,6 +68,7 @@ __all__ = [
     "Reception",
     "Row",
     "SnapshotError",
+    "Source",
     "TBox",
     "UnknownNameError",
     "Value",

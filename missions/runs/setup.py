@@ -20,6 +20,7 @@ from missions.runs.refusals import refuse_malformed, refuse_undivided
 from missions.runs.sea import actual, sea_of
 from missions.scenarios.knowledge import pruning_of
 from missions.scenarios.obligations import obligations_of
+from missions.scenarios.ontologies import sources_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import policy_of
 from missions.scenarios.scenario import Scenario, StrategyTable
@@ -116,7 +117,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     else:
         scenario = scenario.model_copy(update={"strategy": StrategyTable(name=strategy.name)})
     policy = policy_of(scenario.communication.policy)
-    tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used)
+    tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *sources_of(scenario.worldmodel.ontology_text))
     database, groups = database_of(scenario, mission_type), groups_of(scenario)
     instances = _instances(scenario, mission, tbox)
     modem, world = modems()[scenario.communication.modem], scenario.world
