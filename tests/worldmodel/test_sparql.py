@@ -37,6 +37,13 @@ def test_both_engines_give_the_same_rows(blocks: list[Block], banned: set[int]) 
         assert sorted(map(repr, rows)) == sorted(map(repr, others)), text
 
 
+def test_of_nothing_there_is_no_group() -> None:
+    grouped = "SELECT ?a (COUNT(?f) AS ?n) { ?f sit:ofAttribute ?a } GROUP BY ?a"
+    for engine in Engine:
+        assert query(fleet_model(), grouped, engine)[1] == []
+        assert query(fleet_model(), "SELECT (COUNT(?f) AS ?n) { ?f sit:ofAttribute ?a }", engine)[1] == [(0,)]
+
+
 def test_the_snapshot_follows_the_model() -> None:
     model, asked = fleet_model(), "SELECT ?level { ?x rm:batteryFraction ?level }"
     assert query(model, asked, Engine.OXIGRAPH)[1] == []
