@@ -13,7 +13,7 @@ QUERIES = (
     "SELECT ?x ?a ?v ?t ?by { ?x sit:hasPropertyValue ?f . ?f sit:ofAttribute ?a ; sit:dataValue|sit:linkValue ?v ;"
     " sit:timestamp ?t ; sit:origin ?by }",
     "SELECT ?x { ?x a/rdfs:subClassOf* rm:Vehicle }",
-    "SELECT ?x ?level { ?x rm:batteryFraction ?level FILTER(?level > 0.1) }",
+    "SELECT ?x ?level { ?x rm:batteryFraction ?level FILTER(?level > 0.105) }",
     "SELECT ?a (COUNT(?f) AS ?n) (MAX(?t) AS ?last) { ?f sit:ofAttribute ?a ; sit:timestamp ?t } GROUP BY ?a",
     "SELECT ?by (COUNT(?f) AS ?n) { GRAPH ?by { ?f a sit:PropertyValue } } GROUP BY ?by",
     "SELECT ?f ?t ?from { ?r sit:received ?f ; sit:receivedAt ?t ; sit:receivedFrom ?from ; sit:receivedBy ?to }",
