@@ -21,6 +21,7 @@ from missions.runs.sea import actual, sea_of
 from missions.scenarios.bans import ban_words
 from missions.scenarios.knowledge import pruning_of
 from missions.scenarios.obligations import obligations_of
+from missions.scenarios.ontologies import sources_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import policy_of
 from missions.scenarios.scenario import Scenario, StrategyTable
@@ -117,7 +118,8 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     else:
         scenario = scenario.model_copy(update={"strategy": StrategyTable(name=strategy.name)})
     policy = policy_of(scenario.communication.policy)
-    tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *ban_words(scenario))
+    ontology = (*sources_of(scenario.worldmodel.ontology_text), *ban_words(scenario))
+    tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *ontology)
     database, groups = database_of(scenario, mission_type), groups_of(scenario)
     instances = _instances(scenario, mission, tbox)
     modem, world = modems()[scenario.communication.modem], scenario.world
