@@ -201,7 +201,9 @@ def test_what_is_kept_is_named_apart_and_leaves_no_gap_in_what_is_told(fleet: Fl
     before = len(fleet.recorder.items)
     node = vehicle.data.node
     for number, told in enumerate((True, False, True)):
-        vehicle.conclude([vehicle.beliefs.fact("left", "mappedCell", number)], 0.0, told)
+        private = not vehicle.radio.tells([fact := vehicle.beliefs.fact("left", "mappedCell", number)], told)
+        change = vehicle.beliefs.model.record([fact], 0.0, private)
+        vehicle.radio.tell(change, vehicle.social.addressed, 0.0)
     assert [(row[0], row[7]) for row in fleet.recorder.items[before:]] == [
         (f"{node}-0", "told"), (f"{node}-p1", "kept"), (f"{node}-1", "told"),
     ]  # fmt: skip
