@@ -95,13 +95,18 @@ def _index(n_indices: float) -> Quantise:
 def _number(field: Field) -> Quantise:
     low, high, step = field.minimum, field.maximum, field.resolution
     value_at: Callable[[int], float] = field.grid.value_at
-    shared: list[float | None] = [None] * (field.n_values if field.n_values <= MOST_SHARED else 0)
+    n_shared = field.n_values if field.n_values <= MOST_SHARED else 0
+    shared: list[float | None] = []  # made when the first value comes: few attributes of an ontology are used
 
     def of_few(value: Any) -> float | None:
         if (type(value) is not float and type(value) is not int) or not low <= value <= high:
             return None
         index: int = round((value - low) / step)
-        stored = shared[index]
+        try:
+            stored = shared[index]
+        except IndexError:
+            shared.extend([None] * n_shared)
+            stored = None
         if stored is None:
             shared[index] = stored = value_at(index)
         return stored
@@ -111,7 +116,7 @@ def _number(field: Field) -> Quantise:
             return None
         return value_at(round((value - low) / step))
 
-    return of_few if shared else of_many
+    return of_few if n_shared else of_many
 
 
 def _point(east: Quantise, north: Quantise) -> Quantise:
