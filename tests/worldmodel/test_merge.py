@@ -3,6 +3,8 @@
 import random
 import sys
 from collections.abc import Callable
+from itertools import permutations
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -33,7 +35,18 @@ from small_fleet import (
     sound_blocks,
 )
 
-from worldmodel import STATUS, TYPE_UID, Block, FactError, Lacking, WorldModel, expire, merge
+from worldmodel import (
+    STATUS,
+    TYPE_UID,
+    Block,
+    FactError,
+    Lacking,
+    WorldModel,
+    core_ontology_paths,
+    expire,
+    merge,
+    read_tbox,
+)
 from worldmodel.checks import CheckResult
 
 NEW = first_uid_of(1)
@@ -378,3 +391,34 @@ def test_who_restarts_without_its_memory_says_nothing_twice() -> None:
     merge(after, told)  # what it said before its restart comes back
     assert after.state_hash() == peer.state_hash()
     assert after.record([(BAY, CELL, 3.0)], 5.0).block.guid == (1, 1, 2)
+
+
+# Classes with two parents ----------------------------------------------------------------------------
+
+MINES = """
+@prefix ex: <https://example.org/mines#> . @prefix rm: <https://w3id.org/remoras/marine#> .
+@prefix owl: <http://www.w3.org/2002/07/owl#> . @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
+@prefix xsd: <http://www.w3.org/2001/XMLSchema#> .
+ex:Hulk a owl:Class ; rdfs:subClassOf rm:ObjectOfInterest .
+ex:Hazard a owl:Class ; rdfs:subClassOf rm:ObjectOfInterest .
+ex:MinedHulk a owl:Class ; rdfs:subClassOf ex:Hulk , ex:Hazard .
+ex:charge a owl:DatatypeProperty ; rdfs:domain ex:Hazard ; rdfs:range xsd:double ;
+    rm:minimum 0 ; rm:maximum 100 ; rm:resolution 1 .
+"""
+
+
+def test_what_may_turn_out_to_be_of_a_second_class_waits_in_any_order(tmp_path: Path) -> None:
+    """A hulk is no hazard, but it may yet be a mined hulk, which is one."""
+    (tmp_path / "mines.ttl").write_text(MINES, encoding="utf-8")
+    tbox = read_tbox(*core_ontology_paths(), tmp_path / "mines.ttl")
+    hulk, mined = (tbox.class_named(name).uid for name in ("Hulk", "MinedHulk"))
+    blocks = [
+        block(0, 0, 0, (0, TYPE_UID, hulk)),
+        block(1, 0, 1, (0, tbox.attribute_named("charge").uid, 3.0)),
+        block(2, 0, 2, (0, TYPE_UID, mined)),
+    ]
+    for order in permutations(blocks):
+        model = WorldModel(tbox, 0, [], n_origins=3, run_time_instances_per_origin=1)
+        faults = [fault for each in order for fault in merge(model, [each]).faults]
+        assert not faults
+        assert model.value(0, blocks[1].facts[0].attribute) == 3.0
