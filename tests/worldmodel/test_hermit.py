@@ -97,8 +97,8 @@ def judged(graph: Graph, tmp_path: Path) -> Verdict:
 
 def test_the_ontology_is_consistent_and_no_class_is_empty(tmp_path: Path) -> None:
     verdict = judged(graph_of(SHIPPED), tmp_path)
-    # classes: 68 of the core, 4 of the situation vocabulary, Area and Find; data properties: 27, 5 and 5 of the mission,
-    # of formations and bans; object properties: 16, 8 and 6
+    # classes: 68 of the core, 4 of the situation vocabulary, Area and Find; data properties: 27, 5 and 5 of the
+    # mission, of formations and of bans; object properties: 16, 8 and 6
     assert verdict == Verdict(True, [], 74, 37, 30)
     print(f"\nontology: {verdict}")  # shown by pytest -s
 
