@@ -203,6 +203,12 @@ def test_capabilities_follow_from_parts() -> None:
     assert CORE.is_a(intervention, inspection)
 
 
+def test_the_page_of_terms_has_a_section_for_every_file_with_terms() -> None:
+    listed = re.findall(r"^```\{terms\} (\w+)$", (MISSIONS.parent / "docs" / "ontology.md").read_text(), re.MULTILINE)
+    declaring = {path.stem for path in FILES} - {"core", "alignments", "situation"}
+    assert sorted(listed) == sorted(declaring)
+
+
 def test_no_term_of_the_situation_vocabulary_is_an_attribute() -> None:
     assert not any(a.iri.startswith(str(SIT)) for a in CORE.attributes)
     assert not any(c.iri.startswith(str(SIT)) for c in CORE.classes)
