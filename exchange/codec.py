@@ -26,6 +26,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
+from exchange.bits import Reader
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
 from exchange.header import AckHeader
 from exchange.names import AttributeNames, width
@@ -113,25 +114,6 @@ def _refuse_nameless(fragment: Fragment, is_status: bool, sequence_bits: int) ->
 def _refuse_epoch(epoch: int) -> None:
     if not 0 <= epoch < 1 << EPOCH_BITS:
         raise ConfigurationError(f"epoch {epoch} has no name on the wire; allowed: 0 to {(1 << EPOCH_BITS) - 1}")
-
-
-class _Reader:
-    """Takes fields off a big integer from the most significant end."""
-
-    __slots__ = ("_bits", "_left")
-
-    def __init__(self, data: bytes) -> None:
-        self._bits = int.from_bytes(data, "big")
-        self._left = 8 * len(data)
-
-    def take(self, size_bits: int) -> int:
-        self._left -= size_bits
-        if self._left < 0:
-            raise PeerFault("packet ends inside a field")
-        return (self._bits >> self._left) & ((1 << size_bits) - 1)
-
-    def padding_is_clean(self) -> bool:
-        return self._left < 8 and self.take(self._left) == 0
 
 
 def _value_lines(
@@ -349,7 +331,7 @@ class Codec:
 
     def _decode(self, data: bytes, frame: int = 0) -> Packet:
         """The packet of ``data``; raises PeerFault if it cannot be one of this fleet."""
-        reader = _Reader(data)
+        reader = Reader(data)
         if reader.take(HASH_BITS) != self._hash[frame % HASH_BYTES]:
             raise DefinitionFault("definition hash differs: sender uses another TBox or other field widths")
         sender = reader.take(self._node_bits)
@@ -363,12 +345,12 @@ class Codec:
             raise PeerFault("bits left over behind the packet")
         return Packet(sender, rows, fragments, signals, epoch)
 
-    def _decode_signal(self, reader: _Reader) -> InfluenceSignal:
+    def _decode_signal(self, reader: Reader) -> InfluenceSignal:
         role = reader.take(self._subject_bits)
         value = reader.take(SIGNAL_VALUE_BITS)
         return InfluenceSignal(role, value - 256 if value > 127 else value)
 
-    def _decode_fragment(self, reader: _Reader, sender: int, epoch: int) -> Fragment:
+    def _decode_fragment(self, reader: Reader, sender: int, epoch: int) -> Fragment:
         origin = sender
         if reader.take(1):
             origin, epoch = reader.take(self._node_bits), reader.take(EPOCH_BITS)
@@ -391,7 +373,7 @@ class Codec:
         sequence = STATUS if self._is_status(facts, count) else reader.take(self._sequence_bits)
         return Fragment(origin, sequence, self._time.decode(time_index), tuple(facts), index, count, epoch)
 
-    def _decode_fact(self, reader: _Reader) -> PropertyValue:
+    def _decode_fact(self, reader: Reader) -> PropertyValue:
         subject = reader.take(self._subject_bits)
         uid = self._names.read(reader.take)
         if subject >= self._n_instances:

@@ -32,7 +32,6 @@ from missions.scenarios.loading import load
 from worldmodel import STATUS, Attribute, Field, OntologyClass, PropertyValue, TBox, Value, ValueKind
 from worldmodel.fields import Grid
 
-ATTRIBUTE_BITS = width(len(TBOX.attributes))
 NODES = st.integers(2, 64)
 POLICY_NAMES = st.sampled_from(sorted(POLICIES))
 
@@ -410,19 +409,19 @@ def test_a_matrix_of_twenty_nodes_does_not_fit_the_smallest_frame():
 
 
 def test_the_size_of_an_own_observation_of_the_mission():
-    """Head: relayed 1, time ceil(log2 144001) = 18, larger block 1; fact: instance 5, attribute, cell 12, follows 1;
-    sequence 11, for at most 300 cells and 1024 items to spare. With 32 attributes 54 bits; the same record as a DCCL
-    message body takes 68."""
+    """Head: relayed 1, time ceil(log2 144001) = 18, larger block 1; fact: instance 5, attribute 5 (of 18 that are
+    exchanged), cell 12, follows 1; sequence 11, for at most 300 cells and 1024 items to spare. Together 54 bits; the
+    same record as a DCCL message body takes 68."""
     codec = mission_codec()
-    size_bits = (1 + 18 + 1) + (5 + ATTRIBUTE_BITS + 12 + 1) + 11
+    size_bits = (1 + 18 + 1) + (5 + 5 + 12 + 1) + 11
     assert codec.fragment_bits(Fragment(0, 0, 0.0, cells(4, 1)), relayed=False) == size_bits
     assert codec.fragment_bits(Fragment(0, 0, 0.0, cells(4, 1))) == size_bits + 2 + 2  # whose it is, of which epoch
 
 
 def test_a_status_has_no_sequence():
-    """A position: head 20, instance 5, attribute, 2 * 16, follows 1."""
+    """A position: head 20, instance and attribute 5 each, 2 * 16, follows 1."""
     status = Fragment(0, STATUS, 0.0, (PropertyValue(0, POSITION, (0.0, 0.0)),))
-    assert mission_codec().fragment_bits(status, relayed=False) == (1 + 18 + 1) + (5 + ATTRIBUTE_BITS + 32 + 1)
+    assert mission_codec().fragment_bits(status, relayed=False) == (1 + 18 + 1) + (5 + 5 + 32 + 1)
 
 
 def reference_codec() -> Codec:

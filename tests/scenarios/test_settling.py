@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from missions.errors import ConfigurationError
+from missions.runs.knowledge import export
 from missions.runs.known import Memory
 from missions.runs.results import MemoryResults, Results, write
 from missions.runs.run import run, settled_of
@@ -13,6 +14,7 @@ from missions.runs.setup import assemble, resolved
 from missions.scenarios import Scenario, load
 from remoras.fleet import Fleet
 from remoras.settling import Settled
+from worldmodel.writing import RdfFormat
 
 POLICIES = ("ack", "ack-repeat", "m-ack", "mps-ack-repeat")
 CUT = "scenario.duration_s=900"
@@ -112,6 +114,19 @@ def test_what_was_known_then_can_be_asked(tmp_path: Path) -> None:
         model, known = vehicle.beliefs.model, memory.known(vehicle.name, at_s).model
         assert known.state_hash() == model.state_hash()
         assert list(known.statuses()) == list(model.statuses())
+
+
+def test_what_they_hold_is_written_alike_byte_for_byte(tmp_path: Path) -> None:
+    """As ``remoras export --format nt --items --vehicle`` writes it, by default as of the end of the settling."""
+    write(run(scenario(CUT, SETTLED), 1), tmp_path / "run")
+    results = Results.read(tmp_path / "run")
+    written = set()
+    for name in results.scenario.vehicle:
+        out = tmp_path / f"{name.name}.nt"
+        export(results, RdfFormat.N_TRIPLES, out, vehicle=name.name, items=True)
+        written.add(out.read_bytes())
+    (content,) = written
+    assert content.count(b"mappedCell") > 100
 
 
 def test_a_scenario_that_does_not_ask_for_it_has_no_trace_of_it() -> None:
