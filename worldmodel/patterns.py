@@ -11,6 +11,7 @@ from itertools import chain
 from rdflib import RDF, RDFS, Literal, URIRef
 from rdflib.term import Node
 
+from worldmodel.conclusions import Conclusions
 from worldmodel.facts import Observation
 from worldmodel.heard import RECEIVED, RECEPTION, Receptions
 from worldmodel.knowledge import Knowledge
@@ -74,6 +75,7 @@ class Abox:
         self._class_uids: dict[Node, int] = {iri: uid for uid, iri in enumerate(terms.classes)}
         self._of_fact = parts_of_facts(tbox, terms)
         self.receptions = Receptions(known, terms, lambda iri: self.observation(iri) is not None)
+        self.conclusions = Conclusions(model, terms)
         self._facts: dict[Node, Observation] = {}
         self._uids: dict[Node, int] = {}
         self._typed: dict[Node, list[Triple]] | None = None
@@ -167,12 +169,14 @@ class Abox:
 
     # Instances -----------------------------------------------------------------------------------
 
-    def types(self, uid: int, items_only: bool = False) -> Iterator[URIRef]:
-        """Yield the classes that an instance was created with and given since."""
+    def types(self, uid: int, items_only: bool = False, concluded: bool = False) -> Iterator[URIRef]:
+        """Yield the classes that an instance was created with and given since; with ``concluded`` those that follow."""
         model = self.model
         found = {one.fact.target for one in model.history(uid, TYPE_UID) if not items_only or one.block.is_item}
         if uid < len(model.common_instances):
             found.add(model.common_instances[uid].class_uid)
+        if concluded:
+            found.update(self.conclusions.classes(uid))
         for class_uid in sorted(found):
             yield self.terms.classes[class_uid]
 
@@ -198,10 +202,12 @@ class Abox:
         known = self.observation(target)
         return ((subject, _HAS, target),) if known is not None and known.fact.subject == uid else ()
 
-    def states(self, uid: int, subject: Node, predicate: Node | None, target: Node | None) -> Iterator[Triple]:
+    def states(
+        self, uid: int, subject: Node, predicate: Node | None, target: Node | None, concluded: bool = True
+    ) -> Iterator[Triple]:
         """Yield the types, the name and the current state of an instance."""
         if predicate is None or predicate == _TYPE:
-            for term in self.types(uid):
+            for term in self.types(uid, concluded=concluded):
                 if target is None or target == term:
                     yield (subject, _TYPE, term)
         if predicate is None or predicate == _LABEL:
@@ -210,7 +216,11 @@ class Abox:
                     yield (subject, _LABEL, label)
         attribute = None if predicate is None else self._attribute_uids.get(predicate)
         for one in range(1, len(self.terms.attributes)) if predicate is None else (attribute,):
-            if one and (state := self._latest(uid, one)) is not None and (target is None or target == state):
+            if one in self.conclusions.linked:
+                for linked in self.conclusions.links(uid, one, concluded):
+                    if target is None or target == linked:
+                        yield (subject, self.terms.attributes[one], linked)
+            elif one and (state := self._latest(uid, one)) is not None and (target is None or target == state):
                 yield (subject, self.terms.attributes[one], state)
 
     def _latest(self, uid: int, attribute: int) -> Node | None:
@@ -262,7 +272,7 @@ class Abox:
             self._typed = {}
             for uid in self.model.instance_uids():
                 iri = self.terms.instance(uid)
-                for term in self.types(uid):
+                for term in self.types(uid, concluded=True):
                     self._typed.setdefault(term, []).append((iri, _TYPE, term))
         return self._typed
 
