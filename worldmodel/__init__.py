@@ -40,7 +40,7 @@ from worldmodel.pruning import prune, tidy
 from worldmodel.snapshot import Row, models_from, rows_of
 from worldmodel.store import PruneRule
 from worldmodel.subscriptions import Subscription
-from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, TBox, Value, ValueKind
+from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, Value, ValueKind
 
 __all__ = [
     "EPOCHS",
@@ -73,6 +73,7 @@ __all__ = [
     "Reception",
     "Row",
     "SnapshotError",
+    "Source",
     "Stated",
     "Subscription",
     "TBox",

@@ -33,7 +33,7 @@ def ban_ontology_path() -> Path:
     return ONTOLOGY_FOLDER / "bans.ttl"
 
 
-def read_tbox(*paths: Path) -> TBox:
+def read_tbox(*files: Path | Source) -> TBox:
     """Compile Turtle files, usually those of the core ontology and a mission's own vocabulary.
 
     A vocabulary may add classes (subclasses of core classes, say), attributes and individuals. Each term is
@@ -45,7 +45,7 @@ def read_tbox(*paths: Path) -> TBox:
     vehicles of a fleet must read the same files.
 
     Args:
-        paths: Turtle files in UTF-8, in any order; a file given twice counts once.
+        files: Turtle files in UTF-8, or the text of such, in any order; a file given twice counts once.
 
     Returns:
         The tables; files with the same text give the same object.
@@ -58,11 +58,13 @@ def read_tbox(*paths: Path) -> TBox:
     (0, True)
     """
     sources, faults = [], []
-    for path in paths:
+    for file in files:
         try:
-            sources.append(Source(str(path), Path(path).read_text(encoding="utf-8")))
+            if not isinstance(file, Source):
+                file = Source(str(file), Path(file).read_text(encoding="utf-8"))
+            sources.append(file)
         except (OSError, UnicodeDecodeError) as error:
-            faults.append(f"{path}: cannot be read: {error}; allowed: a Turtle file in UTF-8")
+            faults.append(f"{file}: cannot be read: {error}; allowed: a Turtle file in UTF-8")
     if faults:
         raise OntologyError(faults)
     return _compiled(tuple(dict.fromkeys(sources)))

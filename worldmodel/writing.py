@@ -1,7 +1,8 @@
 """World models as RDF text: N-Triples, Turtle, TriG and JSON-LD, straight from the index.
 
 What is written is what is known, without the ontology: a header names it as import. In a file with named graphs the
-default graph holds what no origin said by a fact: instances, types, names, the current state, receptions.
+default graph holds what no origin said by a fact: instances, types, names, the current state, receptions. What was
+told by nobody and follows is a graph of its own there, ``run:conclusions``, and beside the rest in other files.
 
 The canonical graph of items has their facts and the instances that these are about, as sorted N-Triples. Statuses,
 private facts, receptions and the current state are no part of it, so vehicles that hold the same items write the same
@@ -18,6 +19,7 @@ from typing import Any, NamedTuple
 from rdflib import OWL, RDF, RDFS, XSD, Literal, URIRef
 from rdflib.term import Node
 
+from worldmodel.conclusions import CONCLUSIONS
 from worldmodel.knowledge import Knowledge
 from worldmodel.owl import graph_of
 from worldmodel.patterns import Abox, Triple
@@ -74,7 +76,7 @@ def written(known: Mapping[str, Knowledge], form: RdfFormat, header: bool = True
 def canonical_items(known: Iterable[Store]) -> str:
     """Return the canonical graph of the items that world models hold: sorted N-Triples; see the head of this module."""
     names = _Names({})
-    return "".join(sorted({line for model in known for line in _lines(Abox(Knowledge(model)).item_triples(), names)}))
+    return "".join(sorted({line for model in known for line in _lines(item_triples(Abox(Knowledge(model))), names)}))
 
 
 @lru_cache(maxsize=8)
@@ -107,25 +109,56 @@ def knowledge_iri(node: int) -> URIRef:
 def _graphs(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
     if len(known) > 1:
         for one in known.values():
-            yield Graph(knowledge_iri(one.model.owner), Abox(one).all_triples())
+            yield Graph(knowledge_iri(one.model.owner), all_triples(Abox(one)))
         return
     for one in known.values():
         abox = Abox(one)
-        yield Graph(None, abox.all_triples(said=False))
+        yield Graph(None, all_triples(abox, said=False))
         for origin in range(one.model.n_origins):
             yield Graph(instance_iri(origin), abox.triples_of(origin, (None, None, None)))
+        yield Graph(CONCLUSIONS, abox.conclusions.triples())
 
 
 def _union(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
     if len(known) == 1:
         for one in known.values():
-            yield Graph(None, Abox(one).all_triples())
+            yield Graph(None, all_triples(Abox(one)))
         return
     merged: dict[Node, dict[Triple, None]] = {}
     for one in known.values():
-        for triple in Abox(one).all_triples():
+        for triple in all_triples(Abox(one)):
             merged.setdefault(triple[0], {})[triple] = None
     yield Graph(None, (triple for triples in merged.values() for triple in triples))
+
+
+def all_triples(abox: Abox, said: bool = True) -> Iterator[Triple]:
+    """Yield all that is known, by subject; without ``said`` instances, their state and receptions alone."""
+    for uid in abox.model.instance_uids():
+        iri = abox.terms.instance(uid)
+        yield from abox.states(uid, iri, None, None, concluded=said)
+        if said:
+            for one in abox.of_subject(uid):
+                yield (iri, SIT.hasPropertyValue, abox.iri(one))
+    yield from abox.receptions.all_triples(None, None)
+    if said:
+        for one in abox.all_facts():
+            yield from abox.of_one(abox.iri(one), one, None, None)
+
+
+def item_triples(abox: Abox) -> Iterator[Triple]:
+    """Yield the facts of all items, and the types and names of the instances that they are about."""
+    told: set[int] = set()
+    for one in abox.all_facts():
+        if one.block.is_item:
+            iri = abox.iri(one)
+            told.add(one.fact.subject)
+            yield (abox.terms.instance(one.fact.subject), SIT.hasPropertyValue, iri)
+            yield from abox.of_one(iri, one, None, None)
+    for uid in sorted(told):
+        iri = abox.terms.instance(uid)
+        yield from abox.states(uid, iri, RDFS.label, None)
+        for term in abox.types(uid, items_only=True):
+            yield (iri, RDF.type, term)
 
 
 # Text --------------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ import json
 import tomllib
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
@@ -20,6 +21,9 @@ from missions.scenarios.abilities import with_abilities
 from missions.scenarios.channel import leave_aside
 from missions.scenarios.checks import cross_faults, job_faults
 from missions.scenarios.copies import with_copies
+from missions.scenarios.equipment import gear_of
+from missions.scenarios.ontologies import KEY as ONTOLOGIES
+from missions.scenarios.ontologies import with_ontologies
 from missions.scenarios.organisation import specified
 from missions.scenarios.organisation_file import ORGANISATION, with_organisation
 from missions.scenarios.parts import mission_class, sensor_kind, sensor_settings
@@ -61,12 +65,14 @@ def resolved(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> S
     others = (one for one in overrides if one not in chosen)
     faults += [fault for option, text in others if (fault := _override(raw, option, text)) is not None]
     faults += leave_aside(own_channel, raw, options)
-    copies = with_copies(with_starts_apart(raw))
+    worded, more = with_ontologies(raw, Path() if ONTOLOGIES in options else Path(document.path).parent)
+    faults += more
+    copies = with_copies(with_starts_apart(worded))
     specification = specified(copies.raw)
     faults += [*copies.faults, *specification.faults]
     mission, more = _mission_of(specification.raw)
     faults += more
-    able = with_abilities(specification.raw, "" if mission is None else next(iter(mission.sensors), ""))
+    able = with_abilities(specification.raw, gear_of(specification.raw, mission))
     tables, more = _completed(able, mission)
     faults += more
     scenario, more = _validated(document, tables, mission)
