@@ -149,6 +149,14 @@ def _value_lines(
     ]
 
 
+def _name_fields(names: AttributeNames) -> list[FieldSize]:
+    """The lines of an attribute's name: a short one, and that of those which are not exchanged, if there are any."""
+    fields = [FieldSize("fact", "attribute", names.short_bits, f"one of {len(names.exchanged)} exchanged")]
+    if names.has_others:
+        fields.append(FieldSize("fact", "other attribute", names.other_bits, f"one of {names.n_attributes} in all"))
+    return fields
+
+
 class Codec:
     """Encodes and decodes packets for one fleet: fixed TBox, node count, instance count and policy.
 
@@ -227,11 +235,6 @@ class Codec:
         named = f"policy {self._policy.name}" + (", the largest" if self.header.varies else "")
         times = f"{self._time.minimum:g} to {self._time.maximum:g} s, steps of {self._time.resolution:g} s"
         instances = f"one of {self._n_instances} instances"
-        others = (
-            [FieldSize("fact", "other attribute", self._names.other_bits, f"one of {len(self._attributes)} in all")]
-            if self._names.has_others
-            else []
-        )
         return (
             FieldSize(
                 "packet", "definition hash", HASH_BITS, f"of {8 * HASH_BYTES} bits a byte in turn: TBox, fleet, policy"
@@ -250,8 +253,7 @@ class Codec:
             FieldSize("fragment", "count", INDEX_BITS, part),
             FieldSize("fragment", "sequence", self._sequence_bits, f"if an item: one of {1 << self._sequence_bits}"),
             FieldSize("fact", "subject", self._subject_bits, instances),
-            FieldSize("fact", "attribute", self._names.short_bits, f"one of {len(self._names.exchanged)} exchanged"),
-            *others,
+            *_name_fields(self._names),
             *_value_lines(self._attributes, self._value_bits, self._n_values),
             FieldSize("fact", "another follows", 1),
             FieldSize("signal", "role", self._subject_bits, instances),

@@ -119,7 +119,7 @@ class Radio:
         for uid in sorted(lacking.keys() - self._lacking):
             one = lacking[uid]
             whose = "" if one.origin is None else f" of {self._names[one.origin]}"
-            self._record_fault(now_s, "lacking", f"instance {uid}{whose}: {len(one.guids)} blocks wait for it")
+            self._record_fault(now_s, "lacking", f"instance {uid}{whose}; blocks that wait for it: {len(one.guids)}")
         self._lacking = set(lacking)
 
     # Out -----------------------------------------------------------------------------------------

@@ -60,14 +60,16 @@ def read_tbox(*files: Path | Source) -> TBox:
     sources, faults = [], []
     for file in files:
         try:
-            if not isinstance(file, Source):
-                file = Source(str(file), Path(file).read_text(encoding="utf-8"))
-            sources.append(file)
+            sources.append(_source(file))
         except (OSError, UnicodeDecodeError) as error:
             faults.append(f"{file}: cannot be read: {error}; allowed: a Turtle file in UTF-8")
     if faults:
         raise OntologyError(faults)
     return _compiled(tuple(dict.fromkeys(sources)))
+
+
+def _source(file: Path | Source) -> Source:
+    return file if isinstance(file, Source) else Source(str(file), Path(file).read_text(encoding="utf-8"))
 
 
 def graph_of(tbox: TBox) -> "Graph":

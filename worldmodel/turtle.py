@@ -27,6 +27,7 @@ from typing import Any
 
 from rdflib import OWL, RDF, RDFS, XSD, Graph, Literal, Namespace, URIRef
 from rdflib.collection import Collection
+from rdflib.plugins.parsers.notation3 import BadSyntax
 from rdflib.term import Node
 
 from worldmodel.definitions import DEFINING, Definitions
@@ -81,8 +82,7 @@ def parse(sources: Iterable[Source]) -> Parsed:
         try:
             graph.parse(data=source.text, format="turtle")
         except Exception as error:  # rdflib's parsers raise whatever a broken text leads them to
-            reason = " ".join(str(error).split())
-            faults.append(f"{source.path}: is not Turtle: {reason}; allowed: what Turtle 1.1 allows")
+            faults.append(f"{source.path}: is not Turtle: {_reason(error)}; allowed: what Turtle 1.1 allows")
             continue
         for subject in graph.subjects(unique=True):
             file_of.setdefault(subject, source.path)
@@ -97,6 +97,15 @@ def parse(sources: Iterable[Source]) -> Parsed:
     union.remove((None, OWL.imports, None))
     terms = {subject for kind in _TERMS for subject in union.subjects(RDF.type, kind) if isinstance(subject, URIRef)}
     return Parsed(union, file_of, {term: files for term, files in defining_files.items() if term in terms})
+
+
+def _reason(error: Exception) -> str:
+    """Return what a parser says, in one line: of a syntax error its line, what is wrong, and the text there."""
+    if isinstance(error, BadSyntax):
+        text = error._str.decode(errors="replace") if isinstance(error._str, bytes) else error._str
+        here = " ".join(text[error._i :].split("\n")[0].split())
+        return f"line {error.lines + 1}: {error._why}" + (f', at "{here[:60]}"' if here else "")
+    return " ".join(str(error).split())
 
 
 def _unmet_imports(union: Graph, file_of: dict[Node, str]) -> list[str]:
@@ -167,6 +176,7 @@ class _Reader:
     def __init__(self, parsed: Parsed) -> None:
         self.graph = parsed.graph
         self.file_of = parsed.file_of
+        self._files = {file: place for place, file in enumerate(dict.fromkeys(parsed.file_of.values()))}
         self.faults: list[str] = []
         self.class_iris = sorted({*self._declared(OWL.Class), OWL.Thing})
         self.class_uid: dict[Node, int] = {iri: uid for uid, iri in enumerate(self.class_iris)}
@@ -200,8 +210,9 @@ class _Reader:
             name = _local_name(iri)
             if not _NAME.fullmatch(name):
                 self.fault(iri, f"its name {name!r} is not an identifier", "a letter, then letters, digits, _")
-            elif taken.setdefault(name, iri) != iri:
-                other = taken[name]
+            elif (other := taken.setdefault(name, iri)) != iri:
+                if self._files.get(self.file_of.get(other, ""), -1) > self._files[self.file_of[iri]]:
+                    iri, other = other, iri  # noqa: PLW2901  # the file that is read later is at fault
                 where = f" in {self.file_of[other]}" if other in self.file_of else ""
                 self.fault(iri, f"its name {name!r} is that of <{other}>{where} too", "one IRI for each name")
 

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from exchange.packets import guid_of
 from missions.errors import OutputError
+from missions.runs.rebuilt import blocks_of, fill, gave_up_s
 from missions.runs.receptions import Senders
 from missions.runs.setup import Setup, world_model
 from remoras.activities import Objective
@@ -36,7 +37,6 @@ from worldmodel import (
     UnknownNameError,
     ValueKind,
     WorldModel,
-    merge,
     suggestion,
 )
 from worldmodel.snapshot import from_text, uncertainty_from_text
@@ -190,6 +190,7 @@ class Memory:
         self._end_s: float = results.summary["mission_time_s"] + (results.summary.get("settling_s") or 0.0)
         self._views = {table: _by_vehicle(results, table.name) for table in (ORGANISATION, MEMBERSHIP)}
         self._names = world_model(setup, 0)
+        self._faults = results.table("faults").to_pylist()
         self._results = results
         self._known_s: dict[str, list[tuple[float, Block, tuple[str, ...]]]] = {name: [] for name in setup.database}
         self._read(results)
@@ -212,7 +213,8 @@ class Memory:
             given = at_s if isinstance(at_s, Real) else repr(at_s)
             raise OutputError(f"at_s is {given}; allowed: 0 to {self._end_s}, the end of the run")
         model = world_model(setup, setup.database[vehicle].node)
-        merge(model, (block for since_s, block, _ in self._known_s[vehicle] if since_s <= at_s))
+        known = ((since_s, block) for since_s, block, _ in self._known_s[vehicle])
+        fill(model, known, at_s, gave_up_s(self._faults, vehicle), setup.schedule.frame_s)
         past = {table: [row for row in rows[vehicle] if row["time_s"] <= at_s] for table, rows in self._views.items()}
         changes = past[ORGANISATION]
         played = _left_over(
@@ -261,15 +263,13 @@ class Memory:
     def _read(self, results: Results | MemoryResults) -> None:
         """Put blocks together again, and see since when each vehicle has them."""
         setup = self._setup
-        exhausted_s = {
-            row["vehicle"]: row["time_s"] for row in results.table("faults").to_pylist() if row["kind"] == "energy"
-        }
+        exhausted_s = {row["vehicle"]: row["time_s"] for row in self._faults if row["kind"] == "energy"}
         received: dict[str, dict[str, float]] = defaultdict(dict)  # by item and vehicle
         for table in (KNOWLEDGE.name, SETTLING.name):
             for row in results.table(table).to_pylist() if results.has(table) else ():
                 if row["event"] == "received":
                     received[row["item"]][row["vehicle"]] = row["time_s"]
-        told = [self._told(rows) for rows in _blocks(results.table(ITEMS.name).to_pylist())]
+        told = [self._told(rows) for rows in blocks_of(results.table(ITEMS.name).to_pylist())]
         statuses = self._heard_statuses(results, told, exhausted_s)
         is_bound = setup.strategy.declaration.is_bound
         for number, (block, origin, recorded_s, kind, items) in enumerate(told):
@@ -299,11 +299,7 @@ class Memory:
         for number, one in enumerate(told):
             if one.block.is_status:
                 recorded[one.items[0]].append(number)
-        bad = {
-            (row["vehicle"], row["time_s"])
-            for row in results.table("faults").to_pylist()
-            if row["kind"] == "bad packet"
-        }
+        bad = {(row["vehicle"], row["time_s"]) for row in self._faults if row["kind"] == "bad packet"}
         found: dict[int, dict[str, float]] = {}
         for row in results.table(PACKETS.name).to_pylist():
             heard_s = {
@@ -333,30 +329,6 @@ class _Told(NamedTuple):
     recorded_s: float
     kind: str
     items: tuple[str, ...]
-
-
-def _blocks(rows: Iterable[Row]) -> Iterator[list[Row]]:
-    """The rows of the table ``items`` block by block."""
-    block: list[Row] = []
-    for row in rows:
-        if block and not _goes_on(block, row):
-            yield block
-            block = []
-        block.append(row)
-    if block:
-        yield block
-
-
-def _goes_on(block: Sequence[Row], row: Row) -> bool:
-    """True if a row is of the same block as those before it; two statuses may have one name, but begin alike."""
-    first = block[0]
-    if "@" not in row["uid"]:
-        return guid_of(row["uid"]) == guid_of(first["uid"])
-    slot = row["subject"], row["attribute"]
-    return (row["uid"], row["recorded_s"]) == (first["uid"], first["recorded_s"]) and slot != (
-        first["subject"],
-        first["attribute"],
-    )
 
 
 def _by_vehicle(results: Results | MemoryResults, table: str) -> dict[str, list[dict[str, Any]]]:
