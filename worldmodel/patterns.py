@@ -15,7 +15,7 @@ from worldmodel.conclusions import Conclusions
 from worldmodel.facts import Observation
 from worldmodel.heard import RECEIVED, RECEPTION, Receptions
 from worldmodel.knowledge import Knowledge
-from worldmodel.tbox import TYPE_UID, TBox, Value, ValueKind
+from worldmodel.tbox import TYPE_UID, TBox, ValueKind
 from worldmodel.terms import (
     MOST_REMEMBERED,
     Terms,
@@ -223,13 +223,9 @@ class Abox:
             elif one and (state := self._latest(uid, one)) is not None and (target is None or target == state):
                 yield (subject, self.terms.attributes[one], state)
 
-    def _current(self, uid: int, attribute: int) -> Iterable[Value]:
-        """Return the latest value of a slot, what all know of it, and the links that follow."""
-        if attribute in self._inferred:
-            return self.model.inference.links(uid, attribute)
+    def _latest(self, uid: int, attribute: int) -> Node | None:
         latest = self.model.latest(uid, attribute)
-        known = self._common.get((uid, attribute), ())
-        return known if latest is None else (latest.value,) if not known else {latest.value, *known}
+        return None if latest is None else self.terms.value(attribute, latest.value)
 
     # Any subject ---------------------------------------------------------------------------------
 

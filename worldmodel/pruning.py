@@ -8,7 +8,7 @@ the owner keeps to itself.
 The latest values and the classes of all instances are the same as before, and so are ``digest`` and ``state_hash``: a
 pruned item has still arrived, is passed over when it comes again, and its content still counts. What is lost are the
 old values: of history, of a value as of a time before, and of an origin that is banned later from an earlier time on.
-Do not prune an attribute of which all values ever told matter, such as mappedCell. An item that is not held cannot be
+Do not prune an attribute of which all values ever told matter, as of parts of a job. An item that is not held cannot be
 compared with another content of the same GUID. If an origin is caught in such a contradiction, what was pruned stays
 counted even where it rested on the content that went.
 """

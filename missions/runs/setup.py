@@ -122,8 +122,8 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     else:
         scenario = scenario.model_copy(update={"strategy": StrategyTable(name=strategy.name)})
     policy = policy_of(scenario.communication.policy)
-    ontology = (*sources_of(scenario.worldmodel.ontology_text), *ban_words(scenario))
-    tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *ontology)
+    given, words = sources_of(scenario.worldmodel.ontology_text), ban_words(scenario)
+    tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *given, *words)
     database, groups = database_of(scenario, mission_type), groups_of(scenario)
     instances = _instances(scenario, mission, tbox)
     equipment, common_facts = common_equipment(scenario, mission_type.sensors, tbox, instances)

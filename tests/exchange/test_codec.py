@@ -32,7 +32,8 @@ from missions.scenarios.loading import load
 from worldmodel import STATUS, Attribute, Field, OntologyClass, PropertyValue, TBox, Value, ValueKind
 from worldmodel.fields import Grid
 
-ATTRIBUTE_BITS = width(len(TBOX.attributes))
+ATTRIBUTE_BITS = width(18 + 1)
+"""Names of the 18 attributes that `mapping-rendezvous` exchanges, and one for all others."""
 NODES = st.integers(2, 64)
 POLICY_NAMES = st.sampled_from(sorted(POLICIES))
 
