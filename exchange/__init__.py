@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from exchange.ack import Acknowledgement
-    from exchange.codec import Codec, FieldSize
+    from exchange.codec import Codec
     from exchange.errors import ConfigurationError, ExchangeError
     from exchange.manager import ExchangeManager, Reception, Transmission
     from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet, StatusUid
     from exchange.policies import ACKNOWLEDGEMENTS, POLICIES, AckPolicy, header_bits, policy_named
     from exchange.schedule import TdmaSchedule
+    from exchange.sizes import FieldSize
 
 __all__ = [
     "ACKNOWLEDGEMENTS",
@@ -44,7 +45,8 @@ __all__ = [
 _MODULE_OF = {
     **dict.fromkeys(("ACKNOWLEDGEMENTS", "POLICIES", "AckPolicy", "header_bits", "policy_named"), "policies"),
     "Acknowledgement": "ack",
-    **dict.fromkeys(("Codec", "FieldSize"), "codec"),
+    "Codec": "codec",
+    "FieldSize": "sizes",
     **dict.fromkeys(("ConfigurationError", "ExchangeError"), "errors"),
     **dict.fromkeys(("ExchangeManager", "Reception", "Transmission"), "manager"),
     **dict.fromkeys(("Fragment", "InfluenceSignal", "ItemUid", "Packet", "StatusUid"), "packets"),

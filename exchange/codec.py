@@ -22,8 +22,7 @@ A value out of range is refused with its name: it is never sent as something els
 from __future__ import annotations
 
 import zlib
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
 from functools import lru_cache
 
 from exchange.bits import Reader
@@ -32,6 +31,7 @@ from exchange.header import AckHeader
 from exchange.names import AttributeNames, width
 from exchange.packets import Fragment, InfluenceSignal, Packet
 from exchange.policies import AckPolicy
+from exchange.sizes import FieldSize, name_fields, value_lines
 from exchange.uncertainties import read_uncertainty, uncertainty_of
 from worldmodel import STATUS, Attribute, Field, PropertyValue, TBox, ValueKind
 
@@ -46,37 +46,6 @@ SIGNAL_VALUE_BITS = 8
 INDEX_BITS = 4
 MAX_FRAGMENTS_PER_PACKET = (1 << FRAGMENT_COUNT_BITS) - 1
 MAX_SIGNALS = (1 << SIGNAL_COUNT_BITS) - 1
-
-
-@dataclass(frozen=True, slots=True)
-class FieldSize:
-    """One line of the size listing.
-
-    Attributes:
-        group: `packet`, `fragment`, `fact` or `signal`: the part that the field belongs to.
-        field: its name, in the order of the wire.
-        size_bits: its size.
-        note: when it is there, its range or its unit.
-    """
-
-    group: str
-    field: str
-    size_bits: int
-    note: str = ""
-
-
-def values_in_words(attribute: Attribute, n_values: Mapping[ValueKind, int]) -> str:
-    """What a value of the attribute may be; ``n_values`` has the numbers of instances and classes."""
-    if attribute.kind in n_values:
-        of = "instances" if attribute.kind is ValueKind.LINK else "classes"
-        return f"one of {n_values[attribute.kind]} {of}"
-    if attribute.symbols:
-        return " or ".join(attribute.symbols)
-    ranges = [
-        f"{field.minimum:g} to {field.maximum:g} {field.unit}".rstrip() + f", steps of {field.resolution:g}"
-        for field in attribute.fields
-    ]
-    return "; ".join(dict.fromkeys(ranges)) or "true or false"
 
 
 def _layout_of(attribute: Attribute, n_classes: int, n_instances: int) -> tuple[int, ...]:
@@ -114,29 +83,6 @@ def _refuse_nameless(fragment: Fragment, is_status: bool, sequence_bits: int) ->
 def _refuse_epoch(epoch: int) -> None:
     if not 0 <= epoch < 1 << EPOCH_BITS:
         raise ConfigurationError(f"epoch {epoch} has no name on the wire; allowed: 0 to {(1 << EPOCH_BITS) - 1}")
-
-
-def _value_lines(
-    attributes: Sequence[Attribute], value_bits: Sequence[int], n_values: Mapping[ValueKind, int]
-) -> list[FieldSize]:
-    """Lines of the size listing for the values of attributes, and for what values may carry."""
-    values = [
-        FieldSize("fact", one.name, bits, values_in_words(one, n_values))
-        for one, bits in zip(attributes, value_bits, strict=True)
-    ]
-    return values + [
-        FieldSize("fact", f"uncertainty of {one.name}", 1 + one.uncertainty.size_bits, "1 where it carries none")
-        for one in attributes
-        if one.uncertainty is not None
-    ]
-
-
-def _name_fields(names: AttributeNames) -> list[FieldSize]:
-    """The lines of an attribute's name: a short one, and that of those which are not exchanged, if there are any."""
-    fields = [FieldSize("fact", "attribute", names.short_bits, f"one of {len(names.exchanged)} exchanged")]
-    if names.has_others:
-        fields.append(FieldSize("fact", "other attribute", names.other_bits, f"one of {names.n_attributes} in all"))
-    return fields
 
 
 class Codec:
@@ -235,8 +181,8 @@ class Codec:
             FieldSize("fragment", "count", INDEX_BITS, part),
             FieldSize("fragment", "sequence", self._sequence_bits, f"if an item: one of {1 << self._sequence_bits}"),
             FieldSize("fact", "subject", self._subject_bits, instances),
-            *_name_fields(self._names),
-            *_value_lines(self._attributes, self._value_bits, self._n_values),
+            *name_fields(self._names),
+            *value_lines(self._attributes, self._value_bits, self._n_values),
             FieldSize("fact", "another follows", 1),
             FieldSize("signal", "role", self._subject_bits, instances),
             FieldSize("signal", "value", SIGNAL_VALUE_BITS, "-128 to 127"),

@@ -522,3 +522,19 @@ def test_a_header_may_differ_from_frame_to_frame():
     for frame, heard in ((0, 0b1101), (1, 0), (6, 0b1101)):
         received = codec.decode(codec.encode(1, rows, [], [InfluenceSignal(0, 5)], frame), frame)
         assert received == Packet(1, (0, heard, 0, 0), (), (InfluenceSignal(0, 5),))
+
+
+# Values that carry an uncertainty -----------------------------------------------------------------
+
+
+def test_an_uncertainty_comes_out_as_it_went_in_and_costs_a_bit_where_there_is_none():
+    """`location`: 6 bits for 64 steps of half a metre, and one that says so; `position` may carry none."""
+    codec, location = mission_codec(), TBOX.attribute_named("location").uid
+    sizes = []
+    for uncertainty in (None, 0.5, 2.0, 32.0):
+        fragment = Fragment(0, 0, 0.0, (PropertyValue(0, location, (1.0, 2.0), uncertainty),))
+        bits, size_bits = codec.encode_fragment(fragment, 0)
+        data = codec.encode(0, [0] * 4, [(bits, size_bits)])
+        assert codec.decode(data, 0).fragments == (fragment,)
+        sizes.append(size_bits)
+    assert [size - sizes[0] for size in sizes] == [0, 6, 6, 6]
