@@ -27,7 +27,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -103,9 +103,12 @@ class SensorSettings(BaseModel):
     """The table ``[[vehicle.sensor]]`` of one sensor; a kind of sensor adds its keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    EQUIPMENT: ClassVar[str] = "Sensor"
+    """Class of the ontology that such sensors are of; a kind of sensor says its own."""
 
     type: str = Field("", description="sensor: a name that the mission knows, or package.module:object")
     name: str = Field("", description="name by which activities switch it on; its type if absent")
+    equipment: str = Field("", description="class of the ontology that it is of; that of its type if absent")
 
     def make(self, data: VehicleData) -> Sensor:
         """The sensor of a vehicle, made anew for every run; ``data`` are what the vehicle really is in that run."""

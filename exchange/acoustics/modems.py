@@ -17,6 +17,7 @@ class Modem:
         rate_bps: net rate while the payload is sent.
         head_s: time before the payload (preamble, cycle initialisation).
         range_m: nominal range.
+        equipment: class of the ontology that it is of.
     """
 
     name: str
@@ -25,6 +26,7 @@ class Modem:
     rate_bps: float
     head_s: float
     range_m: float
+    equipment: str = "AcousticModem"
 
     @property
     def payload_bits(self) -> int:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import ClassVar
 
 from pydantic import Field
 
@@ -115,6 +116,8 @@ def seabed_of(cell_m: float, corners_m: tuple[tuple[str, tuple[Point, ...]], ...
 
 class SwathSettings(SensorSettings):
     """The table ``[vehicle.sensor]`` of a mapping sensor."""
+
+    EQUIPMENT: ClassVar[str] = "MappingSonar"
 
     swath_m: float = Field(ge=0.1, description="width that the mapping sensor covers")
     speed_limit_mps: float = Field(gt=0.0, description="greatest speed at which it maps")

@@ -19,6 +19,7 @@ from missions.runs.needs import needs_of_all, priorities, subjects_of
 from missions.runs.refusals import refuse_malformed, refuse_undivided
 from missions.runs.sea import actual, sea_of
 from missions.scenarios.bans import ban_words
+from missions.scenarios.equipment import common_equipment
 from missions.scenarios.knowledge import pruning_of
 from missions.scenarios.obligations import obligations_of
 from missions.scenarios.ontologies import sources_of
@@ -49,6 +50,7 @@ from remoras.vehicle import Layers, Vehicle
 from remoras.work import Point
 from worldmodel import (
     Instance,
+    PropertyValue,
     TBox,
     UnknownNameError,
     WorldModel,
@@ -68,6 +70,7 @@ class Setup:
         scenario: what it follows from.
         mission: the mission of the scenario; strategy: with its parameters; policy: of acknowledgement.
         tbox: core ontology and the mission's vocabulary; instances: what the whole fleet has names for.
+        common_facts: what all know before the mission: which equipment is part of which vehicle.
         database: vehicles as the fleet knows them; agreement: what they agree on before the mission.
         rally_points_m: by name; bounds_m: area of operations (x_min, y_min, x_max, y_max).
         modem, schedule, codec: of the exchange.
@@ -82,6 +85,7 @@ class Setup:
     policy: AckPolicy
     tbox: TBox
     instances: tuple[Instance, ...]
+    common_facts: tuple[PropertyValue, ...]
     database: AUVDatabase
     agreement: Agreement
     rally_points_m: dict[str, Point]
@@ -122,6 +126,8 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *ontology)
     database, groups = database_of(scenario, mission_type), groups_of(scenario)
     instances = _instances(scenario, mission, tbox)
+    equipment, common_facts = common_equipment(scenario, mission_type.sensors, tbox, instances)
+    instances += equipment
     modem, world = modems()[scenario.communication.modem], scenario.world
     schedule = TdmaSchedule.for_range(
         len(database), modem.packet_s(modem.payload_bits), scenario.communication.range_m, world.sound_speed_mps
@@ -138,6 +144,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         policy=policy,
         tbox=tbox,
         instances=instances,
+        common_facts=common_facts,
         database=database,
         agreement=agreement,
         rally_points_m={rally.name: rally.position_m for rally in scenario.rally_point},
@@ -303,6 +310,7 @@ def world_model(setup: Setup, node: int) -> WorldModel:
         setup.scenario.communication.time_resolution_s,
         n_origins=setup.schedule.n_nodes,
         run_time_instances_per_origin=setup.mission.instances_found_per_vehicle,
+        common_facts=setup.common_facts,
         clock_tolerance_s=setup.scenario.communication.clock_tolerance_s,
         waiting_s=kept.waiting_s,
         waiting_blocks=kept.waiting_blocks,

@@ -7,12 +7,30 @@ roles that it is able to play are written out as ``Group.Role``. So everything b
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from missions.scenarios.tables import Raw, entries, list_of, table_of
 
 PLAYABLE = "playable_roles"
+
+
+def _none(vehicle: Raw) -> Collection[str]:
+    return ()
+
+
+@dataclass(frozen=True)
+class Gear:
+    """What abilities follow from beside the tables of vehicles; a mission and the ontology have it.
+
+    Attributes:
+        default_sensor: kind of a sensor whose table does not say.
+        capabilities: classes of the ontology that a vehicle is of by what it carries, from its table.
+    """
+
+    default_sensor: str = ""
+    capabilities: Callable[[Raw], Collection[str]] = _none
 
 
 def can_play(vehicle: Raw, group: Any, role: Any) -> bool:
@@ -26,12 +44,12 @@ def able_to_play(raw: Raw, group: Any, role: Any) -> list[Raw]:
     return [vehicle for vehicle in entries(raw, "vehicle") if can_play(vehicle, group, role)]
 
 
-def with_abilities(raw: Raw, default_sensor: str) -> Raw:
+def with_abilities(raw: Raw, gear: Gear) -> Raw:
     """The tables in which every vehicle lists the roles that it is able to play.
 
     Args:
         raw: tables of a scenario, its groups written out.
-        default_sensor: kind of a sensor whose table does not say.
+        gear: of the mission.
     """
     vehicles = raw.get("vehicle")
     roles = [(str(group.get("name")), role) for group in entries(raw, "group") for role in entries(group, "role")]
@@ -40,13 +58,13 @@ def with_abilities(raw: Raw, default_sensor: str) -> Raw:
     demanding = any("requires" in role for _, role in roles)
     if not demanding and all(isinstance(one, dict) and PLAYABLE in one for one in vehicles):
         return raw
-    return {**raw, "vehicle": [_with_abilities(one, roles, default_sensor) for one in vehicles]}
+    return {**raw, "vehicle": [_with_abilities(one, roles, gear) for one in vehicles]}
 
 
-def _with_abilities(vehicle: Any, roles: list[tuple[str, Raw]], default_sensor: str) -> Any:
+def _with_abilities(vehicle: Any, roles: list[tuple[str, Raw]], gear: Gear) -> Any:
     if not isinstance(vehicle, dict):
         return vehicle
-    met = [(g, str(role.get("name"))) for g, role in roles if not list(lacking(vehicle, role, default_sensor))]
+    met = [(g, str(role.get("name"))) for g, role in roles if not list(lacking(vehicle, role, gear))]
     given = vehicle.get(PLAYABLE)
     if PLAYABLE not in vehicle:
         return {**vehicle, PLAYABLE: [f"{group}.{role}" for group, role in met]}
@@ -63,17 +81,19 @@ def _with_abilities(vehicle: Any, roles: list[tuple[str, Raw]], default_sensor: 
     return {**vehicle, PLAYABLE: able}
 
 
-def lacking(vehicle: Raw, role: Raw, default_sensor: str) -> Iterator[str]:
+def lacking(vehicle: Raw, role: Raw, gear: Gear) -> Iterator[str]:
     """What a vehicle lacks of what a role requires, in words; nothing if it meets it, or if a value is malformed.
 
     Args:
         vehicle: its table.
         role: its table.
-        default_sensor: kind of a sensor whose table does not say.
+        gear: of the mission.
     """
     requires = table_of(role, "requires")
-    if "sensor" in requires and requires["sensor"] not in (has := list(_sensors(vehicle, default_sensor))):
+    if "sensor" in requires and requires["sensor"] not in (has := list(_sensors(vehicle, gear))):
         yield f"sensor {', '.join(has)}" if has else "no sensor"
+    if isinstance(asked_for := requires.get("capability"), str) and asked_for not in gear.capabilities(vehicle):
+        yield f"nothing that makes it a {asked_for}"
     for key, offered in (
         ("speed_mps", _number(vehicle, "transit_speed_mps")),
         ("depth_m", _number(vehicle, "depth_limit_m")),
@@ -92,11 +112,16 @@ def endurance_s(vehicle: Raw) -> float:
     return _number(vehicle, "energy_j") / power_w if power_w > 0.0 else math.inf
 
 
-def _sensors(vehicle: Raw, default: str) -> Iterator[str]:
-    """Kinds and names of a vehicle's sensors."""
+def sensor_tables(vehicle: Raw) -> list[Raw]:
+    """The tables of a vehicle's sensors, of which one may stand without a list."""
     given = vehicle.get("sensor")
-    for table in [given] if isinstance(given, dict) else entries(vehicle, "sensor"):
-        yield str(table.get("type") or default)
+    return [given] if isinstance(given, dict) else entries(vehicle, "sensor")
+
+
+def _sensors(vehicle: Raw, gear: Gear) -> Iterator[str]:
+    """Kinds and names of a vehicle's sensors."""
+    for table in sensor_tables(vehicle):
+        yield str(table.get("type") or gear.default_sensor)
         if "name" in table:
             yield str(table["name"])
 

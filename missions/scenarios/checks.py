@@ -14,6 +14,7 @@ from exchange.acoustics.modems import modems
 from missions.errors import ConfigurationFault
 from missions.scenarios.bans import ban_faults
 from missions.scenarios.channel import channel_faults
+from missions.scenarios.equipment import equipment_faults, gear_of
 from missions.scenarios.faults import bias_faults, draw_faults, fault_table_faults
 from missions.scenarios.formation import formation_faults
 from missions.scenarios.hooks import hook_faults
@@ -53,12 +54,13 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
         _vehicles, start_faults, current_faults, information_faults,
     )  # fmt: skip
     faults = [fault for check in checks for fault in check(raw)]
-    default_sensor = "" if mission is None else next(iter(mission.sensors), "")
-    faults += [*organisation_faults(raw, default_sensor), *fault_table_faults(raw, default_sensor)]
+    gear = gear_of(raw, mission)
+    faults += [*organisation_faults(raw, gear), *fault_table_faults(raw, gear.default_sensor)]
     if mission is not None:
         faults += [*_needs(raw, mission), *_missions(raw, mission), *formation_faults(raw, mission)]
         faults += [*obligation_faults(raw, mission), *knowledge_faults(raw, mission), *ontology_faults(raw, mission)]
         faults += [*bias_faults(raw, mission), *ban_faults(raw), *_own_faults(raw, mission)]
+        faults += equipment_faults(raw, mission)
     return faults
 
 

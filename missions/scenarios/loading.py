@@ -21,6 +21,7 @@ from missions.scenarios.abilities import with_abilities
 from missions.scenarios.channel import leave_aside
 from missions.scenarios.checks import cross_faults, job_faults
 from missions.scenarios.copies import with_copies
+from missions.scenarios.equipment import gear_of
 from missions.scenarios.ontologies import KEY as ONTOLOGIES
 from missions.scenarios.ontologies import with_ontologies
 from missions.scenarios.organisation import specified
@@ -71,7 +72,7 @@ def resolved(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> S
     faults += [*copies.faults, *specification.faults]
     mission, more = _mission_of(specification.raw)
     faults += more
-    able = with_abilities(specification.raw, "" if mission is None else next(iter(mission.sensors), ""))
+    able = with_abilities(specification.raw, gear_of(specification.raw, mission))
     tables, more = _completed(able, mission)
     faults += more
     scenario, more = _validated(document, tables, mission)

@@ -6,22 +6,22 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from missions.errors import ConfigurationFault
 from missions.files import shown
-from missions.scenarios.abilities import able_to_play, can_play, lacking
+from missions.scenarios.abilities import Gear, able_to_play, can_play, lacking
 from missions.scenarios.tables import Raw, entries, list_of, names_of, one_of, table_of, text_of
 
 NO_LEADER = "the group has no vehicle with the social layer to lead it: set social_layer = true for one of {names}"
 
 
-def organisation_faults(raw: Raw, default_sensor: str) -> Iterator[ConfigurationFault]:
+def organisation_faults(raw: Raw, gear: Gear) -> Iterator[ConfigurationFault]:
     """All faults between groups, their roles, and those who are to play them.
 
     Args:
         raw: tables of a scenario, its groups written out.
-        default_sensor: kind of a sensor whose table does not say.
+        gear: of the mission.
     """
     for check in (structure_faults, _rally_points, _players_of_both, _successors):
         yield from check(raw)
-    yield from _players(raw, default_sensor)
+    yield from _players(raw, gear)
 
 
 def structure_faults(raw: Raw) -> Iterator[ConfigurationFault]:
@@ -207,18 +207,18 @@ def _rally_points(raw: Raw) -> Iterator[ConfigurationFault]:
         yield from one_of(f"group.{group.get('name')}.rally_point", group.get("rally_point"), rallies)
 
 
-def _players(raw: Raw, default_sensor: str) -> Iterator[ConfigurationFault]:
+def _players(raw: Raw, gear: Gear) -> Iterator[ConfigurationFault]:
     """Roles that too few vehicles are able to play, and heads that nobody with the social layer is."""
     for group in entries(raw, "group"):
         for role in entries(group, "role"):
-            yield from _players_of(raw, group, role, default_sensor)
+            yield from _players_of(raw, group, role, gear)
 
 
-def _players_of(raw: Raw, group: Raw, role: Raw, default_sensor: str) -> Iterator[ConfigurationFault]:
+def _players_of(raw: Raw, group: Raw, role: Raw, gear: Gear) -> Iterator[ConfigurationFault]:
     key = f"group.{group.get('name')}.role.{role.get('name')}"
     able, minimum = able_to_play(raw, group.get("name"), role.get("name")), role.get("minimum", 0)
     if not able and table_of(role, "requires"):
-        lacks = [(v.get("name"), list(lacking(v, role, default_sensor))) for v in entries(raw, "vehicle")]
+        lacks = [(v.get("name"), list(lacking(v, role, gear))) for v in entries(raw, "vehicle")]
         listed = [f"{name} has {' and '.join(words)}" for name, words in lacks if words]
         why = "; ".join(listed) or "those that do list other roles in playable_roles"
         yield ConfigurationFault(f"{key}.requires", shown(role["requires"]), f"no vehicle meets it: {why}")

@@ -203,10 +203,15 @@ class RallyPoint(Section):
     position_m: PointM = Field(description="x east, y north")
 
 
-class Requires(Section):
+class Requires(Sparse):
     """What a role requires of a vehicle that plays it; a table in a ``[[group.role]]``."""
 
+    UNSAID = frozenset({"capability"})
+
     sensor: str | None = Field(None, description="kind or name of a sensor that it has")
+    capability: str | None = Field(
+        None, description="class of the ontology that it is of by what it carries, such as SurveyPlatform"
+    )
     speed_mps: Positive | None = Field(None, description="least speed on the way")
     depth_m: Positive | None = Field(None, description="depth that it stands at least")
     endurance_s: Positive | None = Field(None, description="time for which its battery lasts at survey speed")

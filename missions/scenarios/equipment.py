@@ -1,0 +1,147 @@
+"""Equipment: what vehicles carry, as instances of the ontology, and what they are capable of by it.
+
+Every sensor and every modem is a part of its vehicle (``rm:hasPart``). A kind of sensor and a modem profile say of
+which class they are; ``equipment`` in a sensor's table says it of one. Which classes a vehicle is of by its parts, a
+``SurveyPlatform`` say, the world model concludes from the definitions in the ontology.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+from exchange.acoustics.modems import modems
+from missions.errors import ConfigurationFault
+from missions.scenarios.abilities import Gear, sensor_tables
+from missions.scenarios.ontologies import words_of
+from missions.scenarios.parts import sensor_kind
+from missions.scenarios.scenario import Scenario
+from missions.scenarios.tables import Raw, entries, one_of, table_of
+from remoras.errors import PluginError
+from remoras.mission import Mission
+from remoras.sensor import SensorSettings
+from worldmodel import Instance, OntologyError, PropertyValue, TBox, WorldModel
+
+HAS_PART = "hasPart"
+EQUIPMENT = "Equipment"
+"""The class above all that may be listed as equipment."""
+CAPABILITIES = "CapablePlatform"
+"""The class above the capabilities that the core ontology defines."""
+
+
+class Part(NamedTuple):
+    """One piece of equipment: its name on board, and its class."""
+
+    name: str
+    of_class: str
+
+
+def gear_of(raw: Raw, mission: type[Mission] | None) -> Gear:
+    """What abilities follow from in a scenario of a mission; nothing if the mission is unknown."""
+    if mission is None:
+        return Gear()
+    modem = table_of(raw, "communication").get("modem")
+    kinds = mission.sensors
+
+    def capabilities(vehicle: Raw) -> Collection[str]:
+        tbox = _tbox_of(raw, mission)
+        of_parts = tuple(part.of_class for part in parts_of(vehicle, modem, kinds))
+        return () if tbox is None else capabilities_of(tbox, str(vehicle.get("vehicle_type")), of_parts)
+
+    return Gear(next(iter(kinds), ""), capabilities)
+
+
+def parts_of(vehicle: Raw, modem: object, kinds: Mapping[str, type[SensorSettings]]) -> list[Part]:
+    """The equipment of a vehicle; what is malformed is passed over.
+
+    Args:
+        vehicle: its table.
+        modem: name of the profile of its modem.
+        kinds: of sensors that the mission knows.
+    """
+    found = []
+    for table in sensor_tables(vehicle):
+        kind = str(table.get("type") or "")
+        name = str(table.get("name") or kind or next(iter(kinds), ""))
+        try:
+            of_class = str(table.get("equipment") or sensor_kind(kind, kinds).EQUIPMENT)
+        except PluginError:
+            continue
+        found.append(Part(name, of_class))
+    if isinstance(modem, str) and modem in modems():
+        found.append(Part("modem", modems()[modem].equipment))
+    return found
+
+
+@lru_cache(maxsize=256)
+def capabilities_of(tbox: TBox, vehicle_type: str, parts: tuple[str, ...]) -> frozenset[str]:
+    """Names of all classes that a vehicle is of by its type and the classes of its parts; unknown ones count nothing."""
+    named = {one.name: one.uid for one in tbox.classes}
+    links = [one.uid for one in tbox.attributes if one.name == HAS_PART]
+    if vehicle_type not in named or not links:
+        return frozenset()
+    classes = [named[vehicle_type], *(named[part] for part in parts if part in named)]
+    instances = [Instance(uid, of_class, str(uid)) for uid, of_class in enumerate(classes)]
+    facts = [PropertyValue(0, links[0], uid) for uid in range(1, len(instances))]
+    model = WorldModel(tbox, 0, instances, n_origins=1, run_time_instances_per_origin=0, common_facts=facts)
+    seen = model.inference.classes(0)
+    return frozenset(one.name for one in tbox.classes if seen >> one.uid & 1)
+
+
+def equipment_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
+    """Capabilities and equipment that are no classes of the ontology."""
+    tbox = _tbox_of(raw, mission)
+    if tbox is None:
+        return  # reported where needs are checked
+    named = {one.name: one.uid for one in tbox.classes}
+    for group in entries(raw, "group"):
+        for role in entries(group, "role"):
+            asked = table_of(role, "requires").get("capability")
+            if isinstance(asked, str) and asked not in named:
+                key = f"group.{group.get('name')}.role.{role.get('name')}.requires.capability"
+                yield from one_of(key, asked, _below(tbox, CAPABILITIES))
+    carried = _below(tbox, EQUIPMENT)
+    for vehicle in entries(raw, "vehicle"):
+        for table in sensor_tables(vehicle):
+            given = table.get("equipment")
+            if isinstance(given, str) and given and given not in carried:
+                yield from one_of(f"vehicle.{vehicle.get('name')}.sensor.equipment", given, carried)
+
+
+def _below(tbox: TBox, name: str) -> list[str]:
+    """Names of the classes below one, if there is such a class."""
+    found = [one.uid for one in tbox.classes if one.name == name]
+    return [tbox.classes[uid].name for above in found for uid in tbox.subclasses(above) if uid != above]
+
+
+def _tbox_of(raw: Raw, mission: type[Mission]) -> TBox | None:
+    try:
+        return words_of(raw, mission)
+    except (OntologyError, OSError):
+        return None
+
+
+def common_equipment(
+    scenario: Scenario, kinds: Mapping[str, type[SensorSettings]], tbox: TBox, instances: Sequence[Instance]
+) -> tuple[tuple[Instance, ...], tuple[PropertyValue, ...]]:
+    """The equipment of all vehicles as common instances, and whose part each is; none if no role asks for capabilities.
+
+    Args:
+        scenario: the scenario.
+        kinds: of sensors that the mission knows.
+        tbox: of the scenario.
+        instances: the common instances before; a vehicle's uid is its slot.
+    """
+    if not any(role.requires and role.requires.capability for group in scenario.group for role in group.role):
+        return (), ()
+    found: list[Instance] = []
+    facts: list[PropertyValue] = []
+    has_part = tbox.attribute_named(HAS_PART).uid
+    tables = scenario.model_dump(include={"vehicle"}, mode="json")["vehicle"]
+    for vehicle in sorted(tables, key=lambda one: one["slot"]):
+        for part in parts_of(vehicle, scenario.communication.modem, kinds):
+            uid = len(instances) + len(found)
+            found.append(Instance(uid, tbox.class_named(part.of_class).uid, f"{vehicle['name']}.{part.name}"))
+            facts.append(PropertyValue(vehicle["slot"], has_part, uid))
+    return tuple(found), tuple(facts)
