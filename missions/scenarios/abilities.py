@@ -27,10 +27,12 @@ class Gear:
     Attributes:
         default_sensor: kind of a sensor whose table does not say.
         capabilities: classes of the ontology that a vehicle is of by what it carries, from its table.
+        is_class: whether the ontology has a class of that name.
     """
 
     default_sensor: str = ""
     capabilities: Callable[[Raw], Collection[str]] = _none
+    is_class: Callable[[str], bool] = bool
 
 
 def can_play(vehicle: Raw, group: Any, role: Any) -> bool:
@@ -92,8 +94,9 @@ def lacking(vehicle: Raw, role: Raw, gear: Gear) -> Iterator[str]:
     requires = table_of(role, "requires")
     if "sensor" in requires and requires["sensor"] not in (has := list(_sensors(vehicle, gear))):
         yield f"sensor {', '.join(has)}" if has else "no sensor"
-    if isinstance(asked_for := requires.get("capability"), str) and asked_for not in gear.capabilities(vehicle):
-        yield f"nothing that makes it a {asked_for}"
+    of_class = requires.get("capability")
+    if isinstance(of_class, str) and gear.is_class(of_class) and of_class not in gear.capabilities(vehicle):
+        yield f"nothing that makes it a {of_class}"
     for key, offered in (
         ("speed_mps", _number(vehicle, "transit_speed_mps")),
         ("depth_m", _number(vehicle, "depth_limit_m")),

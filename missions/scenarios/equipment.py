@@ -49,7 +49,11 @@ def gear_of(raw: Raw, mission: type[Mission] | None) -> Gear:
         of_parts = tuple(part.of_class for part in parts_of(vehicle, modem, kinds))
         return () if tbox is None else capabilities_of(tbox, str(vehicle.get("vehicle_type")), of_parts)
 
-    return Gear(next(iter(kinds), ""), capabilities)
+    def is_class(name: str) -> bool:
+        tbox = _tbox_of(mission)
+        return tbox is not None and any(one.name == name for one in tbox.classes)
+
+    return Gear(next(iter(kinds), ""), capabilities, is_class)
 
 
 def parts_of(vehicle: Raw, modem: object, kinds: Mapping[str, type[SensorSettings]]) -> list[Part]:
@@ -76,7 +80,7 @@ def parts_of(vehicle: Raw, modem: object, kinds: Mapping[str, type[SensorSetting
 
 @lru_cache(maxsize=256)
 def capabilities_of(tbox: TBox, vehicle_type: str, parts: tuple[str, ...]) -> frozenset[str]:
-    """Names of all classes that a vehicle is of by its type and the classes of its parts; unknown ones count nothing."""
+    """Names of all classes that a vehicle is of by its type and the classes of its parts, as far as these are known."""
     named = {one.name: one.uid for one in tbox.classes}
     links = [one.uid for one in tbox.attributes if one.name == HAS_PART]
     if vehicle_type not in named or not links:
