@@ -11,10 +11,11 @@ from itertools import chain
 from rdflib import RDF, RDFS, Literal, URIRef
 from rdflib.term import Node
 
+from worldmodel.conclusions import Conclusions
 from worldmodel.facts import Observation
 from worldmodel.heard import RECEIVED, RECEPTION, Receptions
 from worldmodel.knowledge import Knowledge
-from worldmodel.tbox import TYPE_UID, TBox, Value, ValueKind
+from worldmodel.tbox import TYPE_UID, TBox, ValueKind
 from worldmodel.terms import (
     MOST_REMEMBERED,
     Terms,
@@ -74,12 +75,7 @@ class Abox:
         self._class_uids: dict[Node, int] = {iri: uid for uid, iri in enumerate(terms.classes)}
         self._of_fact = parts_of_facts(tbox, terms)
         self.receptions = Receptions(known, terms, lambda iri: self.observation(iri) is not None)
-        self._has_rules = tbox.rules.is_needed
-        links = {one.uid for one in tbox.attributes if one.kind is ValueKind.LINK}
-        self._inferred = model.inference.linked_attributes() & links
-        self._common: dict[tuple[int, int], tuple[Value, ...]] = {}
-        for subject, attribute, value, _ in model.common_facts:
-            self._common[subject, attribute] = (*self._common.get((subject, attribute), ()), value)
+        self.conclusions = Conclusions(model, terms)
         self._facts: dict[Node, Observation] = {}
         self._uids: dict[Node, int] = {}
         self._typed: dict[Node, list[Triple]] | None = None
@@ -173,20 +169,20 @@ class Abox:
 
     # Instances -----------------------------------------------------------------------------------
 
-    def types(self, uid: int, items_only: bool = False) -> Iterator[URIRef]:
-        """Yield the classes that an instance was created with and given since, and those concluded.
+    def types(self, uid: int, items_only: bool = False, concluded: bool = False) -> Iterator[URIRef]:
+        """Yield the classes that an instance was created with and given since.
 
         Args:
             uid: the instance.
             items_only: only what it was created with, and given by items.
+            concluded: those that follow too.
         """
         model = self.model
         found = {one.fact.target for one in model.history(uid, TYPE_UID) if not items_only or one.block.is_item}
         if uid < len(model.common_instances):
             found.add(model.common_instances[uid].class_uid)
-        if self._has_rules and not items_only:
-            mask = model.inference.concluded_classes(uid)
-            found.update(class_uid for class_uid in range(len(self.terms.classes)) if mask >> class_uid & 1)
+        if concluded:
+            found.update(self.conclusions.classes(uid))
         for class_uid in sorted(found):
             yield self.terms.classes[class_uid]
 
@@ -212,10 +208,12 @@ class Abox:
         known = self.observation(target)
         return ((subject, _HAS, target),) if known is not None and known.fact.subject == uid else ()
 
-    def states(self, uid: int, subject: Node, predicate: Node | None, target: Node | None) -> Iterator[Triple]:
+    def states(
+        self, uid: int, subject: Node, predicate: Node | None, target: Node | None, concluded: bool = True
+    ) -> Iterator[Triple]:
         """Yield the types, the name and the current state of an instance."""
         if predicate is None or predicate == _TYPE:
-            for term in self.types(uid):
+            for term in self.types(uid, concluded=concluded):
                 if target is None or target == term:
                     yield (subject, _TYPE, term)
         if predicate is None or predicate == _LABEL:
@@ -224,18 +222,16 @@ class Abox:
                     yield (subject, _LABEL, label)
         attribute = None if predicate is None else self._attribute_uids.get(predicate)
         for one in range(1, len(self.terms.attributes)) if predicate is None else (attribute,):
-            for value in self._current(uid, one) if one else ():
-                state = self.terms.value(one or 0, value)
-                if target is None or target == state:
-                    yield (subject, self.terms.attributes[one or 0], state)
+            if one in self.conclusions.linked:
+                for linked in self.conclusions.links(uid, one, concluded):
+                    if target is None or target == linked:
+                        yield (subject, self.terms.attributes[one], linked)
+            elif one and (state := self._latest(uid, one)) is not None and (target is None or target == state):
+                yield (subject, self.terms.attributes[one], state)
 
-    def _current(self, uid: int, attribute: int) -> Iterable[Value]:
-        """Return the latest value of a slot, what all know of it, and the links that follow."""
-        if attribute in self._inferred:
-            return self.model.inference.links(uid, attribute)
+    def _latest(self, uid: int, attribute: int) -> Node | None:
         latest = self.model.latest(uid, attribute)
-        known = self._common.get((uid, attribute), ())
-        return known if latest is None else (latest.value,) if not known else {latest.value, *known}
+        return None if latest is None else self.terms.value(attribute, latest.value)
 
     # Any subject ---------------------------------------------------------------------------------
 
@@ -282,7 +278,7 @@ class Abox:
             self._typed = {}
             for uid in self.model.instance_uids():
                 iri = self.terms.instance(uid)
-                for term in self.types(uid):
+                for term in self.types(uid, concluded=True):
                     self._typed.setdefault(term, []).append((iri, _TYPE, term))
         return self._typed
 

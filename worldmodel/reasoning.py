@@ -15,6 +15,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import NamedTuple, Protocol
 
 from worldmodel.axioms import Condition
+from worldmodel.errors import FactError
 from worldmodel.facts import Instance, PropertyValue
 from worldmodel.links import Links, Slot
 from worldmodel.tbox import TYPE_UID, TBox, Value, ValueKind
@@ -75,6 +76,8 @@ class Inference:
         self._has_rules = self.rules.is_needed
         self._common: dict[Slot, tuple[Value, ...]] = {}
         for fact in common_facts:
+            if tbox.attributes[fact.attribute].kind is not ValueKind.LINK:
+                raise FactError(f"common fact {tuple(fact)} is no link; allowed: links between common instances")
             slot = (fact.subject, fact.attribute)
             self._common[slot] = (*self._common.get(slot, ()), fact.value)
         of_rules = {TYPE_UID, *self.rules.heeded} if self._has_rules else set()
@@ -194,9 +197,9 @@ class Inference:
         """Return what the types and values of an instance say by themselves."""
         mask = self._seen.told_classes(uid)
         for attribute, conditions in self._of_values.items():
-            values = (*self._common.get((uid, attribute), ()), *_all(self._seen.value(uid, attribute)))
+            value = self._seen.value(uid, attribute)
             for one in conditions:
-                if one.value in values:
+                if value is not None and one.value == value:
                     mask |= self.rules.bit_of(one)
         return self.rules.closed(mask)
 

@@ -18,8 +18,9 @@ The types of an instance stand without their times: rdf:type with the class that
 was given since. So do conclusions: classes of which it meets the definition, and further links. A common instance has
 its name as rdfs:label. Banned origins are left out.
 
-What each origin said is a named graph too, under the IRI of the origin: ``GRAPH ?by { ... }``. The default graph is the
-union of everything.
+What follows from definitions, inverses and the like stands beside what was told, and by itself in the named graph
+run:conclusions. What each origin said is a named graph too, under the IRI of the origin: ``GRAPH ?by { ... }``. The
+default graph is the union of everything.
 """
 
 from collections.abc import Generator, Iterator
@@ -30,6 +31,7 @@ from rdflib import Dataset, Graph, URIRef
 from rdflib import store as rdflib_store
 from rdflib.term import Node
 
+from worldmodel.conclusions import CONCLUSIONS
 from worldmodel.knowledge import Knowledge
 from worldmodel.owl import graph_of
 from worldmodel.patterns import Abox, Triple
@@ -67,6 +69,11 @@ class RdfView(rdflib_store.Store):
             for triple in abox.triples_of(origin, triple_pattern):
                 yield triple, none
             return
+        if getattr(context, "identifier", None) == CONCLUSIONS:
+            for triple in abox.conclusions.triples():
+                if _matches(triple, triple_pattern):
+                    yield triple, none
+            return
         subject, predicate, target = triple_pattern
         subjects, predicates, targets = self._of_tbox
         if (
@@ -90,11 +97,13 @@ class RdfView(rdflib_store.Store):
         return instance_uid(identifier) if isinstance(identifier, URIRef) else None
 
     def contexts(self, triple: Any = None) -> Generator[Graph, None, None]:
-        """Yield the named graphs, one for each origin that said something, or that said ``triple``."""
+        """Yield the named graphs: of each origin that said something, or ``triple``, and of what follows."""
         for origin in range(self.abox.model.n_origins):
             pattern = triple or (None, None, None)
             if next(self.abox.triples_of(origin, pattern), None) is not None:
                 yield Graph(self, self.abox.terms.instance(origin))
+        if any(_matches(one, triple or (None, None, None)) for one in self.abox.conclusions.triples()):
+            yield Graph(self, CONCLUSIONS)
 
     def __len__(self, context: Any = None) -> int:
         return sum(1 for _ in self.triples((None, None, None), context))
@@ -125,6 +134,10 @@ class RdfView(rdflib_store.Store):
     def remove(self, triple: Any, context: Any = None) -> None:
         """Refuse: nothing that is known is ever removed."""
         raise TypeError("the RDF view is read-only; nothing that is known is removed")
+
+
+def _matches(triple: Triple, pattern: Any) -> bool:
+    return all(asked is None or asked == term for asked, term in zip(pattern, triple, strict=True))
 
 
 @lru_cache(maxsize=8)

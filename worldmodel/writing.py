@@ -1,7 +1,8 @@
 """World models as RDF text: N-Triples, Turtle, TriG and JSON-LD, straight from the index.
 
 What is written is what is known, without the ontology: a header names it as import. In a file with named graphs the
-default graph holds what no origin said by a fact: instances, types, names, the current state, receptions.
+default graph holds what no origin said by a fact: instances, types, names, the current state, receptions. What was
+told by nobody and follows is a graph of its own there, ``run:conclusions``, and beside the rest in other files.
 
 The canonical graph of items has their facts and the instances that these are about, as sorted N-Triples. Statuses,
 private facts, receptions and the current state are no part of it, so vehicles that hold the same items write the same
@@ -18,6 +19,7 @@ from typing import Any, NamedTuple
 from rdflib import OWL, RDF, RDFS, XSD, Literal, URIRef
 from rdflib.term import Node
 
+from worldmodel.conclusions import CONCLUSIONS
 from worldmodel.knowledge import Knowledge
 from worldmodel.owl import graph_of
 from worldmodel.patterns import Abox, Triple
@@ -114,6 +116,7 @@ def _graphs(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
         yield Graph(None, all_triples(abox, said=False))
         for origin in range(one.model.n_origins):
             yield Graph(instance_iri(origin), abox.triples_of(origin, (None, None, None)))
+        yield Graph(CONCLUSIONS, abox.conclusions.triples())
 
 
 def _union(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
@@ -132,7 +135,7 @@ def all_triples(abox: Abox, said: bool = True) -> Iterator[Triple]:
     """Yield all that is known, by subject; without ``said`` instances, their state and receptions alone."""
     for uid in abox.model.instance_uids():
         iri = abox.terms.instance(uid)
-        yield from abox.states(uid, iri, None, None)
+        yield from abox.states(uid, iri, None, None, concluded=said)
         if said:
             for one in abox.of_subject(uid):
                 yield (iri, SIT.hasPropertyValue, abox.iri(one))
