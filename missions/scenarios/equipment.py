@@ -8,7 +8,7 @@ which class they are; ``equipment`` in a sensor's table says it of one. Which cl
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 from exchange.acoustics.modems import modems
@@ -43,14 +43,15 @@ def gear_of(raw: Raw, mission: type[Mission] | None) -> Gear:
         return Gear()
     modem = table_of(raw, "communication").get("modem")
     kinds = mission.sensors
+    tbox_of = cache(lambda: _tbox_of(raw, mission))
 
     def capabilities(vehicle: Raw) -> Collection[str]:
-        tbox = _tbox_of(raw, mission)
         of_parts = tuple(part.of_class for part in parts_of(vehicle, modem, kinds))
+        tbox = tbox_of()
         return () if tbox is None else capabilities_of(tbox, str(vehicle.get("vehicle_type")), of_parts)
 
     def is_class(name: str) -> bool:
-        tbox = _tbox_of(mission)
+        tbox = tbox_of()
         return tbox is not None and any(one.name == name for one in tbox.classes)
 
     return Gear(next(iter(kinds), ""), capabilities, is_class)

@@ -12,18 +12,18 @@ GEAR = (
     PREFIXES.replace("bad#", "gear#")
     + """
 ex:Gear a owl:Class .
-ex:Sonar a owl:Class ; rdfs:subClassOf ex:Gear .
-ex:SideScan a owl:Class ; rdfs:subClassOf ex:Sonar .
-ex:partOf a owl:ObjectProperty , owl:TransitiveProperty ; rdfs:domain owl:Thing ; rdfs:range owl:Thing .
-ex:hasPart a owl:ObjectProperty ; rdfs:domain owl:Thing ; rdfs:range owl:Thing ; owl:inverseOf ex:partOf .
-ex:carries a owl:ObjectProperty ; rdfs:domain rm:Vehicle ; rdfs:range ex:Gear ; rdfs:subPropertyOf ex:hasPart .
+ex:Sounder a owl:Class ; rdfs:subClassOf ex:Gear .
+ex:Fanned a owl:Class ; rdfs:subClassOf ex:Sounder .
+ex:within a owl:ObjectProperty , owl:TransitiveProperty ; rdfs:domain owl:Thing ; rdfs:range owl:Thing .
+ex:holds a owl:ObjectProperty ; rdfs:domain owl:Thing ; rdfs:range owl:Thing ; owl:inverseOf ex:within .
+ex:carries a owl:ObjectProperty ; rdfs:domain rm:Vehicle ; rdfs:range ex:Gear ; rdfs:subPropertyOf ex:holds .
 ex:meets a owl:ObjectProperty , owl:SymmetricProperty ; rdfs:domain rm:Vehicle ; rdfs:range rm:Vehicle .
 ex:Surveyor a owl:Class ; owl:equivalentClass [ a owl:Class ; owl:intersectionOf (
-    rm:Vehicle [ a owl:Restriction ; owl:onProperty ex:hasPart ; owl:someValuesFrom ex:Sonar ] ) ] .
+    rm:Vehicle [ a owl:Restriction ; owl:onProperty ex:holds ; owl:someValuesFrom ex:Sounder ] ) ] .
 ex:Ready a owl:Class ; owl:equivalentClass [ owl:intersectionOf (
     ex:Surveyor [ a owl:Restriction ; owl:onProperty rm:available ; owl:hasValue true ] ) ] .
 ex:Towfish a owl:Class ; rdfs:subClassOf rm:AUV ,
-    [ a owl:Restriction ; owl:onProperty ex:carries ; owl:someValuesFrom ex:SideScan ] .
+    [ a owl:Restriction ; owl:onProperty ex:carries ; owl:someValuesFrom ex:Fanned ] .
 """
 )
 
@@ -36,20 +36,20 @@ def gear(tmp_path_factory: pytest.TempPathFactory) -> TBox:
 
 
 def test_axioms_are_compiled_to_uids(gear: TBox) -> None:
-    part_of, has_part, carries, meets = (gear.attribute_named(n).uid for n in ("partOf", "hasPart", "carries", "meets"))
-    assert (min(part_of, has_part), max(part_of, has_part)) in gear.axioms.inverses
+    within, holds, carries, meets = (gear.attribute_named(n).uid for n in ("within", "holds", "carries", "meets"))
+    assert (min(within, holds), max(within, holds)) in gear.axioms.inverses
     assert (meets, meets) in gear.axioms.inverses
-    assert part_of in gear.axioms.transitive
-    assert gear.rules.transitive >= {part_of, has_part}
-    assert (carries, has_part) in gear.axioms.sub_attributes
+    assert within in gear.axioms.transitive
+    assert gear.rules.transitive >= {within, holds}
+    assert (carries, holds) in gear.axioms.sub_attributes
     # carrying says having as a part, and, the other way round, being a part
-    assert set(gear.rules.entailed[carries]) == {(carries, False), (has_part, False), (part_of, True)}
-    assert Condition(has_part, filler=gear.class_named("Sonar").uid) in gear.rules.conditions
+    assert set(gear.rules.entailed[carries]) == {(carries, False), (holds, False), (within, True)}
+    assert Condition(holds, filler=gear.class_named("Sounder").uid) in gear.rules.conditions
     assert Condition(gear.attribute_named("available").uid, value=True) in gear.rules.conditions
 
 
 def test_superclasses_follow_from_what_is_necessary(gear: TBox) -> None:
-    # Each Towfish is a vehicle that carries a SideScan, which is a Sonar, and carrying is having as a part: a Surveyor.
+    # Each Towfish is a vehicle that carries a Fanned, which is a Sounder, and carrying is having as a part: a Surveyor.
     towfish, surveyor, ready = (gear.class_named(n).uid for n in ("Towfish", "Surveyor", "Ready"))
     assert gear.is_a(towfish, surveyor)
     assert gear.is_a(ready, surveyor)
@@ -60,7 +60,7 @@ def test_superclasses_follow_from_what_is_necessary(gear: TBox) -> None:
 def test_other_axioms_make_another_hash(gear: TBox, tmp_path: Path) -> None:
     path = tmp_path / "gear.ttl"
     path.write_text(
-        GEAR.replace("ex:partOf a owl:ObjectProperty , owl:TransitiveProperty", "ex:partOf a owl:ObjectProperty")
+        GEAR.replace("ex:within a owl:ObjectProperty , owl:TransitiveProperty", "ex:within a owl:ObjectProperty")
     )
     assert read_tbox(*core_ontology_paths(), path).hash != gear.hash
 
