@@ -1,9 +1,9 @@
 """World models as rows of plain values, for a table, and back.
 
 One row is one fact, named so that a reader of the table needs no uids. Three kinds of rows hold no fact of a
-block: a ``COMMON`` row is an instance that all vehicles knew before the mission, a ``PRUNED`` row so many items,
-from a sequence on, that are held no longer, and a ``MODEL`` row a setting of the world model or one of its
-counters. The blocks that have arrived but wait or were refused are rows too, and so are the statuses and what the
+block: a ``COMMON`` row is an instance that all vehicles knew before the mission, or a link between two such, a
+``PRUNED`` row so many items, from a sequence on, that are held no longer, and a ``MODEL`` row a setting of the
+world model or one of its counters. The blocks that have arrived but wait or were refused are rows too, and so are the statuses and what the
 owner keeps to itself. ``models_from`` merges all of them, and merging has one outcome whatever the order; so the
 models it returns answer as those that were saved, and go on counting where these had stopped.
 
@@ -103,6 +103,16 @@ def rows_of(models: Mapping[str, WorldModel]) -> Iterator[Row]:
             yield _row(
                 vehicle, RowKind.COMMON, uid, sequence=uid, subject=instance.name, attribute="type", value=of_class
             )
+        for fact in model.common_facts:
+            attribute = model.tbox.attributes[fact.attribute]
+            yield _row(
+                vehicle,
+                RowKind.COMMON,
+                fact.subject,
+                subject=_name(model, fact.subject),
+                attribute=attribute.name,
+                value=as_text(model, attribute, fact.value),
+            )
         for (origin, epoch, first), count in model.pruned():
             yield _row(vehicle, RowKind.PRUNED, origin=origin, epoch=epoch, sequence=first, value=str(count))
         arrivals = model.arrivals
@@ -184,10 +194,11 @@ def _model_from(rows: list[Row], tbox: TBox) -> WorldModel:
         raise ValueError(f"it lacks the setting {', '.join(missing)}")
     if settings["ontology"] != f"{tbox.hash:08x}":
         raise ValueError(f"it was made with the ontology {settings['ontology']}, and this one is {tbox.hash:08x}")
+    common = by_kind[RowKind.COMMON]
     model = WorldModel(
         tbox,
         int(settings["owner"]),
-        [Instance(row.uid, tbox.class_named(row.value).uid, row.subject) for row in by_kind[RowKind.COMMON]],
+        [Instance(row.uid, tbox.class_named(row.value).uid, row.subject) for row in common if row.attribute == "type"],
         float(settings["time_resolution_s"]),
         n_origins=int(settings["n_origins"]),
         run_time_instances_per_origin=int(settings["run_time_instances_per_origin"]),
@@ -196,6 +207,7 @@ def _model_from(rows: list[Row], tbox: TBox) -> WorldModel:
         waiting_s=float(settings["waiting_s"]),
         waiting_blocks=int(settings["waiting_blocks"]),
         pruning=tuple(_rules_from(settings[_PRUNING], tbox)),
+        common_facts=[_fact_from(row, tbox) for row in common if row.attribute != "type"],
     )
     merge(model, _blocks_from([*by_kind[RowKind.KNOWN], *by_kind[RowKind.REFUSED]], tbox))
     for waits_since_s, rows_since in groupby(

@@ -8,11 +8,30 @@ import owlrl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rdflib import OWL, RDF, XSD, Graph, Literal, URIRef
+from rdflib import OWL, RDF, XSD, Dataset, Graph, Literal, URIRef
 from rdflib.term import Node
 from test_owl import PREFIXES
 
-from worldmodel import TYPE_UID, Block, Instance, PropertyValue, TBox, ValueKind, WorldModel, merge, read_tbox
+from worldmodel import (
+    TYPE_UID,
+    Block,
+    FactError,
+    Instance,
+    Knowledge,
+    PropertyValue,
+    TBox,
+    ValueKind,
+    WorldModel,
+    merge,
+    models_from,
+    read_tbox,
+    rows_of,
+)
+from worldmodel.conclusions import CONCLUSIONS
+from worldmodel.patterns import Abox
+from worldmodel.sparql import Engine, query
+from worldmodel.view import as_dataset
+from worldmodel.writing import RdfFormat, canonical_items, written
 
 ONTOLOGY = (
     PREFIXES.replace("bad#", "gear#")
@@ -271,3 +290,41 @@ def test_attributes_outside_of_rules_cost_nothing(tbox: TBox) -> None:
     assert not model.index.touched
     assert BATTERY not in model.inference.heeded
     assert TYPE_UID in fleet(tbox).inference.heeded
+
+
+def test_conclusions_are_answered_and_written_in_a_graph_of_their_own(tbox: TBox) -> None:
+    has_part = tbox.attribute_named("hasPart").uid
+    model = fleet(tbox, [PropertyValue(0, has_part, 3), PropertyValue(0, has_part, 4)])
+    record(model, 3, "type", tbox.class_named("Sonar").uid, 1.0)
+    record(model, 1, "meets", 0, 2.0)
+    prefix = "PREFIX ex: <https://example.org/gear#> "
+    for engine in Engine:
+        surveyors = "SELECT ?v { ?v a ex:Surveyor }"
+        assert query(model, prefix + surveyors, engine)[1] == [("v0",)]
+        whole = query(model, prefix + "SELECT ?p { ?p ex:partOf ?v } ORDER BY ?p", engine)[1]
+        assert whole == [("g3",), ("g4",)]
+        follows = query(model, prefix + "SELECT ?s ?o { GRAPH run:conclusions { ?s ex:meets ?o } }", engine)[1]
+        assert follows == [("v0", "v1")]  # that v1 met v0 was told
+        told = query(model, prefix + "SELECT ?o { GRAPH run:conclusions { ?s ex:hasPart ?o } }", engine)[1]
+        assert told == []
+    data = Dataset().parse(data=written({"v0": Knowledge(model)}, RdfFormat.TRIG), format="trig")
+    assert set(data.graph(CONCLUSIONS)) == set(Abox(Knowledge(model)).conclusions.triples())
+    assert set(data.graph(CONCLUSIONS)) == set(as_dataset(model).graph(CONCLUSIONS))
+    assert not set(data.default_graph) & set(data.graph(CONCLUSIONS))
+    turtle = Graph().parse(data=written({"v0": Knowledge(model)}, RdfFormat.TURTLE), format="turtle")
+    assert set(data.graph(CONCLUSIONS)) <= set(turtle)
+    assert CONCLUSIONS in {graph.identifier for graph in as_dataset(model).graphs()}
+    assert "Surveyor" not in canonical_items([model])
+
+
+def test_common_facts_are_kept_in_a_snapshot(tbox: TBox) -> None:
+    has_part = tbox.attribute_named("hasPart").uid
+    model = fleet(tbox, [PropertyValue(0, has_part, 3), PropertyValue(0, has_part, 4)])
+    (again,) = models_from(rows_of({"v0": model}), tbox).values()
+    assert again.common_facts == model.common_facts
+    assert conclusions(again) == conclusions(model)
+
+
+def test_a_common_fact_that_is_no_link_is_refused(tbox: TBox) -> None:
+    with pytest.raises(FactError, match="is no link; allowed: links between common instances"):
+        fleet(tbox, [PropertyValue(0, tbox.attribute_named("available").uid, True)])
