@@ -2,10 +2,10 @@
 
 One row is one fact, named so that a reader of the table needs no uids. Three kinds of rows hold no fact of a
 block: a ``COMMON`` row is an instance that all vehicles knew before the mission, or a link between two such, a
-``PRUNED`` row so many items, from a sequence on, that are held no longer, and a ``MODEL`` row a setting of the
-world model or one of its counters. The blocks that have arrived but wait or were refused are rows too, and so are the statuses and what the
-owner keeps to itself. ``models_from`` merges all of them, and merging has one outcome whatever the order; so the
-models it returns answer as those that were saved, and go on counting where these had stopped.
+``PRUNED`` row so many items, from a sequence on, that are held no longer, and a ``MODEL`` row a setting of the world
+model or one of its counters. The blocks that have arrived but wait or were refused are rows too, and so are the
+statuses and what the owner keeps to itself. ``models_from`` merges all of them, and merging has one outcome whatever
+the order; so the models it returns answer as those that were saved, and go on counting where these had stopped.
 
 Values are text that Python reads back exactly: numbers by ``repr``, ``true`` and ``false``, symbols as they
 are, points as ``POINT (east north)``, classes by name, and linked instances by their uid and name: ``3 bay``.
