@@ -222,16 +222,9 @@ class Abox:
                     yield (subject, _LABEL, label)
         attribute = None if predicate is None else self._attribute_uids.get(predicate)
         for one in range(1, len(self.terms.attributes)) if predicate is None else (attribute,):
-            if one in self.conclusions.linked:
-                for linked in self.conclusions.links(uid, one, concluded):
-                    if target is None or target == linked:
-                        yield (subject, self.terms.attributes[one], linked)
-            elif one and (state := self._latest(uid, one)) is not None and (target is None or target == state):
-                yield (subject, self.terms.attributes[one], state)
-
-    def _latest(self, uid: int, attribute: int) -> Node | None:
-        latest = self.model.latest(uid, attribute)
-        return None if latest is None else self.terms.value(attribute, latest.value)
+            for state in self.conclusions.states(uid, one, concluded) if one else ():
+                if target is None or target == state:
+                    yield (subject, self.terms.attributes[one or 0], state)
 
     # Any subject ---------------------------------------------------------------------------------
 
