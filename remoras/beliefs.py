@@ -162,6 +162,15 @@ class Beliefs:
         subject, attribute = self._slots.get(key) or self._slot(key)
         return self.model.latest(subject, attribute.uid)
 
+    def is_a(self, name: str, of_class: str) -> bool:
+        """True if an instance is seen to be of a class, by its types or by what follows from facts."""
+        return bool(self.model.inference.classes(self.uid(name)) >> self._tbox.class_named(of_class).uid & 1)
+
+    def linked(self, key: Key) -> tuple[str, ...]:
+        """The names of all that an instance links to: by the latest value, by what all know, and by what follows."""
+        subject, attribute = self._slots.get(key) or self._slot(key)
+        return tuple(self.name(uid) for uid in self.model.inference.links(subject, attribute.uid))
+
     def name(self, uid: int) -> str:
         """Name of an instance; those created in the mission are named by class and uid."""
         instance = self.model.instance(uid)

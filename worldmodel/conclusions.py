@@ -35,11 +35,14 @@ class Conclusions:
         each = [c.uid for c in tbox.classes if found >> c.uid & 1]
         return [c for c in each if not any(d != c and tbox.is_a(d, c) for d in each)]
 
-    def links(self, uid: int, attribute: int, concluded: bool = True) -> Iterator[Node]:
-        """Yield what an instance links to by one of the attributes ``linked``; without ``concluded`` what is told."""
-        inference = self._model.inference
-        for target in inference.links(uid, attribute) if concluded else inference.told_links(uid, attribute):
-            yield self._terms.instance(target)
+    def states(self, uid: int, attribute: int, concluded: bool = True) -> tuple[Node, ...]:
+        """Return what an attribute is now: the latest value, links that all know, if ``concluded`` what follows."""
+        if attribute in self.linked:
+            inference = self._model.inference
+            known = inference.links(uid, attribute) if concluded else inference.told_links(uid, attribute)
+            return tuple(map(self._terms.instance, known))
+        latest = self._model.latest(uid, attribute)
+        return () if latest is None else (self._terms.value(attribute, latest.value),)
 
     def triples(self) -> Iterator[tuple[Node, Node, Node]]:
         """Yield what follows and was told by nobody."""

@@ -170,7 +170,13 @@ class Abox:
     # Instances -----------------------------------------------------------------------------------
 
     def types(self, uid: int, items_only: bool = False, concluded: bool = False) -> Iterator[URIRef]:
-        """Yield the classes that an instance was created with and given since; with ``concluded`` those that follow."""
+        """Yield the classes that an instance was created with and given since.
+
+        Args:
+            uid: the instance.
+            items_only: only what it was created with, and given by items.
+            concluded: those that follow too.
+        """
         model = self.model
         found = {one.fact.target for one in model.history(uid, TYPE_UID) if not items_only or one.block.is_item}
         if uid < len(model.common_instances):
@@ -216,16 +222,9 @@ class Abox:
                     yield (subject, _LABEL, label)
         attribute = None if predicate is None else self._attribute_uids.get(predicate)
         for one in range(1, len(self.terms.attributes)) if predicate is None else (attribute,):
-            if one in self.conclusions.linked:
-                for linked in self.conclusions.links(uid, one, concluded):
-                    if target is None or target == linked:
-                        yield (subject, self.terms.attributes[one], linked)
-            elif one and (state := self._latest(uid, one)) is not None and (target is None or target == state):
-                yield (subject, self.terms.attributes[one], state)
-
-    def _latest(self, uid: int, attribute: int) -> Node | None:
-        latest = self.model.latest(uid, attribute)
-        return None if latest is None else self.terms.value(attribute, latest.value)
+            for state in self.conclusions.states(uid, one, concluded) if one else ():
+                if target is None or target == state:
+                    yield (subject, self.terms.attributes[one or 0], state)
 
     # Any subject ---------------------------------------------------------------------------------
 

@@ -85,7 +85,6 @@ class Inference:
         self.touched = touched
         self.touched.update(self._common)
         self._banned: Collection[int] = seen.banned
-        self._known: set[Slot] = set()
         self._graph = Links(self.rules)
         self._base = {one.uid: self.rules.closed(tbox.ancestor_mask(one.class_uid)) for one in instances}
         self._met: dict[int, int] = {}  # conditions that are met by links
@@ -154,7 +153,6 @@ class Inference:
         """Draw the conclusions from what was touched; return what has changed."""
         if self._banned != self._seen.banned:
             self._banned = self._seen.banned
-            self.touched.update(self._known)
             self.version += 1
         if not self.touched:
             return _NOTHING
@@ -164,7 +162,6 @@ class Inference:
         doubted: dict[int, int] = {}
         grown: set[int] = set()
         for slot in touched:
-            self._known.add(slot)
             self._look_at(slot, doubted, grown)
         self._forget(doubted, before)
         self._conclude(grown.union(doubted), before)

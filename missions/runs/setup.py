@@ -127,6 +127,8 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     database, groups = database_of(scenario, mission_type), groups_of(scenario)
     instances = _instances(scenario, mission, tbox)
     equipment, common_facts = common_equipment(scenario, mission_type.sensors, tbox, instances)
+    # nobody tells facts about equipment, so it needs no names on the wire unless new instances come behind it
+    n_named = len(instances) + (len(equipment) if mission.instances_found_per_vehicle else 0)
     instances += equipment
     modem, world = modems()[scenario.communication.modem], scenario.world
     schedule = TdmaSchedule.for_range(
@@ -151,7 +153,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         bounds_m=(world.x_m[0], world.y_m[0], world.x_m[1], world.y_m[1]),
         modem=modem,
         schedule=schedule,
-        codec=_codec(scenario, mission, strategy, policy, tbox, len(instances), schedule, urgency),
+        codec=_codec(scenario, mission, strategy, policy, tbox, n_named, schedule, urgency),
         urgency=urgency,
         subjects=subjects_of(scenario, mission, tbox, instances, database, agreement),
         decision=scenario.decision.constants(schedule.frame_s),

@@ -58,9 +58,8 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     faults += [*organisation_faults(raw, gear), *fault_table_faults(raw, gear.default_sensor)]
     if mission is not None:
         faults += [*_needs(raw, mission), *_missions(raw, mission), *formation_faults(raw, mission)]
-        faults += [*obligation_faults(raw, mission), *knowledge_faults(raw, mission)]
+        faults += [*obligation_faults(raw, mission), *knowledge_faults(raw, mission), *ontology_faults(raw, mission)]
         faults += [*bias_faults(raw, mission), *ban_faults(raw), *_own_faults(raw, mission)]
-        faults += ontology_faults(raw, mission)
         faults += equipment_faults(raw, mission)
     return faults
 

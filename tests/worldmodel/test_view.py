@@ -255,7 +255,7 @@ def test_conclusions_stand_beside_what_was_told(tmp_path: Path) -> None:
                 found = {t for t in everything if all(a in (None, b) for a, b in zip(pattern, t, strict=True))}
                 assert set(known.triples(pattern)) == found, pattern
     assert model.inference.links(0, has) == (N_VEHICLES,)
-    word = PropertyValue(0, tbox.attribute_named("bannedFrom").uid, 0.0)
-    merge(model, [Block(1, 0, 2.0, (word,))])
+    banned_from = tbox.attribute_named("bannedFrom").uid
+    merge(model, [Block(2, 0, 2.0, (PropertyValue(0, banned_from, 0.0),))])
     assert list(as_graph(model).objects(instance_iri(0), part)) == []
     assert set(as_graph(model).subjects(RDF.type, platform)) == {instance_iri(1)}

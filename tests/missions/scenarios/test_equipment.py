@@ -15,6 +15,7 @@ from missions.runs.run import run
 from missions.runs.setup import resolved, world_model
 from missions.scenarios import load
 from missions.scenarios.equipment import capabilities_of, parts_of
+from remoras.beliefs import Beliefs
 from worldmodel import core_ontology_paths, read_tbox
 from worldmodel.sparql import query as ask
 
@@ -107,6 +108,11 @@ def test_equipment_is_common_knowledge(tmp_path: Path) -> None:
         assert ask(model, parts)[1] == ask(model, "SELECT ?v ?p { ?p rm:partOf ?v } ORDER BY ?v ?p")[1]
         # a modem each, and the sonars of two
         assert len(ask(model, parts)[1]) == 4 + 2
+        beliefs = Beliefs(model)
+        assert beliefs.linked(("hasPart", "AUV00")) == ("AUV00.mapping", "AUV00.modem")
+        assert beliefs.linked(("partOf", "AUV01.modem")) == ("AUV01",)
+        assert beliefs.is_a("AUV02", "SurveyPlatform")
+        assert not beliefs.is_a("AUV01", "SurveyPlatform")
         inferred = ask(model, "SELECT ?v { GRAPH run:conclusions { ?v a ?c } } ORDER BY ?v")[1]
         assert inferred == [("AUV00",), ("AUV02",)]
 
