@@ -137,7 +137,7 @@ def _by_rdflib(known: Knowledge, prepared: Query, sparql: str) -> tuple[tuple[st
         if result.type == "ASK":
             return ("answer",), [{"answer": Literal(bool(result.askAnswer))}]
         columns = tuple(str(variable) for variable in result.vars or ())
-        rows = [{str(name): term for name, term in found.items()} for found in result.bindings]
+        rows: list[Row] = [{str(name): term for name, term in found.items()} for found in result.bindings]
         # of nothing rdflib makes one empty group; SPARQL 1.1 has none then (section 11.2)
         return columns, [] if rows == [{}] and _GROUP_BY.search(sparql) else rows
     except Exception as error:  # rdflib's evaluator raises whatever a query leads it to
