@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from exchange.acoustics.channel import BroadcastChannel, Channel
@@ -49,6 +50,7 @@ from remoras.vehicle import Layers, Vehicle
 from remoras.work import Point
 from worldmodel import (
     Instance,
+    Source,
     TBox,
     UnknownNameError,
     WorldModel,
@@ -118,7 +120,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     else:
         scenario = scenario.model_copy(update={"strategy": StrategyTable(name=strategy.name)})
     policy = policy_of(scenario.communication.policy)
-    ontology = (*sources_of(scenario.worldmodel.ontology_text), *ban_words(scenario))
+    ontology: tuple[Path | Source, ...] = (*sources_of(scenario.worldmodel.ontology_text), *ban_words(scenario))
     tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *ontology)
     database, groups = database_of(scenario, mission_type), groups_of(scenario)
     instances = _instances(scenario, mission, tbox)

@@ -22,6 +22,7 @@ from small_fleet import (
     LOCATION,
     N_ORIGINS,
     TBOX,
+    ban,
     block,
     fleet_model,
     sound_blocks,
@@ -156,8 +157,7 @@ def test_every_pattern_is_the_filter_over_all_triples(blocks: list[Block], banne
     merge(model, blocks)
     model.record([(AUV_0, BATTERY, 0.5)], 700.0, private=True)
     merge(model, [Block(2, STATUS, 701.0, (PropertyValue(ASV_0, BATTERY, 0.75),))])
-    for origin in banned:
-        model.ban(origin)
+    ban(model, banned)
     data = as_dataset(received(model))
     everything = set(data.triples((None, None, None)))
     patterns = {
