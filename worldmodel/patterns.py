@@ -8,14 +8,15 @@ pattern is answered exactly, so its answer equals the filter over all triples.
 from collections.abc import Callable, Iterable, Iterator
 from itertools import chain
 
-from rdflib import RDF, RDFS, Literal, URIRef
+from rdflib import URIRef
 from rdflib.term import Node
 
 from worldmodel.conclusions import Conclusions
 from worldmodel.facts import Observation
 from worldmodel.heard import RECEIVED, RECEPTION, Receptions
 from worldmodel.knowledge import Knowledge
-from worldmodel.tbox import TYPE_UID, TBox, ValueKind
+from worldmodel.states import LABEL, TYPE, States
+from worldmodel.tbox import TBox, ValueKind
 from worldmodel.terms import (
     MOST_REMEMBERED,
     Terms,
@@ -29,7 +30,7 @@ from worldmodel.turtle import SIT
 Triple = tuple[Node, Node, Node]
 Pattern = tuple[Node | None, Node | None, Node | None]
 # a term of a namespace is made anew each time it is named
-_TYPE, _LABEL, _HAS = RDF.type, RDFS.label, SIT.hasPropertyValue
+_HAS = SIT.hasPropertyValue
 _OF_ATTRIBUTE, _ORIGIN, _PROPERTY_VALUE = SIT.ofAttribute, SIT.origin, SIT.PropertyValue
 OfFact = Callable[[Observation], Node | None]
 
@@ -48,7 +49,7 @@ def parts_of_facts(tbox: TBox, terms: Terms) -> dict[Node, OfFact]:
         return None if given is None or is_measured[attribute] is not of_measured else terms.number(given)
 
     return {
-        _TYPE: lambda one: _PROPERTY_VALUE,
+        TYPE: lambda one: _PROPERTY_VALUE,
         _OF_ATTRIBUTE: lambda one: terms.attributes[one.fact.attribute],
         SIT.dataValue: lambda one: value(one, as_link=False),
         SIT.linkValue: lambda one: value(one, as_link=True),
@@ -76,10 +77,10 @@ class Abox:
         self._of_fact = parts_of_facts(tbox, terms)
         self.receptions = Receptions(known, terms, lambda iri: self.observation(iri) is not None)
         self.conclusions = Conclusions(model, terms)
+        self.states = States(model, terms, self.conclusions)
         self._facts: dict[Node, Observation] = {}
         self._uids: dict[Node, int] = {}
         self._typed: dict[Node, list[Triple]] | None = None
-        self._labels = tuple(Literal(instance.name) for instance in model.common_instances)
         self._said: dict[int, list[Observation]] | None = None
         self._version = model.version
 
@@ -169,23 +170,6 @@ class Abox:
 
     # Instances -----------------------------------------------------------------------------------
 
-    def types(self, uid: int, items_only: bool = False, concluded: bool = False) -> Iterator[URIRef]:
-        """Yield the classes that an instance was created with and given since.
-
-        Args:
-            uid: the instance.
-            items_only: only what it was created with, and given by items.
-            concluded: those that follow too.
-        """
-        model = self.model
-        found = {one.fact.target for one in model.history(uid, TYPE_UID) if not items_only or one.block.is_item}
-        if uid < len(model.common_instances):
-            found.add(model.common_instances[uid].class_uid)
-        if concluded:
-            found.update(self.conclusions.classes(uid))
-        for class_uid in sorted(found):
-            yield self.terms.classes[class_uid]
-
     def _uid(self, iri: Node) -> int | None:
         """The instance that an IRI stands for, None for another term."""
         found = self._uids.get(iri)
@@ -198,8 +182,8 @@ class Abox:
         if predicate == _HAS:
             return self._histories(uid, subject, target)
         if predicate is None:
-            return chain(self._histories(uid, subject, target), self.states(uid, subject, None, target))
-        return self.states(uid, subject, predicate, target)
+            return chain(self._histories(uid, subject, target), self.states.triples(uid, subject, None, target))
+        return self.states.triples(uid, subject, predicate, target)
 
     def _histories(self, uid: int, subject: Node, target: Node | None) -> Iterable[Triple]:
         """Return what leads from an instance to its facts."""
@@ -208,36 +192,18 @@ class Abox:
         known = self.observation(target)
         return ((subject, _HAS, target),) if known is not None and known.fact.subject == uid else ()
 
-    def states(
-        self, uid: int, subject: Node, predicate: Node | None, target: Node | None, concluded: bool = True
-    ) -> Iterator[Triple]:
-        """Yield the types, the name and the current state of an instance."""
-        if predicate is None or predicate == _TYPE:
-            for term in self.types(uid, concluded=concluded):
-                if target is None or target == term:
-                    yield (subject, _TYPE, term)
-        if predicate is None or predicate == _LABEL:
-            for label in self._labels[uid : uid + 1]:
-                if target is None or target == label:
-                    yield (subject, _LABEL, label)
-        attribute = None if predicate is None else self._attribute_uids.get(predicate)
-        for one in range(1, len(self.terms.attributes)) if predicate is None else (attribute,):
-            for state in self.conclusions.states(uid, one, concluded) if one else ():
-                if target is None or target == state:
-                    yield (subject, self.terms.attributes[one or 0], state)
-
     # Any subject ---------------------------------------------------------------------------------
 
     def _of_any_subject(self, predicate: Node | None, target: Node | None) -> Iterable[Triple]:
         if predicate is None:
             return self._of_anything(target)
-        if predicate == _TYPE:
+        if predicate == TYPE:
             return self._of_type(target)
         if predicate in self._of_fact:
             return self._facts_with(predicate, target)
         if predicate in self.receptions.predicates:
             return self._of_receptions(predicate, target)
-        if predicate in self._attribute_uids or predicate in (_HAS, _LABEL):
+        if predicate in self._attribute_uids or predicate in (_HAS, LABEL):
             return self._of_instances(predicate, target)
         return ()
 
@@ -246,10 +212,10 @@ class Abox:
         yield from self._of_instances(None, target)
         yield from self._of_receptions(None, target)
         for predicate in self._of_fact:
-            if predicate != _TYPE:
+            if predicate != TYPE:
                 yield from self._facts_with(predicate, target)
         if target in (None, _PROPERTY_VALUE):
-            yield from self._facts_with(_TYPE, target)
+            yield from self._facts_with(TYPE, target)
 
     def _of_type(self, target: Node | None) -> Iterable[Triple]:
         """Return who is of a class, by one of the types given to it; of all classes if ``target`` is None."""
@@ -257,12 +223,12 @@ class Abox:
             return self._members().get(target, ())
         if target is None:
             members = chain.from_iterable(self._members().values())
-            facts, receptions = self._facts_with(_TYPE, None), self._of_receptions(_TYPE, None)
+            facts, receptions = self._facts_with(TYPE, None), self._of_receptions(TYPE, None)
             return chain(facts, receptions, members)
         if target == _PROPERTY_VALUE:
-            return self._facts_with(_TYPE, target)
+            return self._facts_with(TYPE, target)
         if target == RECEPTION:
-            return self._of_receptions(_TYPE, target)
+            return self._of_receptions(TYPE, target)
         return ()
 
     def _members(self) -> dict[Node, list[Triple]]:
@@ -271,8 +237,8 @@ class Abox:
             self._typed = {}
             for uid in self.model.instance_uids():
                 iri = self.terms.instance(uid)
-                for term in self.types(uid, concluded=True):
-                    self._typed.setdefault(term, []).append((iri, _TYPE, term))
+                for term in self.states.types(uid, concluded=True):
+                    self._typed.setdefault(term, []).append((iri, TYPE, term))
         return self._typed
 
     def _facts_with(self, predicate: Node, target: Node | None) -> Iterator[Triple]:

@@ -1,8 +1,8 @@
 """World models asked in SPARQL.
 
 rdflib answers over the world model itself and copies nothing. Oxigraph (the extra ``sparql``) answers over a
-snapshot, which is made when it is first asked and kept until the world model changes, and joins ten times as fast or
-more. Both give the same rows; only where the query does not order them may they come in another order.
+snapshot, which is made when it is first asked and kept until the world model changes, and joins several times as
+fast. Both give the same rows; only where the query does not order them may they come in another order.
 """
 
 import re

@@ -135,7 +135,7 @@ def all_triples(abox: Abox, said: bool = True) -> Iterator[Triple]:
     """Yield all that is known, by subject; without ``said`` instances, their state and receptions alone."""
     for uid in abox.model.instance_uids():
         iri = abox.terms.instance(uid)
-        yield from abox.states(uid, iri, None, None, concluded=said)
+        yield from abox.states.triples(uid, iri, None, None, concluded=said)
         if said:
             for one in abox.of_subject(uid):
                 yield (iri, SIT.hasPropertyValue, abox.iri(one))
@@ -156,8 +156,8 @@ def item_triples(abox: Abox) -> Iterator[Triple]:
             yield from abox.of_one(iri, one, None, None)
     for uid in sorted(told):
         iri = abox.terms.instance(uid)
-        yield from abox.states(uid, iri, RDFS.label, None)
-        for term in abox.types(uid, items_only=True):
+        yield from abox.states.triples(uid, iri, RDFS.label, None)
+        for term in abox.states.types(uid, items_only=True):
             yield (iri, RDF.type, term)
 
 

@@ -70,7 +70,7 @@ def test_each_origin_is_a_graph() -> None:
     model = fleet_model()
     model.record([(AUV_0, BATTERY, 0.5)], 1.0, private=True)
     merge(model, [block(2, 0, 123, (BAY, AREA_DONE, ASV_0))])
-    of_all = "SELECT ?by ?x { GRAPH ?by { ?x sit:hasPropertyValue ?f } } ORDER BY ?by"
+    of_all = "SELECT ?by ?x { GRAPH ?by { ?x sit:hasPropertyValue ?f } } ORDER BY ?by ?x"
     assert query(model, of_all)[1] == [("auv-0", "auv-0"), ("asv-0", "bay")]
     of_one = "SELECT ?x { GRAPH run:instance-2 { ?x sit:hasPropertyValue ?f } }"
     assert query(model, of_one)[1] == [("bay",)]
