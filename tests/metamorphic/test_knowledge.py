@@ -36,14 +36,14 @@ def test_acknowledgements_change_plans(strategy: str, monkeypatch: pytest.Monkey
 
     It fails if room in packets were without limit, or nobody asked what is acknowledged: then rows would be ballast.
     """
-    usual = of("mapping-patches", strategy, 0.7)
+    usual = of("mapping-patches", strategy, 0.6)
     absorb = ExchangeManager._absorb
 
     def without_rows(manager: ExchangeManager, packet: Packet, slot: int) -> Any:
         return absorb(manager, replace(packet, rows=(0,) * len(packet.rows)), slot)
 
     monkeypatch.setattr(ExchangeManager, "_absorb", without_rows)
-    ignoring = of("mapping-patches", strategy, 0.7)
+    ignoring = of("mapping-patches", strategy, 0.6)
     assert plans(ignoring) != plans(usual)
     assert ignoring.milestones != usual.milestones
 
