@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from exchange.acoustics import loss
-from exchange.acoustics.link import LinkModel
+from exchange.acoustics.link import LinkModel, Transmission
 from exchange.acoustics.modems import Modem
 
 
@@ -56,7 +56,18 @@ class BroadcastChannel:
 
     A packet is lost at a receiver if the draw of ``loss.uniform(seed, trial, slot, sender, receiver)``
     lies below the link's probability, or if the receiver is farther away than ``range_m``, or if sender or
-    receiver is blacked out when the packet starts.
+    receiver is blacked out when the packet starts. What comes from beyond ``range_m`` is not taken, however loud: the
+    guard is made for that range, so it would end in the next slot.
+
+    Args:
+        modem: of all nodes.
+        link: how likely a packet is lost on each link.
+        seed: of the run.
+        trial: number of the run, or 0.
+        sound_speed_mps: in the sea.
+        range_m: the declared range.
+        blackouts: times without communication.
+        depths_m: of the nodes, for ranges in three dimensions; ranges are those on the chart if it is empty.
     """
 
     modem: Modem
@@ -66,6 +77,7 @@ class BroadcastChannel:
     sound_speed_mps: float = 1500.0
     range_m: float = math.inf
     blackouts: tuple[Blackout, ...] = ()
+    depths_m: tuple[float, ...] = ()
 
     def transmit(
         self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
@@ -75,16 +87,19 @@ class BroadcastChannel:
         if None in cut_off or sender in cut_off:
             return []
         x_m, y_m = positions_m[sender]
-        sent_s = now_s + self.modem.packet_s(8 * len(data))
+        packet = Transmission(slot, sender, now_s, 8 * len(data))
+        sent_s = now_s + self.modem.packet_s(packet.size_bits)
         draws = loss.slot_key(loss.trial_key(self.seed, self.trial), slot)
         arrivals = []
         for receiver, (other_x_m, other_y_m) in enumerate(positions_m):
             if receiver == sender or receiver in cut_off:
                 continue
             range_m = math.hypot(other_x_m - x_m, other_y_m - y_m)
+            if self.depths_m:
+                range_m = math.hypot(range_m, self.depths_m[receiver] - self.depths_m[sender])
             if range_m > self.range_m:
                 continue
-            p_loss = self.link.p_loss(slot, sender, receiver, range_m)
+            p_loss = self.link.p_loss(packet, receiver, range_m)
             if p_loss > 0.0 and loss.link_uniform(draws, sender, receiver) < p_loss:
                 continue
             arrivals.append(Arrival(receiver, sent_s + range_m / self.sound_speed_mps, data))

@@ -19,6 +19,7 @@ from missions.runs.metrics import CORE_METRICS
 from missions.runs.needs import needs_of_all, priorities, subjects_of
 from missions.runs.refusals import refuse_malformed, refuse_undivided
 from missions.runs.sea import actual, sea_of
+from missions.scenarios.deployment import deployment_of, sound_speed_mps
 from missions.scenarios.obligations import obligations_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import policy_of
@@ -121,8 +122,9 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     database, groups = database_of(scenario, mission_type), groups_of(scenario)
     instances = _instances(scenario, mission, tbox)
     modem, world = modems()[scenario.communication.modem], scenario.world
+    packet_s = modem.packet_s(modem.payload_bits)
     schedule = TdmaSchedule.for_range(
-        len(database), modem.packet_s(modem.payload_bits), scenario.communication.range_m, world.sound_speed_mps
+        len(database), packet_s, scenario.communication.range_m, sound_speed_mps(scenario)
     )
     agreement = agree(strategy, mission, database, groups, scenario.scenario.duration_s)
     refuse_malformed(scenario, agreement)
@@ -215,14 +217,15 @@ def _recorder(mission: Mission, sensors: Iterable[Mapping[str, Sensor]]) -> Reco
 
 def channel_of(setup: Setup, seed: int) -> BroadcastChannel:
     """The channel of the scenario, with the draws of a seed."""
-    scenario, nodes = setup.scenario, setup.nodes
+    scenario, deployment = setup.scenario, deployment_of(setup.scenario)
     return BroadcastChannel(
         setup.modem,
-        scenario.channel.link_model(nodes, seed),
+        scenario.channel.link_model(deployment, seed),
         seed,
-        sound_speed_mps=scenario.world.sound_speed_mps,
+        sound_speed_mps=sound_speed_mps(scenario),
         range_m=scenario.communication.range_m,
-        blackouts=scenario.channel.blackouts(nodes),
+        blackouts=scenario.channel.blackouts(setup.nodes),
+        depths_m=deployment.depths_m if scenario.channel.settings().counts_depth else (),
     )
 
 

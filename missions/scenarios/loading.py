@@ -9,6 +9,7 @@ import json
 import tomllib
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
@@ -20,6 +21,7 @@ from missions.scenarios.abilities import with_abilities
 from missions.scenarios.channel import leave_aside
 from missions.scenarios.checks import cross_faults, job_faults
 from missions.scenarios.copies import with_copies
+from missions.scenarios.deployment import with_trace_found
 from missions.scenarios.organisation import specified
 from missions.scenarios.organisation_file import ORGANISATION, with_organisation
 from missions.scenarios.parts import mission_class, sensor_kind, sensor_settings
@@ -61,6 +63,7 @@ def resolved(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> S
     others = (one for one in overrides if one not in chosen)
     faults += [fault for option, text in others if (fault := _override(raw, option, text)) is not None]
     faults += leave_aside(own_channel, raw, options)
+    raw = with_trace_found(raw, Path(document.path).parent)
     copies = with_copies(with_starts_apart(raw))
     specification = specified(copies.raw)
     faults += [*copies.faults, *specification.faults]

@@ -42,7 +42,12 @@ class World(Section):
 
     x_m: PointM = Field(description="west and east border of the area of operations")
     y_m: PointM = Field(description="south and north border of the area of operations")
-    sound_speed_mps: float = Field(1500.0, ge=1400.0, le=1600.0, description="speed of sound in water")
+    sound_speed_mps: float = Field(
+        1500.0,
+        ge=1400.0,
+        le=1600.0,
+        description="speed of sound in water; the channel acoustic has its own, from temperature and salinity",
+    )
     origin_deg: tuple[float, float] | None = Field(
         None,
         description="latitude -89 to 89 and longitude -180 to 180 (WGS 84) of the point x = 0, y = 0; "

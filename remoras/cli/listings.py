@@ -11,8 +11,8 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
-from exchange.acoustics.models import CHANNELS
 from exchange.acoustics.modems import modems
+from exchange.acoustics.shipped import CHANNELS
 from exchange.policies import POLICIES
 from missions.files import shipped, shipped_studies
 from missions.scenarios import load
