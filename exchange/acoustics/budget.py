@@ -53,10 +53,13 @@ class Budget:
     band_hz: float
     rate_bps: float
 
+    def loss_db(self, range_m: float) -> float:
+        """Transmission loss."""
+        return transmission_loss_db(range_m, self.spreading, self.absorption_db_per_km)
+
     def snr_db(self, range_m: float) -> float:
         """Signal-to-noise ratio in the band."""
-        lost_db = transmission_loss_db(range_m, self.spreading, self.absorption_db_per_km)
-        return self.source_level_db - lost_db - self.noise_db + self.directivity_db
+        return self.source_level_db - self.loss_db(range_m) - self.noise_db + self.directivity_db
 
     def ebn0_db(self, range_m: float) -> float:
         """Energy of a bit over the density of the noise: the ratio in the band times B / R."""

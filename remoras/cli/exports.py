@@ -22,11 +22,13 @@ class ExportFormat(StrEnum):
     NETCDF = "netcdf"
     CSV = "csv"
     ALOG = "alog"
+    TRACE = "trace"
 
 
 FORMAT_HELP = (
     "mcap for Foxglove, rosbag2 for ROS 2, geojson for QGIS and Neptus, kml for Google Earth, "
-    "netcdf with CF conventions, csv for anything, alog for alogview of MOOS-IvP."
+    "netcdf with CF conventions, csv for anything, alog for alogview of MOOS-IvP, "
+    "trace for the channel trace of later runs."
 )
 
 
@@ -40,7 +42,7 @@ def export(
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier export.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Write a run for another tool: Foxglove, ROS 2, QGIS, Google Earth, MOOS-IvP, or as netCDF or CSV."""
+    """Write a run for another tool: Foxglove, ROS 2, QGIS, Google Earth, MOOS-IvP, or as netCDF, CSV or trace."""
     from missions.errors import ConfigurationError
     from missions.runs.results import Results
     from missions.scenarios.parts import mission_of

@@ -20,10 +20,10 @@ CONFORMING: dict[str, conformance.Model] = {
     **CHANNELS,
     "trace": TraceChannel(file=RECORDED),
     "trace over and over": TraceChannel(file=RECORDED, repeat=True),
-    "acoustic, faint, one fade a packet": AcousticChannel(source_level_db=130.0, fading="packet"),
-    "acoustic, fainter, one fade a bit": AcousticChannel(source_level_db=135.0, spreading=2.0, fading="bit"),
+    "acoustic, faint, one fade a packet": AcousticChannel(source_level_db=120.0, fading="packet"),
+    "acoustic, fainter, one fade a bit": AcousticChannel(source_level_db=155.0, spreading=2.0, fading="bit"),
     "acoustic, steady, at the end of its reach": AcousticChannel(
-        acoustic_power_w=2e-5, absorption="thorp", fading="none"
+        acoustic_power_w=2e-6, absorption="thorp", fading="none"
     ),
     "bernoulli of 0.3": BernoulliChannel(per=0.3),
     "matrix of two links": MatrixChannel.model_validate({"per": 0.1, "link": LINKS}),
