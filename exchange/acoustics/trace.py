@@ -41,6 +41,10 @@ class TraceError(ValueError):
     """A file that is no trace; its text says where and why."""
 
 
+class TraceGoneError(TraceError):
+    """A file that is not there any more, or not the one that was used."""
+
+
 @dataclass(frozen=True, slots=True)
 class Series:
     """Loss of one directed link: at each time it begins to be what stands at the same place of ``per``."""
@@ -107,7 +111,7 @@ class TraceLinks:
 class TraceChannel(ChannelModel):
     """Losses as they were recorded."""
 
-    title = "losses of each link as recorded in a file: outcomes or rates over time"
+    title = "losses of each link as recorded in channel.file: outcomes, or rates over time"
 
     file: str = Field("", description="trace: CSV or Parquet file of the columns time_s, sender, receiver, lost or per")
     repeat: bool = Field(False, description="trace: start anew when the file has ended")
@@ -133,11 +137,18 @@ class TraceChannel(ChannelModel):
             yield SettingFault("file", "", f"missing: a CSV or Parquet file of {', '.join(KEYS)}, and lost or per")
 
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
-        """A file that cannot be read, that is of other vehicles, or that ends before the run."""
+        """A file that cannot be read, that is of other vehicles, or that ends before the run.
+
+        Results whose file is gone can still be read: if the hash is given, that is a fault of a new run alone.
+        """
         if not self.file:
             return
         try:
             trace = trace_of(self.file, self.sha256)
+        except TraceGoneError as error:
+            if not self.sha256:
+                yield SettingFault("file", f'"{self.file}"', str(error))
+            return
         except TraceError as error:
             yield SettingFault("file", f'"{self.file}"', str(error))
             return
@@ -173,11 +184,12 @@ def trace_of(file: str, sha256: str = "") -> Trace:
         sha256: hash that its content must have; any if empty.
 
     Raises:
-        TraceError: there is no such file, it has another hash, or it is no trace.
+        TraceGoneError: there is no such file, or it has another hash.
+        TraceError: it is no trace.
     """
     found = hash_of(file)
     if sha256 and found != sha256:
-        raise TraceError(f"is not the file that was used: its sha256 is {found}, not {sha256}")
+        raise TraceGoneError(f"is not the file that was used: its sha256 is {found}, not {sha256}")
     return _read(file, found)
 
 
@@ -185,12 +197,13 @@ def hash_of(file: str) -> str:
     """The sha256 of a file, in hexadecimal digits.
 
     Raises:
-        TraceError: it cannot be read.
+        TraceGoneError: it cannot be read.
     """
     try:
         return hashlib.sha256(Path(file).read_bytes()).hexdigest()
     except OSError as error:
-        raise TraceError(f"cannot be read: {error.strerror}; allowed: a CSV or Parquet file") from None
+        where = "a CSV or Parquet file, from the folder of the scenario or from the current one"
+        raise TraceGoneError(f"cannot be read: {error.strerror}; allowed: {where}") from None
 
 
 @lru_cache(maxsize=16)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +18,7 @@ from exchange.acoustics.channel import Blackout
 from exchange.acoustics.link import LinkModel, Transmission
 from exchange.acoustics.models import ChannelModel, Deployment, GilbertElliottChannel, MatrixChannel, OfVehicle
 from exchange.acoustics.shipped import CHANNELS
-from exchange.acoustics.trace import TraceChannel
+from exchange.acoustics.trace import TraceChannel, TraceError
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.scenarios.deployment import deployment_in
 from missions.scenarios.tables import NotNegative, Raw, Section, entries, names_of, one_of, table_of
@@ -77,8 +78,13 @@ class ChannelTable(TraceChannel, AcousticChannel, GilbertElliottChannel, MatrixC
         return model.model_validate_json(json.dumps(given, default=_plain), strict=True)
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """The loss model that is named, for a fleet."""
-        link = self.settings().link_model(deployment, seed)
+        """The loss model that is named, for a fleet.
+
+        Raises:
+            ConfigurationError: the file of a trace is gone, or another one than when the scenario was read.
+        """
+        with _trace_there(self.file):
+            link = self.settings().link_model(deployment, seed)
         return link if self.name in CHANNELS else CheckedLink(self.name, link)
 
     def blackouts(self, nodes: Mapping[str, int]) -> tuple[Blackout, ...]:
@@ -90,11 +96,21 @@ class ChannelTable(TraceChannel, AcousticChannel, GilbertElliottChannel, MatrixC
 
     def mean_per(self, deployment: Deployment) -> float:
         """Packet error rate in the mean over time and all directed pairs of vehicles, within range and no blackout."""
-        return self.settings().mean_per(deployment)
+        with _trace_there(self.file):
+            return self.settings().mean_per(deployment)
 
     def sound_speed_mps(self, deployment: Deployment) -> float | None:
         """Speed of sound of the model that is named; None where that of the world holds."""
         return self.settings().sound_speed_mps(deployment)
+
+
+@contextmanager
+def _trace_there(file: str) -> Iterator[None]:
+    """Tell a trace that cannot be had by its key."""
+    try:
+        yield
+    except TraceError as error:
+        raise ConfigurationError("channel", [ConfigurationFault("channel.file", f'"{file}"', str(error))]) from None
 
 
 def _plain(value: Any) -> Any:

@@ -38,11 +38,20 @@ def test_the_sea_is_that_of_the_scenario_and_can_be_set():
 
 
 @pytest.mark.parametrize(
-    ("modem", "half_m"), [("nanomodem-v3", 3400), ("whoi-fsk-0", 7600), ("whoi-psk-1", 6600), ("atm-900", 9500)]
+    ("spreading", "fading", "half_m"),
+    [
+        (2, "frame", (3400, 7600, 6600, 9500)),
+        (1.5, "frame", (5750, 11_000, 9900, 21_200)),
+        (2, "bit", (1700, 5450, 4450, 3500)),
+        (2, "none", (3600, 7850, 7500, 10_300)),
+    ],
 )
-def test_the_reach_that_the_documents_state(modem: str, half_m: int):
-    near, far = points("--modem", modem, "--set", "channel.spreading=2", "--ranges", f"{half_m - 50},{half_m + 50}")
-    assert near["delivered"] > 0.5 > far["delivered"]
+def test_the_reach_that_the_documents_state(spreading: float, fading: str, half_m: tuple[int, ...]):
+    names = ("nanomodem-v3", "whoi-fsk-0", "whoi-psk-1", "atm-900")
+    for name, range_m in zip(names, half_m, strict=True):
+        sea = ("--set", f"channel.spreading={spreading}", "--set", f"channel.fading={fading}")
+        near, far = points("--modem", name, *sea, "--ranges", f"{range_m - 50},{range_m + 50}")
+        assert near["delivered"] > 0.5 > far["delivered"]
 
 
 def test_figure_caption_and_numbers_are_written(tmp_path: Path):

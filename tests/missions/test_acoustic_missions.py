@@ -161,8 +161,21 @@ def test_results_say_which_file_it_was(tmp_path: Path):
     assert len(table["sha256"]) == 64
     assert scenario.channel.mean_per(deployment_of(scenario)) == pytest.approx(0.2)
     (tmp_path / "rel.csv").write_text("time_s,sender,receiver,per\n0,Boat,Diver,0.1\n0,Diver,Boat,0.4\n")
-    fault = fault_of(tmp_path, channel + f'sha256 = "{table["sha256"]}"\n')
-    assert "is not the file that was used" in fault.allowed
+    again = loaded(tmp_path, channel + f'sha256 = "{table["sha256"]}"\n')
+    with pytest.raises(ConfigurationError, match=r"channel\.file.*rel\.csv.*is not the file that was used"):
+        run(again, seed=1)
+
+
+def test_results_can_be_read_when_their_trace_is_gone_and_run_again_they_say_so(tmp_path: Path):
+    file = tmp_path / "rel.csv"
+    file.write_text("time_s,sender,receiver,per\n0,Boat,Diver,0.1\n0,Diver,Boat,0.3\n")
+    text = '[channel]\nname = "trace"\nfile = "rel.csv"\nrepeat = true\n'
+    write(run(loaded(tmp_path, text, "scenario.duration_s=30"), seed=1), tmp_path / "out")
+    file.unlink()
+    results = Results.read(tmp_path / "out")
+    assert results.scenario.channel.name == "trace"
+    with pytest.raises(ConfigurationError, match=r"channel\.file.*cannot be read: No such file"):
+        run(results.scenario, seed=1)
 
 
 @pytest.mark.parametrize(
