@@ -60,6 +60,7 @@ class AcousticChannel(ChannelModel):
 
     title = "losses from range, depth, sea and modem: spreading, absorption, noise, modulation and fading"
     counts_depth = True
+    carries_beyond_range = True
 
     source_level_db: float | None = Field(
         None,

@@ -50,7 +50,7 @@ class Deployment:
         nodes: node number of each vehicle, by name; from 0 on, without gaps.
         depths_m: working depth of each node.
         modem: of all vehicles.
-        range_m: declared range; nothing is heard beyond it.
+        range_m: declared range, for which the guard of the slots is made.
         duration_s: time at which the run ends at the latest.
     """
 
@@ -98,6 +98,8 @@ class ChannelModel(BaseModel):
     """One line for listings."""
     counts_depth: ClassVar[bool] = False
     """True if ranges, and so the times of arrivals, are those in three dimensions; else those on the chart."""
+    carries_beyond_range: ClassVar[bool] = False
+    """True if the losses themselves say how far a packet carries; else nothing is heard beyond the declared range."""
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """The model of all links in one run; asked once, before the run starts.

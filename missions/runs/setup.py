@@ -218,6 +218,7 @@ def _recorder(mission: Mission, sensors: Iterable[Mapping[str, Sensor]]) -> Reco
 def channel_of(setup: Setup, seed: int) -> BroadcastChannel:
     """The channel of the scenario, with the draws of a seed."""
     scenario, deployment = setup.scenario, deployment_of(setup.scenario)
+    model = scenario.channel.settings()
     return BroadcastChannel(
         setup.modem,
         scenario.channel.link_model(deployment, seed),
@@ -225,7 +226,8 @@ def channel_of(setup: Setup, seed: int) -> BroadcastChannel:
         sound_speed_mps=sound_speed_mps(scenario),
         range_m=scenario.communication.range_m,
         blackouts=scenario.channel.blackouts(setup.nodes),
-        depths_m=deployment.depths_m if scenario.channel.settings().counts_depth else (),
+        depths_m=deployment.depths_m if model.counts_depth else (),
+        carries_beyond_range=model.carries_beyond_range,
     )
 
 

@@ -16,6 +16,7 @@ from exchange.acoustics.link import Bernoulli, GilbertElliott, LinkModel, Matrix
 from exchange.acoustics.models import Deployment
 from exchange.acoustics.modems import modems
 from exchange.acoustics.trace import Series, TraceLinks
+from exchange.schedule import TdmaSchedule
 
 NANO = modems()["nanomodem-v3"]
 FLEET = Deployment({"Boat": 0, "Diver": 1}, (0.0, 200.0), NANO, 4000.0, 3600.0)
@@ -90,6 +91,30 @@ def test_depth_counts_in_range_and_arrival():
     (arrival,) = channel.transmit(0, 0, bytes(64), 0.0, [(0.0, 0.0), (300.0, 0.0)])
     assert arrival.time_s == pytest.approx(512 / 463 + 500.0 / 1500.0)
     assert replace(channel, range_m=499.0).transmit(0, 0, bytes(64), 0.0, [(0.0, 0.0), (300.0, 0.0)]) == []
+
+
+def test_a_packet_is_taken_from_afar_if_it_ends_with_its_slot():
+    """1000 m at 1500 m/s: a slot of 64 B at 463 bit/s and 0.667 s. 20 B end 0.760 s sooner: 1140 m farther."""
+    link = AcousticChannel(source_level_db=200.0).link_model(FLEET, 1)
+    channel = BroadcastChannel(NANO, link, 1, range_m=1000.0, carries_beyond_range=True)
+    for n_bytes, reach_m in [(64, 1000.0), (20, 1000.0 + 8 * 44 / 463 * 1500.0)]:
+        near, far = (
+            channel.transmit(0, 0, bytes(n_bytes), 50.0, [(0.0, 0.0), (reach_m + more_m, 0.0)])
+            for more_m in (-1.0, 1.0)
+        )
+        assert (len(near), len(far)) == (1, 0)
+    kept = replace(channel, carries_beyond_range=False)
+    assert kept.transmit(0, 0, bytes(20), 50.0, [(0.0, 0.0), (1001.0, 0.0)]) == []
+
+
+@given(st.integers(0, 100_000), st.floats(0.0, 6000.0), st.integers(1, 64), st.floats(1400.0, 1600.0))
+def test_what_is_taken_from_afar_is_told_from_the_slot_that_it_was_sent_in(
+    slot: int, range_m: float, n_bytes: int, speed_mps: float
+):
+    schedule = TdmaSchedule.for_range(4, NANO.packet_s(NANO.payload_bits), 1000.0, speed_mps)
+    channel = BroadcastChannel(NANO, Perfect(), 1, 0, speed_mps, 1000.0, carries_beyond_range=True)
+    for arrival in channel.transmit(slot, 0, bytes(n_bytes), schedule.start_s(slot), [(0.0, 0.0), (range_m, 0.0)]):
+        assert schedule.slot_of_arrival(arrival.time_s) == slot
 
 
 @pytest.mark.parametrize("modem", LOUD, ids=lambda modem: modem.name)

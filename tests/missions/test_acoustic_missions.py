@@ -49,6 +49,19 @@ def test_the_water_decides_delays_and_guards():
 def test_other_channels_keep_the_speed_of_the_world_and_ranges_on_the_chart():
     channel = channel_of(resolved(load("mapping-rendezvous", [("--channel", "channel.name=bernoulli")])), 1)
     assert (channel.sound_speed_mps, channel.depths_m) == (1500.0, ())
+    assert not channel.carries_beyond_range
+
+
+def test_on_the_channel_acoustic_the_declared_range_cuts_nothing_off():
+    """Vehicles within 900 m, declared range 300 m: short packets are heard all the same, on other channels not."""
+    small = ("", "communication.range_m=300")
+    ratio = {
+        name: summary(run(load("mapping-rendezvous", [("", f"channel.name={name}"), small, SHORT]), seed=1))[
+            "delivery_ratio"
+        ]
+        for name in ("acoustic", "perfect")
+    }
+    assert ratio["perfect"] < ratio["acoustic"]
 
 
 def test_a_fainter_modem_loses_more():
