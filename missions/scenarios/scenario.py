@@ -64,7 +64,7 @@ class Communication(Sparse):
     range_m: float = Field(
         gt=0.0,
         le=100_000.0,
-        description="operating range: sets the guard of a slot; beyond it nothing is heard, save on the channel acoustic",
+        description="operating range: sets the guard of a slot; nothing is heard beyond, save on the channel acoustic",
     )
     transmit_power_w: NotNegative = Field(10.0, description="power of the modem while it sends")
     policy: str = Field(description="exchange policy, see `remoras list policies`")
