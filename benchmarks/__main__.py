@@ -37,12 +37,17 @@ def main() -> int:
             for row in rows:
                 print(
                     f"{row['name']:<40} {row['value']:>10.4g} {row['unit']:<8} {row['ratio']:>8.3g} x "
-                    f"{row['reference']} ({row['reference_value']:.4g})",
+                    f"{row['reference']} ({row['reference_value']:.4g}){_goal_of(row)}",
                     flush=True,
                 )
     if arguments.json:
         print(json.dumps(found, indent=2))
     return 0
+
+
+def _goal_of(row: dict[str, Any]) -> str:
+    """The goal of a row that has one, and whether it is met."""
+    return f"   {row['goal']}: {'met' if row['met'] else 'NOT MET'}" if "goal" in row else ""
 
 
 if __name__ == "__main__":

@@ -19,8 +19,11 @@ sys.path.insert(0, str(ROOT))
 os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
 
 import remoras  # noqa: E402
+from missions.mapping.mission import MappingMission  # noqa: E402
 from missions.scenarios.explanations import explanations  # noqa: E402
 from missions.sweeps.study import study_explanations  # noqa: E402
+from worldmodel import core_ontology_paths, read_tbox  # noqa: E402
+from worldmodel.vocabulary import terms_of  # noqa: E402
 
 project = "REMORAS"
 author = "The REMORAS simulator authors"
@@ -80,6 +83,24 @@ class Keys(SphinxDirective):
         return [listed]
 
 
+class Terms(SphinxDirective):
+    """A list of the classes and attributes of one shipped ontology file: what each is, and its definition."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """A definition for each term."""
+        listed = nodes.definition_list()
+        for term in terms_of(read_tbox(*core_ontology_paths(), *MappingMission.vocabulary)):
+            if term.file == self.arguments[0]:
+                name = nodes.term("", "", nodes.literal("", term.name), nodes.Text(f"  ({term.kind})"))
+                said = nodes.paragraph("", "", nodes.Text(term.meaning))
+                listed += nodes.definition_list_item("", name, nodes.definition("", said))
+        if not listed.children:
+            raise self.error(f"no shipped ontology file {self.arguments[0]} declares a term")
+        return [listed]
+
+
 class Public(SphinxDirective):
     """The documented names of a package's ``__all__`` that ``remoras`` does not offer itself."""
 
@@ -115,8 +136,9 @@ def keep_first_line(app: Sphinx, what: str, name: str, found: Any, options: Any,
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Add the directives ``keys`` and ``public``."""
+    """Add the directives ``keys``, ``terms`` and ``public``."""
     app.add_directive("keys", Keys)
+    app.add_directive("terms", Terms)
     app.add_directive("public", Public)
     app.connect("autodoc-process-docstring", keep_first_line, priority=400)  # napoleon has 500
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from exchange.errors import ConfigurationError
 from exchange.packets import Fragment
 from worldmodel import Block, PropertyValue
+from worldmodel.facts import Guid
 
 MAX_FRAGMENTS = 16
 
@@ -19,11 +20,11 @@ def fragments_of(block: Block, capacity_bits: int, size_bits: Callable[[Fragment
     """
 
     def fragment(facts: tuple[PropertyValue, ...], index: int, count: int) -> Fragment:
-        return Fragment(block.origin, block.sequence, block.time_s, facts, index, count)
+        return Fragment(block.origin, block.sequence, block.time_s, facts, index, count, block.epoch)
 
-    whole = fragment(block.facts, 0, 1)
-    if size_bits(whole) <= capacity_bits:
-        return (whole,)
+    uncut = fragment(block.facts, 0, 1)
+    if size_bits(uncut) <= capacity_bits:
+        return (uncut,)
     parts: list[tuple[PropertyValue, ...]] = []
     part: tuple[PropertyValue, ...] = ()
     for fact in block.facts:
@@ -48,17 +49,21 @@ class Assembly:
     """Caches the fragments of each block until the whole block is there."""
 
     def __init__(self) -> None:
-        self._parts: dict[tuple[int, int, int], dict[int, Fragment]] = {}  # by origin, sequence, count
+        self._parts: dict[tuple[Guid, int], dict[int, Fragment]] = {}  # by block and count
 
     def add(self, fragment: Fragment) -> Block | None:
         """The whole block if this fragment completes it, else None."""
         if fragment.count == 1:
-            return Block(fragment.origin, fragment.sequence, fragment.time_s, fragment.facts)
-        block = (fragment.origin, fragment.sequence, fragment.count)
-        parts = self._parts.setdefault(block, {})
+            return fragment.block
+        name = fragment.block.guid, fragment.count
+        parts = self._parts.setdefault(name, {})
         parts[fragment.index] = fragment
         if len(parts) < fragment.count:
             return None
-        del self._parts[block]
-        facts = tuple(fact for index in range(fragment.count) for fact in parts[index].facts)
-        return Block(fragment.origin, fragment.sequence, fragment.time_s, facts)
+        del self._parts[name]
+        return whole([parts[index] for index in range(fragment.count)])
+
+
+def whole(parts: Sequence[Fragment]) -> Block:
+    """The block of all its parts, in their order."""
+    return parts[0].block._replace(facts=tuple(fact for part in parts for fact in part.facts))

@@ -14,3 +14,7 @@ class ConfigurationError(ExchangeError):
 
 class PeerFault(ExchangeError):
     """A peer's packet makes no sense. It never leaves this package: the manager counts it and goes on."""
+
+
+class DefinitionFault(PeerFault):
+    """A packet whose byte of the definition hash is not that of this node."""

@@ -126,7 +126,7 @@ class Interests:
     def _send(self, column: int) -> None:
         entry = self._ledger.entries[column]
         if not entry.size_bits:
-            entry.bits, entry.size_bits = self._codec.encode_fragment(entry.fragment, self._me)
+            entry.bits, entry.size_bits = self._codec.encode_fragment(entry.fragment, self._me, self._model.epoch)
         insort(self.open, column, key=self._ledger.uid)
 
     def _judge(self, column: int) -> bool:

@@ -56,6 +56,11 @@ class Ledger:
         """Column of an item; None if this node has never held it."""
         return self._column_of.get(uid)
 
+    def fragment(self, uid: ItemUid) -> Fragment | None:
+        """The item as this node holds it; None if it never has."""
+        column = self._column_of.get(uid)
+        return None if column is None else self.entries[column].fragment
+
     def uid(self, column: int) -> ItemUid:
         """The item of a column."""
         return self.entries[column].fragment.uid

@@ -23,12 +23,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from exchange import ack
-from exchange.blocks import Assembly, fragments_of
+from exchange.blocks import Assembly, fragments_of, whole
 from exchange.codec import MAX_FRAGMENTS_PER_PACKET, MAX_SIGNALS, Codec
-from exchange.errors import ConfigurationError, PeerFault
+from exchange.definitions import Definitions
+from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
 from exchange.interests import Interests, Renewal
 from exchange.ledger import Entry, Ledger
-from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet
+from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet, StatusUid
 from exchange.policies import AckPolicy, may_send
 from exchange.schedule import TdmaSchedule
 from exchange.selection import select
@@ -64,18 +65,18 @@ class Transmission:
     n_acks: int
     fragments: tuple[tuple[int, int], ...] = ()
     signals_bits: int = 0
-    status: tuple[ItemUid, ...] = ()
+    status: tuple[StatusUid, ...] = ()
     signals: tuple[InfluenceSignal, ...] = ()
 
 
 class Reception(NamedTuple):
     """What one packet brought.
 
-    ``blocks`` are whole and new to this vehicle, ready to be merged; ``signals`` are the influence
-    signals of ``sender``; ``beliefs`` lists (peer, item) pairs that are believed from now on;
-    ``settled`` lists items that all interested peers are now believed to hold; ``aside`` are those whose
+    ``blocks`` are whole and new to this vehicle, or contradict what it has under the same name, ready to be merged;
+    ``signals`` are the influence signals of ``sender``; ``beliefs`` lists (peer, item) pairs that are believed from
+    now on; ``settled`` lists items that all interested peers are now believed to hold; ``aside`` are those whose
     block this vehicle has no need of, which are not among ``items``; ``fault`` tells why a packet was refused, else
-    None.
+    None; ``is_stranger`` if that makes its sender one of another definition.
     """
 
     slot: int
@@ -87,6 +88,7 @@ class Reception(NamedTuple):
     settled: tuple[ItemUid, ...] = ()
     aside: tuple[Fragment, ...] = ()
     fault: str | None = None
+    is_stranger: bool = False
 
 
 def heaviest(queue: Sequence[Entry | LatestValue], room_bits: int) -> list[int]:
@@ -106,6 +108,29 @@ def heaviest(queue: Sequence[Entry | LatestValue], room_bits: int) -> list[int]:
     for candidate, weight in zip(queue, weights, strict=True):
         candidate.weight = weight
     return chosen[: min(n_chosen, MAX_FRAGMENTS_PER_PACKET)]
+
+
+def _refuse_future(packet: Packet, now_s: float, model: WorldModel) -> None:
+    """Refuse a packet with a fact that was observed later than it arrives: it was damaged, or a clock is wrong."""
+    for fragment in packet.fragments:
+        if fragment.time_s > model.latest_time_s(now_s):
+            raise PeerFault(
+                f"a fact of {fragment.time_s:g} s arrives at {now_s:g} s: from the future, beyond a clock "
+                f"tolerance of {model.clock_tolerance_s:g} s"
+            )
+
+
+def _contradiction(fragment: Fragment, ledger: Ledger, assembly: Assembly) -> Block | None:
+    """The block by which a known item has other content than before, if it has and the block is whole."""
+    known = ledger.fragment(fragment.uid)
+    if known is None or known == fragment:
+        return None
+    if fragment.count != known.count:
+        return assembly.add(fragment)
+    found = [ledger.fragment(fragment.uid._replace(part=part)) for part in range(fragment.count)]
+    found[fragment.index] = fragment
+    parts = [part for part in found if part is not None]
+    return whole(parts)._replace(time_s=fragment.time_s) if len(parts) == fragment.count else None
 
 
 class ExchangeManager:
@@ -137,7 +162,9 @@ class ExchangeManager:
         selective: bool = False,
     ) -> None:
         self._me = me
-        self._latest_only = frozenset(a.uid for a in model.tbox.attributes if a.latest_only)
+        self._model = model
+        self._epoch = model.epoch
+        self._definitions = Definitions()
         self._codec = codec
         self._schedule = schedule
         self._kind = policy.acknowledgement
@@ -171,7 +198,7 @@ class ExchangeManager:
         items: list[Fragment] = []
         for change in changes:
             block = change.block
-            if self.is_status(block.facts):
+            if block.is_status:
                 self._take_status(block)
                 continue
             room_bits = self._room_bits - self._signal_room_bits
@@ -180,13 +207,17 @@ class ExchangeManager:
                 items.append(fragment)
         return tuple(items)
 
+    def is_of_use(self, facts: Iterable[tuple[int, int, Value]]) -> bool:
+        """True if these facts have an attribute that is exchanged, whoever needs it now."""
+        return self._interests.of(PropertyValue(*fact) for fact in facts)[1] > 0
+
     def fits(self, facts: Iterable[tuple[int, int, Value]]) -> bool:
         """True if a block of these facts would go into one packet, beside influence signals."""
         whole = Fragment(self._me, 0, 0.0, tuple(PropertyValue(*fact) for fact in facts))
         return self._codec.fragment_bits(whole) <= self._room_bits - self._signal_room_bits
 
     def _take_status(self, block: Block) -> None:
-        fragment = Fragment(block.origin, block.sequence, block.time_s, block.facts)
+        fragment = Fragment(block.origin, block.sequence, block.time_s, block.facts, epoch=block.epoch)
         key = block.facts[0].subject, block.facts[0].attribute
         interested, priority = self._interests.of_others(block.facts)
         if not interested:
@@ -194,7 +225,7 @@ class ExchangeManager:
             return
         status = self._status.setdefault(key, LatestValue(priority))
         status.fragment = fragment
-        status.bits, status.size_bits = self._codec.encode_fragment(fragment, self._me)
+        status.bits, status.size_bits = self._codec.encode_fragment(fragment, self._me, self._epoch)
 
     def offer_signals(self, signals: Sequence[InfluenceSignal]) -> None:
         """Influence signals for the next own slot; those of an earlier call are forgotten.
@@ -207,19 +238,22 @@ class ExchangeManager:
         self._n_signals_said += len(self._signals)
 
     def receive(self, data: bytes, now_s: float) -> Reception:
-        """Take in a packet that arrives at ``now_s``; a bad one is counted, never raised."""
+        """Take in a packet that arrives at ``now_s``; a bad one is counted, never raised, nor acknowledged."""
         slot = self._schedule.slot_of_arrival(now_s)
-        sender = self._schedule.owner(slot)
+        sender, frame = self._schedule.owner(slot), self._frame(slot)
         self._open_slots_through(slot)
         try:
             if sender == self._me:
                 raise PeerFault("a packet in this vehicle's own slot")
-            packet = self._codec.decode(data, self._frame(slot))
+            packet = self._codec.decode(data, frame)
             if packet.sender != sender:
                 raise PeerFault(f"node {packet.sender} speaks in the slot of node {sender}")
+            self._definitions.agree(sender, frame)
+            _refuse_future(packet, now_s, self._model)
         except PeerFault as fault:
             self.n_faults += 1
-            return Reception(slot, sender, fault=str(fault))
+            is_stranger = isinstance(fault, DefinitionFault) and self._definitions.differ(sender, frame)
+            return Reception(slot, sender, fault=str(fault), is_stranger=is_stranger)
         return self._absorb(packet, slot)
 
     def _absorb(self, packet: Packet, slot: int) -> Reception:
@@ -228,8 +262,8 @@ class ExchangeManager:
         new_items: list[ItemUid] = []
         aside: list[Fragment] = []
         for fragment in packet.fragments:
-            if self.is_status(fragment.facts):
-                blocks.append(Block(fragment.origin, fragment.sequence, fragment.time_s, fragment.facts))
+            if fragment.is_status:
+                blocks.append(fragment.block)
                 continue
             column = self._ledger.column(fragment.uid)
             if column is None:
@@ -242,6 +276,9 @@ class ExchangeManager:
                     new_items.append(fragment.uid)
                 if block is not None:
                     blocks.append(block)
+            elif (other := _contradiction(fragment, self._ledger, self._assembly)) is not None:
+                is_in = self._model.arrived(other.guid) is not None
+                blocks += [other] if is_in or self._interests.keeps(other, fragment.uid) else []
             content |= 1 << column
         state = self._state
         before = [state.believes[peer] for peer in range(self._n_nodes)]
@@ -267,10 +304,6 @@ class ExchangeManager:
         """Judge all items anew: who needs what has changed."""
         return self._interests.renew(self._state.believes)
 
-    def is_status(self, facts: Sequence[PropertyValue]) -> bool:
-        """True if of every fact only the latest value matters."""
-        return self._latest_only.issuperset([fact.attribute for fact in facts])
-
     def packet_to_send(self, now_s: float) -> Transmission:
         """The packet for the own slot that opens at ``now_s``."""
         slot = self._schedule.slot_at(now_s)
@@ -288,7 +321,7 @@ class ExchangeManager:
         rows = [0] * self._n_nodes
         ack.compose(self._kind, self._state, self._n_nodes, frame, self._me, (content,), rows)
         wire = [(bits, size_bits) for _, bits, size_bits in said]
-        data = self._codec.encode(self._me, rows, wire, signals, frame)
+        data = self._codec.encode(self._me, rows, wire, signals, frame, self._epoch)
         self._signals = ()
         return Transmission(
             slot,
@@ -298,7 +331,7 @@ class ExchangeManager:
             self._codec.header.n_set(self._me, rows, frame),
             tuple((fragment.facts[0].attribute, size_bits) for fragment, _, size_bits in said),
             signals_bits,
-            tuple(fragment.uid for fragment, _, _ in said if self.is_status(fragment.facts)),
+            tuple(fragment.status_uid for fragment, _, _ in said if fragment.is_status),
             signals,
         )
 

@@ -71,7 +71,6 @@ def run(
     per: float | None = None,
     seed: int = 1,
     set: Mapping[str, Any] | None = None,
-    keep_models: bool = False,
 ) -> Run:
     """Run a scenario to its end, in memory; nothing is written.
 
@@ -80,7 +79,6 @@ def run(
         strategy: a name, or an object with the parts of ``remoras.Strategy``.
         policy, channel, per, set: see ``load``; not for a scenario that is loaded already.
         seed: root of all draws; the same scenario and seed give the same run.
-        keep_models: keep what each vehicle knew at the end, so that it can be asked with ``query``.
 
     Returns:
         The finished run.
@@ -106,7 +104,7 @@ def run(
     own = None if isinstance(strategy, str) else strategy
     if own is not None and (faults := list(faults_of_strategy(own))):
         raise TypeError(f"strategy {own!r}: {'; '.join(faults)}; give a name, or an object as remoras.Strategy says")
-    return Run(MemoryResults(run_scenario(loaded, seed, strategy=own, keep_models=keep_models)))
+    return Run(MemoryResults(run_scenario(loaded, seed, strategy=own)))
 
 
 def open(folder: str | Path) -> Run | Sweep:
@@ -287,33 +285,62 @@ class Run:
         """
         return self._results.known(vehicle, at_s)
 
-    def export(self, format: str, out: str | Path, force: bool = False) -> Path:
+    def export(
+        self,
+        format: str,
+        out: str | Path,
+        force: bool = False,
+        *,
+        vehicle: str | None = None,
+        at_s: float | None = None,
+        items: bool = False,
+    ) -> Path:
         """Write the run for another tool.
 
         Args:
-            format: mcap, rosbag2, geojson, kml, netcdf, csv or alog.
+            format: mcap, rosbag2, geojson, kml, netcdf, csv or alog; what vehicles knew as ttl, trig, jsonld or nt.
             out: file to write, or folder for rosbag2, csv and alog.
             force: replace an earlier export.
+            vehicle, at_s: whose knowledge, else that of all; as of which time, else as of the end of the run.
+            items: with nt, the canonical graph of items, which is equal where the items are.
 
         Raises:
             ExportError: the format is not known, lacks its libraries or a datum, or ``out`` cannot be written.
+            OutputError: no such vehicle or time, or ``out`` cannot be written.
         """
-        from visualisation.exports import export
+        from worldmodel.writing import RdfFormat
 
-        return export(self._results, format, Path(out), force, self._mission.places).path
+        if format not in {*RdfFormat}:
+            from visualisation.exports import export
 
-    def query(self, sparql: str) -> DataFrame:
-        """Ask what the vehicles knew at the end of the run, each in turn; it needs ``keep_models``.
+            if vehicle is not None or at_s is not None or items:
+                raise TypeError(f"vehicle, at_s and items are about what vehicles knew: {', '.join(RdfFormat)}")
+            return export(self._results, format, Path(out), force, self._mission.places).path
+        from missions.runs import knowledge
+
+        knowledge.export(self._results, RdfFormat(format), Path(out), force, vehicle, at_s, items)
+        return Path(out)
+
+    def query(
+        self, sparql: str, *, vehicle: str | None = None, at_s: float | None = None, engine: str = "rdflib"
+    ) -> DataFrame:
+        """Ask in SPARQL what a vehicle knew, or all in turn; see ``worldmodel.sparql.query``.
+
+        Args:
+            sparql: a SELECT or ASK query.
+            vehicle, at_s: whom to ask, else all; as of which time, else as of the end of the run.
+            engine: rdflib; or oxigraph, of the extra ``sparql``, which is fast where much is known.
 
         Raises:
-            OutputError: the models were not kept.
-            QueryError: the query cannot be read.
+            OutputError: no such vehicle or time, or an older version recorded the run.
+            QueryError: the query cannot be read, or the engine is not known or not installed.
         """
         import pandas as pd
 
         from missions.runs.knowledge import query
+        from worldmodel.sparql import engine_of
 
-        columns, rows = query(self._results, sparql)
+        columns, rows = query(self._results, sparql, vehicle, at_s, engine_of(engine))
         return pd.DataFrame(rows, columns=list(columns))
 
     def save(self, folder: str | Path, force: bool = False) -> Path:

@@ -113,6 +113,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self.tick_s = tick_s
         self.duration_s = duration_s
         self.completed = False
+        self.ended_s = 0.0
         self.reason = ""
         self.n_false_beliefs = 0
         self.holders = HolderCount()
@@ -150,6 +151,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         over = now_s + self.tick_s > self.duration_s or self._is_nobody_left or self.truth.is_over
         if self.completed or over:
             self.running = False
+            self.ended_s = now_s
             self.reason = self.truth.close(self.view, now_s)
 
     @property

@@ -11,18 +11,19 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from exchange.manager import ExchangeManager, Reception, Transmission
-from exchange.packets import Fragment, InfluenceSignal, ItemUid
-from remoras.beliefs import Beliefs
+from exchange.packets import Fragment, InfluenceSignal, ItemUid, name_of
+from remoras.beliefs import Beliefs, Fact
 from remoras.contents import BitCount
 from remoras.organisation import Group, Organisation
 from remoras.picture import Peers
 from remoras.recorder import Recorder
 from remoras.social.needs import GroupNeeds
 from remoras.strategy import Declaration
-from worldmodel import Block, Change, PropertyValue, TBox, merge
+from worldmodel import STATUS, Block, Change, PropertyValue, TBox, merge, tidy
 
 JOB = "Job"
 """Class of the core ontology; what a peer says of a job is news of the mission."""
+STRANGER = "its packets are refused: it uses another TBox or other field widths, or one was damaged on the way"
 
 
 class Signalling(NamedTuple):
@@ -85,6 +86,7 @@ class Radio:
         self.communicates = declaration.communicates
         self.influences = declaration.influences
         self.is_bound = declaration.is_bound
+        self._lacking: set[int] = set()  # instances that blocks are known to wait for
         self._told: list[Block] = []  # of a bound: what all others are to know at once
         self._names = names
         self._beliefs = beliefs
@@ -101,35 +103,60 @@ class Radio:
         }
         self._unheard: dict[tuple[str, ItemUid], set[str]] = {}  # by vehicle and item: roles given out in the item
 
+    def record_into(self, recorder: Recorder) -> None:
+        """Let another take the rows of items, signals and faults from now on."""
+        self._recorder = recorder
+
+    def tidy(self, now_s: float) -> None:
+        """Give up blocks that have waited too long, and old values; note once what others wait for."""
+        model = self._beliefs.model
+        for fault in tidy(model, now_s):
+            self._record_fault(now_s, f"dropped block: {fault.code}", fault.detail)
+        if not model.arrivals.waiting and not self._lacking:
+            return
+        lacking = {one.uid: one for one in model.lacking(now_s)}
+        for uid in sorted(lacking.keys() - self._lacking):
+            one = lacking[uid]
+            whose = "" if one.origin is None else f" of {self._names[one.origin]}"
+            self._record_fault(now_s, "lacking", f"instance {uid}{whose}: {len(one.guids)} blocks wait for it")
+        self._lacking = set(lacking)
+
     # Out -----------------------------------------------------------------------------------------
 
+    def tells(self, facts: Iterable[Fact], told: bool = True) -> bool:
+        """True if a block of these facts goes to the peers; else this vehicle keeps it to itself.
+
+        Args:
+            facts: to be recorded.
+            told: False if they are for this vehicle alone.
+        """
+        return told and (self.is_bound or (self.communicates and self.manager.is_of_use(facts)))
+
     def tell(self, change: Change, who: Callable[[Change], Mapping[str, set[str]]], now_s: float) -> None:
-        """Let a block of this vehicle's own go to the peers, in the slots to come.
+        """Let a block of this vehicle's own go to the peers, in the slots to come; a private one is noted, no more.
 
         Args:
             who: gives, by vehicle that has to hear of a block, the roles that the block gives it; asked of items only,
                 not of status.
         """
         block = change.block
+        if block.sequence < STATUS:
+            self._record_facts(block, name_of(block), "kept", now_s)
+            return
         if self.is_bound:
             self._told.append(block)
-            self._record_facts(block, ItemUid(block.origin, block.sequence, 0), "told", now_s)
+        if block.is_status or self.is_bound:
+            self._record_facts(block, name_of(block), "status" if block.is_status else "told", now_s)
+        if self.is_bound:
             return
-        if self.manager.is_status(block.facts):
-            self._record_facts(block, ItemUid(block.origin, block.sequence, 0), "status", now_s)
-        addressed = who(change)
+        addressed = {} if block.is_status else who(change)
         for fragment in self.manager.offer([change], [self._names.index(name) for name in addressed]):
             uid = fragment.uid
-            self._record_facts(fragment, uid, "told", now_s)
+            self._record_facts(fragment, str(uid), "told", now_s)
             self._record_item(now_s, uid, "observed")
             if addressed:
                 self._unheard |= {(name, uid): set(roles) for name, roles in addressed.items()}
                 self._note_unheard()
-
-    def keep(self, change: Change, now_s: float) -> None:
-        """Take note of a block that this vehicle keeps to itself."""
-        block = change.block
-        self._record_facts(block, ItemUid(block.origin, block.sequence, 0), "kept", now_s)
 
     def signals_of(self, sent: Transmission) -> tuple[list[str], list[str], list[int]]:
         """Influence signals of a packet: role that each speaks of, role that it addresses, value, -128..127.
@@ -178,6 +205,8 @@ class Radio:
         reception = self.manager.receive(data, now_s)
         if reception.fault is not None:
             self._record_fault(now_s, "bad packet", reception.fault)
+            if reception.is_stranger:
+                self._record_fault(now_s, "another definition", f"{self._names[reception.sender]}: {STRANGER}")
             return HeardPacket(reception)
         for uid in reception.items:
             self._record_item(now_s, uid, "received")
@@ -209,7 +238,7 @@ class Radio:
         return self._merged(renewal.blocks, now_s)
 
     def _merged(self, blocks: Sequence[Block], now_s: float) -> tuple[Change, ...]:
-        merged = merge(self._beliefs.model, blocks)
+        merged = merge(self._beliefs.model, blocks, now_s)
         for fault in merged.faults:
             self._record_fault(now_s, f"refused block: {fault.code}", fault.detail)
         for change in merged.changes:
@@ -236,9 +265,9 @@ class Radio:
 
     # Recording -----------------------------------------------------------------------------------
 
-    def _record_facts(self, of: Block | Fragment, uid: ItemUid, kind: str, now_s: float) -> None:
+    def _record_facts(self, of: Block | Fragment, name: str, kind: str, now_s: float) -> None:
         """A row for each fact of what this vehicle recorded."""
-        append, name, as_text = self._recorder.items.append, str(uid), self._beliefs.as_text
+        append, as_text = self._recorder.items.append, self._beliefs.as_text
         for fact in of.facts:
             append((name, self._me, of.time_s, now_s, *as_text(fact), kind))
 

@@ -123,13 +123,18 @@ KNOWLEDGE = Table("knowledge", (
 ))  # fmt: skip
 """When a vehicle observed an item, received it, or took all who need it to hold it (acknowledged). Where needs
 follow from groups, one that it heard without need is set aside; if it comes to need it, it has received it then."""
+SETTLING = Table("settling", KNOWLEDGE.columns)
+"""What vehicles heard after the mission, where the exchange went on (``scenario.settle_s``): as ``KNOWLEDGE``, with the
+statuses received."""
 ITEMS = Table("items", (
     Column("uid", "str"), Column("origin", "str"), TIME, Column("recorded_s", "float", "s"), Column("subject", "str"),
     Column("attribute", "str"), Column("value", "str"), Column("kind", "str"),
 ))  # fmt: skip
 """Every fact that a vehicle recorded, in the order in which its item has them. ``kind`` says what becomes of it: told
-(repeated until it is acknowledged), status (said once, the newest value counts) or kept (to itself). The uid is
-``origin-sequence``, with ``.part`` behind it for the later fragments of what does not fit one packet. ``time_s`` is
+(repeated until it is acknowledged), status (said once, the newest value counts) or kept (to itself). The uid of what is
+told is ``origin-sequence``, with ``.part`` behind it for the later fragments of what does not fit one packet; items are
+numbered without gaps, in each epoch anew (``origin.eEPOCH-sequence``, but for the first). The uid of a status is
+``origin@time:subject.attribute``, by the numbers of its first fact; of what is kept it is ``origin-pN``. ``time_s`` is
 the time of observation as vehicles hold it, ``recorded_s`` when it went into the origin's world model. The value is
 text: names of instances, classes and symbols, numbers, true or false, ``POINT (east north)``."""
 MEMBERSHIP = Table("membership", (TIME, VEHICLE, Column("peer", "str"), Column("event", "str")))

@@ -122,7 +122,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             if observation.row:
                 self._recorder.rows(sensed.table_of(self.name).name).append((now_s, self.name, *observation.row))
             if observation.facts or observation.found:
-                self._share(_recorded(sensed, self.name, self.beliefs, now_s), now_s)
+                self._share(_recorded(sensed, self.name, self.beliefs, self.radio, now_s), now_s)
         self._note_exhaustion(now_s)
 
     def _note_exhaustion(self, now_s: float) -> None:
@@ -189,6 +189,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         """End of a TDMA frame: what was heard in it counts, and what is made of it. True if something changed here."""
         if not self.is_alive:
             return False
+        self.radio.tidy(now_s)
         changed = self._look_around(now_s) | self._take_effect(now_s)
         calls = self.executive.calls(now_s) if self.radio.influences else {}
         for facts, told in self.social.negotiate(now_s, self.functional.believed, calls):
@@ -278,13 +279,11 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     def _conclude(self, facts: Sequence[Fact], now_s: float, told: bool = True) -> None:
         """Record facts that the vehicle found out itself and, if they are to be told, offer them to the others."""
         if facts:
-            self._share(self.beliefs.model.record(facts, now_s), now_s, told)
+            private = not self.radio.tells(facts, told)
+            self._share(self.beliefs.model.record(facts, now_s, private), now_s, told)
 
     def _share(self, change: Change, now_s: float, told: bool = True) -> None:
-        if told and (self.radio.communicates or self.radio.is_bound):
-            self.radio.tell(change, self.social.addressed, now_s)
-        else:
-            self.radio.keep(change, now_s)
+        self.radio.tell(change, self.social.addressed, now_s)
         self._consider([change], now_s, told)
 
     def _consider(self, changes: Sequence[Change], now_s: float, told: bool = True) -> None:
@@ -297,11 +296,12 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._diary.plans(now_s, self.social.planner.executions, self.social.pursuit.executions)
 
 
-def _recorded(sensed: Sensed, vehicle: str, beliefs: Beliefs, now_s: float) -> Change:
+def _recorded(sensed: Sensed, vehicle: str, beliefs: Beliefs, radio: Radio, now_s: float) -> Change:
     """What an observation changes in a vehicle's world model; raises PluginError if it cannot be recorded."""
     observation = sensed.observation
     try:
-        return beliefs.model.record(beliefs.facts_of(observation), now_s)
+        facts = beliefs.facts_of(observation)
+        return beliefs.model.record(facts, now_s, private=not radio.tells(facts))
     except (WorldModelError, TypeError, ValueError) as error:
         hint = "; the mission's instances_found_per_vehicle says how many" if observation.found else ""
         raise PluginError(

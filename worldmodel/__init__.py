@@ -1,7 +1,7 @@
 """What one vehicle knows of the world: a fixed TBox, a growing set of facts, and merging without conflicts.
 
 ``read_tbox`` compiles an ontology, ``WorldModel`` records and answers, ``merge`` adds what other vehicles sent.
-``rows_of`` and ``models_from`` write world models as a table and read it back; ``worldmodel.view.query`` asks
+``rows_of`` and ``models_from`` write world models as a table and read it back; ``worldmodel.sparql.query`` asks
 them in SPARQL.
 """
 
@@ -16,16 +16,33 @@ from worldmodel.errors import (
     WorldModelError,
     suggestion,
 )
-from worldmodel.facts import Block, Change, Fault, FaultCode, Instance, Merged, Observation, PropertyValue
+from worldmodel.facts import (
+    EPOCHS,
+    STATUS,
+    Block,
+    Change,
+    Fault,
+    FaultCode,
+    Instance,
+    Lacking,
+    Merged,
+    Observation,
+    PropertyValue,
+)
 from worldmodel.fields import Field
-from worldmodel.merge import merge
+from worldmodel.knowledge import Knowledge, Reception
+from worldmodel.merge import expire, merge
 from worldmodel.needs import NOBODY, InformationNeed, Needs, NeedsIndex, Wanted
 from worldmodel.owl import core_ontology_paths, formation_ontology_path, read_tbox
+from worldmodel.pruning import prune, tidy
 from worldmodel.snapshot import Row, models_from, rows_of
+from worldmodel.store import PruneRule
 from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, TBox, Value, ValueKind
 
 __all__ = [
+    "EPOCHS",
     "NOBODY",
+    "STATUS",
     "TYPE_UID",
     "Attribute",
     "Block",
@@ -36,6 +53,8 @@ __all__ = [
     "Field",
     "InformationNeed",
     "Instance",
+    "Knowledge",
+    "Lacking",
     "Merged",
     "NeedError",
     "Needs",
@@ -44,7 +63,9 @@ __all__ = [
     "OntologyClass",
     "OntologyError",
     "PropertyValue",
+    "PruneRule",
     "QueryError",
+    "Reception",
     "Row",
     "SnapshotError",
     "TBox",
@@ -55,10 +76,13 @@ __all__ = [
     "WorldModel",
     "WorldModelError",
     "core_ontology_paths",
+    "expire",
     "formation_ontology_path",
     "merge",
     "models_from",
+    "prune",
     "read_tbox",
     "rows_of",
     "suggestion",
+    "tidy",
 ]

@@ -5,10 +5,12 @@ from collections.abc import Iterable
 
 from worldmodel.checks import CheckResult, check_fit, check_form
 from worldmodel.errors import FactError
-from worldmodel.facts import Block, Change, Merged, PropertyValue
+from worldmodel.facts import EPOCHS, MOST_ITEMS, STATUS, Block, Change, Merged, PropertyValue
 from worldmodel.merge import enter
 from worldmodel.store import Store
 from worldmodel.tbox import Value
+
+_new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 
 
 class WorldModel(Store):
@@ -17,14 +19,16 @@ class WorldModel(Store):
     The owner adds facts with ``record``; blocks of other vehicles come in through ``worldmodel.merge``.
     """
 
-    def record(self, facts: Iterable[tuple[int, int, Value]], now_s: float) -> Change:
+    def record(self, facts: Iterable[tuple[int, int, Value]], now_s: float, private: bool = False) -> Change:
         """Record facts that the owner observed together; blocks that waited for them go in at once.
 
-        The next ``merge`` reports the blocks that were set free.
+        They become a status if their attributes all have rm:latestOnly, else an item. The next ``merge`` reports the
+        blocks that were set free.
 
         Args:
             facts: (subject, attribute uid, value) each; values are rounded to the grids of their attributes.
             now_s: time of observation since the mission began (s), rounded to ``time_resolution_s``.
+            private: True for what the owner keeps to itself: it is numbered apart and is no part of ``digest``.
 
         Returns:
             The block as it is stored here and everywhere, and those of its facts that are now the latest.
@@ -32,9 +36,13 @@ class WorldModel(Store):
         Raises:
             FactError: the checks refuse the facts or an instance is not known; nothing is recorded.
         """
+        facts = tuple(facts)
+        if len(facts) == 1 and not private and (change := self._record_plain(facts[0], now_s)) is not None:
+            return change
         if not math.isfinite(now_s) or now_s < 0:
             raise FactError(f"now_s is {now_s}; allowed: seconds since the mission began")
-        block = Block(self.owner, self.next_sequence, self.quantise_time(now_s), self._quantised(facts))
+        stored = self._quantised(facts)
+        block = Block(self.owner, self._sequence(stored, private), self.quantise_time(now_s), stored, self.epoch)
         result = CheckResult(check_form(self, block))
         if not result.faults:
             result = check_fit(self, block)
@@ -45,6 +53,8 @@ class WorldModel(Store):
             raise FactError(
                 f"not known, or not of the class that is asked for: instance {uids}; announce its type first"
             )
+        if block.is_status:
+            return self.place_status(block)
         changes, faults = enter(self, block)
         change = next(change for change in changes if change.block is block)
         others = tuple(c for c in changes if c is not change)
@@ -52,6 +62,32 @@ class WorldModel(Store):
             before = self.arrivals.unreported
             self.arrivals.unreported = Merged((*before.changes, *others), (*before.faults, *faults))
         return change
+
+    def _record_plain(self, fact: tuple[int, int, Value], now_s: float) -> Change | None:
+        """Record one fact that is right at first sight, and no type, link or status; None for any other."""
+        subject, attribute, value = fact
+        plain = self.tables.plain.get(attribute)
+        if plain is None:
+            return None
+        quantise, domain = plain
+        stored, sequence = quantise(value), self.next_sequence
+        if stored is None or not self.index.masks.get(subject, 0) >> domain & 1:
+            return None
+        if not 0 <= now_s < math.inf or sequence >= MOST_ITEMS:
+            return None
+        stored_facts = (_new(PropertyValue, (subject, attribute, stored, None)),)
+        time_s = self.clock_grid.nearest(now_s)
+        change = self.append(_new(Block, (self.owner, sequence, time_s, stored_facts, self.epoch)))
+        if change is not None:
+            self.next_sequence = sequence + 1
+        return change
+
+    def _sequence(self, facts: tuple[PropertyValue, ...], private: bool) -> int:
+        """The sequence of the next block with these facts."""
+        if private:
+            return self.next_private
+        is_status = facts and self.tables.latest_only.issuperset(fact.attribute for fact in facts)
+        return STATUS if is_status else self.next_sequence
 
     def _quantised(self, facts: Iterable[tuple[int, int, Value]]) -> tuple[PropertyValue, ...]:
         attributes = self.tbox.attributes
@@ -68,10 +104,16 @@ class WorldModel(Store):
     def new_instance_uid(self) -> int:
         """Take the next uid out of the owner's range; record its type to create the instance.
 
+        Each epoch begins at a place of its own in the range, since after a restart the owner may not know yet which
+        instances it has created.
+
         Raises FactError when the owner has created all instances that it may.
         """
-        if self.n_own_instances >= self.run_time_instances_per_origin:
-            allowed = self.run_time_instances_per_origin
-            raise FactError(f"origin {self.owner} has created its {allowed} instances (run_time_instances_per_origin)")
-        self.n_own_instances += 1
-        return self.first_uid_of(self.owner) + self.n_own_instances - 1
+        allowed, first = self.run_time_instances_per_origin, self.first_uid_of(self.owner)
+        start = self.epoch * allowed // EPOCHS
+        for offset in range(start, start + allowed):
+            uid = first + offset % allowed
+            if uid not in self.own_instances:
+                self.own_instances.add(uid)
+                return uid
+        raise FactError(f"origin {self.owner} has created its {allowed} instances (run_time_instances_per_origin)")

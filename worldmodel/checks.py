@@ -18,7 +18,7 @@ clash, whether the two classes are declared disjoint or not. Facts of one block 
 import math
 from dataclasses import dataclass
 
-from worldmodel.facts import Block, Fault, FaultCode, PropertyValue
+from worldmodel.facts import EPOCHS, MOST_ITEMS, STATUS, Block, Fault, FaultCode, PropertyValue
 from worldmodel.store import Store
 from worldmodel.tbox import TYPE_UID, Attribute, ValueKind
 
@@ -33,12 +33,26 @@ class CheckResult:
 
 _SOUND = CheckResult()
 
-REMEMBERED = (ValueKind.NUMBER, ValueKind.BOOLEAN, ValueKind.SYMBOL)
-"""Kinds of single values whose soundness depends on the attribute alone, as that of points does."""
-FLOATS = (float, float)
-"""Types of the two numbers of a point that is remembered: True equals 1.0 and is no number."""
-MOST_REMEMBERED = 1 << 14
-"""The number of values to remember; beyond it all are forgotten, since points come and go."""
+
+def is_sound(store: Store, block: Block) -> bool:
+    """True if an item of another vehicle passes both checks; False for any that takes a closer look."""
+    origin, sequence, time_s, facts, epoch = block
+    if not (0 <= origin < store.n_origins and 0 <= sequence < MOST_ITEMS and 0 <= epoch < EPOCHS and facts):
+        return False
+    if origin == store.owner or not 0 <= time_s < math.inf or store.clock_grid.nearest(time_s) != time_s:
+        return False
+    rows, masks = store.tables.rows, store.index.masks
+    for subject, attribute, value, uncertainty in facts:
+        row = rows.get(attribute)
+        if row is None or uncertainty is not None:
+            return False
+        quantise, domain, range_class = row
+        stored = quantise(value)
+        if stored is None or stored != value or not masks.get(subject, 0) >> domain & 1:
+            return False
+        if range_class >= 0 and not masks.get(stored, 0) >> range_class & 1:
+            return False
+    return True
 
 
 def check_form(store: Store, block: Block) -> tuple[Fault, ...]:
@@ -46,8 +60,15 @@ def check_form(store: Store, block: Block) -> tuple[Fault, ...]:
     found: list[tuple[FaultCode, str]] = []
     if not 0 <= block.origin < store.n_origins:
         found.append((FaultCode.UNKNOWN_ORIGIN, f"origin {block.origin} is outside 0..{store.n_origins - 1}"))
-    if block.sequence < 0:
-        found.append((FaultCode.BAD_SEQUENCE, f"sequence {block.sequence} is below zero"))
+    if not 0 <= block.epoch < EPOCHS:
+        found.append((FaultCode.BAD_EPOCH, f"epoch {block.epoch} is outside 0..{EPOCHS - 1}"))
+    if not -MOST_ITEMS <= block.sequence < MOST_ITEMS:
+        found.append((FaultCode.BAD_SEQUENCE, f"sequence {block.sequence} is outside 0..{MOST_ITEMS - 1}"))
+    elif block.sequence < STATUS and block.origin != store.owner:
+        found.append((FaultCode.BAD_SEQUENCE, f"block {block.sequence} is private to origin {block.origin}"))
+    elif block.is_status and not store.tables.latest_only.issuperset(fact.attribute for fact in block.facts):
+        detail = "a status has facts of attributes with rm:latestOnly alone"
+        found.append((FaultCode.BAD_SEQUENCE, detail))
     if not math.isfinite(block.time_s) or block.time_s < 0:
         found.append((FaultCode.BAD_TIME, f"time {block.time_s} s is not a time since the mission began"))
     elif store.quantise_time(block.time_s) != block.time_s:
@@ -68,15 +89,9 @@ def check_form(store: Store, block: Block) -> tuple[Fault, ...]:
 
 
 def _check_value(store: Store, attribute: Attribute, fact: PropertyValue, found: list[tuple[FaultCode, str]]) -> None:
-    value = fact.value
-    seen = (fact.attribute, type(value), value)
-    if isinstance(value, tuple):
-        remembered = attribute.kind is ValueKind.POINT and tuple(map(type, value)) == FLOATS
-    else:
-        remembered = attribute.kind in REMEMBERED and seen[1] in (int, float, bool)
-    if remembered and seen in store.sound_values:
+    if fact.uncertainty is not None:
+        found.append((FaultCode.VALUE_KIND, f"{attribute.name} of {fact.subject} has no uncertainty"))
         return
-    n_found = len(found)
     try:
         stored = attribute.quantise(fact.value)
     except TypeError as error:
@@ -94,10 +109,6 @@ def _check_value(store: Store, attribute: Attribute, fact: PropertyValue, found:
     elif attribute.kind is ValueKind.TYPE and fact.target >= len(store.tbox.classes):
         detail = f"type of {fact.subject}: class {stored} is outside 0..{len(store.tbox.classes) - 1}"
         found.append((FaultCode.UNKNOWN_CLASS, detail))
-    if remembered and len(found) == n_found:
-        if len(store.sound_values) >= MOST_REMEMBERED:
-            store.sound_values.clear()
-        store.sound_values.add(seen)
 
 
 def check_fit(store: Store, block: Block) -> CheckResult:
@@ -172,7 +183,7 @@ class _Fit:
         if mask >> class_uid & 1:
             return
         created = self._created_as(uid)
-        if created is None or self.store.tbox.is_a(class_uid, created) or self.store.tbox.is_a(created, class_uid):
+        if created is None or self.store.tables.have_common_subclass(created, class_uid):
             self.missing[uid] = None
             return
         classes = self.store.tbox.classes
@@ -181,4 +192,4 @@ class _Fit:
 
 
 def _faults(block: Block, found: list[tuple[FaultCode, str]]) -> tuple[Fault, ...]:
-    return tuple(Fault(code, block.origin, detail, block.sequence) for code, detail in found)
+    return tuple(Fault(code, block.origin, detail, block.sequence, block.epoch) for code, detail in found)

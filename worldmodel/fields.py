@@ -48,6 +48,10 @@ class Grid:
         """Return the index of the grid value nearest to a finite ``value``."""
         return round((value - self.start) / self.step)
 
+    def nearest(self, value: float) -> float:
+        """Return the grid value nearest to a finite ``value``."""
+        return (self._start + round((value - self.start) / self.step) * self._step) / self._denominator
+
 
 @dataclass(frozen=True, slots=True)
 class Field:
@@ -67,7 +71,8 @@ class Field:
     n_values: int = field(init=False, repr=False, compare=False)
     size_bits: int = field(init=False, repr=False, compare=False)
     """Bits on the wire."""
-    _grid: Grid = field(init=False, repr=False, compare=False)
+    grid: Grid = field(init=False, repr=False, compare=False)
+    """The values without their bounds."""
 
     def __post_init__(self) -> None:
         bounds = (self.minimum, self.maximum, self.resolution)
@@ -88,7 +93,7 @@ class Field:
             raise ValueError(f"resolution {self.resolution} is too fine for a double in {self._range()}")
         object.__setattr__(self, "n_values", int(steps) + 1)
         object.__setattr__(self, "size_bits", int(steps).bit_length())
-        object.__setattr__(self, "_grid", Grid(self.minimum, self.resolution))
+        object.__setattr__(self, "grid", Grid(self.minimum, self.resolution))
 
     def _range(self) -> str:
         return f"[{self.minimum}, {self.maximum}] {self.unit}".rstrip()
@@ -107,13 +112,13 @@ class Field:
             raise TypeError(f"{value!r} is not a number")
         if not self.minimum <= value <= self.maximum:
             raise ValueError(f"{value} is outside {self._range()}")
-        return self._grid.index_of(value)
+        return self.grid.index_of(value)
 
     def decode(self, index: int) -> float:
         """Return the value at ``index``; raises ValueError when there is no such index."""
         if not 0 <= index < self.n_values:
             raise ValueError(f"index {index} is outside 0..{self.n_values - 1} of {self._range()}")
-        return self._grid.value_at(index)
+        return self.grid.value_at(index)
 
     def quantise(self, value: float) -> float:
         """Return the grid value nearest to ``value``, which is the value stored; raises as ``encode``."""

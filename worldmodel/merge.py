@@ -14,27 +14,38 @@ Given those classes, more facts never turn a block that fits into one that does 
 time to the same set whatever the order, and a merge is the union of the A's: commutative, associative and
 idempotent. Two rare events break this growth. The classes of creation change when an origin contradicts or
 refines itself and its blocks come out of order. A block of A is replaced when an origin uses a GUID twice: of
-two contents the one of smaller digest stays. Then S is worked out anew from A.
+two contents the one of smaller digest stays. Then ``worldmodel.revision`` takes out what rests on the classes
+that have changed, and settles it anew.
 
 The paper's recipient may discard a block whose dependencies are missing, or request what is lacking (Maurelli
-et al., Multi-robot cooperation, section IV); here it is kept until they come. Blocks that need one another's
-instances would wait for ever: such facts belong into one block.
+et al., Multi-robot cooperation, section IV). Here it is kept, ``Store.lacking`` says what to request, and
+``expire`` discards it after a time. Blocks that need one another's instances would wait in vain: such facts
+belong into one block.
+
+Statuses are outside A and S: of each slot and origin the newest is held. A status that does not fit when it comes
+is dropped. So is a block of the future, later than its arrival and the tolerance allow: a flipped bit in a time
+would hide the truth until that time comes. It has not arrived, so a sound copy may come later.
 """
 
+import math
 from collections import deque
 from collections.abc import Iterable
 
-from worldmodel.checks import check_fit, check_form
-from worldmodel.facts import Block, Fault, FaultCode, Guid, Merged
-from worldmodel.store import NOTHING, Store
+from worldmodel.arrivals import NOTHING
+from worldmodel.checks import check_fit, check_form, is_sound
+from worldmodel.facts import Block, Change, Fault, FaultCode, Merged
+from worldmodel.revision import Revision
+from worldmodel.store import Store
 
 
-def merge(store: Store, blocks: Iterable[Block]) -> Merged:
+def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None) -> Merged:
     """Add ``blocks``, local or received, in whatever order; those already known are passed over.
 
     Args:
         store: the store or world model to add them to.
         blocks: the blocks; nothing that a block contains raises an error.
+        now_s: when they arrived (s); without it no block is of the future, and a block that waits is taken to have
+            come when it was recorded.
 
     Returns:
         The blocks that went in, with those that an earlier ``record`` set free, and the faults found.
@@ -42,51 +53,94 @@ def merge(store: Store, blocks: Iterable[Block]) -> Merged:
     arrivals = store.arrivals
     changes, faults = list(arrivals.unreported.changes), list(arrivals.unreported.faults)
     arrivals.unreported = NOTHING
+    arrivals.now_s = now_s
+    latest_s = math.inf if now_s is None else store.latest_time_s(now_s)
     for block in blocks:
-        known = store.arrived(block.guid)
-        if known is not None and known == block:
+        if is_sound(store, block) and block.time_s <= latest_s and (change := store.append(block)) is not None:
+            changes.append(change)
             continue
-        if bad_form := check_form(store, block):
-            faults += bad_form
-            continue
-        went_in, refused = enter(store, block, known)
+        went_in, refused = _look_closer(store, block, latest_s)
         changes += went_in
         faults += refused
     return Merged(tuple(changes), tuple(faults))
 
 
+def expire(store: Store, now_s: float) -> tuple[Fault, ...]:
+    """Drop the blocks that have waited for too long, as if they had never arrived; return a fault for each.
+
+    Args:
+        store: the store or world model; its ``waiting_s`` says how long is too long.
+        now_s: the time now (s).
+    """
+    limit_s = store.arrivals.waiting_s
+    return tuple(
+        _dropped(store, block, FaultCode.TIMED_OUT, f"what it rests on has not come for {limit_s:g} s")
+        for block in store.arrivals.overdue(now_s)
+    )
+
+
 def enter(store: Store, block: Block, known: Block | None = None) -> Merged:
-    """Add a block of good form; blocks that waited for it go in with it.
+    """Add an item or private block of good form; blocks that waited for it go in with it.
 
     Args:
         store: the store or world model to add it to.
         block: a block that has not arrived yet with this content.
         known: the block of other content that has arrived under the same GUID, if any.
     """
-    if block.origin == store.owner:
-        store.note_own(block)
     if known is None:
-        if store.arrivals.note_creations(store, block):
-            return _work_out_anew(store, block)
+        changed = store.note_creations(block)
+        if changed:
+            return _resettled(store, block, Revision(store, changed))
         return _settle(store, block)
     detail = f"origin {block.origin} used sequence {block.sequence} twice; the smaller digest stays"
-    conflict = Fault(FaultCode.GUID_CONFLICT, block.origin, detail, block.sequence)
+    conflict = Fault(FaultCode.GUID_CONFLICT, block.origin, detail, block.sequence, block.epoch)
     if store.content(block) >= store.content(known):
         return Merged((), (conflict,))
-    changes, faults = _work_out_anew(store, block, replaced=known)
+    revision = Revision(store, ())
+    revision.replace(known, block)
+    changes, faults = _resettled(store, block, revision)
     return Merged(changes, (conflict, *faults))
 
 
-def _settle(store: Store, block: Block) -> Merged:
+def _look_closer(store: Store, block: Block, latest_s: float) -> Merged:
+    """Add one block of which it is not clear that it is new, right in itself, and fits."""
+    known = None
+    if not block.is_status:
+        known = store.arrived(block.guid)
+        if known == block if known is not None else store.has_arrived(block.guid):
+            return NOTHING
+    if bad_form := check_form(store, block):
+        return Merged((), bad_form)
+    if block.time_s > latest_s:
+        detail = f"time {block.time_s} s is later than {latest_s:g} s, its arrival and the clock tolerance"
+        return Merged((), (Fault(FaultCode.FUTURE, block.origin, detail, block.sequence, block.epoch),))
+    return _take_status(store, block) if block.is_status else enter(store, block, known)
+
+
+def _take_status(store: Store, block: Block) -> Merged:
+    result = check_fit(store, block)
+    faults, missing = result.faults, result.missing
+    if missing and not faults:
+        uids = ", ".join(map(str, missing))
+        detail = f"a status about instance {uids}, which is not known, or not as of the class that is asked for"
+        faults = (Fault(FaultCode.UNKNOWN_INSTANCE, block.origin, detail, block.sequence, block.epoch),)
+    if faults:
+        return Merged((), faults)
+    version = store.version
+    change = store.place_status(block)
+    return Merged((change,), ()) if store.version != version else NOTHING
+
+
+def _settle(store: Store, block: Block, since_s: float | None = None) -> Merged:
     """Put a block of A where it belongs, and then the blocks that waited for it."""
-    merged = _put(store, block)
+    merged = _put(store, block, since_s)
     if not merged.changes or not store.arrivals.waiting:
         return merged
     changes, faults = list(merged.changes), list(merged.faults)
     unsettled = deque(store.arrivals.release(block))
     while unsettled:
-        freed = unsettled.popleft()
-        merged = _put(store, freed)
+        freed, waits_since_s = unsettled.popleft()
+        merged = _put(store, freed, waits_since_s)
         changes += merged.changes
         faults += merged.faults
         if merged.changes:
@@ -94,38 +148,34 @@ def _settle(store: Store, block: Block) -> Merged:
     return Merged(tuple(changes), tuple(faults))
 
 
-def _put(store: Store, block: Block) -> Merged:
+def _put(store: Store, block: Block, since_s: float | None) -> Merged:
     """Put one block of A in, among the waiting or among the refused."""
     result = check_fit(store, block)
+    if not (result.faults or result.missing):
+        return Merged((store.insert(block),), ())
+    store.hold(block.guid)
     if result.faults:
-        store.arrivals.refused[block.guid] = block
+        store.arrivals.refuse(block)
         return Merged((), result.faults)
-    if result.missing:
-        store.arrivals.wait(block, result.missing)
+    oldest = store.arrivals.wait(block, result.missing, since_s)
+    if oldest is None:
         return NOTHING
-    return Merged((store.insert(block),), ())
+    detail = f"more than {store.arrivals.waiting_blocks} blocks of origin {block.origin} wait; this one came first"
+    return Merged((), (_dropped(store, oldest, FaultCode.CROWDED_OUT, detail),))
 
 
-def _work_out_anew(store: Store, block: Block, replaced: Block | None = None) -> Merged:
-    """Work out S from A and ``block``, which takes the place of ``replaced``; return what is new in it."""
-    arrivals = store.arrivals
-    was_in = {b.guid: b for b in store.blocks()}
-    was_refused = set(arrivals.refused)
-    everything = {**was_in, **arrivals.waiting, **arrivals.refused, block.guid: block}
-    if replaced is not None:
-        was_in.pop(replaced.guid, None)
-        was_refused.discard(replaced.guid)
-    store.clear()
-    arrivals.clear()
-    in_order = [everything[guid] for guid in sorted(everything)]
-    for each in in_order:
-        arrivals.note_creations(store, each)
-    settled = [_settle(store, each) for each in in_order]
+def _dropped(store: Store, block: Block, code: FaultCode, detail: str) -> Fault:
+    """Forget a block that waits; return the fault that says so."""
+    store.drop(block)
+    return Fault(code, block.origin, detail, block.sequence, block.epoch)
+
+
+def _resettled(store: Store, block: Block, revision: Revision) -> Merged:
+    """Settle what a revision took out, and ``block``; return what is new."""
+    settled = [_settle(store, each, since_s) for each, since_s in revision.loose(block)]
+    changes: list[Change] = [change for merged in settled for change in merged.changes]
+    faults = [fault for merged in settled for fault in merged.faults]
     return Merged(
-        tuple(change for merged in settled for change in merged.changes if change.block.guid not in was_in),
-        tuple(fault for merged in settled for fault in merged.faults if _guid_of(fault) not in was_refused),
+        tuple(change for change in changes if change.block.guid not in revision.was_in),
+        tuple(fault for fault in faults if fault.guid not in revision.was_refused),
     )
-
-
-def _guid_of(fault: Fault) -> Guid:
-    return (fault.origin, fault.sequence)

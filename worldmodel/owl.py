@@ -14,15 +14,18 @@ if TYPE_CHECKING:
     from rdflib import Graph
 
 
+ONTOLOGY_FOLDER = Path(__file__).parent / "ontology"
+_CORE = ("situation", "marine", "platforms", "equipment", "seabed", "work", "faults")
+
+
 def core_ontology_paths() -> tuple[Path, ...]:
-    """Return the Turtle files that come with the package, without the alignments to other vocabularies."""
-    folder = Path(__file__).parent / "ontology"
-    return (folder / "situation.ttl", folder / "marine.ttl")
+    """Return the Turtle files that every vehicle reads, without the alignments to other vocabularies."""
+    return tuple(ONTOLOGY_FOLDER / f"{name}.ttl" for name in _CORE)
 
 
 def formation_ontology_path() -> Path:
     """Return the Turtle file with the words for groups that are formed at sea; a mission that forms some lists it."""
-    return Path(__file__).parent / "ontology" / "formation.ttl"
+    return ONTOLOGY_FOLDER / "formation.ttl"
 
 
 def read_tbox(*paths: Path) -> TBox:

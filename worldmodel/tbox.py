@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
+from worldmodel.axioms import NO_AXIOMS, Axioms, Rules
 from worldmodel.errors import unknown_name
 from worldmodel.fields import Field
 
@@ -50,7 +51,8 @@ class Attribute:
     """A property of instances whose values change with time.
 
     ``domain`` is the class that has it, ``range_class`` the class a LINK points to. ``latest_only``: an older
-    value (of a position, say) is obsolete once a newer one is known, and is not exchanged any more.
+    value (of a position, say) is obsolete once a newer one is known, and is not exchanged any more. ``datatype`` is
+    the IRI of the datatype of its literals in RDF, empty where its values are IRIs.
     """
 
     uid: int
@@ -62,6 +64,7 @@ class Attribute:
     range_class: int | None = None
     symbols: tuple[str, ...] = ()
     latest_only: bool = False
+    datatype: str = ""
 
     def encode(self, value: Value) -> tuple[int, ...]:
         """Return the integers that stand for ``value``: one for each field, else one.
@@ -125,6 +128,7 @@ class TBox:
         attributes: all attributes, ``type`` first.
         disjoint: pairs of class uids that have no instance in common; their subclasses have none either.
         sources: the files that the tables were made of, if any; they do not count in a comparison.
+        axioms: what is concluded from facts beyond the hierarchy; ``rules`` are these, compiled.
         hash: a 32-bit digest of the tables.
     """
 
@@ -132,7 +136,9 @@ class TBox:
     attributes: tuple[Attribute, ...]
     disjoint: tuple[tuple[int, int], ...] = field(default=(), compare=False)
     sources: tuple[Source, ...] = field(default=(), compare=False)
+    axioms: Axioms = NO_AXIOMS
     hash: int = field(init=False)
+    rules: Rules = field(init=False, compare=False)
     _ancestors: tuple[int, ...] = field(init=False, compare=False)
     _descendants: tuple[tuple[int, ...], ...] = field(init=False, compare=False)
     _excluded: tuple[int, ...] = field(init=False)
@@ -140,7 +146,7 @@ class TBox:
     _attribute_named: dict[str, Attribute] = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
-        ancestors = _closure(self.classes)
+        ancestors = closure(self.classes)
         descendants = tuple(tuple(c.uid for c in self.classes if ancestors[c.uid] >> d.uid & 1) for d in self.classes)
         excluded = [0] * len(self.classes)
         for a, b in self.disjoint:
@@ -148,9 +154,10 @@ class TBox:
                 for below_b in descendants[b]:
                     excluded[below_a] |= 1 << below_b
                     excluded[below_b] |= 1 << below_a
-        table = repr((self.classes, self.attributes, excluded))
+        table = repr((self.classes, self.attributes, excluded, self.axioms))
         derived = {
             "hash": int.from_bytes(hashlib.sha256(table.encode()).digest()[:4], "big"),
+            "rules": Rules(self.classes, self.attributes, self.axioms),
             "_ancestors": ancestors,
             "_descendants": descendants,
             "_excluded": tuple(excluded),
@@ -197,7 +204,7 @@ class TBox:
         return f"<TBox {self.hash:08x}: {len(self.classes)} classes, {len(self.attributes)} attributes>"
 
 
-def _closure(classes: Sequence[OntologyClass]) -> tuple[int, ...]:
+def closure(classes: Sequence[OntologyClass]) -> tuple[int, ...]:
     """Return for each class the bit mask of itself and all its superclasses."""
     masks = [0] * len(classes)
 

@@ -1,18 +1,19 @@
 """Reading OWL: from the text of Turtle files to the tables of a ``TBox``, or to the list of all their faults.
 
-Compiled are: named classes (owl:Class) with rdfs:subClassOf, owl:disjointWith and owl:AllDisjointClasses; and
-attributes, which are the owl:DatatypeProperty and owl:ObjectProperty outside the situation vocabulary, with
-rdfs:domain, rdfs:range and the rm: annotations. The range decides the kind:
+Compiled are: named classes (owl:Class) with rdfs:subClassOf, owl:disjointWith and owl:AllDisjointClasses; their
+definitions, which ``worldmodel.definitions`` describes; and attributes, which are the owl:DatatypeProperty and
+owl:ObjectProperty outside the situation vocabulary, with rdfs:domain, rdfs:range and the rm: annotations. The
+range decides the kind:
 
-    xsd:double, xsd:decimal, xsd:integer   NUMBER    needs rm:minimum, rm:maximum, rm:resolution
+    xsd:double, xsd:decimal, xsd:integer   NUMBER    needs rm:minimum, rm:maximum, rm:resolution; may have rm:unit
     rm:Point                               POINT     the same, for both axes
     xsd:boolean                            BOOLEAN
     owl:oneOf (a list of strings)          SYMBOL
     a named class                          LINK
 
-Every other axiom, and every individual, stays in the graph for SPARQL and for reasoners, and has no effect at
-run time. A term is defined in one file alone: ``_DEFINING`` lists the predicates that define it. Labels,
-comments and alignments define nothing; any file may add them.
+Annotations, and every individual, stay in the graph for SPARQL and for reasoners, and have no effect at run
+time. Any other axiom on a class or attribute is refused. A term is defined in one file alone: ``_DEFINING``
+lists the predicates that define it. Labels, comments and alignments define nothing; any file may add them.
 """
 
 import re
@@ -21,13 +22,15 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
-from rdflib import OWL, RDF, RDFS, XSD, BNode, Graph, Literal, Namespace, URIRef
+from rdflib import OWL, RDF, RDFS, XSD, Graph, Literal, Namespace, URIRef
 from rdflib.collection import Collection
 from rdflib.term import Node
 
+from worldmodel.definitions import DEFINING, Definitions
 from worldmodel.errors import OntologyError, suggestion
 from worldmodel.fields import Field
 from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind
+from worldmodel.units import QUDT_UNITS, symbol_of
 
 RM = Namespace("https://w3id.org/remoras/marine#")
 SIT = Namespace("https://w3id.org/remoras/situation#")
@@ -36,8 +39,13 @@ _BOUNDS = (RM.minimum, RM.maximum, RM.resolution)
 _ANNOTATIONS = {*_BOUNDS, RM.unit, RM.latestOnly}
 _NUMBERS = {XSD.double, XSD.decimal, XSD.integer}
 _RANGES = "xsd:double, xsd:decimal, xsd:integer, xsd:boolean, rm:Point, owl:oneOf (strings) or a declared class"
+_DATATYPES = {
+    ValueKind.POINT: str(XSD.string),
+    ValueKind.SYMBOL: str(XSD.string),
+    ValueKind.BOOLEAN: str(XSD.boolean),
+}
 _TERMS = (OWL.Class, OWL.DatatypeProperty, OWL.ObjectProperty, OWL.AnnotationProperty, RDF.Property, RDFS.Datatype)
-_DEFINING = {RDF.type, RDFS.subClassOf, OWL.disjointWith, RDFS.domain, RDFS.range, *_ANNOTATIONS}
+_DEFINING = {RDF.type, OWL.disjointWith, RDFS.domain, RDFS.range, *DEFINING, *_ANNOTATIONS}
 _NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
 
@@ -55,7 +63,10 @@ class Parsed:
 
 
 def parse(sources: Iterable[Source]) -> Parsed:
-    """Parse the files into one graph; raises OntologyError naming every file that is not Turtle."""
+    """Parse the files into one graph, without the imports that are among them.
+
+    Raises OntologyError naming every file that is not Turtle or imports what is none of the files.
+    """
     union = Graph()
     file_of: dict[Node, str] = {}
     defining_files: dict[Node, list[str]] = {}
@@ -76,10 +87,23 @@ def parse(sources: Iterable[Source]) -> Parsed:
             union.add(triple)
         for prefix, namespace in graph.namespaces():
             union.bind(prefix, namespace)
-    if faults:
+    if faults := faults or _unmet_imports(union, file_of):
         raise OntologyError(faults)
+    union.remove((None, OWL.imports, None))
     terms = {subject for kind in _TERMS for subject in union.subjects(RDF.type, kind) if isinstance(subject, URIRef)}
     return Parsed(union, file_of, {term: files for term, files in defining_files.items() if term in terms})
+
+
+def _unmet_imports(union: Graph, file_of: dict[Node, str]) -> list[str]:
+    """Return a fault for every import that is none of the files, by name or by version."""
+    read = {*union.subjects(RDF.type, OWL.Ontology), *union.objects(None, OWL.versionIRI)}
+    allowed = ", ".join(sorted(map(str, union.subjects(RDF.type, OWL.Ontology))))
+    return [
+        f"{file_of[importing]}: it imports <{imported}>, which is none of the files that are read; "
+        f"allowed: {allowed}{suggestion(str(imported), allowed.split(', '))}; name the file that holds it, too"
+        for importing, imported in sorted(union.subject_objects(OWL.imports), key=str)
+        if imported not in read
+    ]
 
 
 def compile_tbox(sources: tuple[Source, ...]) -> TBox:
@@ -91,8 +115,11 @@ def compile_tbox(sources: tuple[Source, ...]) -> TBox:
     classes = reader.classes()
     disjoint = reader.disjoint_pairs()
     attributes = reader.attributes()
+    axioms = reader.definitions.axioms(attributes)
     if not reader.faults:
-        tbox = TBox(tuple(classes), tuple(attributes), tuple(disjoint), sources)
+        classes = reader.definitions.classified(classes, attributes, axioms)
+    if not reader.faults:
+        tbox = TBox(tuple(classes), tuple(attributes), tuple(disjoint), sources, axioms)
         reader.refuse_empty_classes(tbox)
     if reader.faults:
         raise OntologyError(sorted(reader.faults))
@@ -138,11 +165,16 @@ class _Reader:
         self.faults: list[str] = []
         self.class_iris = sorted({*self._declared(OWL.Class), OWL.Thing})
         self.class_uid: dict[Node, int] = {iri: uid for uid, iri in enumerate(self.class_iris)}
+        self.definitions = Definitions(self.graph, self.class_uid, self)
 
     def _declared(self, *owl_types: URIRef) -> list[URIRef]:
         """Return what is declared to be of one of ``owl_types`` outside the situation vocabulary, by IRI."""
         found = {s for owl_type in owl_types for s in self.graph.subjects(RDF.type, owl_type)}
         return sorted(iri for iri in found if isinstance(iri, URIRef) and not iri.startswith(SIT))
+
+    def _is_class(self, term: Node) -> bool:
+        """True if the term is declared, be it by the situation vocabulary, which stays in the graph."""
+        return (term, RDF.type, OWL.Class) in self.graph or term == OWL.Thing
 
     def fault(self, subject: Node, wrong: str, allowed: str) -> None:
         """Note one fault of ``subject``: what is wrong, and what is allowed."""
@@ -173,13 +205,7 @@ class _Reader:
         self.check_names(self.class_iris, {"Thing": OWL.Thing})
         compiled = []
         for iri, uid in self.class_uid.items():
-            parents = set()
-            for parent in self.graph.objects(iri, RDFS.subClassOf):
-                if parent in self.class_uid:
-                    parents.add(self.class_uid[parent])
-                elif not isinstance(parent, BNode):
-                    wrong = f"its superclass {self.shown(parent)} is not declared"
-                    self.fault(iri, wrong, f"a declared owl:Class{self.hint(parent, self.class_iris)}")
+            parents = self.definitions.parents_of(iri)
             if not parents and iri != OWL.Thing:
                 parents.add(self.class_uid[OWL.Thing])
             compiled.append(OntologyClass(uid, _local_name(str(iri)), str(iri), tuple(sorted(parents))))
@@ -203,7 +229,7 @@ class _Reader:
                 groups.append((axiom, list(Collection(self.graph, members))))
         pairs = []
         for subject, group in groups:
-            for unknown in (term for term in group if term not in self.class_uid):
+            for unknown in (term for term in group if not self._is_class(term)):
                 wrong = f"the disjoint class {self.shown(unknown)} is not declared"
                 self.fault(subject, wrong, f"declared classes{self.hint(unknown, self.class_iris)}")
             uids = [self.class_uid[term] for term in group if term in self.class_uid]
@@ -269,8 +295,19 @@ class _Reader:
             self.fault(iri, f"its range makes it a {kind.value}", f"{self.shown(owl_type)} for such a range")
         if domain not in self.class_uid:
             return None
-        name = _local_name(iri)
-        return Attribute(uid, name, str(iri), self.class_uid[domain], kind, fields, range_class, symbols, latest_only)
+        datatype = _DATATYPES.get(kind, str(target) if kind is ValueKind.NUMBER else "")
+        return Attribute(
+            uid,
+            _local_name(iri),
+            str(iri),
+            self.class_uid[domain],
+            kind,
+            fields,
+            range_class,
+            symbols,
+            latest_only,
+            datatype,
+        )
 
     def _one(self, iri: URIRef, predicate: URIRef, allowed: str) -> Node | None:
         found = list(self.graph.objects(iri, predicate))
@@ -295,14 +332,18 @@ class _Reader:
             else:
                 got = " and ".join(map(repr, found)) or "missing"
                 self.fault(iri, f"{self.shown(predicate)} is {got}", "one number")
-        units = sorted(str(unit) for unit in self.graph.objects(iri, RM.unit))
-        if len(units) > 1:
-            self.fault(iri, f"rm:unit is {' and '.join(units)}", "one unit, or none")
+        if (iri, RDFS.range, XSD.integer) in self.graph and any(number % 1 for number in numbers):
+            self.fault(iri, f"its bounds and resolution are {numbers}", "whole numbers for xsd:integer")
+        units = sorted(self.graph.objects(iri, RM.unit), key=str)
+        symbols = [symbol_of(unit) if isinstance(unit, URIRef) else None for unit in units]
+        if len(units) > 1 or None in symbols:
+            got = " and ".join(map(self.shown, units))
+            self.fault(iri, f"rm:unit is {got}", f"none, or one unit of QUDT such as <{QUDT_UNITS}M>")
         if len(numbers) < len(_BOUNDS) or len(units) > 1:
             return ()
         try:
             minimum, maximum, resolution = numbers
-            return (Field(minimum, maximum, resolution, units[0] if units else ""),) * n_axes
+            return (Field(minimum, maximum, resolution, next(iter(symbols), None) or ""),) * n_axes
         except ValueError as error:
             self.fault(iri, str(error), "minimum < maximum, a whole number of resolutions apart")
             return ()

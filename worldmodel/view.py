@@ -3,93 +3,99 @@
 Each fact is a sit:PropertyValue, after the situation-awareness TBox:
 
     run:instance-7 sit:hasPropertyValue run:fact-2-15-0 .
-    run:fact-2-15-0 a sit:PropertyValue ; sit:ofAttribute rm:location ; sit:value "POINT (3.5 4.0)"^^rm:Point ;
-        sit:timestamp 12.3e0 ; sit:origin run:origin-2 .
+    run:fact-2-15-0 a sit:PropertyValue ; sit:ofAttribute rm:location ; sit:dataValue "POINT (3.5 4.0)" ;
+        sit:timestamp 12.3e0 ; sit:origin run:instance-2 .
 
-2-15-0 is origin, sequence and position in the block. Beside this history stands the current state, one triple
-for each slot: run:instance-7 rm:location "POINT (3.5 4.0)"^^rm:Point. The types of an instance stand without
-their times: rdf:type with the class that it was created with and all that it was given since. A common
-instance has its name as rdfs:label. Banned origins are left out.
+2-15-0 is origin, sequence and position in the block; 2.e1-15-0 is of epoch 1, 2-p1-0 of the first block that the
+origin keeps to itself. A status is run:status-2-7-4-12.3: origin, subject and attribute by uids, and time. An origin
+is a vehicle, and the common instance of its number.
+A link has sit:linkValue in place of sit:dataValue; the link of a fact of sit:type leads to a class. Literals have the
+datatype that the ontology declares; a point is a string, which rm:Point restricts. That an attribute is a sit:Attribute
+follows from the range of sit:ofAttribute and is not written: tools complain of properties that are individuals too.
+Beside this history stands the current state, one triple for each slot: run:instance-7 rm:location "POINT (3.5 4.0)".
+The types of an instance stand without their times: rdf:type with the class that it was created with and all that it
+was given since. A common instance has its name as rdfs:label. Banned origins are left out.
+
+What each origin said is a named graph too, under the IRI of the origin: ``GRAPH ?by { ... }``. The default graph is the
+union of everything.
 """
 
-from collections.abc import Iterator, Mapping
-from decimal import Decimal
+from collections.abc import Generator, Iterator
+from functools import lru_cache
 from typing import Any
 
-from rdflib import RDF, RDFS, XSD, Graph, Literal, Namespace, URIRef
+from rdflib import Dataset, Graph, URIRef
 from rdflib import store as rdflib_store
 from rdflib.term import Node
 
-from worldmodel.errors import QueryError
-from worldmodel.facts import Observation
+from worldmodel.knowledge import Knowledge
 from worldmodel.owl import graph_of
+from worldmodel.patterns import Abox, Triple
 from worldmodel.store import Store
-from worldmodel.tbox import TYPE_UID, Attribute, TBox, Value, ValueKind
+from worldmodel.tbox import TBox
+from worldmodel.terms import RUN, instance_uid
 from worldmodel.turtle import RM, SIT
 
-RUN = Namespace("https://w3id.org/remoras/run/")
-
-Triple = tuple[Node, Node, Node]
-QueryValue = str | float | bool | None
-"""A value of a query's answer."""
-Pattern = tuple[Node | None, Node | None, Node | None]
-
-_INSTANCE = str(RUN) + "instance-"
-_FACT = str(RUN) + "fact-"
-_ORIGIN = str(RUN) + "origin-"
-_OF_FACTS = {RDF.type, SIT.ofAttribute, SIT.value, SIT.timestamp, SIT.origin}
-
-
-def instance_iri(uid: int) -> URIRef:
-    """Return the IRI of an instance."""
-    return URIRef(f"{_INSTANCE}{uid}")
-
-
-def origin_iri(origin: int) -> URIRef:
-    """Return the IRI of an origin."""
-    return URIRef(f"{_ORIGIN}{origin}")
-
-
-def term_of(tbox: TBox, attribute: Attribute, value: Value) -> Node:
-    """Return a stored value as an RDF term: a number or point as a literal, a uid as an IRI."""
-    stored: Any = attribute.quantise(value)
-    match attribute.kind:
-        case ValueKind.TYPE:
-            return URIRef(tbox.classes[stored].iri)
-        case ValueKind.LINK:
-            return instance_iri(stored)
-        case ValueKind.SYMBOL:
-            return Literal(attribute.symbols[stored])
-        case ValueKind.POINT:
-            return Literal(f"POINT ({stored[0]} {stored[1]})", datatype=RM.Point)
-        case ValueKind.BOOLEAN:
-            return Literal(stored)
-        case ValueKind.NUMBER:
-            return Literal(stored, datatype=XSD.double)
+_NO_CONTEXTS: Iterator[None] = iter(())
 
 
 class RdfView(rdflib_store.Store):
-    """rdflib's way into one world model and its TBox; what is recorded later is seen at once."""
+    """rdflib's way into one world model and its TBox; what is recorded later is seen at once.
 
-    def __init__(self, model: Store) -> None:
+    Args:
+        known: a world model, with or without when and from whom its vehicle received what it holds.
+    """
+
+    context_aware = True
+    graph_aware = True
+
+    def __init__(self, known: Store | Knowledge) -> None:
         super().__init__()
-        self._model = model
-        self._tbox_graph = graph_of(model.tbox)
-        self._attributes: dict[Node, Attribute] = {URIRef(a.iri): a for a in model.tbox.attributes}
-        self._class_uids: dict[Node, int] = {URIRef(c.iri): c.uid for c in model.tbox.classes}
+        self.abox = Abox(known if isinstance(known, Knowledge) else Knowledge(known))
+        tbox = self.abox.model.tbox
+        self._tbox_graph = graph_of(tbox)
+        self._of_tbox = _terms_of(tbox)
         for prefix, namespace in (("rm", RM), ("sit", SIT), ("run", RUN)):
             self._tbox_graph.bind(prefix, namespace)
 
     def triples(self, triple_pattern: Any, context: Any = None) -> Iterator[tuple[Triple, Iterator[None]]]:
-        """Yield the triples that match a pattern, where None matches all."""
-        for triple in self._tbox_graph.triples(triple_pattern):
-            yield triple, iter(())
-        for triple in self._abox_triples(triple_pattern):
-            if all(asked is None or asked == term for asked, term in zip(triple_pattern, triple, strict=True)):
-                yield triple, iter(())
+        """Yield the triples that match a pattern, where None matches all; of an origin alone if its graph is asked."""
+        abox, none = self.abox, _NO_CONTEXTS
+        if (origin := self._origin_asked(context)) is not None:
+            for triple in abox.triples_of(origin, triple_pattern):
+                yield triple, none
+            return
+        subject, predicate, target = triple_pattern
+        subjects, predicates, targets = self._of_tbox
+        if (
+            (predicate is None or predicate in predicates)
+            and (subject is None or subject in subjects)
+            and (target is None or target in targets)
+        ):
+            known = self._tbox_graph
+            for triple in known.triples(triple_pattern):
+                yield triple, none
+            for triple in abox.triples(triple_pattern):
+                if triple not in known:
+                    yield triple, none
+            return
+        for triple in abox.triples(triple_pattern):
+            yield triple, none
+
+    def _origin_asked(self, context: Any) -> int | None:
+        """The origin whose graph is asked; None for the union of everything."""
+        identifier = getattr(context, "identifier", None)
+        return instance_uid(identifier) if isinstance(identifier, URIRef) else None
+
+    def contexts(self, triple: Any = None) -> Generator[Graph, None, None]:
+        """Yield the named graphs, one for each origin that said something, or that said ``triple``."""
+        for origin in range(self.abox.model.n_origins):
+            pattern = triple or (None, None, None)
+            if next(self.abox.triples_of(origin, pattern), None) is not None:
+                yield Graph(self, self.abox.terms.instance(origin))
 
     def __len__(self, context: Any = None) -> int:
-        return sum(1 for _ in self.triples((None, None, None)))
+        return sum(1 for _ in self.triples((None, None, None), context))
 
     def bind(self, prefix: str, namespace: URIRef, override: bool = True) -> None:
         """Bind a prefix; the names are kept with the graph of the TBox."""
@@ -107,6 +113,9 @@ class RdfView(rdflib_store.Store):
         """Yield the prefixes."""
         return self._tbox_graph.store.namespaces()
 
+    def add_graph(self, graph: Graph) -> None:
+        """Do nothing: there are the graphs of the origins, and rdflib's default graph, which is their union."""
+
     def add(self, triple: Any, context: Any, quoted: bool = False) -> None:
         """Refuse: facts are recorded or merged, never written as triples."""
         raise TypeError("the RDF view is read-only; call WorldModel.record or merge")
@@ -115,180 +124,20 @@ class RdfView(rdflib_store.Store):
         """Refuse: nothing that is known is ever removed."""
         raise TypeError("the RDF view is read-only; nothing that is known is removed")
 
-    def _abox_triples(self, pattern: Pattern) -> Iterator[Triple]:
-        """Yield a superset of the matching ABox triples, as small as the bound terms make it without an index."""
-        subject, predicate, target = pattern
-        if predicate == SIT.hasPropertyValue and target is not None:
-            if (observation := self._observation(target)) is not None:
-                yield (instance_iri(observation.fact.subject), SIT.hasPropertyValue, target)
-        elif subject is None:
-            yield from self._triples_of_any_subject(predicate, target)
-        elif (observation := self._observation(subject)) is not None:
-            yield from self._fact_triples(observation, predicate)
-        elif (uid := _number_after(_INSTANCE, subject)) is not None:
-            yield from self._instance_triples(uid, predicate)
-        elif subject in self._attributes:
-            yield (subject, RDF.type, SIT.Attribute)
 
-    def _triples_of_any_subject(self, predicate: Node | None, target: Node | None) -> Iterator[Triple]:
-        model = self._model
-        if predicate is None or predicate == RDF.type:
-            for iri in self._attributes:
-                yield (iri, RDF.type, SIT.Attribute)
-        if predicate == RDF.type and target in self._class_uids:
-            for instance in model.instances_of(self._class_uids[target]):
-                yield from self._instance_triples(instance.uid, RDF.type)
-            return
-        if predicate is None or predicate in _OF_FACTS:
-            asked = self._attributes.get(target) if target and predicate == SIT.ofAttribute else None
-            for block in model.blocks():
-                if block.origin not in model.banned:
-                    for position, fact in enumerate(block.facts):
-                        if asked is None or fact.attribute == asked.uid:
-                            yield from self._fact_triples(Observation(block, position), predicate)
-        if predicate == RDF.type or predicate not in _OF_FACTS:
-            for uid in model.instance_uids():
-                yield from self._instance_triples(uid, predicate)
-
-    def _instance_triples(self, uid: int, predicate: Node | None) -> Iterator[Triple]:
-        """Yield the triples of one instance, at least those with ``predicate``."""
-        model, iri = self._model, instance_iri(uid)
-        common = model.common_instances[uid : uid + 1]
-        for instance in common:
-            yield (iri, RDFS.label, Literal(instance.name))
-        if predicate is None or predicate == RDF.type:
-            types = [o.fact.target for o in model.history(uid, TYPE_UID)]
-            for class_uid in sorted({*types, *(instance.class_uid for instance in common)}):
-                yield (iri, RDF.type, URIRef(model.tbox.classes[class_uid].iri))
-        if predicate is None or predicate == SIT.hasPropertyValue:
-            for attribute in model.tbox.attributes:
-                for observation in model.history(uid, attribute.uid):
-                    yield (iri, SIT.hasPropertyValue, _fact_iri(observation))
-        current = self._attributes.values() if predicate is None else self._attributes_at(predicate)
-        for attribute in current:
-            latest = model.latest(uid, attribute.uid)
-            if latest is not None and attribute.uid != TYPE_UID:
-                yield (iri, URIRef(attribute.iri), term_of(model.tbox, attribute, latest.value))
-
-    def _attributes_at(self, predicate: Node) -> tuple[Attribute, ...]:
-        return (self._attributes[predicate],) if predicate in self._attributes else ()
-
-    def _fact_triples(self, observation: Observation, predicate: Node | None) -> Iterator[Triple]:
-        """Yield the triples of one fact with ``predicate``, or all of them."""
-        tbox, fact, iri = self._model.tbox, observation.fact, _fact_iri(observation)
-        attribute = tbox.attributes[fact.attribute]
-        if predicate is None or predicate == RDF.type:
-            yield (iri, RDF.type, SIT.PropertyValue)
-        if predicate is None or predicate == SIT.ofAttribute:
-            yield (iri, SIT.ofAttribute, URIRef(attribute.iri))
-        if predicate is None or predicate == SIT.value:
-            yield (iri, SIT.value, term_of(tbox, attribute, fact.value))
-        if predicate is None or predicate == SIT.timestamp:
-            yield (iri, SIT.timestamp, Literal(observation.time_s, datatype=XSD.double))
-        if predicate is None or predicate == SIT.origin:
-            yield (iri, SIT.origin, origin_iri(observation.origin))
-
-    def _observation(self, iri: Node) -> Observation | None:
-        """Return the observation that the IRI of a fact stands for, unless its origin is banned."""
-        numbers = iri[len(_FACT) :].split("-") if isinstance(iri, URIRef) and iri.startswith(_FACT) else []
-        if len(numbers) != 3 or not all(number.isdecimal() for number in numbers):
-            return None
-        origin, sequence, position = map(int, numbers)
-        block = self._model.block((origin, sequence))
-        if block is None or position >= len(block.facts) or origin in self._model.banned:
-            return None
-        return Observation(block, position)
+@lru_cache(maxsize=8)
+def _terms_of(tbox: TBox) -> tuple[frozenset[Node], frozenset[Node], frozenset[Node]]:
+    """The subjects, predicates and objects of the ontology files: a pattern with another term is not about them."""
+    triples = list(graph_of(tbox))
+    subjects, predicates, targets = (frozenset(triple[place] for triple in triples) for place in range(3))
+    return subjects, predicates, targets
 
 
-def as_graph(model: Store) -> Graph:
-    """Return the TBox and what ``model`` knows as one read-only graph, which follows the model."""
-    return Graph(store=RdfView(model))
+def as_graph(known: Store | Knowledge) -> Graph:
+    """Return the TBox and what a vehicle knows as one read-only graph, which follows the world model."""
+    return Graph(store=RdfView(known))
 
 
-def query(models: Store | Mapping[str, Store], sparql: str) -> tuple[tuple[str, ...], list[tuple[QueryValue, ...]]]:
-    """Ask one world model, or each of several, in SPARQL.
-
-    The prefixes of the ontology files are bound, and ``sit:``, ``rm:`` and ``run:`` in any case. Several world
-    models are asked one after the other: an aggregate is over the knowledge of one vehicle. For example, the
-    roles of all vehicles, each with the time and the vehicle that said so::
-
-        SELECT ?player ?role ?time_s ?by WHERE {
-            ?player sit:hasPropertyValue ?fact .
-            ?fact sit:ofAttribute rm:playsRole ; sit:value ?role ; sit:timestamp ?time_s ; sit:origin ?by }
-
-    Args:
-        models: a world model, or world models by the names of their vehicles.
-        sparql: a SELECT or ASK query.
-
-    Returns:
-        The names of the columns, and the rows. For several models the first column is ``vehicle``. ASK gives the
-        column ``answer``. Instances are given by their names, origins by the names of their vehicles if their
-        models are among those asked, other IRIs as ``rm:Vehicle``, points as ``POINT (3.5 4.0)``; None stands for
-        what is not bound.
-
-    Raises:
-        QueryError: the text is no such query, or it names a variable ``?vehicle`` for several models.
-    """
-    if isinstance(models, Store):
-        return _answer(models, sparql, {})
-    names = {model.owner: vehicle for vehicle, model in models.items()}
-    columns: tuple[str, ...] = ()
-    rows: list[tuple[QueryValue, ...]] = []
-    for vehicle, model in models.items():
-        columns, found = _answer(model, sparql, names)
-        if "vehicle" in columns:
-            raise QueryError(
-                "the variable ?vehicle is taken: the column 'vehicle' says whose world model a row is from; "
-                "give the variable another name"
-            )
-        rows += [(vehicle, *row) for row in found]
-    return ("vehicle", *columns), rows
-
-
-def _answer(
-    model: Store, sparql: str, vehicles: Mapping[int, str]
-) -> tuple[tuple[str, ...], list[tuple[QueryValue, ...]]]:
-    graph = as_graph(model)
-    try:
-        result = graph.query(sparql)
-        if result.type not in {"SELECT", "ASK"}:
-            raise QueryError(f"the query is a {result.type}; allowed: SELECT or ASK")
-        if result.type == "ASK":
-            return ("answer",), [(bool(result.askAnswer),)]
-        columns = tuple(str(variable) for variable in result.vars or ())
-        bindings = [{str(name): term for name, term in found.items()} for found in result.bindings]
-        return columns, [
-            tuple(_answered(model, vehicles, graph, binding.get(name)) for name in columns) for binding in bindings
-        ]
-    except QueryError:
-        raise
-    except Exception as error:  # rdflib's parser and evaluator raise whatever a query leads them to
-        reason = " ".join(str(error).split())
-        raise QueryError(
-            f"the query cannot be answered: {reason}; allowed: a SPARQL 1.1 SELECT or ASK; the prefixes rm:, sit:, "
-            "run:, rdf:, rdfs:, owl:, xsd: and those of the ontology files are known"
-        ) from error
-
-
-def _answered(model: Store, vehicles: Mapping[int, str], graph: Graph, term: Node | None) -> QueryValue:
-    if isinstance(term, URIRef):
-        origin = _number_after(_ORIGIN, term)
-        if origin is not None and origin in vehicles:
-            return vehicles[origin]
-        uid = _number_after(_INSTANCE, term)
-        instance = None if uid is None else model.instance(uid)
-        return instance.name if instance is not None else str(term.n3(graph.namespace_manager))
-    value = term.toPython() if isinstance(term, Literal) else term
-    if isinstance(value, Decimal):  # averages of whole numbers
-        return float(value)
-    return value if value is None or isinstance(value, (bool, int, float)) else str(value)
-
-
-def _fact_iri(observation: Observation) -> URIRef:
-    block = observation.block
-    return URIRef(f"{_FACT}{block.origin}-{block.sequence}-{observation.position}")
-
-
-def _number_after(prefix: str, iri: Node) -> int | None:
-    digits = iri[len(prefix) :] if isinstance(iri, URIRef) and iri.startswith(prefix) else ""
-    return int(digits) if digits.isdecimal() else None
+def as_dataset(known: Store | Knowledge) -> Dataset:
+    """Return the same as ``as_graph``, and what each origin said as a named graph beside it."""
+    return Dataset(store=RdfView(known), default_union=True)

@@ -1,59 +1,120 @@
-"""What the vehicles of a run knew at its end: kept as a table on request, and asked in SPARQL."""
+"""What the vehicles of a recorded run knew: written as RDF, and asked in SPARQL."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from missions.errors import OutputError
-from missions.scenarios.parts import mission_class
-from remoras.fleet import Fleet
-from remoras.recorder import Column, Table
-from worldmodel import core_ontology_paths, read_tbox
-from worldmodel.fields import Grid
-from worldmodel.snapshot import Row, models_from, rows_of
-from worldmodel.view import query as ask
+from worldmodel import Knowledge
+from worldmodel.sparql import Engine
+from worldmodel.sparql import query as ask
+from worldmodel.writing import RdfFormat, canonical_items, written
 
 if TYPE_CHECKING:
     from missions.runs.results import MemoryResults, Results
 
-_UNITS = {"time_s": "s"}
-_KINDS = {int: "int", float: "float", str: "str"}
-FACTS = Table(
-    "facts", tuple(Column(name, _KINDS[kind], _UNITS.get(name, "")) for name, kind in Row.__annotations__.items())
-)
-"""World models of all vehicles, a row for each fact."""
 
-
-def keep(fleet: Fleet) -> None:
-    """Write the world models of a fleet into the table ``facts`` of its record."""
-    fleet.recorder.declare(FACTS)
-    models = {vehicle.name: vehicle.beliefs.model for vehicle in fleet.vehicles}
-    fleet.recorder.rows(FACTS.name).extend(rows_of(models))
-
-
-def query(results: Results | MemoryResults, sparql: str) -> tuple[Sequence[str], list[tuple[Any, ...]]]:
-    """Ask the world models of a run.
+def knowledge(
+    results: Results | MemoryResults, vehicle: str | None = None, at_s: float | None = None
+) -> dict[str, Knowledge]:
+    """What vehicles knew, by their names.
 
     Args:
-        results: of a run that kept its models.
-        sparql: a SELECT query; the model of each vehicle is a named graph.
+        results: of the run.
+        vehicle: the one to ask; all if None.
+        at_s: a time of the run; its end if None.
+
+    Raises:
+        OutputError: there is no such vehicle or time, or an older version wrote the results.
+    """
+    summary = results.summary
+    moment = summary["mission_time_s"] + (summary.get("settling_s") or 0.0) if at_s is None else at_s
+    vehicles = [one.name for one in results.scenario.vehicle] if vehicle is None else [vehicle]
+    known = (results.known(name, moment) for name in vehicles)
+    return {one.vehicle: Knowledge(one.model, one.receptions) for one in known}
+
+
+def query(
+    results: Results | MemoryResults,
+    sparql: str,
+    vehicle: str | None = None,
+    at_s: float | None = None,
+    engine: Engine = Engine.RDFLIB,
+) -> tuple[Sequence[str], list[tuple[Any, ...]]]:
+    """Ask what vehicles knew.
+
+    Args:
+        results: of the run.
+        sparql: a SELECT or ASK query.
+        vehicle: the one to ask; if None, all are asked in turn, and the first column says which a row is from.
+        at_s: a time of the run; its end if None.
+        engine: what answers.
 
     Returns:
         Names of the columns, and the rows.
 
     Raises:
-        OutputError: the run did not keep its models.
-        QueryError: the query cannot be read.
+        OutputError: there is no such vehicle or time, or an older version wrote the results.
+        QueryError: the query cannot be read, or the engine is not installed.
     """
-    if not results.has(FACTS.name):
-        raise OutputError("the run did not keep what its vehicles knew: run it again with --keep-models")
-    scenario = results.scenario
-    mission = mission_class(scenario.scenario.mission).from_scenario(scenario)
-    tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used)
-    clock = Grid(0.0, scenario.communication.time_resolution_s)  # tables keep fewer digits than world models
-    rows = (
-        Row(**{**row, "time_s": clock.value_at(clock.index_of(row["time_s"]))})
-        for row in results.table(FACTS.name).to_pylist()
-    )
-    return ask(models_from(rows, tbox), sparql)
+    known = knowledge(results, vehicle, at_s)
+    return ask(known if vehicle is None else known[vehicle], sparql, engine)
+
+
+def export(
+    results: Results | MemoryResults,
+    form: RdfFormat,
+    out: Path,
+    force: bool = False,
+    vehicle: str | None = None,
+    at_s: float | None = None,
+    items: bool = False,
+) -> dict[str, int]:
+    """Write what vehicles knew as RDF.
+
+    Args:
+        results: of the run.
+        form: format of the file.
+        out: the file; its folder is made if it is not there.
+        force: replace a file that is there.
+        vehicle: the one whose knowledge is written, each origin's as a named graph where the format has them; if None,
+            what all vehicles knew, each vehicle's as a named graph where the format has them, else their union.
+        at_s: a time of the run; its end if None.
+        items: write the canonical graph of items, for which N-Triples is the format.
+
+    Returns:
+        The number of facts that each vehicle knew, by its name.
+
+    Raises:
+        OutputError: there is no such vehicle or time, an older version wrote the results, the format is not that of
+            the canonical graph, or the file is there or cannot be written.
+    """
+    if items and form is not RdfFormat.N_TRIPLES:
+        raise OutputError(f"--items: the canonical graph of items is written as nt, and the format is {form.value}")
+    if out.is_dir():
+        raise OutputError(f"{out}: is a folder; name a file, such as {out / f'known.{form.value}'}")
+    if out.exists() and not force:
+        raise OutputError(f"{out}: exists; name another with --out or add --force")
+    known = knowledge(results, vehicle, at_s)
+    text = canonical_items(one.model for one in known.values()) if items else written(known, form)
+    draft = out.with_name(f".{out.name}-draft")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        draft.write_text(text, encoding="utf-8", newline="\n")
+        draft.replace(out)
+    except OSError as error:
+        raise OutputError(f"{out}: cannot be written: {error.strerror or error}") from None
+    finally:
+        draft.unlink(missing_ok=True)
+    return {name: sum(len(block.facts) for block in one.model.blocks()) for name, one in known.items()}
+
+
+def default_path(folder: Path, form: RdfFormat, vehicle: str | None, items: bool) -> Path:
+    """Where knowledge is written if nothing else is said: into the folder of the run.
+
+    >>> default_path(Path("r"), RdfFormat.N_TRIPLES, "AUV01", True).as_posix()
+    'r/items-AUV01.nt'
+    """
+    return folder / f"{'items' if items else 'knowledge'}{f'-{vehicle}' if vehicle else ''}.{form.value}"

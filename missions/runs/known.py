@@ -1,7 +1,8 @@
 """What a vehicle knew at a time of a recorded run: its world model, and the organisation in its view.
 
 The tables say it all. A block of facts is in a vehicle's world model from when the vehicle recorded it, or had received
-the last of its items, or the packet with it as status; under a bound from when its origin told it. Merging has one
+the last of its items, or the packet with it as status; under a bound from when its origin told it. What was heard after
+the mission, where the exchange went on, stands in a table of its own. Merging has one
 outcome whatever the order, so the model that is built of these blocks is the one that the vehicle had.
 """
 
@@ -9,23 +10,25 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
+from functools import cached_property
+from itertools import chain
 from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
+from exchange.packets import guid_of
 from missions.errors import OutputError
+from missions.runs.receptions import Senders
 from missions.runs.setup import Setup, world_model
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs
 from remoras.organisation import Group, Organisation, RoleAssignment
-from remoras.recorder import ADDED, ITEMS, KNOWLEDGE, MEMBERSHIP, ORGANISATION, PACKETS
+from remoras.recorder import ADDED, ITEMS, KNOWLEDGE, MEMBERSHIP, ORGANISATION, PACKETS, SETTLING
 from remoras.social.agreement import Agreement
 from remoras.social.membership import acted_on
 from remoras.social.planning import missions_of
-from worldmodel import Block, PropertyValue, UnknownNameError, ValueKind, WorldModel, merge, suggestion
-from worldmodel.facts import Guid
+from worldmodel import Block, PropertyValue, Reception, UnknownNameError, ValueKind, WorldModel, merge, suggestion
 from worldmodel.snapshot import from_text
 
 if TYPE_CHECKING:
@@ -57,6 +60,7 @@ class Known:
     Attributes:
         vehicle: its name; at_s: the time.
         model: its world model.
+        receptions: when and from whom it received what others observed.
         organisation: who plays what, as agreed and said so far; present: the same without the absent, as the vehicle
             acts on it.
         absent: peers that it takes for absent.
@@ -71,6 +75,7 @@ class Known:
     absent: frozenset[str]
     objectives: frozenset[Objective]
     missions: Mapping[str, tuple[str, ...]]
+    receptions: tuple[Reception, ...] = ()
 
     def __repr__(self) -> str:
         return f"<Known to {self.vehicle} at {self.at_s:g} s>"
@@ -79,7 +84,9 @@ class Known:
     def beliefs(self) -> Iterator[Belief]:
         """The latest value of everything that it has heard of or observed, by subject and attribute."""
         names = Beliefs(self.model)
-        slots = {(fact.subject, fact.attribute) for block in self.model.blocks() for fact in block.facts}
+        model = self.model
+        held = chain(model.blocks(), model.private_blocks(), model.statuses())
+        slots = {(fact.subject, fact.attribute) for block in held for fact in block.facts}
         for latest in (self.model.latest(*slot) for slot in sorted(slots)):
             if latest is not None:
                 subject, attribute, value = names.as_text(latest.fact)
@@ -124,12 +131,16 @@ class Memory:
                 f"{', '.join(lacking)}); run the scenario in its manifest.json again with the same seed"
             )
         self._setup = setup
-        self._end_s: float = results.summary["mission_time_s"]
+        self._end_s: float = results.summary["mission_time_s"] + (results.summary.get("settling_s") or 0.0)
         self._views = {table: _by_vehicle(results, table.name) for table in (ORGANISATION, MEMBERSHIP)}
         self._names = world_model(setup, 0)
-        self._blocks: dict[Guid, Block] = {}
-        self._known_s: dict[str, dict[Guid, float]] = {name: {} for name in setup.database}
+        self._results = results
+        self._known_s: dict[str, list[tuple[float, Block, tuple[str, ...]]]] = {name: [] for name in setup.database}
         self._read(results)
+
+    @cached_property
+    def _senders(self) -> Senders:
+        return Senders(self._results)
 
     def known(self, vehicle: str, at_s: float) -> Known:
         """What ``vehicle`` knew at ``at_s``.
@@ -145,7 +156,7 @@ class Memory:
             given = at_s if isinstance(at_s, Real) else repr(at_s)
             raise OutputError(f"at_s is {given}; allowed: 0 to {self._end_s}, the end of the run")
         model = world_model(setup, setup.database[vehicle].node)
-        merge(model, (self._blocks[guid] for guid, since_s in self._known_s[vehicle].items() if since_s <= at_s))
+        merge(model, (block for since_s, block, _ in self._known_s[vehicle] if since_s <= at_s))
         past = {table: [row for row in rows[vehicle] if row["time_s"] <= at_s] for table, rows in self._views.items()}
         changes = past[ORGANISATION]
         played = _left_over(
@@ -172,7 +183,22 @@ class Memory:
             absent,
             frozenset(Objective(*about, argument) for about, argument in arguments.items()),
             missions,
+            tuple(self._receptions(vehicle, at_s, model)),
         )
+
+    def _receptions(self, vehicle: str, at_s: float, model: WorldModel) -> Iterator[Reception]:
+        """When and from whom a vehicle received what its world model holds of others."""
+        setup, statuses = self._setup, set(model.statuses())
+        nodes, is_bound = setup.nodes, setup.strategy.declaration.is_bound
+        for since_s, block, items in self._known_s[vehicle]:
+            if block.origin == nodes[vehicle] or since_s > at_s:
+                continue
+            sender = self._senders.sender(vehicle, items, since_s)
+            told_by = block.origin if is_bound else None if sender is None else nodes[sender]
+            parts = [block._replace(facts=(fact,)) for fact in block.facts] if block.is_status else [block]
+            for one in parts:
+                if one in statuses or (one.is_item and model.block(one.guid) == one):
+                    yield Reception(one, told_by, since_s)
 
     # Reading -------------------------------------------------------------------------------------
 
@@ -183,43 +209,46 @@ class Memory:
             row["vehicle"]: row["time_s"] for row in results.table("faults").to_pylist() if row["kind"] == "energy"
         }
         received: dict[str, dict[str, float]] = defaultdict(dict)  # by item and vehicle
-        for row in results.table(KNOWLEDGE.name).to_pylist():
-            if row["event"] == "received":
-                received[row["item"]][row["vehicle"]] = row["time_s"]
-        for uid, heard_s in self._heard_status(results, exhausted_s):
-            received[uid] |= {name: min(at_s, received[uid].get(name, math.inf)) for name, at_s in heard_s.items()}
-        rows = results.table(ITEMS.name).to_pylist()
+        for table in (KNOWLEDGE.name, SETTLING.name):
+            for row in results.table(table).to_pylist() if results.has(table) else ():
+                if row["event"] == "received":
+                    received[row["item"]][row["vehicle"]] = row["time_s"]
+        told = [self._told(rows) for rows in _blocks(results.table(ITEMS.name).to_pylist())]
+        statuses = self._heard_statuses(results, told, exhausted_s)
         is_bound = setup.strategy.declaration.is_bound
-        for guid, of_block in groupby(rows, key=lambda row: _guid(row["uid"])):
-            facts = list(of_block)
-            origin, kind, recorded_s = facts[0]["origin"], facts[0]["kind"], facts[0]["recorded_s"]
-            self._blocks[guid] = self._block(guid, facts)
-            self._known_s[origin][guid] = recorded_s
-            items = [received[uid] for uid in dict.fromkeys(row["uid"] for row in facts)]
+        for number, (block, origin, recorded_s, kind, items) in enumerate(told):
+            self._known_s[origin].append((recorded_s, block, items))
+            heard = [statuses.get(number, received[items[0]])] if block.is_status else [received[uid] for uid in items]
             for name, data in setup.database.items():
                 if name == origin or kind == "kept":
                     continue
                 if is_bound:
-                    order = (recorded_s, guid[0]) < (exhausted_s.get(name, math.inf), data.node)
+                    order = (recorded_s, block.origin) < (exhausted_s.get(name, math.inf), data.node)
                     since_s = recorded_s if order else math.inf
                 else:
-                    since_s = max(item.get(name, math.inf) for item in items)
+                    since_s = max(of_item.get(name, math.inf) for of_item in heard)
                 if since_s < math.inf:
-                    self._known_s[name][guid] = since_s
+                    self._known_s[name].append((since_s, block, items))
 
-    def _heard_status(
-        self, results: Results | MemoryResults, exhausted_s: Mapping[str, float]
-    ) -> Iterator[tuple[str, dict[str, float]]]:
-        """Every status that was sent, and when each vehicle heard it.
+    def _heard_statuses(
+        self, results: Results | MemoryResults, told: Sequence[_Told], exhausted_s: Mapping[str, float]
+    ) -> dict[int, dict[str, float]]:
+        """When each vehicle heard the statuses that were sent, by their numbers; of one name the newest is sent.
 
         Args:
+            told: what vehicles recorded, in their order.
             exhausted_s: when vehicles ran out of energy, after which they hear nothing.
         """
+        recorded: dict[str, list[int]] = defaultdict(list)
+        for number, one in enumerate(told):
+            if one.block.is_status:
+                recorded[one.items[0]].append(number)
         bad = {
             (row["vehicle"], row["time_s"])
             for row in results.table("faults").to_pylist()
             if row["kind"] == "bad packet"
         }
+        found: dict[int, dict[str, float]] = {}
         for row in results.table(PACKETS.name).to_pylist():
             heard_s = {
                 name: at_s
@@ -227,13 +256,51 @@ class Memory:
                 if at_s <= exhausted_s.get(name, math.inf) and (name, at_s) not in bad
             }
             for uid in row["status_uids"]:
-                yield uid, heard_s
+                found[max(n for n in recorded[uid] if told[n].recorded_s <= row["time_s"])] = heard_s
+        return found
 
-    def _block(self, guid: Guid, rows: list[dict[str, Any]]) -> Block:
+    def _told(self, rows: Sequence[Row]) -> _Told:
         """A block of the rows of its facts."""
-        model = self._names
-        time_s = model.quantise_time(rows[0]["time_s"])
-        return Block(*guid, time_s, tuple(fact_of(model, row) for row in rows))
+        first, model = rows[0], self._names
+        origin, epoch, sequence = guid_of(first["uid"])
+        facts = tuple(fact_of(model, row) for row in rows)
+        block = Block(origin, sequence, model.quantise_time(first["time_s"]), facts, epoch)
+        items = tuple(dict.fromkeys(row["uid"] for row in rows))
+        return _Told(block, first["origin"], first["recorded_s"], first["kind"], items)
+
+
+class _Told(NamedTuple):
+    """A block that a vehicle recorded: by whom, when, what became of it, and the names that it has in tables."""
+
+    block: Block
+    origin: str
+    recorded_s: float
+    kind: str
+    items: tuple[str, ...]
+
+
+def _blocks(rows: Iterable[Row]) -> Iterator[list[Row]]:
+    """The rows of the table ``items`` block by block."""
+    block: list[Row] = []
+    for row in rows:
+        if block and not _goes_on(block, row):
+            yield block
+            block = []
+        block.append(row)
+    if block:
+        yield block
+
+
+def _goes_on(block: Sequence[Row], row: Row) -> bool:
+    """True if a row is of the same block as those before it; two statuses may have one name, but begin alike."""
+    first = block[0]
+    if "@" not in row["uid"]:
+        return guid_of(row["uid"]) == guid_of(first["uid"])
+    slot = row["subject"], row["attribute"]
+    return (row["uid"], row["recorded_s"]) == (first["uid"], first["recorded_s"]) and slot != (
+        first["subject"],
+        first["attribute"],
+    )
 
 
 def _by_vehicle(results: Results | MemoryResults, table: str) -> dict[str, list[dict[str, Any]]]:
@@ -264,16 +331,6 @@ def _formed(agreement: Agreement, changes: Iterable[Row]) -> tuple[dict[str, Gro
         elif row["event"] == "given":
             given.append(row)
     return groups, given
-
-
-def _guid(uid: str) -> Guid:
-    """Origin and sequence of the block that an item is of.
-
-    >>> _guid("2-17.1")
-    (2, 17)
-    """
-    origin, _, rest = uid.partition("-")
-    return int(origin), int(rest.partition(".")[0])
 
 
 def _uid(model: WorldModel, name: str) -> int:

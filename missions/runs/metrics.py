@@ -128,6 +128,16 @@ def consistent_fraction(run: Run) -> float | Absent | None:
     return consistency(run.recorder, len(run.scenario.vehicle))[1]
 
 
+def settling_s(run: Run) -> float | Absent:
+    """How long the exchange went on after the mission; nothing where it did not."""
+    return NOT_APPLICABLE if run.settled is None else round(run.settled.time_s, 4)
+
+
+def is_settled(run: Run) -> bool | Absent:
+    """True if the exchange after the mission left nothing that anybody lacked."""
+    return NOT_APPLICABLE if run.settled is None else run.settled.complete
+
+
 CORE_METRICS = (
     Metric("mission_time_s", "s", LOWER, "mission time", lambda run: round(run.end_s, 4), True, censored=True),
     Metric("completed", "", HIGHER, "success rate", lambda run: run.completed, headline=True),
@@ -174,6 +184,11 @@ CORE_METRICS = (
         "closest_approach_m", "m", HIGHER, "closest approach", closest_approach_m,
         note="Of two vehicles in one depth layer.",
     ),
+    Metric(
+        "settling_s", "s", LOWER, "exchange after the mission", settling_s,
+        note="Until nobody had anything left to tell, or the time for it was over.",
+    ),
+    Metric("settled", "", HIGHER, "all told", is_settled),
     Metric("conflicts", "", LOWER, "conflicts", conflicts, note="Pairs of vehicles that came too near to each other."),
 )  # fmt: skip
 """Metrics of every run."""

@@ -7,12 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from exchange.acoustics.channel import Channel
-from missions.runs import knowledge
 from missions.runs.setup import Setup, assemble, resolved
 from missions.scenarios.scenario import Scenario
 from remoras.fleet import Fleet
 from remoras.mission import Milestone, Mission
 from remoras.recorder import Recorder
+from remoras.settling import Settled, settle
 from remoras.strategy import Strategy
 
 
@@ -29,6 +29,7 @@ class Run:
         n_false_beliefs: how often a vehicle came to believe that a peer held what that peer lacked.
         distance_m: travelled by the whole fleet; wall_s: what the run took on this machine.
         wrong_belief_fraction: how often one was wrong that a vehicle named as the holder of a job.
+        settled: how the exchange after the mission ended; None where there is none.
     """
 
     setup: Setup
@@ -43,6 +44,7 @@ class Run:
     distance_m: float
     wall_s: float
     wrong_belief_fraction: float | None = None
+    settled: Settled | None = None
 
     @property
     def scenario(self) -> Scenario:
@@ -65,7 +67,6 @@ def run(
     channel: Channel | None = None,
     progress: Callable[[float], None] | None = None,
     strategy: Strategy | None = None,
-    keep_models: bool = False,
 ) -> Run:
     """Run a scenario to its end.
 
@@ -75,20 +76,24 @@ def run(
         channel: replaces the scenario's, for tests and experiments.
         progress: is told the mission time (s) now and then.
         strategy: replaces the one that the scenario names.
-        keep_models: keep the world models of the vehicles in the table ``facts``, to be queried.
     """
     began = time.perf_counter()
     setup = resolved(scenario, strategy)
     fleet = assemble(setup, seed, channel)
     fleet.run(progress)
-    if keep_models:
-        knowledge.keep(fleet)
-    result = result_of(setup, seed, fleet, time.perf_counter() - began)
+    settled = settled_of(setup, fleet)
+    result = result_of(setup, seed, fleet, time.perf_counter() - began, settled)
     fleet.close()
     return result
 
 
-def result_of(setup: Setup, seed: int, fleet: Fleet, wall_s: float) -> Run:
+def settled_of(setup: Setup, fleet: Fleet) -> Settled | None:
+    """Let the exchange of a fleet whose run is over go on, if its scenario asks for it."""
+    settle_s = setup.scenario.scenario.settle_s
+    return settle(fleet, settle_s) if settle_s > 0.0 else None
+
+
+def result_of(setup: Setup, seed: int, fleet: Fleet, wall_s: float, settled: Settled | None = None) -> Run:
     """The run of a fleet that stands still.
 
     Args:
@@ -96,6 +101,7 @@ def result_of(setup: Setup, seed: int, fleet: Fleet, wall_s: float) -> Run:
         seed: root of its draws.
         fleet: whose run is over.
         wall_s: what it took on this machine (s).
+        settled: how the exchange after the mission ended.
     """
     return Run(
         setup,
@@ -105,9 +111,10 @@ def result_of(setup: Setup, seed: int, fleet: Fleet, wall_s: float) -> Run:
         fleet.truth.goal_fraction,
         fleet.completed,
         fleet.reason,
-        fleet.now_s if fleet.completed else fleet.duration_s,
+        fleet.ended_s if fleet.completed else fleet.duration_s,
         fleet.n_false_beliefs,
         sum(vehicle.functional.motion.distance_m for vehicle in fleet.vehicles),
         wall_s,
         fleet.holders.wrong_fraction,
+        settled,
     )

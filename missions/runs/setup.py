@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,12 +14,12 @@ from exchange.manager import ExchangeManager
 from exchange.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
 from missions.metric import Metric, collected
-from missions.runs.knowledge import FACTS
 from missions.runs.metrics import CORE_METRICS
 from missions.runs.needs import needs_of_all, priorities, subjects_of
 from missions.runs.refusals import refuse_malformed, refuse_undivided
 from missions.runs.sea import actual, sea_of
 from missions.scenarios.deployment import deployment_of, sound_speed_mps
+from missions.scenarios.knowledge import pruning_of
 from missions.scenarios.obligations import obligations_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import policy_of
@@ -42,6 +42,7 @@ from remoras.sensor import Sensor
 from remoras.social.agreement import Agreement, agree
 from remoras.social.layer import SocialLayer
 from remoras.social.needs import GroupNeeds, Subjects
+from remoras.social.negotiation import ROLE_ATTRIBUTES
 from remoras.strategy import Declaration, Strategy
 from remoras.vehicle import Layers, Vehicle
 from remoras.work import Point
@@ -54,10 +55,8 @@ from worldmodel import (
     read_tbox,
 )
 
-STATUS_PER_FRAME = 2
-"""Status blocks (position, battery) that a vehicle records in a TDMA frame."""
-SPARE_BLOCKS = 1024
-"""Blocks of a vehicle that are neither status nor observations: assignments, findings."""
+SPARE_ITEMS = 1024
+"""Items of a vehicle beside its observations and what its strategy states in every round: assignments, findings."""
 
 
 @dataclass(frozen=True)
@@ -130,6 +129,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     refuse_malformed(scenario, agreement)
     refuse_undivided(scenario, strategy, agreement, database)
     _recorder(mission, [sensors_of(data) for data in database.values()])
+    urgency = priorities(scenario, strategy, mission, tbox)
     return Setup(
         scenario=scenario,
         mission=mission,
@@ -143,8 +143,8 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         bounds_m=(world.x_m[0], world.y_m[0], world.x_m[1], world.y_m[1]),
         modem=modem,
         schedule=schedule,
-        codec=_codec(scenario, mission, strategy, policy, tbox, len(instances), schedule),
-        urgency=priorities(scenario, strategy, mission, tbox),
+        codec=_codec(scenario, mission, strategy, policy, tbox, len(instances), schedule, urgency),
+        urgency=urgency,
         subjects=subjects_of(scenario, mission, tbox, instances, database, agreement),
         decision=scenario.decision.constants(schedule.frame_s),
         metrics=collected(scenario.scenario.mission, (*CORE_METRICS, *mission_type.metrics)),
@@ -174,15 +174,22 @@ def _codec(
     tbox: TBox,
     n_instances: int,
     schedule: TdmaSchedule,
+    exchanged: Collection[int],
 ) -> Codec:
     """The codec that all vehicles of the scenario share; its numbers are as wide as the whole mission needs them."""
     duration_s, resolution_s = scenario.scenario.duration_s, scenario.communication.time_resolution_s
     horizon_s = resolution_s * (int(duration_s / resolution_s) + 1)
     n_frames = int(duration_s / schedule.frame_s) + 1
-    stated = strategy.declaration.blocks_per_round * max(1, len(mission.jobs))
-    n_blocks = (STATUS_PER_FRAME + stated) * n_frames + mission.most_observations + SPARE_BLOCKS
+    stated = _items_per_round(strategy.declaration, tbox) * max(1, len(mission.jobs))
+    n_items = stated * n_frames + mission.most_observations + SPARE_ITEMS
     n_names = n_instances + schedule.n_nodes * mission.instances_found_per_vehicle
-    return Codec(tbox, n_names, schedule.n_nodes, policy, n_blocks, round(horizon_s, 9), resolution_s)
+    return Codec(tbox, n_names, schedule.n_nodes, policy, n_items, round(horizon_s, 9), resolution_s, exchanged)
+
+
+def _items_per_round(declaration: Declaration, tbox: TBox) -> int:
+    """Items that a vehicle states in a round for each job; none if all it states there beside roles is status."""
+    own = [a for a in tbox.attributes if a.name in declaration.messages and a.name not in ROLE_ATTRIBUTES]
+    return 0 if own and all(attribute.latest_only for attribute in own) else declaration.blocks_per_round
 
 
 def sensors_of(data: VehicleData) -> dict[str, Sensor]:
@@ -210,8 +217,6 @@ def sensors_of(data: VehicleData) -> dict[str, Sensor]:
 def _recorder(mission: Mission, sensors: Iterable[Mapping[str, Sensor]]) -> Recorder:
     """A recorder with the tables of the mission and its sensors."""
     tables = [sensor.table for of_one in sensors for sensor in of_one.values() if sensor.table is not None]
-    if any(table.name == FACTS.name for table in (*mission.tables, *tables)):
-        raise PluginError(f"table {FACTS.name!r}: the name of the table of what vehicles knew; rename yours")
     return Recorder([*mission.tables, *tables])
 
 
@@ -291,6 +296,7 @@ def _known_as_it_is(setup: Setup, fleet: Sequence[VehicleData]) -> Setup:
 
 def world_model(setup: Setup, node: int) -> WorldModel:
     """The world model of the vehicle with that node, before it knows anything."""
+    kept = setup.scenario.worldmodel
     return WorldModel(
         setup.tbox,
         node,
@@ -298,6 +304,10 @@ def world_model(setup: Setup, node: int) -> WorldModel:
         setup.scenario.communication.time_resolution_s,
         n_origins=setup.schedule.n_nodes,
         run_time_instances_per_origin=setup.mission.instances_found_per_vehicle,
+        clock_tolerance_s=setup.scenario.communication.clock_tolerance_s,
+        waiting_s=kept.waiting_s,
+        waiting_blocks=kept.waiting_blocks,
+        pruning=pruning_of(setup.scenario, setup.tbox),
     )
 
 

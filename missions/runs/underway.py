@@ -13,7 +13,7 @@ import tomli_w
 
 from missions.errors import OutputError
 from missions.runs.results import RUN_ID
-from missions.runs.run import Run, result_of
+from missions.runs.run import Run, result_of, settled_of
 from missions.runs.setup import Setup, assemble
 from missions.runs.summary import identity
 from missions.runs.tables import arrow_table
@@ -58,7 +58,8 @@ class Underway:
 
     def finish(self) -> Run:
         """The finished run, as ``run`` gives it; the vehicles are gone after that."""
-        result = result_of(self.setup, self.seed, self._fleet, self._spent_s)
+        settled = settled_of(self.setup, self._fleet)
+        result = result_of(self.setup, self.seed, self._fleet, self._spent_s, settled)
         self.close()
         return result
 

@@ -17,6 +17,7 @@ from missions.scenarios.faults import draw_faults, fault_table_faults
 from missions.scenarios.formation import formation_faults
 from missions.scenarios.hooks import hook_faults
 from missions.scenarios.information import information_faults
+from missions.scenarios.knowledge import knowledge_faults
 from missions.scenarios.obligations import obligation_faults
 from missions.scenarios.organisation_checks import organisation_faults
 from missions.scenarios.parts import database_of, groups_of, strategy_named
@@ -54,7 +55,7 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     faults += [*organisation_faults(raw, default_sensor), *fault_table_faults(raw, default_sensor)]
     if mission is not None:
         faults += [*_needs(raw, mission), *_missions(raw, mission), *formation_faults(raw, mission)]
-        faults += [*obligation_faults(raw, mission), *_own_faults(raw, mission)]
+        faults += [*obligation_faults(raw, mission), *knowledge_faults(raw, mission), *_own_faults(raw, mission)]
     return faults
 
 

@@ -14,6 +14,7 @@ from pydantic import ConfigDict, Field, field_validator
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.faults import FaultTable
+from missions.scenarios.knowledge import WorldModelTable
 from missions.scenarios.obligations import ObligationTable
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
 from remoras.attraction import GuidanceConstants
@@ -27,14 +28,22 @@ HELD: Final = "held by head"
 """The head of a group holds what it knows of its jobs, else all members do."""
 
 
-class About(Section):
+class About(Sparse):
     """The table ``[scenario]``."""
+
+    UNSAID = frozenset({"settle_s"})
 
     name: Name = Field(description="name of the scenario; used in file names and results")
     title: str = Field("", description="one line for reports")
     mission: str = Field(description="mission class as package.module:object")
     duration_s: float = Field(gt=0.0, le=604_800.0, description="end of the run if the mission has not completed")
     tick_s: float = Field(1.0, ge=0.01, le=1.0, description="motion tick")
+    settle_s: float = Field(
+        0.0,
+        ge=0.0,
+        le=604_800.0,
+        description="longest time that the exchange goes on after the mission, until nobody has anything left to tell",
+    )
 
 
 class World(Section):
@@ -74,6 +83,12 @@ class Communication(Sparse):
     carrier_evidence: bool = Field(True, description="take a peer that sends an item as holding it")
     time_resolution_s: float = Field(
         0.1, ge=0.001, le=10.0, multiple_of=0.001, description="resolution of observation times on the wire"
+    )
+    clock_tolerance_s: float = Field(
+        1.0,
+        ge=0.0,
+        le=604_800.0,
+        description="how much later than its arrival a fact may be observed; with a later one a packet is refused",
     )
     needs_follow: Literal["all", "groups"] = Field(
         "all", description="who needs the listed attributes: all vehicles, or those whose groups what is told concerns"
@@ -327,7 +342,7 @@ class Scenario(Sparse):
     """The whole input of a run; a mission with tables of its own subclasses it."""
 
     model_config = ConfigDict(json_schema_extra=unless("organisation", "group"))
-    UNSAID = frozenset({"role", "group_template"})
+    UNSAID = frozenset({"role", "group_template", "worldmodel"})
 
     organisation: str | None = Field(
         None,
@@ -345,6 +360,7 @@ class Scenario(Sparse):
     current: CurrentTable = CurrentTable()
     mission: Section = Field(Section(), description="settings of the mission")
     navigation: NavigationTable = NavigationTable()
+    worldmodel: WorldModelTable = WorldModelTable()
     beacon: tuple[BeaconTable, ...] = ()
     rally_point: tuple[RallyPoint, ...] = ()
     role: tuple[dict[str, Any], ...] = Field(

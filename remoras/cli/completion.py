@@ -126,6 +126,13 @@ def _kinds(ctx: typer.Context) -> Iterable[str]:
     return [*KINDS, *(figure.name for figure in figures if isinstance(figure, Figure))]
 
 
+def _vehicles(ctx: typer.Context) -> Iterable[str]:
+    """Vehicles of the run in the folder that has been named."""
+    from missions.runs.results import Results
+
+    return [one.name for one in Results.read(_folder(ctx)).scenario.vehicle]
+
+
 TOML = (".toml",)
 scenario = _offering(_scenarios, TOML)
 study = _offering(_studies, TOML)
@@ -139,6 +146,7 @@ key = _offering(_keys_of_all)
 metric = _offering(_metrics)
 baseline = _offering(_baselines)
 kind = _offering(_kinds)
+vehicle = _offering(_vehicles)
 
 
 def one_of(*names: str) -> Any:

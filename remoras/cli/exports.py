@@ -5,11 +5,15 @@ from __future__ import annotations
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from remoras.cli import completion
 from remoras.cli.app import Json, command, fail, show_json
+
+if TYPE_CHECKING:
+    from missions.runs.results import Results
 
 
 class ExportFormat(StrEnum):
@@ -23,13 +27,24 @@ class ExportFormat(StrEnum):
     CSV = "csv"
     ALOG = "alog"
     TRACE = "trace"
+    TURTLE = "ttl"
+    TRIG = "trig"
+    JSON_LD = "jsonld"
+    N_TRIPLES = "nt"
 
 
+KNOWLEDGE = (ExportFormat.TURTLE, ExportFormat.TRIG, ExportFormat.JSON_LD, ExportFormat.N_TRIPLES)
+"""Formats of what the vehicles knew."""
 FORMAT_HELP = (
     "mcap for Foxglove, rosbag2 for ROS 2, geojson for QGIS and Neptus, kml for Google Earth, "
-    "netcdf with CF conventions, csv for anything, alog for alogview of MOOS-IvP, "
-    "trace for the channel trace of later runs."
+    "netcdf with CF conventions, csv for anything, alog for alogview of MOOS-IvP, trace for the channel trace; "
+    "what vehicles knew as RDF: ttl, trig, jsonld, nt."
 )
+Vehicle = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", help="Whose knowledge; all vehicles if left out.", autocompletion=completion.vehicle),
+]
+At = Annotated[float | None, typer.Option(metavar="SECONDS", help="As of which time; else as of the end of the run.")]
 
 
 @command("export", "remoras export results/lossy --format mcap")
@@ -40,28 +55,67 @@ def export(
         Path | None, typer.Option(metavar="FILE", help="File or folder to write; in DIR if left out.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier export.")] = False,
+    vehicle: Vehicle = None,
+    at: At = None,
+    items: Annotated[
+        bool, typer.Option("--items", help="With nt: the canonical graph of items, equal where the items are.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
-    """Write a run for another tool: Foxglove, ROS 2, QGIS, Google Earth, MOOS-IvP, or as netCDF, CSV or trace."""
-    from missions.errors import ConfigurationError
+    """Write a run for another tool: Foxglove, ROS 2, QGIS, Google Earth, MOOS-IvP, netCDF, CSV, RDF, or as a trace."""
     from missions.runs.results import Results
+
+    if (folder / "study.json").is_file():
+        fail(f"{folder}: holds a sweep, and export takes the results of one run; make one with: remoras run --out DIR")
+    if file_format not in KNOWLEDGE and (vehicle is not None or at is not None or items):
+        names = ", ".join(KNOWLEDGE)
+        fail(f"--vehicle, --at and --items: are about what vehicles knew; formats: {names}, not {file_format.value}")
+    results = Results.read(folder)
+    if file_format in KNOWLEDGE:
+        path, counts, what = _knowledge(results, file_format, out, force, vehicle, at, items)
+    else:
+        path, counts, what = _voyage(results, file_format, out, force)
+    if as_json:
+        show_json({"path": str(path), "format": file_format.value, "counts": counts})
+        return
+    print(path)
+    for name, count in counts.items():
+        print(f"  {count:>8}  {what}{name}")
+
+
+def _voyage(
+    results: Results, file_format: ExportFormat, out: Path | None, force: bool
+) -> tuple[Path, dict[str, int], str]:
+    """Write the course of a run; the file, and how many messages, rows or features there are of each kind."""
+    from missions.errors import ConfigurationError
     from missions.scenarios.parts import mission_of
     from visualisation.exports import default_path
     from visualisation.exports import export as write
 
-    if (folder / "study.json").is_file():
-        fail(f"{folder}: holds a sweep, and export takes the results of one run; make one with: remoras run --out DIR")
-    results = Results.read(folder)
-    path = out or default_path(folder, file_format.value)
+    path = out or default_path(results.folder, file_format.value)
     try:
         places = mission_of(results.scenario).places
     except ConfigurationError as error:
         print(f"remoras: places are left out: {error}", file=sys.stderr)
         places = ()
     made = write(results, file_format.value, path, force, places)
-    if as_json:
-        show_json({"path": str(made.path), "format": file_format.value, "counts": dict(made.counts)})
-        return
-    print(made.path)
-    for name, count in made.counts.items():
-        print(f"  {count:>8}  {name}")
+    return made.path, dict(made.counts), ""
+
+
+def _knowledge(
+    results: Results,
+    file_format: ExportFormat,
+    out: Path | None,
+    force: bool,
+    vehicle: str | None,
+    at_s: float | None,
+    items: bool,
+) -> tuple[Path, dict[str, int], str]:
+    """Write what vehicles knew; the file, and how many facts each knew."""
+    from missions.runs.knowledge import default_path
+    from missions.runs.knowledge import export as write
+    from worldmodel.writing import RdfFormat
+
+    form = RdfFormat(file_format.value)
+    path = out or default_path(results.folder, form, vehicle, items)
+    return path, write(results, form, path, force, vehicle, at_s, items), "facts known to "

@@ -199,7 +199,7 @@ def explain(
         str,
         typer.Argument(
             metavar="KEY",
-            help="A key such as communication.policy; a table for all its keys; codec for a packet.",
+            help="A key such as communication.policy; a table for all its keys; codec for packets; ontology for terms.",
             autocompletion=completion.key,
         ),
     ] = "",
@@ -207,7 +207,8 @@ def explain(
         str,
         typer.Option(
             metavar="SCENARIO",
-            help="Scenario whose packets `explain codec` lays out, and whose tables --schema describes.",
+            help="Scenario whose packets `explain codec` lays out, whose terms `explain ontology` lists, whose tables "
+            "--schema describes.",
             autocompletion=completion.scenario,
         ),
     ] = "mapping-rendezvous",
@@ -222,6 +223,9 @@ def explain(
         return
     if key == "codec":
         _explain_codec(scenario, as_json)
+        return
+    if key == "ontology":
+        _explain_ontology(scenario, as_json)
         return
     from missions.scenarios.explanations import explanations
     from missions.sweeps.study import study_explanations
@@ -275,6 +279,22 @@ def _explain_codec(scenario: str, as_json: bool) -> None:
     width = max(len(field.field) for field in fields)
     for field in fields:
         print(f"  {field.group:<9} {field.field:<{width}} {field.size_bits:>4}  {field.note}".rstrip())
+
+
+def _explain_ontology(scenario: str, as_json: bool) -> None:
+    """The classes and attributes that the vehicles of a scenario know, each with its definition."""
+    from missions.runs.setup import resolved
+    from missions.scenarios import load
+    from worldmodel.vocabulary import terms_of
+
+    terms = terms_of(resolved(load(scenario)).tbox)
+    if as_json:
+        show_json([term._asdict() for term in terms])
+    elif on_terminal():
+        show_table(("term", "is a", "meaning"), [(term.name, term.kind, term.meaning) for term in terms])
+    else:
+        for term in terms:
+            print(f"{term.name}  ({term.kind})\n    {term.meaning}")
 
 
 @command("doctor", "remoras doctor")

@@ -13,6 +13,7 @@ import typer
 
 from remoras.cli import completion
 from remoras.cli.app import FAILED, Format, Json, command, fail, show_json
+from remoras.cli.exports import At, Vehicle
 from remoras.cli.progress import Progress
 from remoras.cli.tables import on_terminal, show_table
 
@@ -71,17 +72,12 @@ def run(
     settings: Settings = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for summary, manifest and tables.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace results that are already in --out.")] = False,
-    keep_models: Annotated[
-        bool, typer.Option("--keep-models", help="Keep what each vehicle knew at the end, for `query`.")
-    ] = False,
     as_json: Json = False,
 ) -> None:
     """Run a mission scenario; print its summary, and write all of its results with --out."""
     from missions.files import SCENARIO, file_of, shipped
 
     file_of(SCENARIO, scenario, shipped())  # a name that is mistyped is told before much is loaded
-    if keep_models and out is None:
-        fail("--keep-models: keeps them in the results; name a folder with --out")
     with saying_what_is_written(out):
         from missions.runs.folder import check_output
         from missions.runs.results import MemoryResults, write
@@ -93,7 +89,7 @@ def run(
         if out is not None:
             check_output(out, force)
         with Progress(f"run {loaded.scenario.name}", loaded.scenario.duration_s, "s of mission time") as progress:
-            finished = run_scenario(loaded, seed, progress=progress.at, keep_models=keep_models)
+            finished = run_scenario(loaded, seed, progress=progress.at)
         if out is not None:
             write(finished, out, force)
     report = MemoryResults(finished).summary if as_json else summary(finished)
@@ -290,19 +286,28 @@ def _plot_sweep(
     _show_drawn(drawn)
 
 
-@command("query", "remoras query results/known 'SELECT ?group WHERE { ?group rm:gatheredAt ?point }'")
+@command("query", "remoras query results/lossy 'SELECT ?group WHERE { ?group rm:gatheredAt ?point }'")
 def query(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run that kept its models.")],
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run.")],
     sparql: Annotated[str, typer.Argument(metavar="SPARQL", help="A SELECT or ASK query, or a file FILE.rq.")],
+    vehicle: Vehicle = None,
+    at: At = None,
+    engine: Annotated[
+        str, typer.Option(metavar="rdflib|oxigraph", help="What answers; oxigraph is fast where much is known.")
+    ] = "rdflib",
     as_json: Json = False,
 ) -> None:
-    """Ask what the vehicles knew at the end of a run, each in turn; it was run with --keep-models."""
+    """Ask what one vehicle knew, or each in turn, at the end of a run or at another time."""
     from missions.files import text_of
     from missions.runs.knowledge import query as ask
     from missions.runs.results import Results
+    from worldmodel.sparql import engine_of
 
+    if (folder / "study.json").is_file():
+        fail(f"{folder}: holds a sweep, and query takes the results of one run; make one with: remoras run --out DIR")
+    results = Results.read(folder)
     text = text_of(Path(sparql)) if sparql.endswith(".rq") else sparql
-    columns, rows = ask(Results.read(folder), text)
+    columns, rows = ask(results, text, vehicle, at, engine_of(engine))
     if as_json:
         show_json([dict(zip(columns, row, strict=True)) for row in rows])
         return

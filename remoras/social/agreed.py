@@ -10,9 +10,10 @@ from remoras.authority import NOBODY, Act, Request, Ruling
 from remoras.beliefs import Key
 from remoras.organisation import Group, Organisation, Outcome, RoleAssignment
 from worldmodel import Observation
+from worldmodel.facts import BlockKey
 
-Place = tuple[int, int, int]
-"""Where a statement is: origin and sequence of its block, and its position there."""
+Place = tuple[BlockKey, int]
+"""Where a statement is: the key of its block, and its position there."""
 UNCHANGED = frozenset({Outcome.ROLE_ALREADY_HANDLED, Outcome.ROLE_NOT_HANDLED})
 """Outcomes of what is so already: neither a change nor a refusal."""
 
@@ -124,7 +125,7 @@ class Agreed:
 
     def refuse(self, asked: Request, outcome: Outcome, said: Observation) -> None:
         """Let a statement that its issuer had no right to make count for nothing."""
-        self.unlawful.add((said.origin, said.block.sequence, said.position))
+        self.unlawful.add((said.block.key, said.position))
         self.note(asked, outcome)
 
     def note(self, asked: Request, outcome: Outcome) -> None:

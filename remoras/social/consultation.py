@@ -46,8 +46,8 @@ LAWFUL = UNCHANGED | {Outcome.SUCCESS, Outcome.NO_ROOM, Outcome.UNAVAILABLE, Out
 
 
 def _age(observation: Observation) -> Age:
-    """The world model's order of facts: time, then origin, sequence and position."""
-    return observation.time_s, observation.origin, observation.block.sequence, observation.position
+    """The world model's order of facts: that of their blocks, then position."""
+    return *observation.block.key, observation.position
 
 
 class Consultation:

@@ -145,7 +145,7 @@ class Negotiation:
         """Leave out of what was heard in this round what the issuers had no right to state.
 
         Args:
-            unlawful: origin and sequence of the block of each such fact, and its position there.
+            unlawful: where each such fact is.
         """
         self._unlawful = unlawful
 
@@ -158,7 +158,7 @@ class Negotiation:
             facts = tuple(
                 self._beliefs.by_name(fact)
                 for position, fact in enumerate(block.facts)
-                if (block.origin, block.sequence, position) not in unlawful
+                if (block.key, position) not in unlawful
             )
             if facts:
                 found.append(Heard(self._beliefs.name(block.origin), block.time_s, facts))

@@ -13,9 +13,9 @@ from typing import NamedTuple
 from remoras.organisation import Organisation
 from remoras.social.succession import Claim
 
-Age = tuple[float, int, int, int]
-"""Place in the world model's order of facts: time, then origin, sequence and position."""
-AGREED_BEFORE: Age = (-math.inf, 0, 0, 0)
+Age = tuple[float, int, int, int, int]
+"""Place in the world model's order of facts: time, origin, epoch and order of the block, then position in it."""
+AGREED_BEFORE: Age = (-math.inf, 0, 0, 0, 0)
 
 
 class _Claimed(NamedTuple):

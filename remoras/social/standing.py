@@ -21,11 +21,12 @@ from remoras.social.consultation import Consultation
 from remoras.social.membership import NO_CHANGES, Changes, Membership, acted_on
 from remoras.social.negotiation import ROLE_ATTRIBUTES
 from remoras.social.receivers import by_receiver
+from remoras.social.reigns import Age
 from remoras.social.reports import SENSORS_WORK, Reports, takes_sensors
 from remoras.social.statements import AVAILABLE, Statements
 from worldmodel import Change
 
-NEVER = (-1.0, 0, 0)
+NEVER: Age = (-1.0, 0, 0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +91,7 @@ class Standing:
         self._statements = Statements(me, beliefs, database)
         self._unavailable: frozenset[str] = frozenset()
         self._available = beliefs.model.tbox.attribute_named(AVAILABLE).uid
-        self._available_since: dict[int, tuple[float, int, int]] = {}  # by origin
+        self._available_since: dict[int, Age] = {}  # by origin
         self._is_out_of_reach = False  # it has said that it takes no jobs, since it is cut off
         self._given_up: set[Objective] = set()
         self.reports = Reports(beliefs, database, until_s)
@@ -137,7 +138,7 @@ class Standing:
         """See who takes jobs, by what each vehicle says of itself: the newest counts."""
         block = change.block
         for position, fact in enumerate(block.facts):
-            age = block.time_s, block.sequence, position
+            age = *block.key, position
             if fact.attribute != self._available or fact.subject != block.origin:
                 continue
             if age > self._available_since.get(block.origin, NEVER):

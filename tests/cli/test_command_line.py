@@ -614,10 +614,12 @@ def test_an_export_is_written_into_the_folder_and_counted(results: Path, tmp_pat
 
 
 def test_the_formats_are_those_of_the_package() -> None:
-    from remoras.cli.exports import ExportFormat
+    from remoras.cli.exports import KNOWLEDGE, ExportFormat
     from visualisation.exports import FORMATS
+    from worldmodel.writing import RdfFormat
 
-    assert [format.value for format in ExportFormat] == list(FORMATS)
+    assert [format.value for format in ExportFormat] == [*FORMATS, *RdfFormat]
+    assert [format.value for format in KNOWLEDGE] == [*RdfFormat]
 
 
 def test_an_export_is_of_one_run(results: Path, swept: Path, tmp_path: Path) -> None:

@@ -193,10 +193,26 @@ def test_a_behaviour_from_outside_decides_where_vehicles_wait(executed: Any) -> 
         assert 10.0 <= math.dist(waiting[vehicle], (450.0, 450.0)) <= 15.0
 
 
-def test_the_tables_of_results_are_told_apart(executed: Any) -> None:
-    _, said = executed("results")
-    answer = next(text for line, text in said.items() if line.startswith("remoras query"))
-    assert "operational rally" in answer
+def test_knowledge_says_who_observed_what_and_when_each_received_it(executed: Any) -> None:
+    """One query gives what the tables of the run say: cells from ``items``, receptions from ``knowledge``."""
+    folder, said = executed("knowledge")
+    assert "operational rally" in next(text for line, text in said.items() if "gatheredAt" in line)
+    answer = json.loads((folder / "cells.json").read_text(encoding="utf-8"))
+    cells = {row["uid"]: row for row in rows(folder / "lossy", "items") if row["attribute"] == "mappedCell"}
+    observed = {(row["subject"], int(float(row["value"])), row["origin"], row["time_s"]) for row in cells.values()}
+    assert {(one["area"], one["cell"], one["observer"], one["observed_s"]) for one in answer} == observed
+    received = {
+        (row["vehicle"], cells[row["item"]]["subject"], cells[row["item"]]["time_s"], row["time_s"])
+        for row in rows(folder / "lossy", "knowledge")
+        if row["event"] == "received" and row["item"] in cells
+    }
+    got = {(one["vehicle"], one["area"], one["observed_s"], one["received_s"]) for one in answer if one["received_s"]}
+    assert got == received
+    assert all((one["received_s"] is None) == (one["vehicle"] == one["observer"]) for one in answer)
+    assert {one["sender"] for one in answer} >= {"AUV00", "AUV01", "AUV02"}
+    first, second = ((folder / name).read_text(encoding="utf-8").splitlines() for name in ("first.nt", "second.nt"))
+    assert first == sorted(first)
+    assert len({*first} ^ {*second}) < 0.1 * len(first)  # all but the last that were told
 
 
 def test_faults_of_a_scenario_are_rows_of_the_run(executed: Any) -> None:

@@ -2,6 +2,8 @@
 
 import random
 import time
+import zlib
+from dataclasses import replace
 from functools import cache
 
 import pytest
@@ -20,15 +22,17 @@ from fleet_radio import (
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exchange.codec import Codec, width
-from exchange.errors import ConfigurationError, PeerFault
+from exchange.codec import Codec
+from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
+from exchange.names import width
 from exchange.packets import Fragment, InfluenceSignal, Packet
 from exchange.policies import ACK, POLICIES, AckPolicy, header_bits
 from missions.runs.setup import resolved
 from missions.scenarios.loading import load
-from worldmodel import Attribute, PropertyValue, TBox, Value, ValueKind
+from worldmodel import STATUS, Attribute, Field, OntologyClass, PropertyValue, TBox, Value, ValueKind
 from worldmodel.fields import Grid
 
+ATTRIBUTE_BITS = width(len(TBOX.attributes))
 NODES = st.integers(2, 64)
 POLICY_NAMES = st.sampled_from(sorted(POLICIES))
 
@@ -69,14 +73,21 @@ def facts(draw: st.DrawFn, n_instances: int) -> PropertyValue:
 def fragments(draw: st.DrawFn, n_nodes: int) -> Fragment:
     """Own or relayed, whole blocks or parts of larger ones."""
     count = draw(st.one_of(st.just(1), st.integers(2, 16)))
+    told = tuple(draw(st.lists(facts(len(instances(n_nodes))), min_size=1, max_size=4)))
     return Fragment(
         draw(st.integers(0, n_nodes - 1)),
-        draw(st.integers(0, (1 << 14) - 1)),
+        STATUS if count == 1 and is_latest_only(told) else draw(st.integers(0, (1 << 14) - 1)),
         draw(st.floats(0.0, DURATION_S)),
-        tuple(draw(st.lists(facts(len(instances(n_nodes))), min_size=1, max_size=4))),
+        told,
         draw(st.integers(0, count - 1)),
         count,
+        draw(st.integers(0, 3)),
     )
+
+
+def is_latest_only(told: tuple[PropertyValue, ...]) -> bool:
+    """True if a whole block of these facts is a status."""
+    return all(TBOX.attributes[fact.attribute].latest_only for fact in told)
 
 
 @st.composite
@@ -87,13 +98,19 @@ def packets(draw: st.DrawFn) -> tuple[Codec, AckPolicy, int, Packet]:
         tuple(draw(st.integers(0, (1 << n_nodes) - 1)) for _ in range(n_nodes)),
         tuple(draw(st.lists(fragments(n_nodes), max_size=4))),
         tuple(draw(st.lists(st.builds(InfluenceSignal, st.integers(0, n_nodes), st.integers(-128, 127)), max_size=15))),
+        draw(st.integers(0, 3)),
     )
     return codec_of(n_nodes, policy.name), policy, n_nodes, packet
 
 
 def encoded(codec: Codec, packet: Packet) -> bytes:
-    wire = [codec.encode_fragment(fragment, packet.sender) for fragment in packet.fragments]
-    return codec.encode(packet.sender, packet.rows, wire, packet.signals)
+    wire = [codec.encode_fragment(fragment, packet.sender, packet.epoch) for fragment in packet.fragments]
+    return codec.encode(packet.sender, packet.rows, wire, packet.signals, epoch=packet.epoch)
+
+
+def is_relayed(fragment: Fragment, packet: Packet) -> bool:
+    """True for what is not of the sender in its present epoch."""
+    return (fragment.origin, fragment.epoch) != (packet.sender, packet.epoch)
 
 
 def quantised(fragment: Fragment) -> Fragment:
@@ -103,7 +120,7 @@ def quantised(fragment: Fragment) -> Fragment:
     )
     tenths = Grid(0.0, 0.1)
     time_s = tenths.value_at(tenths.index_of(fragment.time_s))
-    return Fragment(fragment.origin, fragment.sequence, time_s, stored, fragment.index, fragment.count)
+    return replace(fragment, time_s=time_s, facts=stored)
 
 
 def bits_sent(packet: Packet, policy: AckPolicy, n_nodes: int) -> tuple[int, ...]:
@@ -120,7 +137,7 @@ def bits_sent(packet: Packet, policy: AckPolicy, n_nodes: int) -> tuple[int, ...
 def test_a_packet_arrives_as_it_was_sent(made: tuple[Codec, AckPolicy, int, Packet]):
     codec, policy, n_nodes, packet = made
     received = codec.decode(encoded(codec, packet))
-    assert received.sender == packet.sender
+    assert (received.sender, received.epoch) == (packet.sender, packet.epoch)
     assert received.rows == bits_sent(packet, policy, n_nodes)
     assert received.signals == packet.signals
     assert received.fragments == tuple(quantised(fragment) for fragment in packet.fragments)
@@ -146,15 +163,21 @@ def test_the_ontology_has_every_kind_of_value(kind: ValueKind):
 def test_extremes_of_every_field(n_nodes: int):
     codec, last = codec_of(n_nodes), len(instances(n_nodes)) - 1
     corners = [
-        Fragment(0, 0, 0.0, (PropertyValue(0, POSITION, (-10_000.0, -10_000.0)),)),
+        Fragment(0, STATUS, 0.0, (PropertyValue(0, POSITION, (-10_000.0, -10_000.0)),)),
+        Fragment(0, 0, 0.0, cells(n_nodes, 1), epoch=3),
         Fragment(
             n_nodes - 1, (1 << 14) - 1, DURATION_S, (PropertyValue(last, POSITION, (10_000.0, 10_000.0)),), 15, 16
         ),
         Fragment(0, 1, 0.1, (PropertyValue(last, MAPPED_CELL, 4095.0), PropertyValue(0, BATTERY, 1.0)), 0, 2),
     ]
-    packet = Packet(0, (0,) * n_nodes, tuple(corners), (InfluenceSignal(last, -128), InfluenceSignal(0, 127)))
+    packet = Packet(0, (0,) * n_nodes, tuple(corners), (InfluenceSignal(last, -128), InfluenceSignal(0, 127)), 2)
     received = codec.decode(encoded(codec, packet))
-    assert (received.fragments, received.signals) == (packet.fragments, packet.signals)
+    assert (received.fragments, received.signals, received.epoch) == (packet.fragments, packet.signals, 2)
+
+
+def whole_block(told: tuple[PropertyValue, ...]) -> Fragment:
+    """A block of node 0 at the start of the mission: a status if its attributes say so, else an item."""
+    return Fragment(0, STATUS if is_latest_only(told) else 0, 0.0, told)
 
 
 # What is refused ----------------------------------------------------------------------------------
@@ -166,21 +189,21 @@ def test_extremes_of_every_field(n_nodes: int):
 )
 def test_a_value_out_of_range_is_never_sent_as_something_else(name: str, value: Value):
     """DCCL by default sends 1200 in 0..1000 as 0 without a word."""
-    fragment = Fragment(0, 0, 0.0, (PropertyValue(0, attribute(name), value),))
+    fragment = whole_block((PropertyValue(0, attribute(name), value),))
     with pytest.raises((ValueError, ConfigurationError), match=r"outside"):
         codec_of(4).encode_fragment(fragment, 0)
 
 
 @pytest.mark.parametrize(("name", "value"), [("mappedCell", 4096.0), ("batteryFraction", -0.2)])
 def test_a_value_out_of_range_is_refused_by_the_name_of_its_attribute(name: str, value: float):
-    fragment = Fragment(0, 0, 0.0, (PropertyValue(0, attribute(name), value),))
+    fragment = whole_block((PropertyValue(0, attribute(name), value),))
     with pytest.raises((ValueError, ConfigurationError), match=name):
         codec_of(4).encode_fragment(fragment, 0)
 
 
 def test_an_instance_without_a_wire_name_is_refused():
     with pytest.raises(ConfigurationError, match="instance 8 has no wire name, 0 to 7 have"):
-        codec_of(4).encode_fragment(Fragment(0, 0, 0.0, (PropertyValue(8, POSITION, (0.0, 0.0)),)), 0)
+        codec_of(4).encode_fragment(whole_block((PropertyValue(8, POSITION, (0.0, 0.0)),)), 0)
 
 
 def test_a_time_behind_the_end_of_the_mission_is_refused():
@@ -189,8 +212,28 @@ def test_a_time_behind_the_end_of_the_mission_is_refused():
 
 
 def test_a_vehicle_that_has_used_up_its_sequence_numbers_is_told_so():
-    with pytest.raises(ConfigurationError, match="vehicle 2 has recorded more than 16384 blocks"):
+    with pytest.raises(ConfigurationError, match="vehicle 2 has told more than 16384 items"):
         codec_of(4).encode_fragment(Fragment(2, 1 << 14, 0.0, cells(4, 1)), 0)
+
+
+def test_what_a_vehicle_keeps_to_itself_has_no_form_on_the_wire():
+    with pytest.raises(ConfigurationError, match="block -2 of vehicle 0 is private"):
+        codec_of(4).encode_fragment(Fragment(0, STATUS - 1, 0.0, cells(4, 1)), 0)
+
+
+def test_an_item_of_latest_only_attributes_would_be_read_as_a_status():
+    position = (PropertyValue(0, POSITION, (0.0, 0.0)),)
+    for told, sequence in ((position, 7), (cells(4, 1), STATUS)):
+        with pytest.raises(ConfigurationError, match=f"sequence {sequence}: a whole block of latest-only attributes"):
+            codec_of(4).encode_fragment(Fragment(0, sequence, 0.0, told), 0)
+
+
+def test_a_fifth_epoch_has_no_name():
+    codec, wanted = codec_of(4), "epoch 4 has no name on the wire; allowed: 0 to 3"
+    with pytest.raises(ConfigurationError, match=wanted):
+        codec.encode_fragment(Fragment(0, 0, 0.0, cells(4, 1), epoch=4), 0)
+    with pytest.raises(ConfigurationError, match=wanted):
+        codec.encode(0, [0] * 4, [], epoch=4)
 
 
 def test_a_signal_that_is_no_signed_byte_is_never_sent_as_another():
@@ -226,13 +269,27 @@ def with_another_attribute() -> TBox:
     ],
     ids=["TBox", "policy", "nodes", "instances", "duration", "time resolution", "blocks"],
 )
-def test_another_definition_is_noticed_before_it_is_misread(stranger: Codec):
-    """No packet of one is read by the other, whatever it carries."""
+def test_another_definition_is_noticed_within_four_frames(stranger: Codec):
+    """A packet has a byte of the hash, by its frame: of four frames at least one is not read, whatever it carries."""
     ours = Codec(TBOX, 8, 4, POLICIES["ack"], N_BLOCKS, DURATION_S)
     wire = [stranger.encode_fragment(Fragment(0, 0, 0.0, cells(4, 1)), 0)]
-    for data in (stranger.encode(0, [0] * 5, []), stranger.encode(1, [0] * 5, wire)):
-        with pytest.raises(PeerFault, match="definition hash differs"):
-            ours.decode(data)
+    refused = []
+    for frame in range(4):
+        for data in (stranger.encode(0, [0] * 5, [], frame=frame), stranger.encode(1, [0] * 5, wire, frame=frame)):
+            try:
+                ours.decode(data, frame)
+            except PeerFault as fault:
+                refused.append(isinstance(fault, DefinitionFault))
+    assert True in refused
+
+
+def test_four_frames_carry_the_whole_hash():
+    """The first bytes of the packets of four frames are a CRC-32, and those of the next four the same."""
+    codec = Codec(TBOX, 8, 4, POLICIES["ack"], N_BLOCKS, DURATION_S)
+    firsts = [codec.encode(0, [0] * 4, [], frame=frame)[0] for frame in range(8)]
+    every = tuple(range(len(TBOX.attributes)))  # all are exchanged where none are named
+    shape = TBOX.hash, 8, 4, N_BLOCKS, 3, DURATION_S, 0.1, every  # a vector of acknowledgements has 3 bits
+    assert bytes(firsts) == 2 * zlib.crc32(repr(shape).encode()).to_bytes(4, "big")
 
 
 def test_two_vehicles_that_were_built_alike_understand_each_other():
@@ -353,19 +410,51 @@ def test_a_matrix_of_twenty_nodes_does_not_fit_the_smallest_frame():
 
 
 def test_the_size_of_an_own_observation_of_the_mission():
-    """Head: relayed 1, sequence 13 (two status values in each of 2031 frames, 300 cells and some to spare are more than
-    4096 blocks), time ceil(log2 144001) = 18, larger block 1; fact: instance and attribute 5 each, cell 12,
-    follows 1. Together 56 bits; the same record as a DCCL message body takes 68."""
+    """Head: relayed 1, time ceil(log2 144001) = 18, larger block 1; fact: instance 5, attribute, cell 12, follows 1;
+    sequence 11, for at most 300 cells and 1024 items to spare. With 32 attributes 54 bits; the same record as a DCCL
+    message body takes 68."""
     codec = mission_codec()
-    assert codec.fragment_bits(Fragment(0, 0, 0.0, cells(4, 1)), relayed=False) == (1 + 13 + 18 + 1) + (5 + 5 + 12 + 1)
-    assert codec.fragment_bits(Fragment(0, 0, 0.0, cells(4, 1))) == 56 + 2  # whose it is, for a relay
+    size_bits = (1 + 18 + 1) + (5 + ATTRIBUTE_BITS + 12 + 1) + 11
+    assert codec.fragment_bits(Fragment(0, 0, 0.0, cells(4, 1)), relayed=False) == size_bits
+    assert codec.fragment_bits(Fragment(0, 0, 0.0, cells(4, 1))) == size_bits + 2 + 2  # whose it is, of which epoch
 
 
-@pytest.mark.parametrize(("payload_bytes", "n_fit"), [(32, 4), (64, 8)])
-def test_observations_per_packet(payload_bytes: int, n_fit: int):
+def test_a_status_has_no_sequence():
+    """A position: head 20, instance 5, attribute, 2 * 16, follows 1."""
+    status = Fragment(0, STATUS, 0.0, (PropertyValue(0, POSITION, (0.0, 0.0)),))
+    assert mission_codec().fragment_bits(status, relayed=False) == (1 + 18 + 1) + (5 + ATTRIBUTE_BITS + 32 + 1)
+
+
+def reference_codec() -> Codec:
+    """For the record by which codecs are compared: 64 classes, 256 instances, 32 attributes, 16 origins, one hour in
+    seconds, places of two coordinates to 0.1 m in a kilometre; a vehicle may tell 4096 items."""
+    along = Field(0.0, 1000.0, 0.1, "m")
+    classes = tuple(OntologyClass(uid, f"c{uid}", f"urn:c{uid}", ()) for uid in range(64))
+    attributes = tuple(
+        Attribute(uid, f"a{uid}", f"urn:a{uid}", 0, ValueKind.POINT, (along, along), latest_only=uid == 1)
+        for uid in range(32)
+    )
+    return Codec(TBox(classes, attributes), 256, 16, POLICIES["ack"], 4096, 3600.0, 1.0)
+
+
+def test_the_record_by_which_codecs_are_compared():
+    """As an item 1 + 12 + 1, 8 + 5 + 28 + 1 and 12 of sequence, DCCL's 68 bits; as a status 56; relayed 4 + 2 more."""
+    codec, place = reference_codec(), (12.3, 45.6)
+    item = Fragment(0, 7, 60.0, (PropertyValue(9, 0, place),))
+    status = Fragment(0, STATUS, 60.0, (PropertyValue(9, 1, place),))
+    for told, size_bits in ((item, 68), (status, 56)):
+        assert codec.encode_fragment(told, 0)[1] == size_bits
+        assert codec.encode_fragment(told, 1)[1] == size_bits + 6
+
+
+@pytest.mark.parametrize(("payload_bytes", "at_least"), [(32, 4), (64, 8)])
+def test_observations_per_packet(payload_bytes: int, at_least: int):
     """A DCCL container of 25 bits and 68 per observation holds 3 in 32 B and 7 in 64 B; the head is no larger here."""
     codec = mission_codec()
-    assert codec.overhead_bits == 8 + 2 + 3 + 5 + 4 <= 25
+    assert codec.overhead_bits == 8 + 2 + 2 + 3 + 5 + 4 <= 25
+    size_bits = codec.fragment_bits(Fragment(0, 0, 5.0, cells(4, 1)), relayed=False)
+    n_fit = (8 * payload_bytes - codec.overhead_bits) // size_bits
+    assert n_fit >= at_least
     own = [codec.encode_fragment(Fragment(0, sequence, 5.0, cells(4, 1)), 0) for sequence in range(n_fit + 1)]
     assert len(codec.encode(0, [0] * 4, own[:n_fit])) <= payload_bytes < len(codec.encode(0, [0] * 4, own))
 
@@ -376,7 +465,7 @@ def test_sizes_asked_for_beforehand_are_those_sent(made: tuple[Codec, AckPolicy,
     codec, _, _, packet = made
     size_bits = codec.overhead_bits + len(packet.signals) * codec.signal_bits
     for fragment in packet.fragments:
-        size_bits += codec.fragment_bits(fragment, relayed=fragment.origin != packet.sender)
+        size_bits += codec.fragment_bits(fragment, is_relayed(fragment, packet))
     assert len(encoded(codec, packet)) == -(-size_bits // 8)
 
 
@@ -389,8 +478,10 @@ def test_the_size_listing_adds_up_to_what_is_sent(made: tuple[Codec, AckPolicy, 
     size_bits = sum(bits for (group, _), bits in size.items() if group == "packet")
     size_bits += len(packet.signals) * (size["signal", "role"] + size["signal", "value"])
     for fragment in packet.fragments:
-        size_bits += sum(size["fragment", field] for field in ("relayed", "sequence", "time", "part of a larger block"))
-        size_bits += size["fragment", "origin"] if fragment.origin != packet.sender else 0
+        size_bits += sum(size["fragment", field] for field in ("relayed", "time", "part of a larger block"))
+        size_bits += 0 if fragment.is_status else size["fragment", "sequence"]
+        if is_relayed(fragment, packet):
+            size_bits += size["fragment", "origin"] + size["fragment", "origin's epoch"]
         size_bits += size["fragment", "index"] + size["fragment", "count"] if fragment.count > 1 else 0
         for fact in fragment.facts:
             size_bits += size["fact", "subject"] + size["fact", "attribute"] + size["fact", "another follows"]

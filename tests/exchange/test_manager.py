@@ -89,7 +89,7 @@ def test_what_those_hold_to_whom_it_is_addressed_gives_way_to_what_they_lack():
     fleet = Fleet(3, who_needs=urgent, lost=lambda slot, sender, receiver: receiver == 2)
     for cell, peer in ((7, 1), (8, 2)):
         model = fleet.models[0]
-        fleet.managers[0].offer([model.record([cells(3, 9)[cell]], 0.0)], [peer])
+        fleet.managers[0].offer([model.record([cells(3, 9)[cell][:3]], 0.0)], [peer])
     fleet.pass_frames(2)
     assert [entry.priority for entry in fleet.managers[0]._ledger.entries] == [5, 50]
 
@@ -136,7 +136,7 @@ def test_an_item_is_dropped_when_all_who_need_it_hold_it_though_others_lack_it()
 
 
 def test_the_more_urgent_goes_first_when_not_all_fits():
-    """13 B are 104 bits; 19 are head, and an item of one fact takes more than 40 of the rest."""
+    """13 B are 104 bits; 21 are head, and an item of one fact takes more than 40 of the rest."""
     fleet = Fleet(2, payload_bytes=13)
     fleet.maps(0, cell=1)
     fleet.maps(0, cell=2)
@@ -368,9 +368,10 @@ def test_an_echo_of_the_own_packet_is_refused():
 
 
 def test_the_exchange_goes_on_through_noise():
-    """After every packet each vehicle also hears 40 bytes of noise."""
+    """After every packet each vehicle also hears 40 bytes of noise; four frames before have shown whom it hears."""
     generator = random.Random(4)
     fleet = Fleet(3, "m-ack-repeat")
+    fleet.pass_frames(4)
     uids = [fleet.maps(node, node) for node in range(3)]
     for _ in range(12):
         now_s = fleet.now_s
@@ -399,7 +400,8 @@ def test_parts_that_disagree_never_stop_a_receiver():
 
 
 def test_a_symbol_that_is_none_never_stops_a_receiver():
-    """Three symbols take two bits; the fourth index means nothing. The bits are those of index 2, the lowest set."""
+    """Three symbols take two bits; the fourth index means nothing. The bits are those of index 2, the lowest set,
+    before the bit that says that no fact follows and 14 of sequence."""
     kinds = (
         *TBOX.attributes,
         Attribute(len(TBOX.attributes), "tide", "urn:tide", 0, ValueKind.SYMBOL, symbols=("ebb", "slack", "flood")),
@@ -417,7 +419,7 @@ def test_a_symbol_that_is_none_never_stops_a_receiver():
         NeedsIndex(tbox, {}),
     )
     bits, size_bits = codec.encode_fragment(Fragment(0, 0, 0.0, (PropertyValue(0, kinds[-1].uid, 2),)), 0)
-    assert receiver.receive(codec.encode(0, [0, 0], [(bits | 0b010, size_bits)]), 0.5).fault
+    assert receiver.receive(codec.encode(0, [0, 0], [(bits | 0b010 << 14, size_bits)]), 0.5).fault
 
 
 # Slots --------------------------------------------------------------------------------------------

@@ -1,8 +1,10 @@
-"""Names of items, as tables and reports show them."""
+"""Names of items, statuses and what is kept, as tables and reports show them."""
 
-from fleet_radio import cells
+import pytest
+from fleet_radio import POSITION, cells
 
-from exchange.packets import Fragment, ItemUid
+from exchange.packets import Fragment, ItemUid, guid_of, name_of
+from worldmodel import STATUS, Block, PropertyValue
 
 
 def test_an_item_is_named_by_origin_and_sequence_and_its_part_only_behind_the_first():
@@ -12,11 +14,38 @@ def test_an_item_is_named_by_origin_and_sequence_and_its_part_only_behind_the_fi
 
 def test_names_of_a_fleet_never_collide():
     names = {
-        str(ItemUid(origin, sequence, part)) for origin in range(12) for sequence in range(12) for part in range(4)
+        str(ItemUid(origin, sequence, part, epoch))
+        for origin in range(12)
+        for sequence in range(12)
+        for part in range(4)
+        for epoch in range(4)
     }
-    assert len(names) == 12 * 12 * 4
+    assert len(names) == 12 * 12 * 4 * 4
+
+
+def test_only_a_later_epoch_is_named():
+    assert [str(ItemUid(2, 17, 3, epoch)) for epoch in (0, 1)] == ["2-17.3", "2.e1-17.3"]
+
+
+def test_a_status_is_named_by_what_it_says_of_whom_and_when():
+    status = Block(2, STATUS, 12.3, (PropertyValue(5, POSITION, (0.0, 0.0)),))
+    assert name_of(status) == f"2@12.3:5.{POSITION}"
+    assert name_of(status._replace(time_s=12.0)) == f"2@12:5.{POSITION}"
+
+
+def test_what_a_vehicle_keeps_is_numbered_apart():
+    kept = Block(2, STATUS - 1, 12.3, cells(4, 1))
+    assert [name_of(kept), name_of(kept._replace(sequence=-9, epoch=3))] == ["2-p1", "2.e3-p8"]
+
+
+@pytest.mark.parametrize("sequence", [0, 17, STATUS, STATUS - 1, STATUS - 40])
+@pytest.mark.parametrize("epoch", [0, 3])
+def test_a_name_says_which_block_it_is_of(sequence: int, epoch: int):
+    """Of a status it says the origin, no epoch: that has time in its place."""
+    block = Block(11, sequence, 0.1, cells(4, 1), 0 if sequence == STATUS else epoch)
+    assert guid_of(name_of(block)) == block.guid
 
 
 def test_a_fragment_knows_its_item():
     fragment = Fragment(3, 5, 1.0, cells(4, 1), index=2, count=4)
-    assert fragment.uid == ItemUid(3, 5, 2) == (3, 5, 2)
+    assert fragment.uid == ItemUid(3, 5, 2) == (3, 5, 2, 0)

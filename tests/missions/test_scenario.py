@@ -385,7 +385,10 @@ def test_a_value_where_a_table_belongs_is_a_fault_and_no_crash(tmp_path: Path, t
         ("beacon", "[]"),
         ("role", "[]"),
         ("group_template", "[]"),
-        *((one, "{}") for one in ("decision", "fleet", "uncertainty", "guidance", "current", "navigation")),
+        *(
+            (one, "{}")
+            for one in ("decision", "fleet", "uncertainty", "guidance", "current", "navigation", "worldmodel")
+        ),
     }  # have defaults
     if (table, wrong) in fine:
         load(str(file), setting)

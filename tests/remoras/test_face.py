@@ -10,13 +10,14 @@ import remoras
 from missions.errors import ConfigurationError, OutputError
 from remoras.strategies.central import Central
 from visualisation.errors import DrawingError
+from worldmodel import QueryError
 
 SHORT = {"scenario.duration_s": 60.0}
 
 
 @pytest.fixture(scope="module")
 def short() -> remoras.Run:
-    return remoras.run("mapping-rendezvous", per=0.4, seed=3, set=SHORT, keep_models=True)
+    return remoras.run("mapping-rendezvous", per=0.4, seed=3, set=SHORT)
 
 
 def test_every_promised_name_is_there() -> None:
@@ -117,8 +118,21 @@ def test_what_vehicles_knew_can_be_asked(short: remoras.Run) -> None:
     found = short.query("SELECT ?role WHERE { ?vehicle0 rm:playsRole ?role }")
     assert list(found.columns) == ["vehicle", "role"]
     assert set(found["vehicle"]) == {"ASV00", "AUV00", "AUV01", "AUV02"}
-    with pytest.raises(OutputError, match="keep-models"):
-        remoras.run("mapping-rendezvous", set={"scenario.duration_s": 10.0}).query("ASK {}")
+    before = short.query("ASK { ?vehicle0 rm:playsRole ?role }", vehicle="AUV01", at_s=0.0)
+    assert list(before.itertuples(index=False, name=None)) == [(False,)]
+    with pytest.raises(OutputError, match=r"no vehicle 'AUV1'; there are .* did you mean 'AUV01'"):
+        short.query("ASK {}", vehicle="AUV1")
+    with pytest.raises(QueryError, match="engine 'oxygraph' is unknown; allowed: rdflib, oxigraph; did you mean"):
+        short.query("ASK {}", engine="oxygraph")
+
+
+def test_what_vehicles_knew_is_written(short: remoras.Run, tmp_path: Path) -> None:
+    found = short.export("nt", tmp_path / "items.nt", vehicle="AUV01", at_s=50.0, items=True)
+    assert found.read_text(encoding="utf-8").startswith("<https://w3id.org/remoras/run/fact-")
+    with pytest.raises(OutputError, match="is written as nt, and the format is ttl"):
+        short.export("ttl", tmp_path / "items.ttl", items=True)
+    with pytest.raises(TypeError, match="are about what vehicles knew: ttl, trig, jsonld, nt"):
+        short.export("csv", tmp_path / "tables", vehicle="AUV01")
 
 
 def test_the_exchange_study_is_a_data_frame() -> None:

@@ -85,7 +85,7 @@ def test_what_a_peer_says_of_a_job_is_news(fleet: Fleet) -> None:
     exchange(fleet, 0)
     assert news.last_news_s < 0.0
     assert news.heard_s["AUV01"] > 0.0
-    tell(speaker, ("left", "mappedCell", 7), 20.0)
+    tell(speaker, ("left", "mappedCell", 7), 12.0)
     exchange(fleet, 2)
     assert news.last_news_s == news.heard_s["AUV01"]
     assert speaker.functional.picture.peers.last_news_s < 0.0  # its own work is no news to it
@@ -107,7 +107,7 @@ def test_a_packet_that_makes_no_sense_is_an_event(fleet: Fleet) -> None:
     heard = listener.radio.hear(b"\xff" * 40, 0.5 * fleet.schedule.start_s(1))
     assert heard.reception.fault is not None
     assert (heard.changes, heard.signals) == ((), ())
-    assert [row[2] for row in fleet.recorder.faults] == ["bad packet"]
+    assert [row[2] for row in fleet.recorder.faults] == ["bad packet", "another definition"]
     assert listener.functional.picture.peers.heard_s == {}
 
 

@@ -6,6 +6,7 @@ import pytest
 
 from missions.errors import ConfigurationError
 from missions.runs.metrics import bits_of
+from missions.runs.results import MemoryResults
 from missions.runs.run import Run, run
 from missions.scenarios import load, shipped
 from remoras.contents import Content
@@ -16,7 +17,7 @@ LOST = 'fault=[{kind="lost", vehicle="AUV00", at_s=600.0}]'
 
 
 def finished(*settings: str) -> Run:
-    return run(load("mapping-patches", [("--set", one) for one in (*COMMON, *settings)]), 1, keep_models=True)
+    return run(load("mapping-patches", [("--set", one) for one in (*COMMON, *settings)]), 1)
 
 
 @pytest.fixture(scope="module")
@@ -31,8 +32,9 @@ def without_its_head() -> Run:
 
 def cells_known(made: Run, vehicle: str) -> set[str]:
     """Blocks about mapped cells in the world model of a vehicle."""
-    rows = made.recorder.rows("facts")
-    return {f"{row[3]}-{row[4]}" for row in rows if row[:2] == (vehicle, "known") and row[8] == "mappedCell"}
+    model, cell = MemoryResults(made).known(vehicle, made.end_s).model, made.setup.tbox.attribute_named("mappedCell")
+    cells = (one for one in model.blocks() if any(fact.attribute == cell.uid for fact in one.facts))
+    return {f"{one.origin}-{one.sequence}" for one in cells}
 
 
 def test_the_head_holds_it_and_a_member_its_own_and_what_its_jobs_take(held: Run) -> None:

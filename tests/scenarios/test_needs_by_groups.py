@@ -4,7 +4,9 @@ import statistics
 
 import pytest
 
+from missions.runs.knowledge import query as ask
 from missions.runs.metrics import bits_of, n_bits
+from missions.runs.results import MemoryResults
 from missions.runs.run import Run, run
 from missions.scenarios import load
 from remoras.contents import Content
@@ -16,7 +18,7 @@ FOR_ALL = "communication.needs_follow=all"
 
 
 def finished(*settings: str, seed: int = 1) -> Run:
-    return run(load("mapping-three-teams", [("--set", one) for one in settings]), seed, keep_models=True)
+    return run(load("mapping-three-teams", [("--set", one) for one in settings]), seed)
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +41,14 @@ def team_of_area(area: str) -> str:
 
 def cells_known(made: Run) -> set[tuple[str, str]]:
     """Vehicle, and team of an area of which its world model has cells."""
-    rows = made.recorder.rows("facts")
-    return {(row[0], team_of_area(row[7])) for row in rows if row[1] == "known" and row[8] == "mappedCell"}
+    found = facts_known(made)
+    return {(vehicle, team_of_area(subject)) for vehicle, subject, attribute in found if attribute == "mappedCell"}
+
+
+def facts_known(made: Run) -> set[tuple[str, str, str]]:
+    """Vehicle, and subject and attribute of what its world model holds at the end."""
+    query = "SELECT ?subject ?attribute WHERE { ?subject sit:hasPropertyValue/sit:ofAttribute ?attribute }"
+    return {(*row[:2], row[2].partition(":")[2]) for row in ask(MemoryResults(made), query)[1]}
 
 
 def test_the_world_model_of_a_team_has_no_cells_of_another(by_groups: Run) -> None:
@@ -85,7 +93,7 @@ def test_fewer_bytes_and_sooner_news_at_the_same_mission_time(by_groups: Run, fo
 
 
 def test_the_head_of_all_knows_what_is_done_but_not_the_cells(by_groups: Run) -> None:
-    known = {(row[7], row[8]) for row in by_groups.recorder.rows("facts") if row[0] == "ASV00" and row[1] == "known"}
+    known = {row[1:] for row in facts_known(by_groups) if row[0] == "ASV00"}
     assert {area for area, attribute in known if attribute == "areaDone"} == set(by_groups.mission.jobs)
     assert {group for group, attribute in known if attribute == "gatheredAt"} >= set(TEAMS)
     assert "mappedCell" not in {attribute for _, attribute in known}

@@ -78,9 +78,9 @@ def first_uid_of(origin: int) -> int:
     return len(INSTANCES) + origin * PER_ORIGIN
 
 
-def block(origin: int, sequence: int, tick: int, *facts: tuple[int, int, Value]) -> Block:
+def block(origin: int, sequence: int, tick: int, *facts: tuple[int, int, Value], epoch: int = 0) -> Block:
     """A block at ``tick`` tenths of a second."""
-    return Block(origin, sequence, CLOCK.value_at(tick), tuple(PropertyValue(*fact) for fact in facts))
+    return Block(origin, sequence, CLOCK.value_at(tick), tuple(PropertyValue(*fact) for fact in facts), epoch)
 
 
 def _values(attribute: int) -> st.SearchStrategy[Value]:
@@ -112,15 +112,16 @@ _FACTS: st.SearchStrategy[tuple[int, int, Value]] = st.one_of(
 
 any_blocks = st.lists(
     st.builds(
-        lambda origin, sequence, tick, facts: block(origin, sequence, tick, *facts),
+        lambda origin, sequence, tick, facts, epoch: block(origin, sequence, tick, *facts, epoch=epoch),
         st.integers(0, N_ORIGINS - 1),
         st.integers(0, 3),
         st.integers(0, 5),
         st.lists(_FACTS, min_size=1, max_size=3),
+        st.sampled_from([0, 0, 0, 1]),
     ),
     max_size=14,
 )
-"""Blocks of good form: they may wait, clash, or use a GUID twice."""
+"""Items of good form: they may wait, clash, or use a GUID twice."""
 
 
 @st.composite
@@ -153,7 +154,9 @@ def picture(model: WorldModel) -> tuple[object, ...]:
     slots = [(uid, a.uid) for uid in range(model.n_uids) for a in TBOX.attributes]
     return (
         model.state_hash(),
-        sorted(model.blocks()),
+        list(model.blocks()),
+        list(model.statuses()),
+        model.digest(),
         model.banned,
         [model.latest(*slot) for slot in slots],
         [model.history(*slot) for slot in slots],

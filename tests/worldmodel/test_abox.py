@@ -21,7 +21,6 @@ from small_fleet import (
     NEAR,
     OBJECT,
     PLAYS_ROLE,
-    POSITION,
     TBOX,
     WRECK,
     block,
@@ -46,16 +45,16 @@ from worldmodel import (
 
 def test_what_is_recorded_is_what_is_stored() -> None:
     model = fleet_model(owner=1)
-    change = model.record([(AUV_1, POSITION, (12.3, -4.1)), (AUV_1, BATTERY, 0.777)], now_s=2.04)
-    assert change.block == block(1, 0, 20, (AUV_1, POSITION, (12.5, -4.0)), (AUV_1, BATTERY, 0.78))
+    change = model.record([(ECHO, LOCATION, (12.3, -4.1)), (AUV_1, BATTERY, 0.777)], now_s=2.04)
+    assert change.block == block(1, 0, 20, (ECHO, LOCATION, (12.5, -4.0)), (AUV_1, BATTERY, 0.78))
     assert change.new_latest == change.block.facts
-    observation = model.latest(AUV_1, POSITION)
+    observation = model.latest(ECHO, LOCATION)
     assert observation is not None
     assert (observation.value, observation.time_s, observation.origin) == ((12.5, -4.0), 2.0, 1)
     assert model.value(AUV_1, BATTERY) == 0.78
     assert model.value(AUV_0, BATTERY, default=1.0) == 1.0
-    assert model.block((1, 0)) is model.arrived((1, 0)) is change.block
-    assert model.block((1, 1)) is None
+    assert model.block((1, 0, 0)) is model.arrived((1, 0, 0)) is change.block
+    assert model.block((1, 0, 1)) is None
 
 
 def test_the_latest_is_by_time_then_origin_then_sequence_then_position() -> None:
@@ -90,13 +89,13 @@ def test_incremental_latest_is_the_latest_worked_out_from_scratch(blocks: list[B
     random.shuffle(blocks)  # type: ignore[attr-defined]
     merge(model, blocks)
     everything = sorted(
-        (b.time_s, b.origin, b.sequence, position, fact.subject, fact.attribute)
-        for b in model.blocks()
+        (*b.key, position, fact.subject, fact.attribute)
+        for b in (*model.blocks(), *model.statuses())
         for position, fact in enumerate(b.facts)
     )
     for instance in range(model.n_uids):
         for attribute in TBOX.attributes:
-            expected = [entry[:4] for entry in everything if entry[4:] == (instance, attribute.uid)]
+            expected = [entry[:5] for entry in everything if entry[5:] == (instance, attribute.uid)]
             history = model.history(instance, attribute.uid)
             assert [(*o.block.key, o.position) for o in history] == expected
             latest = model.latest(instance, attribute.uid)
@@ -112,10 +111,10 @@ def test_a_ban_is_the_view_without_an_origin(blocks: list[Block], banned: set[in
         model.ban(origin)
     assert model.banned == banned
     assert model.state_hash() == before[0]
-    assert sorted(model.blocks()) == before[1]
+    assert list(model.blocks()) == before[1]
     for uid in range(model.n_uids):
         for attribute in TBOX.attributes:
-            kept = [o for o in before[4][uid * len(TBOX.attributes) + attribute.uid] if o.origin not in banned]  # type: ignore[index]
+            kept = [o for o in before[6][uid * len(TBOX.attributes) + attribute.uid] if o.origin not in banned]  # type: ignore[index]
             assert list(model.history(uid, attribute.uid)) == kept
             assert model.latest(uid, attribute.uid) == (kept[-1] if kept else None)
     assert model.version == version + len(banned)
@@ -162,11 +161,11 @@ def test_a_vehicle_that_restarts_reuses_neither_sequences_nor_uids() -> None:
     before = fleet_model(owner=1)
     uid = before.new_instance_uid()
     first = before.record([(uid, TYPE_UID, OBJECT)], 1.0).block
-    second = before.record([(AUV_1, BATTERY, 0.5)], 2.0).block
+    second = before.record([(ECHO, CLASSIFICATION, 1)], 2.0).block
     after = fleet_model(owner=1)
     merge(after, [second, first])  # a peer sends them back
     assert after.new_instance_uid() == uid + 1
-    assert after.record([(AUV_1, BATTERY, 0.4)], 3.0).block.guid == (1, 2)
+    assert after.record([(ECHO, CLASSIFICATION, 2)], 3.0).block.guid == (1, 0, 2)
 
 
 @pytest.mark.parametrize(

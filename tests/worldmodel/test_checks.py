@@ -24,7 +24,7 @@ from small_fleet import (
     fleet_model,
 )
 
-from worldmodel import TYPE_UID, Block, PropertyValue, Value, merge
+from worldmodel import STATUS, TYPE_UID, Block, PropertyValue, Value, merge
 
 NEW = first_uid_of(1)  # in the range of origin 1, which sends all blocks here
 
@@ -58,7 +58,7 @@ def test_faulty_facts(code: str, fact: tuple[int, int, Value]) -> None:
     assert merged.faults == result.faults
     assert not merged.changes
     assert model.latest(ECHO, CLASSIFICATION) is None  # the whole block or nothing
-    assert (model.arrived((1, 0)) is not None) == (code in FIT)
+    assert (model.arrived((1, 0, 0)) is not None) == (code in FIT)
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,12 @@ def test_faulty_facts(code: str, fact: tuple[int, int, Value]) -> None:
     [
         (Block(3, 0, 0.0, (PropertyValue(AUV_0, BATTERY, 0.5),)), "UNKNOWN_ORIGIN"),
         (Block(-1, 0, 0.0, (PropertyValue(AUV_0, BATTERY, 0.5),)), "UNKNOWN_ORIGIN"),
-        (Block(0, -1, 0.0, (PropertyValue(AUV_0, BATTERY, 0.5),)), "BAD_SEQUENCE"),
+        (Block(0, 1 << 20, 0.0, (PropertyValue(AUV_0, BATTERY, 0.5),)), "BAD_SEQUENCE"),
+        (Block(1, -2, 0.0, (PropertyValue(AUV_0, BATTERY, 0.5),)), "BAD_SEQUENCE"),  # private to another
+        (Block(0, STATUS, 0.0, (PropertyValue(ECHO, CLASSIFICATION, 1),)), "BAD_SEQUENCE"),  # is no status
+        (Block(0, 0, 0.0, (PropertyValue(AUV_0, BATTERY, 0.5),), 16), "BAD_EPOCH"),
+        (Block(0, 0, 0.0, (PropertyValue(AUV_0, BATTERY, 0.5),), -1), "BAD_EPOCH"),
+        (Block(0, 0, 0.0, (PropertyValue(AUV_0, BATTERY, 0.5, 0.1),)), "VALUE_KIND"),
         (Block(0, 0, -0.1, (PropertyValue(AUV_0, BATTERY, 0.5),)), "BAD_TIME"),
         (Block(0, 0, 0.05, (PropertyValue(AUV_0, BATTERY, 0.5),)), "BAD_TIME"),
         (Block(0, 0, float("inf"), (PropertyValue(AUV_0, BATTERY, 0.5),)), "BAD_TIME"),
@@ -78,9 +83,10 @@ def test_faulty_blocks(bad: Block, code: str) -> None:
     model = fleet_model()
     (fault,) = check(model, bad).faults
     assert fault.code.name == code
-    assert (fault.origin, fault.sequence) == (bad.origin, bad.sequence)
+    assert fault.guid == bad.guid
     merge(model, [bad])
-    assert model.arrived(bad.guid) is None
+    assert not model.has_arrived(bad.guid)
+    assert model.digest() == {}
 
 
 @pytest.mark.parametrize(("attribute", "sound", "equal"), [(BATTERY, 1.0, True), (POSITION, (1.0, 0.0), (True, False))])
@@ -91,15 +97,6 @@ def test_a_value_of_another_kind_is_refused_although_its_equal_was_found_sound(
     model = fleet_model()
     for value, found in [(sound, []), (equal, ["VALUE_KIND"]), (sound, [])]:
         assert codes(check(model, block(1, 0, 0, (AUV_0, attribute, value))).faults) == found
-
-
-def test_what_is_forgotten_is_checked_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("worldmodel.checks.MOST_REMEMBERED", 2)
-    model = fleet_model()
-    for east in (0.0, 0.5, 0.3, 1.0, 1.5, 0.3, 0.0):
-        found = codes(check(model, block(1, 0, 0, (AUV_0, POSITION, (east, 0.0)))).faults)
-        assert found == (["VALUE_GRID"] if east == 0.3 else [])
-        assert len(model.sound_values) <= 2
 
 
 def test_all_faults_of_a_block_are_told() -> None:

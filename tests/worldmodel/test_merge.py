@@ -1,19 +1,27 @@
 """The merge laws of notes/worldmodel.md, section 6, over blocks that wait, clash and use GUIDs twice."""
 
 import random
+import sys
+from collections.abc import Callable
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_fleet import (
     AUV,
     AUV_0,
     BATTERY,
+    BAY,
+    CELL,
     ECHO,
+    INSTANCES,
     LENGTH,
     LOCATION,
+    N_ORIGINS,
     NEAR,
     OBJECT,
     PIPELINE,
+    TBOX,
     WRECK,
     any_blocks,
     block,
@@ -25,7 +33,7 @@ from small_fleet import (
     sound_blocks,
 )
 
-from worldmodel import TYPE_UID, Block, WorldModel, merge
+from worldmodel import STATUS, TYPE_UID, Block, FactError, Lacking, WorldModel, expire, merge
 from worldmodel.checks import CheckResult
 
 NEW = first_uid_of(1)
@@ -83,8 +91,9 @@ def test_sound_blocks_all_go_in_and_stay_in(blocks: list[Block], rng: random.Ran
         outcome = merge(model, [each])
         assert not outcome.faults
         told += [change.block for change in outcome.changes]
-        assert all(model.block(b.guid) == b for b in told)
-    assert sorted(b.guid for b in told) == sorted(b.guid for b in blocks)
+        assert all(model.block(b.guid) == b for b in told if b.is_item)
+    items = sorted(b.guid for b in blocks if b.is_item)
+    assert sorted(b.guid for b in told if b.is_item) == items
     assert not model.arrivals.waiting
 
 
@@ -100,8 +109,8 @@ def test_a_block_waits_for_instances_whatever_they_wait_for_themselves() -> None
         assert merge(model, [waiting]).changes == ()
     assert model.latest(ECHO, LOCATION) is None
     assert model.instance(NEW) is None
-    assert model.block((2, 0)) is None
-    assert model.arrived((2, 0)) == chain[0]
+    assert model.block((2, 0, 0)) is None
+    assert model.arrived((2, 0, 0)) == chain[0]
     changes = merge(model, chain[-1:]).changes
     assert [change.block for change in changes] == [chain[i] for i in (3, 2, 1, 0)]
     assert model.value(ECHO, NEAR) == NEW
@@ -126,11 +135,11 @@ def test_a_local_record_sets_waiting_blocks_free_and_the_next_merge_tells() -> N
         model,
         [block(2, 0, 1, (ECHO, LENGTH, 30.0)), block(2, 1, 1, (ECHO, LENGTH, 31.0), (ECHO, NEAR, AUV_0))],
     )
-    assert model.arrivals.refused.keys() == {(2, 1)}
+    assert model.arrivals.refused.keys() == {(2, 0, 1)}
     change = model.record([(ECHO, TYPE_UID, WRECK)], 2.0)
-    assert change.block.guid == (0, 0)
+    assert change.block.guid == (0, 0, 0)
     assert model.value(ECHO, LENGTH) == 30.0
-    assert [c.block.guid for c in merge(model, []).changes] == [(2, 0)]
+    assert [c.block.guid for c in merge(model, []).changes] == [(2, 0, 0)]
     assert merge(model, []).changes == ()
 
 
@@ -140,7 +149,7 @@ def test_two_contents_under_one_guid() -> None:
         model = fleet_model()
         assert merge(model, arrival[:1]).faults == ()
         assert codes(merge(model, arrival[1:]).faults) == ["GUID_CONFLICT"]
-        assert model.block((2, 0)) == min(contents, key=model.content)
+        assert model.block((2, 0, 0)) == min(contents, key=model.content)
         assert len(model.history(AUV_0, BATTERY)) == 1
 
 
@@ -157,7 +166,7 @@ def test_what_rested_on_a_replaced_block_leaves_with_it() -> None:
     outcome = merge(model, [other])
     assert [change.block for change in outcome.changes] == [other]
     assert model.value(NEW, LENGTH) is None
-    assert model.arrivals.waiting.keys() == {(2, 0)}
+    assert model.arrivals.waiting.keys() == {(2, 0, 0)}
 
 
 def test_an_origin_that_contradicts_itself_is_held_to_what_it_said_first() -> None:
@@ -175,3 +184,197 @@ def test_faults_never_raise_and_are_told_once() -> None:
     bad = block(1, 0, 0, (AUV_0, TYPE_UID, OBJECT), (ECHO, TYPE_UID, AUV))
     assert codes(merge(model, [bad, bad]).faults) == ["TYPE_CLASH", "TYPE_CLASH"]  # two facts, told once
     assert merge(model, [bad]).faults == ()
+
+
+def smaller(than: Block, model: WorldModel) -> Block:
+    """A block with the GUID of another, and a smaller digest, about nothing but the echo."""
+    candidates = (block(than.origin, than.sequence, 0, (ECHO, LOCATION, (float(x), 0.0))) for x in range(1000))
+    return next(one for one in candidates if model.content(one) < model.content(than))
+
+
+def calls_of(action: Callable[[], object]) -> int:
+    """How many calls of functions, of Python and of C, an action makes."""
+    counted = 0
+
+    def count(frame: object, event: str, argument: object) -> None:
+        nonlocal counted
+        counted += event in ("call", "c_call")
+
+    sys.setprofile(count)
+    try:
+        action()
+    finally:
+        sys.setprofile(None)
+    return counted
+
+
+def full(n_blocks: int) -> WorldModel:
+    """A model that holds a wreck, what others say of it, and much else."""
+    model = fleet_model()
+    merge(model, [block(1, 0, 0, (NEW, TYPE_UID, WRECK)), block(2, 0, 0, (NEW, LENGTH, 3.0))])
+    merge(model, [block(2, 1, 0, (ECHO, TYPE_UID, WRECK)), block(2, 2, 0, (ECHO, NEAR, NEW))])
+    merge(model, [block(1, n, n, (BAY, CELL, float(n % 4096)), (AUV_0, BATTERY, 0.5)) for n in range(1, n_blocks)])
+    return model
+
+
+def test_a_creation_that_is_replaced_costs_the_same_in_a_full_store() -> None:
+    """The blocks that rest on it are looked at again, not those that the store holds besides."""
+    costs = []
+    for n_blocks in (100, 4000):
+        model = full(n_blocks)
+        news = smaller(block(1, 0, 0, (NEW, TYPE_UID, WRECK)), model)
+        costs.append(calls_of(lambda m=model, b=news: merge(m, [b])))  # type: ignore[misc]
+        assert model.arrivals.waiting.keys() == {(2, 0, 0), (2, 0, 2)}
+        assert model.class_mask(NEW) == 0
+        assert model.class_mask(ECHO) >> WRECK & 1
+    assert costs[1] <= costs[0] + 5  # the first sees some values for the first time
+
+
+def test_a_creation_that_turns_out_to_be_another_costs_the_same_in_a_full_store() -> None:
+    costs = []
+    for n_blocks in (100, 4000):
+        model = full(n_blocks)
+        merge(model, [block(1, 5001, 0, (NEW + 1, TYPE_UID, WRECK)), block(2, 3, 0, (NEW + 1, LENGTH, 3.0))])
+        assert model.value(NEW + 1, LENGTH) == 3.0
+        news = block(1, 5000, 0, (NEW + 1, TYPE_UID, PIPELINE))
+        costs.append(calls_of(lambda m=model, b=news: merge(m, [b])))  # type: ignore[misc]
+        assert model.class_mask(NEW + 1) >> PIPELINE & 1
+        assert model.arrivals.refused.keys() == {(1, 0, 5001), (2, 0, 3)}
+    assert costs[1] <= costs[0] + 5
+
+
+# Facts of the future, and blocks that wait ---------------------------------------------------------
+
+
+def test_a_block_of_the_future_has_not_arrived() -> None:
+    model = fleet_model()
+    late = block(1, 0, 111, (ECHO, LOCATION, (1.0, 1.0)))  # 11.1 s
+    sound = block(1, 0, 11, (ECHO, LOCATION, (2.0, 2.0)))
+    status = block(1, STATUS, 111, (AUV_0, BATTERY, 0.5))
+    assert codes(merge(model, [late, status], now_s=10.0).faults) == ["FUTURE", "FUTURE"]
+    assert (model.digest(), list(model.statuses())) == ({}, [])
+    assert len(merge(model, [sound], now_s=10.0).changes) == 1
+    assert model.value(ECHO, LOCATION) == (2.0, 2.0)
+    assert len(merge(model, [block(1, 1, 110, (BAY, CELL, 1.0))], now_s=10.0).changes) == 1  # tolerance: 1 s
+
+
+def test_the_tolerance_of_clocks_is_an_argument() -> None:
+    model = WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, clock_tolerance_s=60.0)
+    assert len(merge(model, [block(1, 0, 700, (BAY, CELL, 1.0))], now_s=10.0).changes) == 1
+    assert codes(merge(model, [block(1, 1, 701, (BAY, CELL, 1.0))], now_s=10.0).faults) == ["FUTURE"]
+    with pytest.raises(FactError, match="clock_tolerance_s is -1"):
+        WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, clock_tolerance_s=-1.0)
+
+
+def test_what_waits_says_what_it_lacks_of_whom_and_for_how_long() -> None:
+    model = fleet_model()
+    merge(model, [block(2, 0, 0, (NEW, LENGTH, 3.0))], now_s=5.0)
+    merge(model, [block(0, 0, 0, (ECHO, NEAR, NEW)), block(2, 1, 0, (NEW, LENGTH, 4.0))], now_s=8.0)
+    merge(model, [block(2, 2, 0, (ECHO, LENGTH, 3.0))])  # nobody said when it came: it was recorded at 0.0 s
+    assert model.lacking(20.0) == (
+        Lacking(ECHO, None, 20.0, ((2, 0, 2),)),
+        Lacking(NEW, 1, 15.0, ((0, 0, 0), (2, 0, 0), (2, 0, 1))),
+    )
+    merge(model, [block(1, 0, 0, (NEW, TYPE_UID, WRECK))], now_s=21.0)
+    assert [(one.uid, one.guids) for one in model.lacking(21.0)] == [(ECHO, ((2, 0, 2),))]
+
+
+def test_what_has_waited_too_long_is_forgotten_and_may_come_again() -> None:
+    model = WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, run_time_instances_per_origin=2, waiting_s=60.0)
+    waiting = [block(2, 0, 0, (NEW, LENGTH, 3.0)), block(2, 1, 0, (NEW, LENGTH, 4.0))]
+    merge(model, waiting[:1], now_s=5.0)
+    merge(model, waiting[1:], now_s=6.0)
+    assert expire(model, 65.0) == ()
+    faults = expire(model, 65.5)
+    assert codes(faults) == ["TIMED_OUT"]
+    assert (faults[0].guid, model.digest()) == ((2, 0, 0), {(2, 0): (-1, 0b10)})
+    assert not model.has_arrived((2, 0, 0))
+    assert expire(model, 65.5) == ()
+    merge(model, waiting[:1], now_s=66.0)
+    assert model.digest() == {(2, 0): (1, 0)}
+    merge(model, [block(1, 0, 0, (NEW, TYPE_UID, WRECK))], now_s=67.0)
+    assert [o.value for o in model.history(NEW, LENGTH)] == [3.0, 4.0]
+    assert expire(model, 1000.0) == ()
+
+
+@settings(max_examples=60, deadline=None)
+@given(any_blocks, any_blocks, st.randoms(use_true_random=False))
+def test_who_forgets_what_waits_and_hears_it_again_knows_the_same(
+    first: list[Block], then: list[Block], rng: random.Random
+) -> None:
+    model = fleet_model()
+    merge(model, first, now_s=10.0)
+    forgotten = list(model.arrivals.waiting.values())
+    assert {fault.guid for fault in expire(model, 10_000.0)} == {b.guid for b in forgotten}
+    assert not model.arrivals.waiting
+    again = [*forgotten, *then]
+    rng.shuffle(again)
+    merge(model, again, now_s=10_000.0)
+    others = [b for b in first if b not in forgotten]
+    assert picture(model) == picture(merged(others, again))
+
+
+def test_of_too_many_that_wait_the_oldest_goes() -> None:
+    model = WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, run_time_instances_per_origin=2, waiting_blocks=2)
+    for n in range(3):
+        faults = merge(model, [block(2, 2 - n, 0, (NEW, LENGTH, 3.0 + n))], now_s=5.0 + n).faults
+        assert codes(faults) == ["CROWDED_OUT"] * (n == 2)
+    assert faults[0].guid == (2, 0, 2)
+    merge(model, [block(0, 0, 0, (NEW, LENGTH, 3.0))], now_s=9.0)  # each origin has a bound of its own
+    assert sorted(model.arrivals.waiting) == [(0, 0, 0), (2, 0, 0), (2, 0, 1)]
+    assert model.digest() == {(0, 0): (0, 0), (2, 0): (1, 0)}
+    with pytest.raises(FactError, match="waiting_blocks is 0; allowed: 1 or more"):
+        WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, waiting_blocks=0)
+
+
+# Digests ---------------------------------------------------------------------------------------------
+
+
+@settings(max_examples=60, deadline=None)
+@given(any_blocks)
+def test_a_digest_says_what_has_arrived(blocks: list[Block]) -> None:
+    model = merged(blocks)
+    said = {
+        (origin, epoch, sequence)
+        for (origin, epoch), (highest, mask) in model.digest().items()
+        for sequence in range(highest + 1 + mask.bit_length())
+        if sequence <= highest or mask >> (sequence - highest - 1) & 1
+    }
+    assert said == {b.guid for b in blocks}
+    assert all(model.has_arrived(guid) for guid in said)
+
+
+def test_the_digest_of_a_full_store_costs_the_same() -> None:
+    costs = [calls_of(full(n_blocks).digest) for n_blocks in (100, 4000)]
+    assert costs[0] == costs[1]
+
+
+# Epochs ----------------------------------------------------------------------------------------------
+
+
+def test_blocks_of_several_epochs_live_side_by_side() -> None:
+    model = fleet_model()
+    items = [block(1, 0, tick, (BAY, CELL, float(epoch)), epoch=epoch) for epoch, tick in ((0, 5), (3, 5), (1, 4))]
+    merge(model, items)
+    assert [b.epoch for b in model.blocks()] == [0, 1, 3]
+    assert [o.block.epoch for o in model.history(BAY, CELL)] == [1, 0, 3]  # by time, then by epoch
+    assert model.digest() == {(1, 0): (0, 0), (1, 1): (0, 0), (1, 3): (0, 0)}
+    assert merge(model, items) == ((), ())
+
+
+def test_who_restarts_without_its_memory_says_nothing_twice() -> None:
+    before = WorldModel(TBOX, 1, INSTANCES, n_origins=N_ORIGINS)
+    peer = WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS)
+    told = [before.record([(uid, TYPE_UID, WRECK)], 1.0).block for uid in (before.new_instance_uid(),)]
+    told.append(before.record([(BAY, CELL, 1.0)], 2.0).block)
+    merge(peer, told)
+    after = WorldModel(TBOX, 1, INSTANCES, n_origins=N_ORIGINS, epoch=1)
+    uid = after.new_instance_uid()
+    assert uid != told[0].facts[0].subject
+    anew = [after.record([(uid, TYPE_UID, PIPELINE)], 3.0).block, after.record([(BAY, CELL, 2.0)], 4.0).block]
+    outcome = merge(peer, anew)
+    assert (len(outcome.changes), outcome.faults) == (2, ())
+    assert peer.value(BAY, CELL) == 2.0
+    merge(after, told)  # what it said before its restart comes back
+    assert after.state_hash() == peer.state_hash()
+    assert after.record([(BAY, CELL, 3.0)], 5.0).block.guid == (1, 1, 2)

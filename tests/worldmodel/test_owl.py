@@ -3,8 +3,7 @@
 from pathlib import Path
 
 import pytest
-from rdflib import OWL, RDF, RDFS, Graph, URIRef
-from rdflib.namespace import SKOS
+from rdflib import OWL, RDF
 
 from worldmodel import OntologyError, core_ontology_paths, read_tbox
 from worldmodel.owl import graph_of
@@ -14,6 +13,7 @@ PREFIXES = """
 @prefix rm: <https://w3id.org/remoras/marine#> .
 @prefix owl: <http://www.w3.org/2002/07/owl#> .
 @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
+@prefix unit: <http://qudt.org/vocab/unit/> .
 @prefix xsd: <http://www.w3.org/2001/XMLSchema#> .
 """
 ATTRIBUTE = "a owl:DatatypeProperty ; rdfs:domain rm:Vehicle ;"
@@ -55,7 +55,16 @@ CASES = [
     ),
     (f"ex:p {ATTRIBUTE} rdfs:range xsd:double .", "ex:p: rm:minimum is missing; allowed: one number"),
     (f"ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} , 0.2 .", "ex:p: rm:resolution is "),
-    (f'ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} ; rm:unit "m" , "s" .', "ex:p: rm:unit is m and s"),
+    (
+        f"ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} ; rm:unit unit:M , unit:SEC .",
+        "ex:p: rm:unit is unit:M and unit:SEC; allowed: none, or one unit of QUDT such as "
+        "<http://qudt.org/vocab/unit/M>",
+    ),
+    (f'ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} ; rm:unit "m" .', 'ex:p: rm:unit is "m"; allowed: none, or'),
+    (
+        f"ex:p {ATTRIBUTE} rdfs:range xsd:integer ; {BOUNDS} .",
+        "ex:p: its bounds and resolution are [0.0, 1.0, 0.1]; allowed: whole numbers for xsd:integer",
+    ),
     (
         f"ex:p {ATTRIBUTE} rdfs:range xsd:double ; rm:minimum 0 ; rm:maximum 1 ; rm:resolution 0.3 .",
         "ex:p: maximum 1.0 must be a whole number of resolutions 0.3 above minimum 0.0",
@@ -119,7 +128,7 @@ def test_files_that_are_not_turtle(tmp_path: Path) -> None:
 REDEFINITIONS = {
     "rm:Role": "rm:Role a owl:Class .",
     "rm:AUV": "rm:AUV rdfs:subClassOf rm:Role .",
-    "rm:Sensor": "rm:Sensor owl:disjointWith ex:Buoy . ex:Buoy a owl:Class .",
+    "rm:Sensor": "rm:Sensor owl:disjointWith ex:Kite . ex:Kite a owl:Class .",
     "rm:position": "rm:position rm:resolution 0.1 .",
     "rm:bid": f"rm:bid a owl:DatatypeProperty ; rdfs:domain rm:Vehicle ; rdfs:range xsd:double ; {BOUNDS} .",
     "rm:Point": "rm:Point a owl:Class .",
@@ -153,18 +162,18 @@ def test_a_vocabulary_adds_classes_attributes_and_individuals(tmp_path: Path) ->
     path.write_text(
         PREFIXES
         + f"""
-        ex:Buoy a owl:Class ; rdfs:subClassOf rm:Vehicle ; owl:disjointWith rm:AUV .
-        [] a owl:AllDisjointClasses ; owl:members ( ex:Buoy rm:ASV rm:AUV ) .
+        ex:Kite a owl:Class ; rdfs:subClassOf rm:Vehicle ; owl:disjointWith rm:AUV .
+        [] a owl:AllDisjointClasses ; owl:members ( ex:Kite rm:ASV rm:AUV ) .
         ex:charge {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} .
-        ex:north a ex:Buoy ; rm:playsRole ex:Marker .
+        ex:north a ex:Kite ; rm:playsRole ex:Marker .
         rm:Role rdfs:label "papel"@es .
         """
     )
     tbox = read_tbox(*core_ontology_paths(), path)
     core = read_tbox(*core_ontology_paths())
-    assert {c.name for c in tbox.classes} - {c.name for c in core.classes} == {"Buoy"}
+    assert {c.name for c in tbox.classes} - {c.name for c in core.classes} == {"Kite"}
     assert {a.name for a in tbox.attributes} - {a.name for a in core.attributes} == {"charge"}
-    assert tbox.are_disjoint(tbox.class_named("Buoy").uid, tbox.class_named("ASV").uid)
+    assert tbox.are_disjoint(tbox.class_named("Kite").uid, tbox.class_named("ASV").uid)
     assert read_tbox(path, *core_ontology_paths(), path) == tbox  # whatever the order; twice is once
     assert [c.iri for c in tbox.classes] == sorted(c.iri for c in tbox.classes)
     assert [a.iri for a in tbox.attributes[1:]] == sorted(a.iri for a in tbox.attributes[1:])
@@ -174,36 +183,24 @@ def test_other_axioms_stay_in_the_graph(tmp_path: Path) -> None:
     path = tmp_path / "rich.ttl"
     path.write_text(
         PREFIXES
-        + "ex:Glider a owl:Class ; rdfs:subClassOf rm:AUV , "
+        + "ex:Towed a owl:Class ; rdfs:subClassOf rm:AUV , "
         + "[ a owl:Restriction ; owl:onProperty rm:playsRole ; owl:someValuesFrom rm:Role ] ."
     )
     tbox = read_tbox(*core_ontology_paths(), path)
-    assert tbox.class_named("Glider").parents == (tbox.class_named("AUV").uid,)
+    assert tbox.class_named("Towed").parents == (tbox.class_named("AUV").uid,)
     assert (None, RDF.type, OWL.Restriction) in graph_of(tbox)
 
 
-def test_every_core_class_is_aligned() -> None:
-    core = Graph()
-    for path in core_ontology_paths():
-        core.parse(path)
-    alignments = Graph().parse(core_ontology_paths()[0].with_name("alignments.ttl"))
-    mappings = (RDFS.subClassOf, RDFS.subPropertyOf, SKOS.closeMatch)
-    ours = "https://w3id.org/remoras/"
-    for c in core.subjects(RDF.type, OWL.Class):
-        targets = [o for mapping in mappings for o in alignments.objects(c, mapping)]
-        assert targets, c
-        assert not any(str(o).startswith(ours) for o in targets)
-    for subject in alignments.subjects(unique=True):
-        assert (subject, None, None) in core or (subject, RDF.type, OWL.Ontology) in alignments, subject
-    # PROV-O makes Entity and Activity disjoint: nothing may be aligned to both
-    prov = "http://www.w3.org/ns/prov#"
-    assert not list(alignments.subjects(RDFS.subClassOf, URIRef(prov + "Activity")))
-
-
-def test_every_core_term_has_a_label() -> None:
-    core = Graph()
-    for path in core_ontology_paths():
-        core.parse(path)
-    for subject in core.subjects(unique=True):
-        if isinstance(subject, URIRef):
-            assert core.value(subject, RDFS.label), subject
+def test_an_import_that_is_none_of_the_files_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "importing.ttl"
+    header = "<https://example.org/own> a owl:Ontology ; owl:imports <https://w3id.org/remoras/{}> ."
+    path.write_text(PREFIXES + header.format("seabedd"))
+    with pytest.raises(OntologyError) as caught:
+        read_tbox(*core_ontology_paths(), path)
+    (fault,) = caught.value.faults
+    assert fault.startswith(f"{path}: it imports <https://w3id.org/remoras/seabedd>, which is none of the files that")
+    assert "; allowed: https://example.org/own, https://w3id.org/remoras/equipment, " in fault
+    assert "did you mean 'https://w3id.org/remoras/seabed'" in fault
+    for known in ("seabed", "0.1.0/seabed"):
+        path.write_text(PREFIXES + header.format(known))
+        assert (None, OWL.imports, None) not in graph_of(read_tbox(*core_ontology_paths(), path))

@@ -7,6 +7,7 @@ links. (b) and (b2), two values of a functional property, are no faults: an attr
 
 import pytest
 from rdflib import RDF, RDFS, SH, XSD, BNode, Graph, Literal, URIRef
+from rdflib.term import Node
 from small_fleet import (
     AREA_DONE,
     ASV,
@@ -30,9 +31,10 @@ from small_fleet import (
     fleet_model,
 )
 
-from worldmodel import TYPE_UID, Value, ValueKind
+from worldmodel import TYPE_UID, Value, ValueKind, merge
 from worldmodel.owl import graph_of
-from worldmodel.view import as_graph, instance_iri
+from worldmodel.terms import instance_iri
+from worldmodel.view import as_graph
 
 pyshacl = pytest.importorskip("pyshacl")
 NEW = first_uid_of(0)
@@ -53,6 +55,7 @@ def shapes() -> Graph:
         if attribute.kind is ValueKind.TYPE:
             continue
         shape, rule = BNode(), BNode()
+        declared = graph_of(TBOX).value(URIRef(attribute.iri), RDFS.range)
         graph.add((shape, RDF.type, SH.NodeShape))
         graph.add((shape, SH.targetSubjectsOf, URIRef(attribute.iri)))
         graph.add((shape, SH["class"], classes[attribute.domain]))
@@ -63,7 +66,7 @@ def shapes() -> Graph:
         if attribute.kind is ValueKind.BOOLEAN:
             graph.add((rule, SH.datatype, XSD.boolean))
         if attribute.kind is ValueKind.NUMBER:
-            graph.add((rule, SH.datatype, XSD.double))
+            graph.add((rule, SH.datatype, declared))
             graph.add((rule, SH.minInclusive, Literal(float(attribute.fields[0].minimum))))
             graph.add((rule, SH.maxInclusive, Literal(float(attribute.fields[0].maximum))))
     return graph
@@ -71,6 +74,19 @@ def shapes() -> Graph:
 
 SHAPES = shapes()
 CLASSES = [t for t in graph_of(TBOX) if t[1] == RDFS.subClassOf]
+
+
+def _raw(attribute: int, value: Value) -> Node:
+    """The value as RDF, whether the attribute may have it or not."""
+    kind = TBOX.attributes[attribute].kind
+    if kind is ValueKind.TYPE:
+        return URIRef(TBOX.classes[int(value)].iri)  # type: ignore[arg-type]
+    if kind is ValueKind.LINK:
+        return instance_iri(int(value))  # type: ignore[arg-type]
+    if kind is ValueKind.NUMBER and type(value) is float:
+        declared = graph_of(TBOX).value(URIRef(TBOX.attributes[attribute].iri), RDFS.range)
+        return Literal(f"{value:g}", datatype=declared)  # type: ignore[arg-type]
+    return Literal(value)
 
 
 def conforms(facts: list[tuple[int, int, Value]]) -> bool:
@@ -82,12 +98,8 @@ def conforms(facts: list[tuple[int, int, Value]]) -> bool:
     for triple in CLASSES:
         graph.add(triple)
     for subject, attribute, value in facts:
-        kind, iri = TBOX.attributes[attribute].kind, URIRef(TBOX.attributes[attribute].iri)
-        if kind is ValueKind.TYPE:
-            term = URIRef(TBOX.classes[int(value)].iri)  # type: ignore[arg-type]
-        else:
-            term = instance_iri(int(value)) if kind is ValueKind.LINK else Literal(value)  # type: ignore[arg-type]
-        graph.add((instance_iri(subject), iri, term))
+        iri = URIRef(TBOX.attributes[attribute].iri)
+        graph.add((instance_iri(subject), iri, _raw(attribute, value)))
     return bool(pyshacl.validate(graph, shacl_graph=SHAPES)[0])
 
 
@@ -127,3 +139,9 @@ def test_what_goes_in_conforms(facts: list[tuple[int, int, Value]]) -> None:
     assert not result.faults
     assert not result.missing
     assert conforms(facts)
+    model = fleet_model()
+    merge(model, [block(0, 0, 0, *facts)])
+    written = Graph()
+    written += as_graph(model)
+    ok, _, report = pyshacl.validate(written, shacl_graph=SHAPES)
+    assert ok, report

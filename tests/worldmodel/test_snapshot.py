@@ -11,6 +11,7 @@ from small_fleet import (
     AUV_0,
     BATTERY,
     BAY,
+    CELL,
     CLASSIFICATION,
     COMPLETED,
     ECHO,
@@ -81,22 +82,33 @@ def test_a_row_says_by_name_what_a_vehicle_knows() -> None:
         ],
         12.34,
     )
-    merge(model, [block(0, 3, 20, (first_uid_of(0), LENGTH, 2.0))])
+    merge(model, [block(0, 3, 20, (first_uid_of(0), LENGTH, 2.0))], now_s=7.0)
     rows = list(rows_of({"asv-0": model}))
     assert rows == [row for row in rows if row.vehicle == "asv-0"]
     known = [row[2:] for row in rows if row.kind == "known"]
     assert known == [
-        (BAY, 2, 0, 0, 12.3, "bay", "areaDone", "2 asv-0"),
-        (ECHO, 2, 0, 1, 12.3, "echo", "location", "POINT (3.5 4.0)"),
-        (ECHO, 2, 0, 2, 12.3, "echo", "classification", "wreck"),
-        (AUV_0, 2, 0, 3, 12.3, "auv-0", "batteryFraction", "0.33"),
-        (SURVEY, 2, 0, 4, 12.3, "survey", "missionCompleted", "true"),
-        (ECHO, 2, 0, 5, 12.3, "echo", "type", "Wreck"),
+        (BAY, 2, 0, 0, 0, 12.3, 0.0, "bay", "areaDone", "2 asv-0"),
+        (ECHO, 2, 0, 0, 1, 12.3, 0.0, "echo", "location", "POINT (3.5 4.0)"),
+        (ECHO, 2, 0, 0, 2, 12.3, 0.0, "echo", "classification", "wreck"),
+        (AUV_0, 2, 0, 0, 3, 12.3, 0.0, "auv-0", "batteryFraction", "0.33"),
+        (SURVEY, 2, 0, 0, 4, 12.3, 0.0, "survey", "missionCompleted", "true"),
+        (ECHO, 2, 0, 0, 5, 12.3, 0.0, "echo", "type", "Wreck"),
     ]
     assert [row[2:] for row in rows if row.kind == "waiting"] == [
-        (first_uid_of(0), 0, 3, 0, 2.0, "", "length", "2.0"),
+        (first_uid_of(0), 0, 0, 3, 0, 2.0, 7.0, "", "length", "2.0"),
     ]
-    assert [row[2:] for row in rows if row.kind == "common"][BAY] == (BAY, -1, BAY, 0, 0.0, "bay", "type", "Area")
+    assert [row[2:] for row in rows if row.kind == "common"][BAY] == (
+        BAY,
+        -1,
+        0,
+        BAY,
+        0,
+        0.0,
+        0.0,
+        "bay",
+        "type",
+        "Area",
+    )
 
 
 def test_several_vehicles_share_a_table() -> None:
@@ -111,7 +123,7 @@ def test_several_vehicles_share_a_table() -> None:
 
 def test_rows_that_make_no_world_model_are_refused() -> None:
     model = fleet_model()
-    model.record([(AUV_0, BATTERY, 0.5)], 1.0)
+    model.record([(BAY, CELL, 5.0)], 1.0)
     rows = list(rows_of({"auv-0": model}))
     with pytest.raises(SnapshotError, match="'auv-0' cannot be read: it was made with the ontology"):
         models_from(rows, read_tbox(*core_ontology_paths()))
@@ -119,9 +131,9 @@ def test_rows_that_make_no_world_model_are_refused() -> None:
         models_from(rows[1:], TBOX)
     for column, value, reason in [
         ("value", "half", "could not convert string to float"),
-        ("value", "0.555", "the checks do not agree that block \\(0, 0\\) is known"),
+        ("value", "0.555", "the checks do not agree that block \\(0, 0, 0\\) is known"),
         ("time_s", math.nan, "the checks do not agree"),
-        ("attribute", "batteryFracton", "did you mean 'batteryFraction'"),
+        ("attribute", "mappedCel", "did you mean 'mappedCell'"),
         ("kind", "knwon", "'knwon' is not a valid RowKind"),
     ]:
         with pytest.raises(SnapshotError, match=reason):

@@ -1,3 +1,5 @@
+import re
+from dataclasses import replace
 from itertools import product
 
 import pytest
@@ -11,9 +13,13 @@ from small_fleet import (
     AUV_0,
     BATTERY,
     BAY,
+    CELL,
     CLASSIFICATION,
+    COMPLETED,
     ECHO,
+    LENGTH,
     LOCATION,
+    SURVEY,
     TBOX,
     WRECK,
     block,
@@ -23,16 +29,12 @@ from small_fleet import (
 )
 
 from worldmodel import TYPE_UID, Block, QueryError, WorldModel, merge
+from worldmodel.fields import Field
 from worldmodel.owl import graph_of
+from worldmodel.sparql import query
+from worldmodel.terms import RUN, instance_iri, term_of
 from worldmodel.turtle import RM, SIT
-from worldmodel.view import (
-    RUN,
-    as_graph,
-    instance_iri,
-    origin_iri,
-    query,
-    term_of,
-)
+from worldmodel.view import as_graph
 
 
 def facts_of(model: WorldModel) -> set[tuple[Node, Node, Node]]:
@@ -40,9 +42,13 @@ def facts_of(model: WorldModel) -> set[tuple[Node, Node, Node]]:
     return set(as_graph(model)) - set(graph_of(model.tbox))
 
 
+def facts_in(graph: Graph) -> list[Node]:
+    return list(graph.subjects(RDF.type, SIT.PropertyValue))
+
+
 LATEST = """
 SELECT ?value WHERE {
-  ?instance sit:hasPropertyValue ?fact . ?fact sit:ofAttribute ?attribute ; sit:value ?value ;
+  ?instance sit:hasPropertyValue ?fact . ?fact sit:ofAttribute ?attribute ; sit:dataValue|sit:linkValue ?value ;
     sit:timestamp ?time ; sit:origin ?origin .
 } ORDER BY DESC(?time) DESC(?origin) LIMIT 1
 """
@@ -55,9 +61,9 @@ def test_a_fact_after_the_situation_awareness_tbox() -> None:
     assert set(graph.predicate_objects(fact)) == {
         (RDF.type, SIT.PropertyValue),
         (SIT.ofAttribute, RM.location),
-        (SIT.value, Literal("POINT (3.5 4.0)", datatype=RM.Point)),
+        (SIT.dataValue, Literal("POINT (3.5 4.0)")),
         (SIT.timestamp, Literal("12.3", datatype=XSD.double)),
-        (SIT.origin, origin_iri(2)),
+        (SIT.origin, instance_iri(ASV_0)),
     }
     assert set(graph.predicate_objects(instance_iri(BAY))) == {
         (RDF.type, RM.Area),
@@ -66,8 +72,37 @@ def test_a_fact_after_the_situation_awareness_tbox() -> None:
         (RM.areaDone, instance_iri(ASV_0)),
     }
     assert list(graph.subjects(SIT.hasPropertyValue, fact)) == [instance_iri(ECHO)]
-    assert (RM.location, RDF.type, SIT.Attribute) in graph
-    assert (RM.AUV, RDFS.subClassOf, RM.Vehicle) in graph
+    assert (RM.AUV, RDFS.subClassOf, RM.UnderwaterVehicle) in graph
+
+
+def test_literals_have_the_datatype_that_the_attribute_declares() -> None:
+    model = fleet_model()
+    facts = [(BAY, CELL, 7), (AUV_0, BATTERY, 1), (SURVEY, COMPLETED, True), (ECHO, CLASSIFICATION, 1)]
+    model.record([*facts, (ECHO, TYPE_UID, WRECK), (ECHO, LENGTH, 0.1)], 1.0)
+    graph = as_graph(model)
+    assert {graph.value(fact, SIT.ofAttribute): graph.value(fact, SIT.dataValue) for fact in facts_in(graph)} == {
+        RM.mappedCell: Literal("7", datatype=XSD.integer),
+        RM.batteryFraction: Literal("1.0", datatype=XSD.double),
+        RM.missionCompleted: Literal("true", datatype=XSD.boolean),
+        RM.classification: Literal("wreck"),
+        URIRef(TBOX.attributes[LENGTH].iri): Literal("0.1", datatype=XSD.decimal),
+        SIT.type: None,
+    }
+    # a class is a link, and rdf:type is no individual: both would leave OWL 2 DL
+    typed = next(graph.subjects(SIT.ofAttribute, SIT.type))
+    assert list(graph.objects(typed, SIT.linkValue)) == [URIRef(TBOX.classes[WRECK].iri)]
+    assert (RDF.type, None, None) not in graph
+    assert (None, SIT.ofAttribute, RDF.type) not in graph
+
+
+@given(st.floats(-1e4, 1e4), st.sampled_from(["1e-6", "0.25", "1", "1e12"]))
+def test_every_point_is_of_the_declared_datatype(value: float, step: str) -> None:
+    declared = next(graph_of(TBOX).objects(None, URIRef(f"{XSD}pattern")))
+    resolution = float(step)
+    axis = Field(-1e4 * resolution, 1e4 * resolution, resolution, "m")
+    spot = replace(TBOX.attributes[LOCATION], fields=(axis, axis))
+    written = term_of(TBOX, spot, (value * resolution, -value * resolution))
+    assert re.fullmatch(str(declared), str(written)), written
 
 
 def test_the_view_follows_the_model_and_cannot_be_written() -> None:
@@ -152,8 +187,9 @@ def test_a_query_gives_columns_and_plain_rows() -> None:
     model.record([(BAY, AREA_DONE, ASV_0), (ECHO, LOCATION, (3.5, 4.0)), (AUV_0, BATTERY, 0.5)], 12.3)
     asked = """
         SELECT ?subject ?attribute ?value ?time ?missing WHERE {
-            ?subject sit:hasPropertyValue ?fact . ?fact sit:ofAttribute ?attribute ; sit:value ?value ;
-                sit:timestamp ?time . OPTIONAL { ?fact rm:note ?missing } } ORDER BY ?attribute"""
+            ?subject sit:hasPropertyValue ?fact .
+            ?fact sit:ofAttribute ?attribute ; sit:dataValue|sit:linkValue ?value ; sit:timestamp ?time .
+            OPTIONAL { ?fact rm:note ?missing } } ORDER BY ?attribute"""
     assert query(model, asked) == (
         ("subject", "attribute", "value", "time", "missing"),
         [
@@ -175,8 +211,8 @@ def test_a_query_of_several_models_says_whose_each_row_is() -> None:
     assert query(models, asked) == (("vehicle", "level"), [("auv-0", 0.5), ("auv-1", 0.7)])
     by = "SELECT ?by WHERE { ?fact sit:origin ?by }"
     assert query(models, by) == (("vehicle", "by"), [("auv-0", "auv-0"), ("auv-1", "auv-1")])
-    assert query(models["auv-1"], by) == (("by",), [("run:origin-1",)])
-    said_by_0 = "SELECT ?x WHERE { ?x sit:hasPropertyValue/sit:origin run:origin-0 }"
+    assert query(models["auv-1"], by) == (("by",), [("auv-1",)])
+    said_by_0 = "SELECT ?x WHERE { ?x sit:hasPropertyValue/sit:origin run:instance-0 }"
     assert query(models, said_by_0) == (("vehicle", "x"), [("auv-0", "auv-0")])
     models["auv-1"].ban(1)
     assert query(models, asked) == (("vehicle", "level"), [("auv-0", 0.5)])
@@ -187,7 +223,7 @@ def test_a_query_of_several_models_says_whose_each_row_is() -> None:
 @pytest.mark.parametrize(
     ("sparql", "reason"),
     [
-        ("SELECT ?x WHERE { ?x a nemo:Area }", "Unknown namespace prefix"),
+        ("SELECT ?x WHERE { ?x a nemo:Area }", "the prefix 'nemo:' is unknown; known: .*rm:.*or declare it"),
         ("SELECT ?x WHERE ?x", "cannot be answered: Expected SelectQuery"),
         ("CONSTRUCT WHERE { ?x a rm:Area }", "the query is a CONSTRUCT; allowed: SELECT or ASK"),
         ("INSERT DATA { rm:x a rm:Area }", "cannot be answered"),

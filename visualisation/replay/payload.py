@@ -29,7 +29,7 @@ SHOWS = {
     "plans": "how far plans were carried out",
 }
 """What cannot be shown without a table, or without its newer columns."""
-OWN = frozenset({*EVENTS, *SHOWS, "satisfaction", "knowledge", "facts"})
+OWN = frozenset({*EVENTS, *SHOWS, "satisfaction", "knowledge"})
 """Tables that every run may have; those beside them are its mission's."""
 MOST_ROWS = 20_000
 """Of a mission's own table no more rows are shown, the earliest."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from missions.figure import RunResults
 from visualisation.replay.columns import Columns, Floats, Ints
+from visualisation.replay.item_names import STATUS_FORM, by_item, read_name
 
 TIME_STEP_S = 2.0**-12
 """Times are recorded to this step, so none is changed here: before and after stay what they were."""
@@ -169,19 +170,29 @@ class Said:
     """What is written of packets and items, on which later rows build.
 
     Attributes:
-        items: number of each item by its uid.
-        sequences: sequence of the last item of each origin.
+        items: number of each item by its uid; of several statuses with one uid, that of the newest.
+        n_items: how many there are.
+        statuses: when each status was recorded (s) and its number, by uid; the tables have two where one was at once
+            replaced by another.
+        sequences: sequence of the last item of each origin, of what it told and of what it kept.
         faults: what befell the vehicles.
         aside: vehicle and item of what a vehicle heard without need of it.
         first, last: slot and start (s) of the first and the last packet.
     """
 
     items: dict[str, int] = field(default_factory=dict)
-    sequences: dict[str, int] = field(default_factory=dict)
+    n_items: int = 0
+    statuses: dict[str, list[tuple[float, int]]] = field(default_factory=dict)
+    sequences: dict[tuple[str, int], int] = field(default_factory=dict)
     faults: list[Mapping[str, Any]] = field(default_factory=list)
     aside: set[tuple[str, str]] = field(default_factory=set)
     first: tuple[int, float] | None = None
     last: tuple[int, float] = (0, 0.0)
+
+    def number(self, uid: str, sent_s: float) -> int:
+        """The item of that uid in a packet that was sent at a time (s)."""
+        recorded = self.statuses.get(uid, ())
+        return max((number for at_s, number in recorded if at_s <= sent_s), default=self.items.get(uid, NOBODY))
 
     @property
     def slot_s(self) -> float | None:
@@ -193,29 +204,32 @@ class Said:
 
 def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
     """Columns of the items and their facts; all facts of an item are among the rows."""
-    facts: dict[str, list[Mapping[str, Any]]] = {}
-    for row in rows:
-        facts.setdefault(row["uid"], []).append(row)
-    steps: list[int] = []
-    parts: list[int] = []
-    for uid, (first, *_) in facts.items():
-        said.items[uid] = len(said.items)
-        whole, _, part = uid.partition(".")
-        sequence = int(whole.rpartition("-")[2])
-        steps.append(sequence - said.sequences.get(first["origin"], 0))
-        said.sequences[first["origin"]] = sequence
-        parts.append(int(part or 0))
-    heads = [of[0] for of in facts.values()]
+    facts = list(by_item(rows))
+    heads = [of[0] for of in facts]
+    forms, uids = [], []
+    for first in heads:
+        uid = first["uid"]
+        form, numbers = read_name(uid)
+        whose, sequence = (first["origin"], form), numbers["sequence"]
+        numbers["sequence"] = sequence - said.sequences.get(whose, 0)
+        said.sequences[whose] = sequence
+        said.items[uid] = said.n_items
+        if form == STATUS_FORM:
+            said.statuses.setdefault(uid, []).append((first["recorded_s"], said.n_items))
+        said.n_items += 1
+        forms.append(form)
+        uids.append(numbers)
     columns.add("items.origin", [names.vehicle(row["origin"]) for row in heads])
-    columns.add("items.sequence", steps)
-    columns.add("items.part", parts)
+    columns.add("items.form", forms)
+    for part_of_name in ("epoch", "sequence", "part", "subject", "attribute"):
+        columns.add(f"items.{part_of_name}", [numbers[part_of_name] for numbers in uids])
     times_s = np.array([row["time_s"] for row in heads], dtype=float)
     columns.add("items.time", times_s, 1, TIME_STEP_S)
     recorded_s = np.array([row["recorded_s"] for row in heads], dtype=float)
     columns.add("items.late", recorded_s - times_s, 0, TIME_STEP_S)
     columns.add("items.kind", [names.text(row["kind"]) for row in heads])
-    columns.add("items.facts", [len(of) for of in facts.values()])
-    _add_facts(columns, names, [fact for of in facts.values() for fact in of])
+    columns.add("items.facts", [len(of) for of in facts])
+    _add_facts(columns, names, [fact for of in facts for fact in of])
 
 
 def _add_facts(columns: Columns, names: Names, facts: Sequence[Mapping[str, Any]]) -> None:
@@ -285,7 +299,7 @@ def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, said:
     packet, receiver = packet[order], receiver[order]
     columns.add("packets.delay", arrival_s[packet, receiver] - end_s[packet], 1, TIME_STEP_S)
     if has_times:
-        _add_contents(columns, names, packets, said.items)
+        _add_contents(columns, names, packets, start_s, said)
     if packets.num_rows:
         ends = [(int(packets["slot"][row].as_py()), float(start_s[row])) for row in (0, -1)]
         said.first, said.last = said.first or ends[0], ends[1]
@@ -301,11 +315,12 @@ def _leave_out(outcome: Ints, arrival_s: Floats, names: Names, faults: Iterable[
             outcome[(outcome[:, v] == HEARD) & (arrival_s[:, v] == fault["time_s"]), v] = LOST
 
 
-def _add_contents(columns: Columns, names: Names, table: Any, items: Mapping[str, int]) -> None:
+def _add_contents(columns: Columns, names: Names, table: Any, start_s: Floats, said: Said) -> None:
     for name, column in (("items", "item_uids"), ("status", "status_uids")):
-        said = table[column].to_pylist()
-        columns.add(f"packets.{name}.n", [len(uids) for uids in said])
-        columns.add(f"packets.{name}", [items.get(uid, NOBODY) for uids in said for uid in uids], 1)
+        of_packets = table[column].to_pylist()
+        columns.add(f"packets.{name}.n", [len(uids) for uids in of_packets])
+        sent = [(uid, at_s) for uids, at_s in zip(of_packets, start_s, strict=True) for uid in uids]
+        columns.add(f"packets.{name}", [said.number(uid, at_s) for uid, at_s in sent], 1)
     roles = table["signal_roles"].to_pylist()
     columns.add("packets.signals.n", [len(of) for of in roles])
     columns.add("signals.role", [names.text(role) for of in roles for role in of])

@@ -42,13 +42,22 @@ def scenario(*settings: str, strategy: str = "remoras") -> Scenario:
     return load("mapping-rendezvous", [("--set", one) for one in (*settings, f"strategy.name='{strategy}'")])
 
 
+def held_by(model: WorldModel) -> tuple[Any, ...]:
+    """All that a world model holds: items, what waits and was refused, statuses, what is private, its counters."""
+    return (
+        (model.state_hash(), sorted(model.arrivals.waiting), sorted(model.arrivals.refused)),
+        (list(model.statuses()), list(model.private_blocks())),
+        (model.next_sequence, model.next_private),
+    )
+
+
 def state_of(fleet: Fleet) -> dict[str, Any]:
     """What every vehicle knows now."""
     found = {}
     for vehicle in fleet.vehicles:
         model, standing = vehicle.beliefs.model, vehicle.social.standing
         found[vehicle.name] = (
-            (model.state_hash(), sorted(model.arrivals.waiting), sorted(model.arrivals.refused), model.next_sequence),
+            held_by(model),
             (standing.organisation, standing.present, standing.absent),
             (frozenset(vehicle.social.objectives.values()), vehicle.social.missions),
         )
@@ -97,9 +106,7 @@ def compare(loaded: Scenario, seed: int, folder: Path | None = None, channel: Ch
     for at_s, vehicles in knew.items():
         for name, (held, seen, aims) in vehicles.items():
             known = results.known(name, at_s)
-            model = known.model
-            rebuilt = (model.state_hash(), sorted(model.arrivals.waiting), sorted(model.arrivals.refused))
-            assert (*rebuilt, model.next_sequence) == held, (name, at_s)
+            assert held_by(known.model) == held, (name, at_s)
             assert (known.organisation, known.present, known.absent) == seen, (name, at_s)
             assert (known.objectives, known.missions) == aims, (name, at_s)
     return finished

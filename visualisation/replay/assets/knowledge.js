@@ -138,9 +138,9 @@ globalThis.R = globalThis.R || {};
   function waitForAllParts(run, heard) {
     const blocks = new Map();
     run.items.forEach((item, n) => {
-      const block = item.uid.split(".")[0];
-      if (!blocks.has(block)) blocks.set(block, []);
-      blocks.get(block).push(n);
+      if (item.kind === STATUS) return;
+      if (!blocks.has(item.block)) blocks.set(item.block, []);
+      blocks.get(item.block).push(n);
     });
     for (const parts of blocks.values()) {
       if (parts.length === 1) continue;

@@ -7,6 +7,8 @@ globalThis.R = globalThis.R || {};
 (function () {
   const LOST = 1, HEARD = 2; // what became of a packet at a vehicle; 0: it is the sender, or was out of reach
   const TEXT = 0, WHOLE = 1, POINT = 2, DECIMAL = 3; // forms of the values of facts
+  const KEPT_FORM = 1, STATUS_FORM = 2; // of names, see tables.py; others are items
+  const PER_SECOND = 1000; // vehicles keep times to a thousandth of a second at the finest
   const POINT_STEP_M = 1 / 64;
   const MILLION = 1e6;
   const EPSILON_S = 1e-6;
@@ -226,12 +228,17 @@ globalThis.R = globalThis.R || {};
     const last = new Map();
     let start = 0;
     return Array.from(column("origin"), (origin, n) => {
-      const sequence = (last.get(origin) || 0) + column("sequence")[n];
-      last.set(origin, sequence);
-      const part = column("part")[n];
+      const form = column("form")[n], whose = origin + "/" + form;
+      const sequence = (last.get(whose) || 0) + column("sequence")[n];
+      last.set(whose, sequence);
+      const part = column("part")[n], epoch = column("epoch")[n], node = run.vehicles[origin].node;
+      const time_s = Math.round(column("time")[n] * PER_SECOND) / PER_SECOND;
+      const block = form === STATUS_FORM ? `${node}@${time_s}:${column("subject")[n]}.${column("attribute")[n]}`
+        : node + (epoch ? ".e" + epoch : "") + (form === KEPT_FORM ? "-p" : "-") + sequence;
       const end = start + column("facts")[n];
       const item = {
-        uid: run.vehicles[origin].node + "-" + sequence + (part ? "." + part : ""),
+        uid: block + (part ? "." + part : ""),
+        block,
         origin,
         time_s: column("time")[n],
         recorded_s: column("time")[n] + column("late")[n],

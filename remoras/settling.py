@@ -1,0 +1,84 @@
+"""After the mission the exchange goes on, until nobody has anything left to tell: all who hear each other know alike.
+
+Vehicles stay where they are and as they are: they speak in their slots what is still open, and take in what they hear.
+Nobody senses, decides, records anything new or uses energy, and faults neither begin nor end. What is heard stands in a
+table of its own, so no other table, metric or truth of the mission knows of it; packets that were refused are faults.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from exchange.packets import name_of
+from remoras.clock import Priority
+from remoras.fleet import FaultChanges, Fleet, FrameEnds, SlotOpens
+from remoras.recorder import SETTLING, Recorder
+from remoras.vehicle import Vehicle
+
+
+class Settled(NamedTuple):
+    """How the exchange after a mission ended: how long it went on (s), and True if nothing was open then."""
+
+    time_s: float
+    complete: bool
+
+
+def settle(fleet: Fleet, settle_s: float) -> Settled:
+    """Let the exchange go on after the mission.
+
+    Args:
+        fleet: whose run is over; its clock goes on.
+        settle_s: for how long at most.
+    """
+    began_s, record = fleet.now_s, Recorder()
+    fleet.recorder.declare(SETTLING)
+    for vehicle in fleet.vehicles:
+        vehicle.radio.record_into(record)
+    while not _is_settled(fleet):
+        event = fleet.clock.next_before(began_s + settle_s)
+        if event is None:
+            break
+        if isinstance(event, SlotOpens):
+            _speak(fleet, event.number)
+        elif not isinstance(event, FrameEnds | FaultChanges):
+            _hear(fleet.vehicles[event.receiver], event.data, fleet.now_s, record)
+    complete = _is_settled(fleet)
+    for vehicle in fleet.vehicles:
+        vehicle.radio.record_into(fleet.recorder)
+    fleet.recorder.rows(SETTLING.name).extend(record.knowledge)
+    fleet.recorder.faults.extend(record.faults)
+    return Settled((fleet.now_s if complete else began_s + settle_s) - began_s, complete)
+
+
+def _is_settled(fleet: Fleet) -> bool:
+    """True if no vehicle that speaks has an item left that somebody lacks."""
+    return not any(vehicle.radio.manager.n_open for vehicle in fleet.vehicles if _speaks(vehicle))
+
+
+def _speaks(vehicle: Vehicle) -> bool:
+    return vehicle.is_alive and vehicle.radio.communicates and not vehicle.social.is_silent
+
+
+def _speak(fleet: Fleet, slot: int) -> None:
+    now_s, schedule = fleet.now_s, fleet.schedule
+    fleet.clock.schedule(schedule.start_s(slot + 1), Priority.SLOT, SlotOpens(slot + 1))
+    sender = fleet.vehicles[schedule.owner(slot)]
+    if not _speaks(sender):
+        return
+    sent = sender.radio.manager.packet_to_send(now_s)
+    if sender.condition.is_mute:
+        return
+    positions = [vehicle.functional.motion.position_m for vehicle in fleet.vehicles]
+    for arrival in fleet.channel.transmit(slot, sender.data.node, sent.data, now_s, positions):
+        fleet.clock.schedule(arrival.time_s, Priority.ARRIVAL, arrival)
+
+
+def _hear(vehicle: Vehicle, data: bytes, now_s: float, record: Recorder) -> None:
+    if not vehicle.is_alive or vehicle.condition.is_deaf:
+        return
+    heard = vehicle.radio.hear(data, now_s)
+    vehicle.beliefs.note(heard.changes)
+    for block in heard.reception.blocks:
+        if block.is_status:
+            origin = vehicle.beliefs.name(block.origin)
+            record.knowledge.append((now_s, vehicle.name, name_of(block), origin, "received"))

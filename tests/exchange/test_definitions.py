@@ -1,0 +1,91 @@
+"""Peers of another definition: noticed within four frames, and from then on never misread."""
+
+import pytest
+from fleet_radio import DURATION_S, N_BLOCKS, TBOX, Fleet, cells, instances
+from hypothesis import given
+from hypothesis import strategies as st
+
+from exchange.codec import Codec
+from exchange.definitions import Definitions
+from exchange.errors import PeerFault
+from exchange.packets import Fragment
+from exchange.policies import POLICIES
+
+
+def stranger_codec(n_items: int) -> Codec:
+    """Of a fleet of three that may tell another number of items."""
+    return Codec(TBOX, len(instances(3)), 3, POLICIES["ack"], n_items, DURATION_S)
+
+
+def heard_of(codec: Codec, n_frames: int) -> Fleet:
+    """A fleet of which node 1 hears, in the slots of node 0, somebody with that codec, with an item in every packet."""
+    fleet = Fleet(3)
+    for frame in range(n_frames):
+        wire = [codec.encode_fragment(Fragment(0, frame, 0.0, cells(3, 1)), 0)]
+        data = codec.encode(0, [0] * 3, wire, frame=frame)
+        fleet.deliver(1, data, fleet.schedule.start_s(3 * frame) + 1.0)
+    return fleet
+
+
+def bytes_alike(codec: Codec) -> list[bool]:
+    """Which bytes of its hash are ours, by frame."""
+    ours = Fleet(3).codec
+    return [codec.encode(0, [0] * 3, [], frame=f)[0] == ours.encode(0, [0] * 3, [], frame=f)[0] for f in range(4)]
+
+
+def test_a_stranger_is_one_event_and_all_that_it_says_is_refused():
+    fleet = heard_of(stranger_codec(N_BLOCKS + 1), 12)
+    assert [reception.is_stranger for reception in fleet.heard[1]] == [True] + [False] * 11
+    assert all(reception.fault for reception in fleet.heard[1])
+    assert fleet.managers[1].n_faults == 12
+    assert list(fleet.models[1].blocks()) == []
+
+
+def test_three_bytes_that_agree_do_not_let_a_stranger_in():
+    """Of 4096 definitions some share a byte of the hash with ours, 4 in 256 on average; what differs bars them all."""
+    found = next(
+        c for n in range(N_BLOCKS + 1, N_BLOCKS + 4096) if bytes_alike(c := stranger_codec(n)).index(False) > 0
+    )
+    fleet = heard_of(found, 16)
+    first = bytes_alike(found).index(False)
+    assert [reception.is_stranger for reception in fleet.heard[1]].index(True) == first <= 3
+    assert all(reception.fault for reception in fleet.heard[1][first:])
+
+
+def test_a_peer_that_was_damaged_once_is_heard_again_when_that_byte_agrees():
+    definitions = Definitions()
+    assert definitions.differ(2, frame=5)
+    for frame in (6, 7, 8):
+        with pytest.raises(PeerFault, match="node 2 uses another TBox"):
+            definitions.agree(2, frame)
+    definitions.agree(2, frame=9)
+    definitions.agree(2, frame=10)
+
+
+def test_damage_bars_nobody_whose_definition_is_known():
+    definitions = Definitions()
+    for frame in range(4):
+        definitions.agree(2, frame)
+    assert not definitions.differ(2, frame=4)
+    definitions.agree(2, frame=5)
+
+
+@given(st.sets(st.integers(0, 3), min_size=1), st.lists(st.integers(0, 40), min_size=1))
+def test_nothing_of_a_stranger_counts_once_a_byte_has_differed(differing: set[int], frames: list[int]):
+    """Whichever bytes differ and in whichever frames it is heard."""
+    definitions, noticed = Definitions(), False
+    for frame in frames:
+        if frame % 4 in differing:
+            definitions.differ(1, frame)
+            noticed = True
+        elif noticed:
+            with pytest.raises(PeerFault):
+                definitions.agree(1, frame)
+        else:
+            definitions.agree(1, frame)
+
+
+def test_one_peer_is_not_taken_for_another():
+    definitions = Definitions()
+    definitions.differ(1, frame=0)
+    definitions.agree(2, frame=1)

@@ -1,0 +1,53 @@
+"""Names of attributes on the wire: what is exchanged is short whatever else the ontology has, and all can be told."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from exchange.errors import PeerFault
+from exchange.names import AttributeNames, width
+
+
+class Taker:
+    """Takes bits off the front, as a packet's reader does."""
+
+    def __init__(self, bits: int, size: int) -> None:
+        self.bits, self.left = bits, size
+
+    def __call__(self, size: int) -> int:
+        self.left -= size
+        assert self.left >= 0
+        return self.bits >> self.left & (1 << size) - 1
+
+
+@given(st.data(), st.integers(1, 80))
+def test_every_attribute_is_read_as_it_was_written(data: st.DataObject, n: int) -> None:
+    exchanged = data.draw(st.none() | st.sets(st.integers(0, n - 1)))
+    names = AttributeNames(n, exchanged)
+    for uid in range(n):
+        take = Taker(names.names[uid], names.sizes[uid])
+        assert names.read(take) == uid
+        assert take.left == 0
+
+
+def test_more_attributes_cost_those_nothing_that_are_exchanged() -> None:
+    # 18 and the one name for all others: 5 bits. Of 36 or 50 attributes without short names: 6.
+    exchanged = range(10, 28)
+    assert {AttributeNames(n, exchanged).sizes[12] for n in (30, 36, 50, 400)} == {5}
+    assert [width(n) for n in (36, 50)] == [6, 6]
+    assert AttributeNames(50, exchanged).sizes[3] == 5 + 6
+    assert AttributeNames(50).sizes == (6,) * 50
+
+
+@pytest.mark.parametrize(
+    ("bits", "size"),
+    [
+        pytest.param(3, 2, id="no name"),
+        pytest.param(2 << 3 | 0, 5, id="the long name of what has a short one"),
+        pytest.param(2 << 3 | 7, 5, id="no uid"),
+    ],
+)
+def test_names_of_nothing_are_a_peers_fault(bits: int, size: int) -> None:
+    names = AttributeNames(6, exchanged=(0, 4))  # 0, 1, then 2 for others; 3 is free
+    with pytest.raises(PeerFault, match="is not in the TBox"):
+        names.read(Taker(bits, size))

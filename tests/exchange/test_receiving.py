@@ -1,0 +1,224 @@
+"""What a manager makes of packets that contradict what it knows, come from the future, or from another life."""
+
+from dataclasses import replace
+
+import pytest
+from fleet_radio import (
+    BATTERY,
+    DURATION_S,
+    MAPPED_CELL,
+    N_BLOCKS,
+    POSITION,
+    TBOX,
+    Fleet,
+    bay,
+    cells,
+    instances,
+    needs,
+)
+
+from exchange.codec import Codec
+from exchange.manager import ExchangeManager
+from exchange.packets import Fragment, ItemUid
+from exchange.policies import POLICIES
+from worldmodel import STATUS, Fault, FaultCode, PropertyValue, WorldModel, merge
+
+
+def packet_of(fleet: Fleet, sender: int, *fragments: Fragment, frame: int = 0, epoch: int = 0) -> bytes:
+    wire = [fleet.codec.encode_fragment(fragment, sender, epoch) for fragment in fragments]
+    return fleet.codec.encode(sender, [0] * fleet.n_nodes, wire, frame=frame, epoch=epoch)
+
+
+def heard(fleet: Fleet, receiver: int, *fragments: Fragment, frame: int = 0) -> tuple[Fault, ...]:
+    """The faults that merging shows when a receiver hears node 0 say these in a frame."""
+    arrives_s = fleet.schedule.start_s(frame * fleet.n_nodes) + 1.0
+    reception = fleet.managers[receiver].receive(packet_of(fleet, 0, *fragments, frame=frame), arrives_s)
+    assert reception.fault is None
+    return merge(fleet.models[receiver], reception.blocks, arrives_s).faults
+
+
+# Two kinds of knowledge ---------------------------------------------------------------------------
+
+
+def test_items_are_numbered_without_gaps_whatever_statuses_come_between():
+    fleet = Fleet(2)
+    uids = []
+    for cell in range(4):
+        fleet.observe(0, (0, POSITION, (float(cell), 0.0)))
+        uids.append(fleet.maps(0, cell))
+        fleet.observe(0, (0, BATTERY, 0.5))
+    assert [uid.sequence for uid in uids] == [0, 1, 2, 3]
+    fleet.pass_frames(3)
+    assert fleet.models[1].digest() == {(0, 0): (3, 0)} == fleet.models[0].digest()
+    assert fleet.models[0].state_hash() == fleet.models[1].state_hash()
+
+
+def test_what_is_no_news_to_anybody_leaves_no_gap():
+    """A private block between two items."""
+    fleet = Fleet(2)
+    first = fleet.maps(0, 1)
+    fleet.models[0].record([(bay(2), MAPPED_CELL, 2)], 0.0, private=True)
+    assert fleet.maps(0, 3) == first._replace(sequence=1)
+
+
+def test_a_status_is_named_by_its_time_in_what_is_said():
+    fleet = Fleet(2)
+    fleet.slot = 2
+    fleet.observe(0, (0, POSITION, (1.0, 0.0)))
+    sent = fleet.pass_slot()
+    assert [str(uid) for uid in sent.status] == [f"0@4:0.{POSITION}"]  # slot 2 begins at 4 s
+    assert fleet.heard[1][-1].blocks[0].sequence == STATUS
+
+
+@pytest.mark.parametrize("priorities", [{MAPPED_CELL: 1}, {MAPPED_CELL: 1, BATTERY: 2}])
+def test_what_is_of_use_has_an_attribute_that_is_exchanged(priorities: dict[int, int]):
+    fleet = Fleet(2, who_needs=needs(range(2), priorities))
+    for fact, attribute in (((0, BATTERY, 0.5), BATTERY), ((bay(2), MAPPED_CELL, 1), MAPPED_CELL)):
+        assert fleet.managers[0].is_of_use([fact]) == (attribute in priorities)
+    assert fleet.managers[0].is_of_use([(0, BATTERY, 0.5), (bay(2), MAPPED_CELL, 1)])
+
+
+# One name, two contents ---------------------------------------------------------------------------
+
+
+def test_an_item_with_other_content_than_before_reaches_the_check_for_conflicts():
+    fleet = Fleet(2)
+    one = Fragment(0, 0, 0.0, cells(2, 1))
+    other = replace(one, facts=(PropertyValue(bay(2), MAPPED_CELL, 99.0),))
+    assert heard(fleet, 1, one) == ()
+    assert heard(fleet, 1, one, frame=1) == ()  # said again: no news
+    (fault,) = heard(fleet, 1, other, frame=2)
+    assert (fault.code, fault.origin, fault.sequence) == (FaultCode.GUID_CONFLICT, 0, 0)
+
+
+def test_whichever_content_comes_first_the_same_stays():
+    one = Fragment(0, 0, 0.0, cells(2, 1))
+    other = replace(one, facts=(PropertyValue(bay(2), MAPPED_CELL, 99.0),))
+    hashes = set()
+    for first, second in ((one, other), (other, one)):
+        fleet = Fleet(2)
+        heard(fleet, 1, first)
+        heard(fleet, 1, second, frame=1)
+        hashes.add(fleet.models[1].state_hash())
+    assert len(hashes) == 1
+
+
+def test_a_part_with_other_content_makes_a_block_with_that_part():
+    """Three parts of one cell each; the second comes once more with another cell."""
+    parts = [Fragment(0, 0, 0.0, (fact,), index, 3) for index, fact in enumerate(cells(2, 3))]
+    other = replace(parts[1], facts=(PropertyValue(bay(2), MAPPED_CELL, 99.0),))
+    fleet = Fleet(2)
+    assert heard(fleet, 1, *parts) == ()
+    (fault,) = heard(fleet, 1, other, frame=1)
+    assert fault.code is FaultCode.GUID_CONFLICT
+
+
+def test_a_part_with_other_content_before_the_block_is_whole_waits_for_nothing():
+    parts = [Fragment(0, 0, 0.0, (fact,), index, 2) for index, fact in enumerate(cells(2, 2))]
+    other = replace(parts[0], facts=(PropertyValue(bay(2), MAPPED_CELL, 99.0),))
+    fleet = Fleet(2)
+    assert heard(fleet, 1, parts[0]) == heard(fleet, 1, other, frame=1) == ()
+    assert heard(fleet, 1, parts[1], frame=2) == ()
+    assert len(fleet.models[1].history(bay(2), MAPPED_CELL)) == 2
+
+
+def test_a_block_that_was_first_heard_cut_otherwise_still_comes_in():
+    """A damaged count: part 0 of 2 of an item that was whole."""
+    fleet = Fleet(2)
+    whole = Fragment(0, 0, 0.0, cells(2, 1))
+    heard(fleet, 1, replace(whole, count=2))
+    heard(fleet, 1, whole, frame=1)
+    assert fleet.models[1].value(bay(2), MAPPED_CELL) == 0.0
+
+
+# Facts from the future ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("late_s", "is_refused"), [(1.0, False), (1.1, True), (3000.0, True)])
+def test_a_fact_later_than_its_arrival_and_tolerance_refuses_the_packet(late_s: float, is_refused: bool):
+    """It arrives at 1.0 s; the tolerance is 1 s unless a model is told otherwise."""
+    fleet = Fleet(2)
+    assert fleet.models[1].clock_tolerance_s == 1.0
+    sound, late = Fragment(0, 0, 0.0, cells(2, 1)), Fragment(0, 1, round(1.0 + late_s, 1), cells(2, 1))
+    reception = fleet.deliver(1, packet_of(fleet, 0, sound, late), 1.0)
+    assert (reception.fault is not None) == is_refused == (fleet.managers[1].n_faults == 1)
+    assert len(reception.blocks) == (0 if is_refused else 2)
+    assert fleet.managers[1].holds(ItemUid(0, 0, 0)) != is_refused
+
+
+def test_a_coarse_clock_makes_no_sound_fact_one_of_the_future():
+    """Times are rounded to 10 s: what is observed at 8.2 s is of 10 s. It arrives at 9 s, without tolerance, and is
+    sound; of 20 s nothing is. Slot 4 begins at 8 s."""
+    fleet = Fleet(2)
+    codec = Codec(TBOX, len(instances(2)), 2, POLICIES["ack"], N_BLOCKS, DURATION_S, 10.0)
+    for time_s, is_refused in ((10.0, False), (20.0, True)):
+        model = WorldModel(TBOX, 1, instances(2), 10.0, n_origins=2, clock_tolerance_s=0.0)
+        manager = ExchangeManager(1, model, codec, fleet.schedule, POLICIES["ack"], 512, needs(range(2)))
+        wire = [codec.encode_fragment(Fragment(0, 0, time_s, cells(2, 1)), 0)]
+        reception = manager.receive(codec.encode(0, [0, 0], wire, frame=2), 9.0)
+        assert (reception.fault is not None) == is_refused
+        assert (merge(model, reception.blocks, 9.0).faults, model.digest()) == (
+            (),
+            {} if is_refused else {(0, 0): (0, 0)},
+        )
+
+
+def test_what_was_refused_as_from_the_future_is_said_again_and_the_truth_comes():
+    """One bit of the time is flipped on the way; nothing is acknowledged, so node 0 says it once more."""
+    fleet = Fleet(2)
+    uid = fleet.maps(0, cell=7)
+    sent = fleet.managers[0].packet_to_send(0.0)
+    told = fleet.codec.decode(sent.data).fragments[0]
+    damaged = packet_of(fleet, 0, replace(told, time_s=told.time_s + 3276.8))
+    assert "from the future" in str(fleet.deliver(1, damaged, 1.0).fault)
+    fleet.slot = 1
+    fleet.pass_slot()  # node 1 has nothing to acknowledge
+    assert not fleet.managers[0].believes(1, uid)
+    assert fleet.pass_slot().items == (uid,)
+    assert fleet.models[1].value(bay(2), MAPPED_CELL) == 7.0
+    fleet.pass_slot()
+    assert fleet.managers[0].believes(1, uid)
+
+
+# Epochs -------------------------------------------------------------------------------------------
+
+
+def restarted(fleet: Fleet, node: int, epoch: int) -> None:
+    """A vehicle begins anew without its memory."""
+    model = WorldModel(
+        fleet.models[node].tbox,
+        node,
+        instances(fleet.n_nodes),
+        n_origins=fleet.n_nodes,
+        run_time_instances_per_origin=0,
+        epoch=epoch,
+    )
+    fleet.models[node] = model
+    fleet.managers[node] = ExchangeManager(
+        node, model, fleet.codec, fleet.schedule, POLICIES["ack-repeat"], 512, needs(range(fleet.n_nodes))
+    )
+
+
+def test_items_of_two_epochs_are_never_confused():
+    """Its first item after a restart has the number of its first one before; peers keep both, and tell both."""
+    fleet = Fleet(3, "ack-repeat", lost=lambda slot, sender, receiver: receiver == 2 and slot < 12)
+    before = fleet.maps(0, 1)
+    fleet.pass_frames(4)
+    restarted(fleet, 0, epoch=1)
+    after = fleet.maps(0, 2)
+    assert after == before._replace(epoch=1) != before
+    fleet.pass_frames(4)
+    for model in fleet.models[1:]:
+        assert model.digest() == {(0, 0): (0, 0), (0, 1): (0, 0)}
+        assert {o.value for o in model.history(bay(3), MAPPED_CELL)} == {1.0, 2.0}
+    assert [str(uid) for uid in (before, after)] == ["0-0", "0.e1-0"]
+
+
+def test_a_vehicle_passes_on_what_it_said_in_an_earlier_epoch_under_that_epoch():
+    fleet = Fleet(2)
+    restarted(fleet, 0, epoch=2)
+    old = Fragment(0, 5, 0.0, cells(2, 1), epoch=1)
+    bits = fleet.codec.encode_fragment(old, 0, 2)[1]
+    assert bits == fleet.codec.fragment_bits(old)  # as relayed: origin and epoch stand beside it
+    decoded = fleet.codec.decode(packet_of(fleet, 0, old, epoch=2))
+    assert (decoded.epoch, decoded.fragments) == (2, (old,))

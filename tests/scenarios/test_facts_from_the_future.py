@@ -1,0 +1,74 @@
+"""One flipped bit in the time of one position report: it hid the truth until its hour came, and is refused."""
+
+from dataclasses import replace
+
+import pytest
+
+from exchange.acoustics.channel import Arrival, Channel
+from exchange.packets import Fragment
+from missions.runs.run import Run, run
+from missions.runs.setup import Setup, channel_of, resolved
+from missions.scenarios import load
+
+BIT = 1 << 15
+"""Of a time in tenths of a second: 3276.8 s, not set in the time of a report before that."""
+AT_S = 900.0
+SENDER = 3
+NO_GUARD = "communication.clock_tolerance_s=14400"
+"""So long is the mission at most: no fact is of the future."""
+
+
+class Flipping:
+    """A channel that flips one bit in the time of the first position report of one vehicle after a time."""
+
+    def __init__(self, channel: Channel, setup: Setup) -> None:
+        self._channel, self._codec, self._n_nodes = channel, setup.codec, setup.schedule.n_nodes
+        self._position = setup.tbox.attribute_named("position").uid
+        self.n_flipped = 0
+
+    def transmit(
+        self, slot: int, sender: int, data: bytes, now_s: float, positions_m: list[tuple[float, float]]
+    ) -> list[Arrival]:
+        frame = slot // self._n_nodes
+        told = self._codec.decode(data, frame)
+        if now_s >= AT_S and sender == SENDER and not self.n_flipped:
+            fragments = [self._flipped(one) for one in told.fragments]
+            wire = [self._codec.encode_fragment(one, sender) for one in fragments]
+            flipped = self._codec.encode(sender, told.rows, wire, told.signals, frame)
+            assert _n_bits_between(data, flipped) == 1
+            data, self.n_flipped = flipped, 1
+        return self._channel.transmit(slot, sender, data, now_s, positions_m)
+
+    def _flipped(self, fragment: Fragment) -> Fragment:
+        if fragment.facts[0].attribute != self._position:
+            return fragment
+        return replace(fragment, time_s=(round(10 * fragment.time_s) ^ BIT) / 10)
+
+
+def _n_bits_between(one: bytes, other: bytes) -> int:
+    return (int.from_bytes(one, "big") ^ int.from_bytes(other, "big")).bit_count()
+
+
+def mission(strategy: str, *settings: str, flips: bool) -> Run:
+    chosen = (f"strategy.name={strategy!r}", "channel.per=0.2", *settings)
+    scenario = load("mapping-rendezvous", [("--set", one) for one in chosen])
+    setup = resolved(scenario)
+    channel = Flipping(channel_of(setup, 1), setup)
+    finished = run(scenario, 1, channel if flips else None)
+    assert channel.n_flipped == flips
+    return finished
+
+
+@pytest.mark.parametrize("strategy", ["remoras", "central", "contract-net", "cbba"])
+def test_a_flipped_bit_in_one_time_no_longer_delays_the_mission(strategy: str) -> None:
+    """The mission ends within a TDMA frame of when it would. Without the guard the head believes AUV02 to be where it
+    was: its group waits for its meeting until the deadline of 900 s, and remoras until it finds a way out of that."""
+    sound = mission(strategy, flips=False)
+    guarded = mission(strategy, flips=True)
+    assert sound.completed
+    assert guarded.completed
+    assert abs(guarded.end_s - sound.end_s) <= sound.setup.schedule.frame_s
+    refused = [row for row in guarded.recorder.faults if row[2] == "bad packet"]
+    assert refused
+    assert all("from the future" in row[3] for row in refused)
+    assert mission(strategy, NO_GUARD, flips=True).end_s >= sound.end_s + 800.0

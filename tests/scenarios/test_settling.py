@@ -1,0 +1,126 @@
+"""After the mission the exchange may go on: then all vehicles that hear each other know the same, byte for byte."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from missions.errors import ConfigurationError
+from missions.runs.known import Memory
+from missions.runs.results import MemoryResults, Results, write
+from missions.runs.run import run, settled_of
+from missions.runs.setup import assemble, resolved
+from missions.scenarios import Scenario, load
+from remoras.fleet import Fleet
+from remoras.settling import Settled
+
+POLICIES = ("ack", "ack-repeat", "m-ack", "mps-ack-repeat")
+CUT = "scenario.duration_s=900"
+"""The mission is ended in its midst, with much that is still to be told."""
+SETTLED = "scenario.settle_s=900"
+
+
+def scenario(*settings: str) -> Scenario:
+    return load("mapping-rendezvous", [("--set", one) for one in ("channel.per=0.4", *settings)])
+
+
+def ended(seed: int, *settings: str) -> tuple[Fleet, Settled | None]:
+    """A fleet after its mission, and after the exchange that follows, if there is one."""
+    setup = resolved(scenario(*settings))
+    fleet = assemble(setup, seed)
+    fleet.run()
+    return fleet, settled_of(setup, fleet)
+
+
+def knowledge(fleet: Fleet) -> tuple[set[str], list[dict[tuple[int, int], tuple[int, int]]]]:
+    """The hashes of what the vehicles hold, and their digests."""
+    models = [vehicle.beliefs.model for vehicle in fleet.vehicles]
+    return {model.state_hash() for model in models}, [model.digest() for model in models]
+
+
+@pytest.mark.parametrize("policy", POLICIES)
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_after_a_mission_at_high_loss_all_vehicles_know_the_same(policy: str, seed: int) -> None:
+    fleet, settled = ended(seed, SETTLED, f"communication.policy={policy!r}")
+    assert settled is not None
+    assert settled.complete
+    hashes, digests = knowledge(fleet)
+    assert len(hashes) == 1
+    assert all(digest == digests[0] for digest in digests)
+    assert set(digests[0]) == {(node, 0) for node in range(4)}
+    assert all(mask == 0 for _, mask in digests[0].values())  # no gaps: items are dense, statuses are apart
+    assert not any(list(vehicle.beliefs.model.private_blocks()) for vehicle in fleet.vehicles)
+
+
+@pytest.mark.parametrize("policy", POLICIES)
+def test_so_it_is_where_the_mission_is_ended_in_its_midst(policy: str) -> None:
+    setting = f"communication.policy={policy!r}"
+    fleet, settled = ended(1, CUT, setting)
+    assert settled is None
+    assert len(knowledge(fleet)[0]) > 1  # else there would be nothing to settle
+    fleet, settled = ended(1, CUT, SETTLED, setting)
+    assert settled is not None
+    assert settled.complete
+    assert 0.0 < settled.time_s < 900.0
+    assert len(knowledge(fleet)[0]) == 1
+
+
+def test_it_ends_when_its_time_is_over() -> None:
+    fleet, settled = ended(1, CUT, "scenario.settle_s=5")
+    assert settled == Settled(5.0, False)
+    assert len(knowledge(fleet)[0]) > 1
+
+
+def test_a_deaf_vehicle_keeps_it_from_ending_and_the_others_know_the_same() -> None:
+    fleet, settled = ended(1, CUT, SETTLED, "fault=[{kind='deaf',vehicle='AUV02',at_s=300}]")
+    assert settled == Settled(900.0, False)
+    others = {v.beliefs.model.state_hash() for v in fleet.vehicles if v.name != "AUV02"}
+    assert len(others) == 1
+
+
+def of_mission(results: MemoryResults) -> dict[str, Any]:
+    """Summary and tables, without what is said of the time after the mission, and of the machine."""
+    summary = {name: one for name, one in results.summary.items() if name not in ("run_id", "wall_s")}
+    tables = {name: results.table(name).to_pylist() for name in results.tables if name != "settling"}
+    return {"settling_s": None, "settled": None, **summary} | tables
+
+
+def test_the_mission_knows_nothing_of_it() -> None:
+    """Every metric and every table but one is that of the run without it."""
+    without = of_mission(MemoryResults(run(scenario(CUT), 1)))
+    results = MemoryResults(run(scenario(CUT, SETTLED), 1))
+    found = of_mission(results)
+    assert (without.pop("settling_s"), without.pop("settled")) == (None, None)
+    assert found.pop("settling_s") > 0.0
+    assert found.pop("settled") is True
+    assert found == without
+    rows = results.table("settling").to_pylist()
+    assert {row["event"] for row in rows} <= {"received", "acknowledged"}
+    assert all(row["time_s"] >= 900.0 for row in rows)
+
+
+def test_what_was_known_then_can_be_asked(tmp_path: Path) -> None:
+    """Of written results, at the end of the settling, as the live fleet knew it."""
+    loaded = scenario(CUT, SETTLED)
+    write(run(loaded, 1), tmp_path / "run")
+    results = Results.read(tmp_path / "run")
+    fleet, settled = ended(1, CUT, SETTLED)
+    assert settled is not None
+    at_s = results.summary["mission_time_s"] + results.summary["settling_s"]
+    memory = Memory(results, resolved(loaded))
+    for vehicle in fleet.vehicles:
+        model, known = vehicle.beliefs.model, memory.known(vehicle.name, at_s).model
+        assert known.state_hash() == model.state_hash()
+        assert list(known.statuses()) == list(model.statuses())
+
+
+def test_a_scenario_that_does_not_ask_for_it_has_no_trace_of_it() -> None:
+    finished = run(scenario(CUT), 1)
+    assert finished.settled is None
+    assert "settling" not in finished.recorder.tables
+    assert "settle_s" not in finished.scenario.model_dump()["scenario"]
+
+
+def test_a_negative_time_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match=r"scenario\.settle_s"):
+        scenario("scenario.settle_s=-1")

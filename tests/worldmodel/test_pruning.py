@@ -1,0 +1,183 @@
+"""Pruning keeps every answer but old values: latest, classes, digest, state hash, and the refusal of duplicates."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from small_fleet import (
+    AREA,
+    AREA_DONE,
+    ASV_0,
+    AUV_0,
+    BAY,
+    CELL,
+    CLASSIFICATION,
+    COMPLETED,
+    ECHO,
+    INSTANCES,
+    LOCATION,
+    N_ORIGINS,
+    OBJECT,
+    TBOX,
+    WRECK,
+    any_blocks,
+    block,
+    fleet_model,
+    sound_blocks,
+)
+
+from worldmodel import (
+    TYPE_UID,
+    Block,
+    FactError,
+    PruneRule,
+    WorldModel,
+    merge,
+    models_from,
+    prune,
+    rows_of,
+    tidy,
+)
+
+THING = 0
+PRUNED = [LOCATION, CLASSIFICATION, CELL, COMPLETED, AREA_DONE]
+
+
+def answers(model: WorldModel) -> tuple[object, ...]:
+    """What a model answers besides old values."""
+    uids = range(model.n_uids)
+    return (
+        model.state_hash(),
+        model.digest(),
+        [model.latest(uid, a.uid) for uid in uids for a in TBOX.attributes],
+        [model.class_mask(uid) for uid in uids],
+        [model.instances_of(c.uid) for c in TBOX.classes],
+        list(model.statuses()),
+    )
+
+
+@settings(max_examples=80, deadline=None)
+@given(any_blocks, st.sampled_from(PRUNED), st.integers(0, 6), st.sets(st.integers(0, 2), max_size=2))
+def test_all_answers_but_old_values_stay(blocks: list[Block], attribute: int, tick: int, banned: set[int]) -> None:
+    model, pruned = fleet_model(), fleet_model()
+    for one in (model, pruned):
+        merge(one, blocks)
+    n_pruned = prune(pruned, THING, attribute, tick / 10)
+    assert answers(pruned) == answers(model)
+    held = {b.guid: b for b in pruned.blocks()}
+    gone = [b for b in model.blocks() if b.guid not in held]
+    assert len(gone) == n_pruned
+    assert all(fact.attribute == attribute for b in gone for fact in b.facts)
+    assert all(b.time_s < tick / 10 for b in gone)
+    for uid in range(model.n_uids):
+        for other in TBOX.attributes:
+            kept = tuple(o for o in model.history(uid, other.uid) if o.block not in gone)
+            assert pruned.history(uid, other.uid) == kept
+    again = [*model.blocks(), *model.arrivals.waiting.values(), *model.arrivals.refused.values()]
+    assert merge(pruned, again) == ((), ())  # known, and refused as before
+    for one in (model, pruned):
+        for origin in sorted(banned):
+            one.ban(origin)
+    assert answers(pruned) == answers(model)
+
+
+@settings(max_examples=50, deadline=None)
+@given(sound_blocks(), sound_blocks(), st.sampled_from(PRUNED), st.integers(0, 9))
+def test_who_has_pruned_goes_on_as_who_has_not(
+    blocks: list[Block], then: list[Block], attribute: int, tick: int
+) -> None:
+    known = {b.guid for b in blocks}
+    then = [b for b in then if b.guid not in known or b.is_status]
+    model, pruned = fleet_model(), fleet_model()
+    merge(model, blocks)
+    merge(pruned, blocks)
+    prune(pruned, THING, attribute, tick / 10)
+    for one in (model, pruned):
+        merge(one, then)
+    assert answers(pruned) == answers(model)
+    (read,) = models_from(rows_of({"auv-0": pruned}), TBOX).values()
+    assert answers(read) == answers(pruned)
+    assert list(read.pruned()) == list(pruned.pruned())
+
+
+def test_the_newest_of_each_origin_stays() -> None:
+    model = fleet_model()
+    items = [block(n % 3, n // 3, n, (ECHO, LOCATION, (float(n), 0.0))) for n in range(12)]
+    merge(model, items)
+    assert prune(model, OBJECT, LOCATION, before_s=0.7) == 7
+    assert [o.time_s for o in model.history(ECHO, LOCATION)] == [0.7, 0.8, 0.9, 1.0, 1.1]  # the last three are newest
+    assert list(model.pruned()) == [((0, 0, 0), 3), ((1, 0, 0), 2), ((2, 0, 0), 2)]
+    assert prune(model, OBJECT, LOCATION, before_s=100.0) == 2
+    assert [o.time_s for o in model.history(ECHO, LOCATION)] == [0.9, 1.0, 1.1]
+    assert prune(model, OBJECT, LOCATION, before_s=100.0) == 0
+    assert model.has_arrived((0, 0, 0))
+    assert model.block((0, 0, 0)) is None
+    assert model.digest() == {(origin, 0): (3, 0) for origin in range(3)}
+
+
+def test_an_item_goes_as_a_whole_or_not_at_all() -> None:
+    model = fleet_model()
+    merge(model, [block(1, n, n, (ECHO, LOCATION, (float(n), 0.0)), (ECHO, CLASSIFICATION, n)) for n in range(2)])
+    assert prune(model, OBJECT, LOCATION, before_s=9.0) == 0
+    merge(model, [block(1, 2, 0, (ECHO, LOCATION, (5.0, 0.0)), (ECHO, LOCATION, (6.0, 0.0)))])
+    assert prune(model, OBJECT, LOCATION, before_s=9.0) == 1
+    assert list(model.pruned()) == [((1, 0, 2), 1)]
+
+
+def test_only_the_instances_of_the_class_are_pruned() -> None:
+    model = fleet_model()
+    merge(model, [block(1, n, n, (ECHO, LOCATION, (float(n), 0.0))) for n in range(3)])
+    assert prune(model, WRECK, LOCATION, before_s=9.0) == 0
+    merge(model, [block(1, 3, 5, (ECHO, TYPE_UID, WRECK))])
+    assert prune(model, WRECK, LOCATION, before_s=9.0) == 2
+
+
+def test_what_the_owner_keeps_to_itself_stays_and_replaces_nothing() -> None:
+    model = fleet_model(owner=1)
+    model.record([(ECHO, LOCATION, (0.0, 0.0))], 0.0)
+    for x in (1.0, 2.0):
+        model.record([(ECHO, LOCATION, (x, 0.0))], x, private=True)
+    assert prune(model, OBJECT, LOCATION, before_s=9.0) == 0
+
+
+def test_other_contents_of_what_was_pruned_are_passed_over() -> None:
+    model = fleet_model()
+    merge(model, [block(1, n, n, (BAY, CELL, float(n))) for n in range(3)])
+    prune(model, AREA, CELL, before_s=9.0)
+    assert merge(model, [block(1, 0, 0, (BAY, CELL, 7.0))]) == ((), ())
+
+
+def test_a_model_with_rules_prunes_by_age_when_it_tidies_up() -> None:
+    rules = (PruneRule(AREA, CELL, 5.0),)
+    model = WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, waiting_s=2.0, pruning=rules)
+    for n in range(10):
+        model.record([(BAY, CELL, float(n))], float(n))
+    merge(model, [block(1, 0, 0, (ECHO, TYPE_UID, WRECK)), block(2, 0, 0, (model.n_uids - 1, LOCATION, (0.0, 0.0)))])
+    assert [fault.code.name for fault in tidy(model, 9.0)] == ["TIMED_OUT"]
+    assert [o.time_s for o in model.history(BAY, CELL)] == [4.0, 5.0, 6.0, 7.0, 8.0, 9.0]
+    (read,) = models_from(rows_of({"auv-0": model}), TBOX).values()
+    assert (read.pruning, read.state_hash()) == (rules, model.state_hash())
+
+
+@pytest.mark.parametrize(
+    ("rule", "reason"),
+    [
+        (PruneRule(99, CELL, 0.0), "class 99 is unknown"),
+        (PruneRule(AREA, TYPE_UID, 0.0), "attribute 0; .*types are never pruned"),
+        (PruneRule(AREA, 999, 0.0), "attribute 999"),
+        (PruneRule(AREA, CELL, -1.0), "older_than_s is -1"),
+    ],
+)
+def test_rules_that_cannot_be_are_refused(rule: PruneRule, reason: str) -> None:
+    with pytest.raises(FactError, match=reason):
+        WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, pruning=(rule,))
+    if rule.older_than_s >= 0:
+        with pytest.raises(FactError, match=reason):
+            prune(fleet_model(), rule.class_uid, rule.attribute, 1.0)
+
+
+def test_pruning_frees_what_it_drops() -> None:
+    model = fleet_model()
+    merge(model, [block(1, n, n, (AUV_0 + 3, AREA_DONE, ASV_0)) for n in range(50)])
+    assert prune(model, AREA, AREA_DONE, before_s=1000.0) == 49
+    assert sum(1 for _ in model.blocks()) == 1
+    assert len(model.facts_of(BAY, AREA_DONE)) == 1

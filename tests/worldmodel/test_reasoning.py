@@ -1,0 +1,273 @@
+"""Conclusions: against owlrl on random facts, in any order, taken back with what they rest on, at a local cost."""
+
+import random
+from collections.abc import Sequence
+from pathlib import Path
+
+import owlrl
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rdflib import OWL, RDF, XSD, Graph, Literal, URIRef
+from rdflib.term import Node
+from test_owl import PREFIXES
+
+from worldmodel import TYPE_UID, Block, Instance, PropertyValue, TBox, ValueKind, WorldModel, merge, read_tbox
+
+ONTOLOGY = (
+    PREFIXES.replace("bad#", "gear#")
+    + """
+ex:Vehicle a owl:Class .
+ex:Gear a owl:Class .
+ex:Sonar a owl:Class ; rdfs:subClassOf ex:Gear .
+ex:SideScan a owl:Class ; rdfs:subClassOf ex:Sonar .
+ex:partOf a owl:ObjectProperty , owl:TransitiveProperty ; rdfs:domain owl:Thing ; rdfs:range owl:Thing .
+ex:hasPart a owl:ObjectProperty ; rdfs:domain owl:Thing ; rdfs:range owl:Thing ; owl:inverseOf ex:partOf .
+ex:carriedBy a owl:ObjectProperty ; rdfs:domain ex:Gear ; rdfs:range ex:Vehicle ; rdfs:subPropertyOf ex:partOf .
+ex:meets a owl:ObjectProperty , owl:SymmetricProperty ; rdfs:domain ex:Vehicle ; rdfs:range ex:Vehicle .
+ex:available a owl:DatatypeProperty ; rdfs:domain ex:Vehicle ; rdfs:range xsd:boolean .
+ex:Platform a owl:Class ; owl:equivalentClass
+    [ a owl:Restriction ; owl:onProperty ex:hasPart ; owl:someValuesFrom ex:Gear ] .
+ex:Surveyor a owl:Class ; owl:equivalentClass [ a owl:Class ; owl:intersectionOf (
+    ex:Vehicle [ a owl:Restriction ; owl:onProperty ex:hasPart ; owl:someValuesFrom ex:Sonar ] ) ] .
+ex:Ready a owl:Class ; owl:equivalentClass [ a owl:Class ; owl:intersectionOf (
+    ex:Surveyor [ a owl:Restriction ; owl:onProperty ex:available ; owl:hasValue true ] ) ] .
+ex:Escort a owl:Class ; owl:equivalentClass [ a owl:Class ; owl:intersectionOf (
+    ex:Vehicle [ a owl:Restriction ; owl:onProperty ex:meets ; owl:someValuesFrom ex:Ready ] ) ] .
+ex:Convoy a owl:Class ; owl:equivalentClass [ a owl:Class ; owl:intersectionOf ( ex:Surveyor ex:Escort ) ] .
+"""
+)
+
+
+def compiled(folder: Path) -> TBox:
+    path = folder / "gear.ttl"
+    path.write_text(ONTOLOGY)
+    return read_tbox(path)
+
+
+@pytest.fixture(scope="module")
+def tbox(tmp_path_factory: pytest.TempPathFactory) -> TBox:
+    return compiled(tmp_path_factory.mktemp("gear"))
+
+
+Drawn = list[tuple[str, int, int, int]]
+N_VEHICLES, N_GEAR, N_ORIGINS = 3, 3, 3
+LINKS = ("partOf", "carriedBy", "meets")
+
+
+def fleet(tbox: TBox, common_facts: Sequence[PropertyValue] = ()) -> WorldModel:
+    vehicle, gear = (tbox.class_named(name).uid for name in ("Vehicle", "Gear"))
+    instances = [Instance(uid, vehicle, f"v{uid}") for uid in range(N_VEHICLES)]
+    instances += [Instance(uid, gear, f"g{uid}") for uid in range(N_VEHICLES, N_VEHICLES + N_GEAR)]
+    return WorldModel(tbox, 0, instances, n_origins=N_ORIGINS, common_facts=common_facts)
+
+
+def blocks(drawn: Sequence[tuple[str, int, int, int]], tbox: TBox) -> list[Block]:
+    """One fact a block: (what, subject, value, origin), where subject and value are fitted to what it is about."""
+    counts = dict.fromkeys(range(N_ORIGINS), 0)
+    found = []
+    for what, a, b, origin in drawn:
+        vehicle, other, gear = a % N_VEHICLES, b % N_VEHICLES, N_VEHICLES + a % N_GEAR
+        anything = b % (N_VEHICLES + N_GEAR)
+        subject, value = {
+            "type": (gear, tbox.class_named(("Sonar", "SideScan")[b % 2]).uid),
+            "partOf": (a % (N_VEHICLES + N_GEAR), anything),
+            "carriedBy": (gear, other),
+            "meets": (vehicle, other),
+            "available": (vehicle, b % 2 == 0),
+        }[what]
+        fact = PropertyValue(subject, tbox.attribute_named(what).uid, value)
+        found.append(Block(origin, counts[origin], float(len(found) % 7), (fact,)))
+        counts[origin] += 1
+    return found
+
+
+FACTS = st.lists(
+    st.tuples(
+        st.sampled_from(("type", *LINKS, "partOf", "carriedBy", "available")),
+        st.integers(0, 11),
+        st.integers(0, 11),
+        st.integers(0, N_ORIGINS - 1),
+    ),
+    max_size=14,
+)
+
+
+def iri(uid: int) -> URIRef:
+    return URIRef(f"https://example.org/i{uid}")
+
+
+def closure(model: WorldModel) -> Graph:
+    """What owlrl concludes from the ontology and what is told: types, and the latest value of each slot."""
+    tbox = model.tbox
+    graph = Graph().parse(data=ONTOLOGY, format="turtle")
+    for uid in model.instance_uids():
+        told = model.told_classes(uid)
+        for c in tbox.classes:
+            if told >> c.uid & 1:
+                graph.add((iri(uid), RDF.type, URIRef(c.iri)))
+        for attribute in tbox.attributes[1:]:
+            value = model.value(uid, attribute.uid)
+            if value is not None:
+                target: Node = (
+                    iri(int(value)) if attribute.kind is ValueKind.LINK else Literal(value, datatype=XSD.boolean)
+                )  # type: ignore[arg-type]
+                graph.add((iri(uid), URIRef(attribute.iri), target))
+    owlrl.DeductiveClosure(owlrl.OWLRL_Semantics).expand(graph)
+    return graph
+
+
+def conclusions(model: WorldModel) -> tuple[dict[int, list[str]], dict[tuple[int, str], tuple[int, ...]]]:
+    tbox, uids = model.tbox, sorted(model.instance_uids())
+    classes = {uid: [c.name for c in tbox.classes if model.inference.classes(uid) >> c.uid & 1] for uid in uids}
+    links = {
+        (uid, a.name): model.inference.links(uid, a.uid)
+        for uid in uids
+        for a in tbox.attributes
+        if a.kind is ValueKind.LINK
+    }
+    return classes, links
+
+
+@settings(max_examples=12, deadline=None)
+@given(facts=FACTS)
+def test_owlrl_concludes_the_same(tbox: TBox, facts: Drawn) -> None:
+    model = fleet(tbox)
+    merge(model, blocks(facts, tbox))
+    graph = closure(model)
+    classes, links = conclusions(model)
+    for uid, names in classes.items():
+        oracle = [
+            c.name for c in tbox.classes if c.iri == str(OWL.Thing) or (iri(uid), RDF.type, URIRef(c.iri)) in graph
+        ]
+        assert names == oracle, uid
+    for (uid, name), targets in links.items():
+        predicate = URIRef(tbox.attribute_named(name).iri)
+        assert targets == tuple(u for u in sorted(classes) if (iri(uid), predicate, iri(u)) in graph), (uid, name)
+        backward = model.inference.linking(uid, tbox.attribute_named(name).uid)
+        assert backward == tuple(u for u in sorted(classes) if (iri(u), predicate, iri(uid)) in graph)
+    for c in tbox.classes:
+        assert [i.uid for i in model.instances_of(c.uid)] == [uid for uid, names in classes.items() if c.name in names]
+
+
+@settings(max_examples=60, deadline=None)
+@given(facts=FACTS, seed=st.integers(0, 1000))
+def test_conclusions_follow_from_what_is_seen_alone(
+    tbox: TBox, facts: list[tuple[str, int, int, int]], seed: int
+) -> None:
+    """Asked after every block or at the end, in any order, with an origin banned before or after: the same."""
+    told, rng = blocks(facts, tbox), random.Random(seed)
+    often, once = fleet(tbox), fleet(tbox)
+    shuffled = rng.sample(told, len(told))
+    for n, block in enumerate(told):
+        if n == len(told) // 2:
+            often.ban(1)
+        merge(often, [block])
+        before = conclusions(often)[0]
+        assert often.inference.settle() == (frozenset(), frozenset())
+        assert before == conclusions(often)[0]
+    if not told:
+        often.ban(1)
+    merge(once, shuffled)
+    conclusions(once)
+    once.ban(1)
+    assert conclusions(often) == conclusions(once)
+
+
+def record(model: WorldModel, subject: int, attribute: str, value: int | bool, now_s: float) -> None:
+    model.record([(subject, model.tbox.attribute_named(attribute).uid, value)], now_s)
+
+
+def names_of(model: WorldModel, uid: int) -> set[str]:
+    return set(conclusions(model)[0][uid]) - {"Thing"}
+
+
+def test_what_rested_on_a_value_goes_with_it(tbox: TBox) -> None:
+    model = fleet(tbox)
+    record(model, 3, "type", tbox.class_named("SideScan").uid, 1.0)
+    record(model, 3, "carriedBy", 0, 2.0)
+    record(model, 0, "available", True, 3.0)
+    record(model, 1, "meets", 0, 4.0)
+    assert names_of(model, 0) == {"Vehicle", "Platform", "Surveyor", "Ready"}
+    assert names_of(model, 1) == {"Vehicle", "Escort"}
+    assert [i.name for i in model.instances_of(tbox.class_named("Escort").uid)] == ["v1"]
+    record(model, 3, "carriedBy", 2, 5.0)  # the sonar changes hands
+    gained, lost = model.inference.settle()
+    named = lambda pairs: {(uid, tbox.classes[c].name) for uid, c in pairs}  # noqa: E731
+    assert named(lost) == {(0, "Platform"), (0, "Surveyor"), (0, "Ready"), (1, "Escort")}
+    assert named(gained) == {(2, "Platform"), (2, "Surveyor")}
+    assert model.instances_of(tbox.class_named("Escort").uid) == ()
+    assert not model.class_mask(2) >> tbox.class_named("Surveyor").uid & 1  # the checks ask for what is told
+
+
+def test_two_do_not_hold_up_each_other(tbox: TBox) -> None:
+    """Vehicles that are part of one another share what they carry, and lose it together."""
+    model = fleet(tbox)
+    record(model, 3, "type", tbox.class_named("Sonar").uid, 1.0)
+    record(model, 0, "partOf", 1, 2.0)
+    record(model, 1, "partOf", 0, 3.0)
+    record(model, 3, "carriedBy", 0, 4.0)
+    assert "Surveyor" in names_of(model, 0) & names_of(model, 1)
+    record(model, 3, "carriedBy", 2, 5.0)
+    assert "Surveyor" not in names_of(model, 0) | names_of(model, 1)
+    assert "Surveyor" in names_of(model, 2)
+
+
+def test_common_facts_hold_side_by_side_and_are_never_told(tbox: TBox) -> None:
+    has_part = tbox.attribute_named("hasPart").uid
+    model = fleet(tbox, [PropertyValue(0, has_part, 3), PropertyValue(0, has_part, 4)])
+    assert model.inference.links(0, has_part) == (3, 4)
+    assert model.inference.links(4, tbox.attribute_named("partOf").uid) == (0,)
+    assert names_of(model, 0) == {"Vehicle", "Platform"}
+    record(model, 4, "type", tbox.class_named("Sonar").uid, 1.0)
+    assert "Surveyor" in names_of(model, 0)
+    record(model, 0, "hasPart", 5, 2.0)
+    assert model.inference.links(0, has_part) == (3, 4, 5)
+    assert len(list(model.blocks())) == 2
+    assert model.latest(0, has_part).value == 5  # type: ignore[union-attr]
+
+
+def test_a_conclusion_that_contradicts_a_type_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "gear.ttl"
+    path.write_text(ONTOLOGY + "ex:Dummy a owl:Class ; rdfs:subClassOf ex:Vehicle ; owl:disjointWith ex:Platform .")
+    tbox = read_tbox(path)
+    model = WorldModel(
+        tbox,
+        0,
+        [Instance(0, tbox.class_named("Dummy").uid, "dummy"), Instance(1, tbox.class_named("Gear").uid, "gear")],
+        n_origins=1,
+    )
+    assert model.inference.contradictions() == ()
+    record(model, 1, "carriedBy", 0, 1.0)
+    dummy, platform = (tbox.class_named(name).uid for name in ("Dummy", "Platform"))
+    assert model.inference.contradictions() == ((0, dummy, platform),)
+
+
+def steps_of_a_change(tbox: TBox, n: int) -> int:
+    """Instances and links looked at as one sonar changes hands, among n vehicles that carry one each."""
+    vehicle, gear = tbox.class_named("Vehicle").uid, tbox.class_named("Sonar").uid
+    instances = [Instance(uid, vehicle if uid < n else gear, f"i{uid}") for uid in range(2 * n)]
+    model = WorldModel(tbox, 0, instances, n_origins=1)
+    for uid in range(n):
+        record(model, n + uid, "carriedBy", uid, 1.0)
+        record(model, uid, "meets", (uid + 1) % n, 1.0)
+        record(model, uid, "available", True, 1.0)
+    model.inference.settle()
+    before = model.inference.steps
+    record(model, n, "carriedBy", 1, 2.0)
+    assert model.inference.settle() != (frozenset(), frozenset())
+    return model.inference.steps - before
+
+
+def test_the_cost_of_a_change_does_not_grow_with_the_store(tbox: TBox) -> None:
+    assert steps_of_a_change(tbox, 1000) == steps_of_a_change(tbox, 10)
+
+
+def test_attributes_outside_of_rules_cost_nothing(tbox: TBox) -> None:
+    from small_fleet import AUV_0, BATTERY, fleet_model
+
+    model = fleet_model()
+    model.record([(AUV_0, BATTERY, 0.5)], 1.0)
+    assert not model.index.touched
+    assert BATTERY not in model.inference.heeded
+    assert TYPE_UID in fleet(tbox).inference.heeded

@@ -1,0 +1,96 @@
+import sys
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from small_fleet import AREA_DONE, ASV_0, AUV_0, AUV_1, BATTERY, BAY, block, fleet_model, sound_blocks
+from test_writing import received
+
+from worldmodel import STATUS, Block, QueryError, merge
+from worldmodel.sparql import Engine, engine_of, query
+
+QUERIES = (
+    "SELECT ?x ?a ?v ?t ?by { ?x sit:hasPropertyValue ?f . ?f sit:ofAttribute ?a ; sit:dataValue|sit:linkValue ?v ;"
+    " sit:timestamp ?t ; sit:origin ?by }",
+    "SELECT ?x { ?x a/rdfs:subClassOf* rm:Vehicle }",
+    "SELECT ?x ?level { ?x rm:batteryFraction ?level FILTER(?level > 0.1) }",
+    "SELECT ?a (COUNT(?f) AS ?n) (MAX(?t) AS ?last) { ?f sit:ofAttribute ?a ; sit:timestamp ?t } GROUP BY ?a",
+    "SELECT ?by (COUNT(?f) AS ?n) { GRAPH ?by { ?f a sit:PropertyValue } } GROUP BY ?by",
+    "SELECT ?f ?t ?from { ?r sit:received ?f ; sit:receivedAt ?t ; sit:receivedFrom ?from ; sit:receivedBy ?to }",
+    "SELECT ?x ?name ?other { ?x rdfs:label ?name OPTIONAL { ?x rm:areaDone ?other } }",
+    "ASK { ?f sit:origin run:instance-1 }",
+)
+
+
+@settings(max_examples=10, deadline=None)
+@given(sound_blocks(), st.sets(st.integers(0, 2), max_size=1))
+def test_both_engines_give_the_same_rows(blocks: list[Block], banned: set[int]) -> None:
+    model = fleet_model()
+    merge(model, [*blocks, block(1, STATUS, 7, (AUV_1, BATTERY, 0.5))])
+    for origin in banned:
+        model.ban(origin)
+    known = received(model)
+    for text in QUERIES:
+        columns, rows = query(known, text)
+        again, others = query(known, text, Engine.OXIGRAPH)
+        assert columns == again
+        assert sorted(map(repr, rows)) == sorted(map(repr, others)), text
+
+
+def test_the_snapshot_follows_the_model() -> None:
+    model, asked = fleet_model(), "SELECT ?level { ?x rm:batteryFraction ?level }"
+    assert query(model, asked, Engine.OXIGRAPH)[1] == []
+    model.record([(AUV_0, BATTERY, 0.5)], 1.0)
+    assert query(model, asked, Engine.OXIGRAPH)[1] == [(0.5,)]
+    model.ban(0)
+    assert query(model, asked, Engine.OXIGRAPH)[1] == []
+
+
+def test_receptions_say_when_and_in_whose_packet() -> None:
+    model = fleet_model(owner=0)
+    model.record([(AUV_0, BATTERY, 0.5)], 1.0, private=True)
+    merge(model, [block(2, 0, 123, (BAY, AREA_DONE, ASV_0))])
+    asked = """SELECT ?x ?by ?observed_s ?received_s ?sender ?receiver {
+        ?x sit:hasPropertyValue ?f . ?f sit:origin ?by ; sit:timestamp ?observed_s .
+        OPTIONAL { ?r sit:received ?f ; sit:receivedAt ?received_s ; sit:receivedBy ?receiver
+                   OPTIONAL { ?r sit:receivedFrom ?sender } } } ORDER BY ?observed_s"""
+    own = ("auv-0", "auv-0", 1.0, None, None, None)
+    assert query(received(model, sender=1), asked)[1] == [own, ("bay", "asv-0", 12.3, 13.8, "auv-1", "auv-0")]
+    assert query(received(model, sender=None), asked)[1][1] == ("bay", "asv-0", 12.3, 13.8, None, "auv-0")
+    assert query(model, asked)[1] == [own, ("bay", "asv-0", 12.3, None, None, None)]
+
+
+def test_each_origin_is_a_graph() -> None:
+    model = fleet_model()
+    model.record([(AUV_0, BATTERY, 0.5)], 1.0, private=True)
+    merge(model, [block(2, 0, 123, (BAY, AREA_DONE, ASV_0))])
+    of_all = "SELECT ?by ?x { GRAPH ?by { ?x sit:hasPropertyValue ?f } } ORDER BY ?by"
+    assert query(model, of_all)[1] == [("auv-0", "auv-0"), ("asv-0", "bay")]
+    of_one = "SELECT ?x { GRAPH run:instance-2 { ?x sit:hasPropertyValue ?f } }"
+    assert query(model, of_one)[1] == [("bay",)]
+    model.ban(2)
+    assert query(model, of_all)[1] == [("auv-0", "auv-0")]
+
+
+@pytest.mark.parametrize("engine", Engine)
+@pytest.mark.parametrize(
+    ("sparql", "reason"),
+    [
+        ("SELECT ?x { ?x a rn:AUV }", r"the prefix 'rn:' is unknown; known: .*\brm:.*; did you mean '\w+'"),
+        ("SELECT ?x { ?x a rm:AUV", "the query cannot be answered: .*; allowed: a SPARQL 1.1 SELECT or ASK"),
+        ("DESCRIBE rm:AUV", "the query is a DESCRIBE; allowed: SELECT or ASK"),
+        ("SELECT ?x { SERVICE <http://127.0.0.1:9/> { ?x a rm:AUV } }", "the query cannot be answered: "),
+    ],
+)
+def test_a_fault_is_one_line(engine: Engine, sparql: str, reason: str) -> None:
+    with pytest.raises(QueryError, match=reason) as caught:
+        query(fleet_model(), sparql, engine)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_engine_must_be_known_and_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(QueryError, match="engine 'oxigraf' is unknown; allowed: rdflib, oxigraph; did you mean"):
+        engine_of("oxigraf")
+    monkeypatch.setitem(sys.modules, "pyoxigraph", None)
+    with pytest.raises(QueryError, match="pyoxigraph is not installed; install with: python -m pip install"):
+        query(fleet_model(), "ASK {}", Engine.OXIGRAPH)

@@ -1,0 +1,160 @@
+"""Statuses replace one another, and private blocks stay where they are: neither is part of the state that is shared."""
+
+import random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from small_fleet import (
+    AUV_0,
+    AUV_1,
+    BATTERY,
+    ECHO,
+    EXPLORER,
+    LOCATION,
+    PLAYS_ROLE,
+    POSITION,
+    TBOX,
+    WRECK,
+    block,
+    codes,
+    first_uid_of,
+    fleet_model,
+    picture,
+)
+
+from worldmodel import STATUS, TYPE_UID, Block, Value, WorldModel, merge
+
+EMPTY = fleet_model().state_hash()
+_FACTS = st.sampled_from(
+    [
+        (AUV_0, BATTERY, 0.25),
+        (AUV_0, BATTERY, 0.5),
+        (AUV_1, BATTERY, 0.25),
+        (AUV_0, POSITION, (1.0, 2.0)),
+        (AUV_0, POSITION, (2.0, 1.0)),
+    ]
+)
+statuses = st.lists(
+    st.builds(
+        lambda origin, tick, facts, epoch: block(origin, STATUS, tick, *facts, epoch=epoch),
+        st.integers(0, 2),
+        st.integers(0, 2),
+        st.lists(_FACTS, min_size=1, max_size=3),
+        st.integers(0, 1),
+    ),
+    max_size=10,
+)
+
+
+def merged(blocks: list[Block]) -> WorldModel:
+    model = fleet_model()
+    for each in blocks:
+        assert not merge(model, [each]).faults
+    return model
+
+
+@settings(max_examples=100, deadline=None)
+@given(statuses, st.randoms(use_true_random=False))
+def test_any_order_leaves_the_newest_of_each_slot_and_origin(blocks: list[Block], rng: random.Random) -> None:
+    model = merged(blocks)
+    newest: dict[tuple[int, int, int], tuple[float, int, Value]] = {}
+    for each in blocks:
+        for fact in each.facts:
+            slot = (fact.subject, fact.attribute, each.origin)
+            said = (each.time_s, each.epoch, fact.value)
+            newest[slot] = max(said, newest.get(slot, said))  # type: ignore[type-var]
+    held = {
+        (b.facts[0].subject, b.facts[0].attribute, b.origin): (b.time_s, b.epoch, b.facts[0].value)
+        for b in model.statuses()
+    }
+    assert held == newest
+    again = blocks + blocks[: len(blocks) // 2]
+    rng.shuffle(again)
+    assert picture(merged(again)) == picture(model)
+    assert merge(model, blocks).changes == ()
+
+
+@settings(max_examples=30, deadline=None)
+@given(statuses)
+def test_statuses_are_no_part_of_the_shared_state(blocks: list[Block]) -> None:
+    model = merged(blocks)
+    assert (model.state_hash(), model.digest(), list(model.blocks())) == (EMPTY, {}, [])
+
+
+def test_a_status_replaces_what_its_origin_said_before_and_nothing_else() -> None:
+    model = fleet_model(owner=0)
+    for level in (0.9, 0.8, 0.7):
+        model.record([(AUV_0, BATTERY, level)], now_s=1.0 - level)
+    merge(model, [block(1, STATUS, 0, (AUV_0, BATTERY, 0.5))])
+    assert [(o.origin, o.value) for o in model.history(AUV_0, BATTERY)] == [(1, 0.5), (0, 0.7)]
+    assert model.value(AUV_0, BATTERY) == 0.7
+    model.ban(0)
+    assert model.value(AUV_0, BATTERY) == 0.5
+
+
+def test_only_facts_of_a_status_that_are_new_are_news() -> None:
+    model = fleet_model()
+    merge(model, [block(1, STATUS, 5, (AUV_1, BATTERY, 0.5))])
+    later = block(1, STATUS, 4, (AUV_1, BATTERY, 0.6), (AUV_1, POSITION, (1.0, 1.0)))
+    (change,) = merge(model, [later]).changes
+    assert [fact.attribute for fact in change.new_latest] == [POSITION]
+    assert merge(model, [block(1, STATUS, 3, (AUV_1, BATTERY, 0.9))]).changes == ()  # obsolete when it comes
+
+
+def test_a_status_about_what_is_not_known_is_dropped_and_may_come_again() -> None:
+    tug = first_uid_of(1)
+    status = block(1, STATUS, 0, (tug, BATTERY, 0.5))
+    model = fleet_model()
+    assert codes(merge(model, [status]).faults) == ["UNKNOWN_INSTANCE"]
+    assert not model.arrivals.waiting
+    assert codes(merge(model, [block(1, STATUS, 0, (ECHO, BATTERY, 0.5))]).faults) == ["DOMAIN"]
+    merge(model, [block(1, 0, 0, (tug, TYPE_UID, TBOX.class_named("AUV").uid))])
+    assert len(merge(model, [status]).changes) == 1
+    assert model.value(tug, BATTERY) == 0.5
+
+
+def test_a_status_leaves_with_the_class_that_it_rested_on() -> None:
+    tug = first_uid_of(1)
+    model = fleet_model()
+    creating = block(1, 0, 0, (tug, TYPE_UID, TBOX.class_named("AUV").uid))
+    merge(model, [creating, block(1, STATUS, 0, (tug, BATTERY, 0.5)), block(1, STATUS, 0, (AUV_0, BATTERY, 0.5))])
+    other = next(
+        candidate
+        for x in range(100)
+        if model.content(candidate := block(1, 0, 0, (ECHO, LOCATION, (float(x), 0.0)))) < model.content(creating)
+    )
+    merge(model, [other])
+    assert model.value(tug, BATTERY) is None
+    assert model.value(AUV_0, BATTERY) == 0.5
+
+
+def test_items_are_numbered_without_gaps_whatever_else_is_recorded() -> None:
+    model = fleet_model(owner=1)
+    kinds = []
+    for n in range(9):
+        facts: list[tuple[int, int, Value]] = [(AUV_1, BATTERY, n / 10)] if n % 3 == 0 else [(ECHO, LOCATION, (n, 1.0))]
+        kinds.append(model.record(facts, float(n), private=n % 3 == 1).block.sequence)
+    assert kinds == [STATUS, -2, 0, STATUS, -3, 1, STATUS, -4, 2]
+    assert model.digest() == {(1, 0): (2, 0)}
+    assert [b.sequence for b in model.blocks()] == [0, 1, 2]
+    assert [b.sequence for b in model.private_blocks()] == [-2, -3, -4]
+    assert len(model.history(ECHO, LOCATION)) == 6  # it knows all that it has recorded
+
+
+def test_what_is_kept_to_oneself_changes_nothing_that_is_shared() -> None:
+    told, both = fleet_model(owner=1), fleet_model(owner=1)
+    for model in (told, both):
+        model.record([(AUV_1, PLAYS_ROLE, EXPLORER)], 1.0)
+    both.record([(ECHO, TYPE_UID, WRECK)], 2.0, private=True)
+    assert both.class_mask(ECHO) != told.class_mask(ECHO)
+    assert (both.state_hash(), both.digest()) == (told.state_hash(), told.digest())
+    assert codes(merge(fleet_model(owner=0), list(both.private_blocks())).faults) == ["BAD_SEQUENCE"]
+
+
+@pytest.mark.parametrize("private", [False, True])
+def test_private_blocks_of_one_moment_count_as_recorded(private: bool) -> None:
+    model = fleet_model(owner=1)
+    for x in range(3):
+        model.record([(ECHO, LOCATION, (float(x), 0.0))], 1.0, private=private)
+    assert [o.value for o in model.history(ECHO, LOCATION)] == [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)]

@@ -1,0 +1,185 @@
+"""The facts of one store by slot, the classes of its instances, and who rests on them.
+
+A slot is an attribute of an instance. Its facts are sorted from old to new; of the statuses in it only the newest of
+each origin is there. A fact stands in its slot as its block alone if the block has no other: that saves memory.
+"""
+
+from bisect import bisect_left, insort
+from collections.abc import Iterable, Sequence
+
+from worldmodel.facts import Block, BlockKey, Guid, Instance, Observation, PropertyValue
+from worldmodel.tables import tables_of
+from worldmodel.tbox import TYPE_UID, TBox
+
+Slot = tuple[int, int]
+"""(subject, attribute)."""
+Entry = Block | Observation
+"""A fact in a slot."""
+StatusSlot = tuple[int, int, int]
+"""(subject, attribute, origin)."""
+
+
+def block_of(entry: Entry) -> Block:
+    """Return the block of a fact in a slot."""
+    return entry if isinstance(entry, Block) else entry.block
+
+
+def key_of(entry: Entry) -> tuple[BlockKey, int]:
+    """Return what the facts of a slot are sorted by."""
+    return (entry.key, 0) if isinstance(entry, Block) else (entry.block.key, entry.position)
+
+
+def observation_of(entry: Entry) -> Observation:
+    """Return a fact in a slot with its block and position."""
+    return Observation(entry, 0) if isinstance(entry, Block) else entry
+
+
+class Index:
+    """Facts by slot, and what follows from types and links."""
+
+    def __init__(self, tbox: TBox, instances: Sequence[Instance]) -> None:
+        self._tbox = tbox
+        self._tables = tables_of(tbox)
+        self._base = [tbox.ancestor_mask(instance.class_uid) for instance in instances]
+        self.slots: dict[Slot, list[Entry]] = {}
+        """The facts of each slot, oldest first; no slot is empty."""
+        self.statuses: dict[StatusSlot, Block] = {}
+        """The newest status of each slot and origin, as a block of one fact."""
+        self.masks: dict[int, int] = dict(enumerate(self._base))
+        """By uid, the classes an instance is known to belong to, bit c for class c."""
+        self.heeded: frozenset[int] = frozenset()
+        """The attributes from which something is concluded."""
+        self.touched: set[Slot] = set()
+        """Their slots that have changed since conclusions were drawn."""
+        self.version_of_types = 0
+        """It grows whenever a type fact goes in or out."""
+        self._linking: dict[int, dict[tuple[Guid] | StatusSlot, Block]] = {}  # instance uid -> blocks that link to it
+
+    def enter(self, fact: PropertyValue, entry: Entry) -> None:
+        """Add a fact to its slot."""
+        attribute = fact.attribute
+        slot = (fact.subject, attribute)
+        entries = self.slots.get(slot)
+        if entries is None:
+            self.slots[slot] = [entry]
+        else:
+            last, block = block_of(entries[-1]), block_of(entry)
+            if last.time_s < block.time_s or key_of(entries[-1]) <= key_of(entry):
+                entries.append(entry)
+            else:
+                insort(entries, entry, key=key_of)
+        if attribute in self.heeded:
+            self.touched.add(slot)
+        if attribute == TYPE_UID:
+            self.masks[fact.subject] = self.masks.get(fact.subject, 0) | self._tbox.ancestor_mask(fact.target)
+            self.version_of_types += 1
+        elif self._tables.rows[attribute].range_class >= 0:
+            block = block_of(entry)
+            self._linking.setdefault(fact.target, {})[_link_name(slot, block)] = block
+
+    def leave(self, fact: PropertyValue, entry: Entry) -> None:
+        """Take a fact out of its slot."""
+        slot, block = (fact.subject, fact.attribute), block_of(entry)
+        entries = self.slots[slot]
+        del entries[bisect_left(entries, key_of(entry), key=key_of)]
+        if not entries:
+            del self.slots[slot]
+        if fact.attribute in self.heeded:
+            self.touched.add(slot)
+        if fact.attribute == TYPE_UID:
+            self._work_out_types(fact.subject)
+        elif self._tables.rows[fact.attribute].range_class >= 0:
+            linking = self._linking.get(fact.target, {})
+            linking.pop(_link_name(slot, block), None)
+            if not linking:
+                self._linking.pop(fact.target, None)
+
+    def _work_out_types(self, uid: int) -> None:
+        mask = self._base[uid] if uid < len(self._base) else 0
+        for entry in self.slots.get((uid, TYPE_UID), ()):
+            mask |= self._tbox.ancestor_mask(observation_of(entry).fact.target)
+        if mask:
+            self.masks[uid] = mask
+        else:
+            self.masks.pop(uid, None)
+        self.version_of_types += 1
+
+    # Statuses ------------------------------------------------------------------------------------
+
+    def place(self, status: Block) -> list[tuple[PropertyValue, Block]]:
+        """Let a status replace, fact by fact, what its origin said before; return the facts that are held now."""
+        placed = []
+        for fact in status.facts:
+            one = status if len(status.facts) == 1 else status._replace(facts=(fact,))
+            slot = (fact.subject, fact.attribute, status.origin)
+            held = self.statuses.get(slot)
+            if held is not None:
+                if self._order(one) <= self._order(held):
+                    continue
+                self.leave(held.facts[0], held)
+            self.statuses[slot] = one
+            self.enter(fact, one)
+            placed.append((fact, one))
+        return placed
+
+    def _order(self, status: Block) -> tuple[float, int, tuple[int, ...], bool, float]:
+        """The order of statuses of one slot and origin; content breaks ties, so that any order gives the same."""
+        (fact,) = status.facts
+        index = self._tbox.attributes[fact.attribute].encode(fact.value)
+        return status.time_s, status.epoch, index, fact.uncertainty is not None, fact.uncertainty or 0.0
+
+    # What rests on the classes of an instance ----------------------------------------------------
+
+    def resting_on(self, uid: int, base: int, creator: Guid | None) -> Iterable[Block]:
+        """Return the items and private blocks that might not fit if an instance had but the classes of a mask.
+
+        Those that give it a type are among them, but for the block that created it.
+
+        Args:
+            uid: the instance.
+            base: the classes that it has in any case, bit c for class c.
+            creator: the block that created it.
+        """
+        found: dict[Guid, Block] = {}
+        for attribute in self._tbox.attributes:
+            if attribute.uid == TYPE_UID or not base >> attribute.domain & 1:
+                for entry in self.slots.get((uid, attribute.uid), ()):
+                    block = block_of(entry)
+                    if not block.is_status and (attribute.uid != TYPE_UID or block.guid != creator):
+                        found[block.guid] = block
+        for block in self._linking.get(uid, {}).values():
+            if not block.is_status and self._asks(block, uid, base):
+                found[block.guid] = block
+        return found.values()
+
+    def drop_statuses(self, uid: int, base: int) -> None:
+        """Drop the statuses that would not fit if an instance had but the classes of the mask ``base``."""
+        found = [
+            block
+            for attribute in self._tbox.attributes
+            if attribute.uid != TYPE_UID and not base >> attribute.domain & 1
+            for entry in self.slots.get((uid, attribute.uid), ())
+            if (block := block_of(entry)).is_status
+        ]
+        linking = self._linking.get(uid, {}).values()
+        found += [block for block in linking if block.is_status and self._asks(block, uid, base)]
+        for block in found:
+            fact = block.facts[0]
+            if self.statuses.pop((fact.subject, fact.attribute, block.origin), None) is not None:
+                self.leave(fact, block)
+
+    def _asks(self, block: Block, uid: int, base: int) -> bool:
+        """True if a block links to the instance by an attribute whose range is not among the classes ``base``."""
+        rows = self._tables.rows
+        return any(
+            fact.attribute != TYPE_UID
+            and (range_class := rows[fact.attribute].range_class) >= 0
+            and fact.target == uid
+            and not base >> range_class & 1
+            for fact in block.facts
+        )
+
+
+def _link_name(slot: Slot, block: Block) -> tuple[Guid] | StatusSlot:
+    """What a block is called among those that link to an instance."""
+    return (*slot, block.origin) if block.is_status else (block.guid,)

@@ -1,0 +1,357 @@
+"""Triple patterns over what a world model knows, each answered from the smallest index that the bound terms allow.
+
+Nothing is copied: an instance leads to its slots, an attribute to the slots of all instances, the IRI of a fact to its
+block. What each origin said is indexed when it is first asked for, and anew when the world model has changed. Each
+pattern is answered exactly, so its answer equals the filter over all triples.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import chain
+
+from rdflib import RDF, RDFS, Literal, URIRef
+from rdflib.term import Node
+
+from worldmodel.facts import Observation
+from worldmodel.knowledge import Knowledge, Reception
+from worldmodel.tbox import TYPE_UID, ValueKind
+from worldmodel.terms import (
+    MOST_REMEMBERED,
+    Terms,
+    block_name,
+    fact_iri,
+    fact_of,
+    instance_uid,
+    is_fact,
+    reception_iri,
+)
+from worldmodel.turtle import SIT
+
+Triple = tuple[Node, Node, Node]
+Pattern = tuple[Node | None, Node | None, Node | None]
+# a term of a namespace is made anew each time it is named
+_TYPE, _LABEL, _HAS = RDF.type, RDFS.label, SIT.hasPropertyValue
+_OF_ATTRIBUTE, _ORIGIN, _PROPERTY_VALUE = SIT.ofAttribute, SIT.origin, SIT.PropertyValue
+_RECEPTION, _RECEIVED = SIT.Reception, SIT.received
+_OfFact = Callable[[Observation], Node | None]
+
+
+class Abox:
+    """What one world model knows as triples; what is recorded later is seen at once.
+
+    Args:
+        known: a world model, and when and from whom its vehicle received blocks that it holds.
+    """
+
+    def __init__(self, known: Knowledge) -> None:
+        model, receptions = known
+        tbox, terms = model.tbox, Terms(model.tbox)
+        self.model = model
+        self.terms = terms
+        self._attribute_uids: dict[Node, int] = {iri: uid for uid, iri in enumerate(terms.attributes)}
+        self._class_uids: dict[Node, int] = {iri: uid for uid, iri in enumerate(terms.classes)}
+        self._is_link = tuple(one.kind in (ValueKind.LINK, ValueKind.TYPE) for one in tbox.attributes)
+        self._is_measured = tuple(one.kind in (ValueKind.NUMBER, ValueKind.POINT) for one in tbox.attributes)
+        attribute_iris = terms.attributes
+        self._of_fact: dict[Node, _OfFact] = {
+            _TYPE: lambda one: _PROPERTY_VALUE,
+            _OF_ATTRIBUTE: lambda one: attribute_iris[one.fact.attribute],
+            SIT.dataValue: lambda one: None if self._is_link[one.fact.attribute] else self._value(one),
+            SIT.linkValue: lambda one: self._value(one) if self._is_link[one.fact.attribute] else None,
+            SIT.standardUncertainty: lambda one: self._uncertainty(one, is_measured=True),
+            SIT.probability: lambda one: self._uncertainty(one, is_measured=False),
+            SIT.timestamp: lambda one: terms.number(one.block.time_s),
+            _ORIGIN: lambda one: terms.instance(one.block.origin),
+        }
+        self._receptions: Mapping[str, Reception] = {block_name(one.block): one for one in receptions}
+        self._by_iri: Mapping[Node, Reception] = {
+            reception_iri(model.owner, one.block): one for one in self._receptions.values()
+        }
+        self._of_reception: dict[Node, Callable[[Reception], Node | None]] = {
+            _TYPE: lambda one: _RECEPTION,
+            SIT.receivedBy: lambda one: terms.instance(model.owner),
+            SIT.receivedFrom: lambda one: None if one.sender is None else terms.instance(one.sender),
+            SIT.receivedAt: lambda one: terms.number(one.time_s),
+        }
+        self._facts: dict[Node, Observation] = {}
+        self._uids: dict[Node, int] = {}
+        self._typed: dict[Node, list[Triple]] | None = None
+        self._labels = tuple(Literal(instance.name) for instance in model.common_instances)
+        self._said: dict[int, list[Observation]] | None = None
+        self._version = model.version
+
+    def triples(self, pattern: Pattern) -> Iterable[Triple]:
+        """Return the triples that match a pattern, where None matches all."""
+        if self._version != self.model.version:
+            self._facts.clear()
+            self._said = self._typed = None
+            self._version = self.model.version
+        subject, predicate, target = pattern
+        if subject is None:
+            return self._of_any_subject(predicate, target)
+        if (observation := self.observation(subject)) is not None:
+            return self._of_one(subject, observation, predicate, target)
+        if (uid := self._uid(subject)) is not None:
+            return self._of_instance(uid, subject, predicate, target)
+        if (reception := self._by_iri.get(subject)) is not None:
+            return self._of_received(subject, reception, predicate, target)
+        return ()
+
+    def triples_of(self, origin: int, pattern: Pattern) -> Iterator[Triple]:
+        """Yield those of the matching triples that say what ``origin`` said: its facts, and whose values they are."""
+        if pattern == (None, None, None):
+            for one in self.said_by(origin):
+                iri = self._iri(one)
+                yield (self.terms.instance(one.fact.subject), _HAS, iri)
+                yield from self._of_one(iri, one, None, None)
+            return
+        for triple in self.triples(pattern):
+            observation = self.observation(triple[2] if triple[1] == _HAS else triple[0])
+            if observation is not None and observation.block.origin == origin:
+                yield triple
+
+    def all_triples(self, said: bool = True) -> Iterator[Triple]:
+        """Yield all that is known, by subject; without ``said`` instances, their state and receptions alone."""
+        for uid in self.model.instance_uids():
+            iri = self.terms.instance(uid)
+            yield from self._states(uid, iri, None, None)
+            if said:
+                for one in self._of_subject(uid):
+                    yield (iri, _HAS, self._iri(one))
+        yield from self._of_receptions(None, None)
+        if said:
+            for one in self._all_facts():
+                yield from self._of_one(self._iri(one), one, None, None)
+
+    def item_triples(self) -> Iterator[Triple]:
+        """Yield the facts of all items, and the types and names of the instances that they are about."""
+        told: set[int] = set()
+        for one in self._all_facts():
+            if one.block.is_item:
+                iri = self._iri(one)
+                told.add(one.fact.subject)
+                yield (self.terms.instance(one.fact.subject), _HAS, iri)
+                yield from self._of_one(iri, one, None, None)
+        for uid in sorted(told):
+            iri = self.terms.instance(uid)
+            yield from self._states(uid, iri, _LABEL, None)
+            for term in self._types(uid, items_only=True):
+                yield (iri, _TYPE, term)
+
+    def observation(self, iri: Node) -> Observation | None:
+        """Return the observation that the IRI of a fact stands for, unless its origin is banned."""
+        found = self._facts.get(iri)
+        if found is None and (found := fact_of(self.model, iri)) is not None and found.origin in self.model.banned:
+            return None
+        return found
+
+    def said_by(self, origin: int) -> Iterable[Observation]:
+        """Return the facts of an origin."""
+        if self._said is None:
+            self._said = {}
+            for one in self._all_facts():
+                self._said.setdefault(one.block.origin, []).append(one)
+        return self._said.get(origin, ())
+
+    # Facts ---------------------------------------------------------------------------------------
+
+    def _value(self, observation: Observation) -> Node:
+        fact = observation.fact
+        return self.terms.value(fact.attribute, fact.value)
+
+    def _uncertainty(self, observation: Observation, is_measured: bool) -> Node | None:
+        """The standard deviation of what is measured, or the probability of all else."""
+        fact = observation.fact
+        if fact.uncertainty is None or self._is_measured[fact.attribute] is not is_measured:
+            return None
+        return self.terms.number(fact.uncertainty)
+
+    def _iri(self, observation: Observation) -> URIRef:
+        """The IRI of a fact, which is then known by it."""
+        iri = fact_iri(observation)
+        if len(self._facts) >= MOST_REMEMBERED:
+            self._facts.clear()
+        self._facts[iri] = observation
+        return iri
+
+    def _all_facts(self) -> Iterator[Observation]:
+        for attribute in range(len(self.terms.attributes)):
+            yield from self._of_attribute(attribute)
+
+    def _of_attribute(self, attribute: int) -> Iterator[Observation]:
+        history = self.model.history
+        for uid in self.model.instance_uids():
+            yield from history(uid, attribute)
+
+    def _of_subject(self, uid: int) -> Iterator[Observation]:
+        history = self.model.history
+        for attribute in range(len(self.terms.attributes)):
+            yield from history(uid, attribute)
+
+    def _of_one(
+        self, subject: Node, observation: Observation, predicate: Node | None, target: Node | None
+    ) -> Iterable[Triple]:
+        """Return the triples of one fact."""
+        if predicate is not None:
+            of = self._of_fact.get(predicate)
+            term = None if of is None else of(observation)
+            if term is None or not (target is None or target is term or target == term):
+                return ()
+            return ((subject, predicate, term),)
+        known = ((name, of(observation)) for name, of in self._of_fact.items())
+        return ((subject, name, term) for name, term in known if term is not None and target in (None, term))
+
+    # Instances -----------------------------------------------------------------------------------
+
+    def _types(self, uid: int, items_only: bool = False) -> Iterator[URIRef]:
+        model = self.model
+        found = {one.fact.target for one in model.history(uid, TYPE_UID) if not items_only or one.block.is_item}
+        if uid < len(model.common_instances):
+            found.add(model.common_instances[uid].class_uid)
+        for class_uid in sorted(found):
+            yield self.terms.classes[class_uid]
+
+    def _uid(self, iri: Node) -> int | None:
+        """The instance that an IRI stands for, None for another term."""
+        found = self._uids.get(iri)
+        if found is None and (found := instance_uid(iri)) is not None:
+            self._uids[self.terms.instance(found)] = found
+        return found
+
+    def _of_instance(self, uid: int, subject: Node, predicate: Node | None, target: Node | None) -> Iterable[Triple]:
+        """Return the triples of one instance."""
+        if predicate == _HAS:
+            return self._histories(uid, subject, target)
+        if predicate is None:
+            return chain(self._histories(uid, subject, target), self._states(uid, subject, None, target))
+        return self._states(uid, subject, predicate, target)
+
+    def _histories(self, uid: int, subject: Node, target: Node | None) -> Iterable[Triple]:
+        """Return what leads from an instance to its facts."""
+        if target is None:
+            return ((subject, _HAS, self._iri(one)) for one in self._of_subject(uid))
+        known = self.observation(target)
+        return ((subject, _HAS, target),) if known is not None and known.fact.subject == uid else ()
+
+    def _states(self, uid: int, subject: Node, predicate: Node | None, target: Node | None) -> Iterator[Triple]:
+        """Yield the types, the name and the current state of an instance."""
+        if predicate is None or predicate == _TYPE:
+            for term in self._types(uid):
+                if target is None or target == term:
+                    yield (subject, _TYPE, term)
+        if predicate is None or predicate == _LABEL:
+            for label in self._labels[uid : uid + 1]:
+                if target is None or target == label:
+                    yield (subject, _LABEL, label)
+        attribute = None if predicate is None else self._attribute_uids.get(predicate)
+        for one in range(1, len(self.terms.attributes)) if predicate is None else (attribute,):
+            if one and (state := self._latest(uid, one)) is not None and (target is None or target == state):
+                yield (subject, self.terms.attributes[one], state)
+
+    def _latest(self, uid: int, attribute: int) -> Node | None:
+        latest = self.model.latest(uid, attribute)
+        return None if latest is None else self._value(latest)
+
+    # Receptions ----------------------------------------------------------------------------------
+
+    def _of_received(
+        self, subject: Node, reception: Reception, predicate: Node | None, target: Node | None
+    ) -> Iterator[Triple]:
+        """Yield the triples of one reception."""
+        for name, of in self._of_reception.items():
+            if predicate is None or predicate == name:
+                term = of(reception)
+                if term is not None and target in (None, term):
+                    yield (subject, name, term)
+        if predicate is None or predicate == _RECEIVED:
+            for position in range(len(reception.block.facts)):
+                iri = fact_iri(Observation(reception.block, position))
+                if target in (None, iri) and self.observation(iri) is not None:
+                    yield (subject, _RECEIVED, iri)
+
+    def _reception_of(self, fact: Node) -> Iterator[Triple]:
+        observation = self.observation(fact)
+        if observation is not None and (found := self._receptions.get(block_name(observation.block))) is not None:
+            yield (reception_iri(self.model.owner, found.block), _RECEIVED, fact)
+
+    # Any subject ---------------------------------------------------------------------------------
+
+    def _of_any_subject(self, predicate: Node | None, target: Node | None) -> Iterable[Triple]:
+        if predicate is None:
+            return self._of_anything(target)
+        if predicate == _TYPE:
+            return self._of_type(target)
+        if predicate in self._of_fact:
+            return self._facts_with(predicate, target)
+        if predicate == _RECEIVED and target is not None:
+            return self._reception_of(target)
+        if predicate in self._of_reception or predicate == _RECEIVED:
+            return self._of_receptions(predicate, target)
+        if predicate in self._attribute_uids or predicate in (_HAS, _LABEL):
+            return self._of_instances(predicate, target)
+        return ()
+
+    def _of_anything(self, target: Node | None) -> Iterator[Triple]:
+        """Yield the triples of all subjects."""
+        yield from self._of_instances(None, target)
+        yield from self._of_receptions(None, target)
+        for predicate in self._of_fact:
+            if predicate != _TYPE:
+                yield from self._facts_with(predicate, target)
+        if target in (None, _PROPERTY_VALUE):
+            yield from self._facts_with(_TYPE, target)
+
+    def _of_type(self, target: Node | None) -> Iterable[Triple]:
+        """Return who is of a class, by one of the types given to it; of all classes if ``target`` is None."""
+        if target in self._class_uids:
+            return self._members().get(target, ())
+        if target is None:
+            members = chain.from_iterable(self._members().values())
+            facts, receptions = self._facts_with(_TYPE, None), self._of_receptions(_TYPE, None)
+            return chain(facts, receptions, members)
+        if target == _PROPERTY_VALUE:
+            return self._facts_with(_TYPE, target)
+        if target == _RECEPTION:
+            return self._of_receptions(_TYPE, target)
+        return ()
+
+    def _members(self) -> dict[Node, list[Triple]]:
+        """The types of all instances, by class."""
+        if self._typed is None:
+            self._typed = {}
+            for uid in self.model.instance_uids():
+                iri = self.terms.instance(uid)
+                for term in self._types(uid):
+                    self._typed.setdefault(term, []).append((iri, _TYPE, term))
+        return self._typed
+
+    def _facts_with(self, predicate: Node, target: Node | None) -> Iterator[Triple]:
+        of, iri = self._of_fact[predicate], self._iri
+        facts: Iterable[Observation] = ()
+        if predicate == _OF_ATTRIBUTE and target is not None:
+            if target in self._attribute_uids:
+                facts = self._of_attribute(self._attribute_uids[target])
+        elif predicate == _ORIGIN and target is not None:
+            origin = self._uid(target)
+            facts = () if origin is None else self.said_by(origin)
+        else:
+            for one in self._all_facts():
+                term = of(one)
+                if term is not None and (target is None or target == term):
+                    yield (iri(one), predicate, term)
+        for one in facts:
+            yield (iri(one), predicate, target)  # type: ignore[misc]
+
+    def _of_instances(self, predicate: Node | None, target: Node | None) -> Iterator[Triple]:
+        if target is not None and is_fact(target):
+            if predicate in (None, _HAS) and (known := self.observation(target)) is not None:
+                yield (self.terms.instance(known.fact.subject), _HAS, target)
+            return
+        for uid in self.model.instance_uids():
+            yield from self._of_instance(uid, self.terms.instance(uid), predicate, target)
+
+    def _of_receptions(self, predicate: Node | None, target: Node | None) -> Iterator[Triple]:
+        if target is not None and is_fact(target):
+            yield from self._reception_of(target)
+            return
+        for iri, reception in self._by_iri.items():
+            yield from self._of_received(iri, reception, predicate, target)

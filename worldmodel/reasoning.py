@@ -1,0 +1,275 @@
+"""What follows from the facts that are seen: classes that an instance meets the definition of, and further links.
+
+Conclusions are a function of the *seen* facts: of each slot the latest value, the types that an instance was given,
+and the common facts; banned origins left out. So they depend on no order of arrival, and what rested on a value that
+was replaced or banned goes with it. The checks of blocks ask for told types alone: what is merged must not depend on
+a view.
+
+``Inference`` reads the slots that changed since it was last asked, and only those of attributes that the rules heed.
+Classes are worked out for the instances that such a change can reach along the links that conditions are about, and
+kept. Where something was taken back, what may have rested on it is forgotten first, and then concluded anew as far as
+it still holds; so two instances cannot hold up each other. Links that follow are walked when they are asked for.
+"""
+
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from typing import NamedTuple, Protocol
+
+from worldmodel.axioms import Condition
+from worldmodel.facts import Instance, PropertyValue
+from worldmodel.links import Links, Slot
+from worldmodel.tbox import TYPE_UID, TBox, Value, ValueKind
+
+
+class Seen(Protocol):
+    """The facts that conclusions are drawn from."""
+
+    def value(self, subject: int, attribute: int) -> Value | None:
+        """Return the latest value of a slot, banned origins left out."""
+
+    def told_classes(self, uid: int) -> int:
+        """Return the classes of the types that an instance was given, bit c for class c, banned origins left out."""
+
+    @property
+    def banned(self) -> Collection[int]:
+        """The origins that are left out, equal as long as nothing changes."""
+
+
+class Concluded(NamedTuple):
+    """What became true and what is true no longer: (instance uid, class uid) each."""
+
+    gained: frozenset[tuple[int, int]]
+    lost: frozenset[tuple[int, int]]
+
+
+class Inference:
+    """The conclusions from one world model.
+
+    Attributes:
+        heeded: the attributes from whose values something is concluded.
+        touched: their slots that changed and were not looked at since.
+        version: grows whenever a class of an instance or a link may have changed.
+    """
+
+    def __init__(
+        self,
+        tbox: TBox,
+        seen: Seen,
+        instances: Sequence[Instance],
+        touched: set[Slot],
+        common_facts: Iterable[PropertyValue] = (),
+    ) -> None:
+        """Know the common instances and facts.
+
+        Args:
+            tbox: the ontology; its rules are what is concluded by.
+            seen: answers what is told.
+            instances: the common instances.
+            touched: to which slots of attributes ``heeded`` are added as they change.
+            common_facts: facts about them that all know before the mission; those of one slot hold side by side.
+        """
+        self.rules = tbox.rules
+        self.version = 0
+        self._n_looked_at = 0
+        self._tbox = tbox
+        self._seen = seen
+        self._has_rules = self.rules.is_needed
+        self._common: dict[Slot, tuple[Value, ...]] = {}
+        for fact in common_facts:
+            slot = (fact.subject, fact.attribute)
+            self._common[slot] = (*self._common.get(slot, ()), fact.value)
+        of_rules = {TYPE_UID, *self.rules.heeded} if self._has_rules else set()
+        self.heeded = frozenset({*of_rules, *(attribute for _, attribute in self._common)})
+        self.touched = touched
+        self.touched.update(self._common)
+        self._banned: Collection[int] = seen.banned
+        self._known: set[Slot] = set()
+        self._graph = Links(self.rules)
+        self._base = {one.uid: self.rules.closed(tbox.ancestor_mask(one.class_uid)) for one in instances}
+        self._met: dict[int, int] = {}  # conditions that are met by links
+        self._classes: dict[int, int] = {}
+        self._links = {a.uid for a in tbox.attributes if a.kind is ValueKind.LINK}
+        self._of_links = [one for one in self.rules.conditions if one.filler is not None]
+        self._bits_on: dict[int, int] = {}  # attribute -> conditions on its links
+        for one in self._of_links:
+            self._bits_on[one.attribute] = self._bits_on.get(one.attribute, 0) | self.rules.bit_of(one)
+        self._of_values: dict[int, list[Condition]] = {}
+        for one in self.rules.conditions:
+            if one.filler is None:
+                self._of_values.setdefault(one.attribute, []).append(one)
+
+    # Questions -----------------------------------------------------------------------------------
+
+    def classes(self, uid: int) -> int:
+        """Return the classes that an instance is seen to be of, told and concluded, bit c for class c."""
+        if not self._has_rules:
+            return self._seen.told_classes(uid)
+        self.settle()
+        return self._classes_of(uid) & (1 << self.rules.n_classes) - 1
+
+    def concluded_classes(self, uid: int) -> int:
+        """Return the classes among ``classes`` that no type of the instance has above it."""
+        return self.classes(uid) & ~self._seen.told_classes(uid)
+
+    def links(self, subject: int, attribute: int) -> tuple[int, ...]:
+        """Return what an instance links to: by its latest value, by common facts, and by conclusion; uids in order."""
+        self.settle()
+        return tuple(sorted({*self.told_links(subject, attribute), *self._graph.reached(subject, attribute)}))
+
+    def linking(self, target: int, attribute: int) -> tuple[int, ...]:
+        """Return the instances that link to ``target`` in the same sense, by one of ``linked_attributes``."""
+        self.settle()
+        return tuple(sorted(set(self._graph.reached(target, attribute, backward=True))))
+
+    def told_links(self, subject: int, attribute: int) -> tuple[int, ...]:
+        """Return those of ``links`` that are told: the latest value, and common facts."""
+        value = self._seen.value(subject, attribute)
+        return tuple(dict.fromkeys(map(_uid, (*self._common.get((subject, attribute), ()), *_all(value)))))
+
+    def linked_attributes(self) -> frozenset[int]:
+        """Return the attributes of which there may be links that are not the latest value of a slot."""
+        inferred = {a for a in self._links if len(self.rules.sources[a]) > 1 or a in self.rules.transitive}
+        return frozenset(inferred | {attribute for _, attribute in self._common})
+
+    def contradictions(self) -> tuple[tuple[int, int, int], ...]:
+        """Return (instance, class, class) where conclusions make an instance one of two disjoint classes."""
+        self.settle()
+        n, tbox = self.rules.n_classes, self._tbox
+        found = []
+        for uid, mask in sorted(self._classes.items()):
+            held = [c for c in range(n) if mask >> c & 1]
+            found += [(uid, c, d) for c in held for d in held if c < d and tbox.are_disjoint(c, d)]
+        return tuple(found)
+
+    @property
+    def steps(self) -> int:
+        """How many instances and links were looked at, for those who measure."""
+        return self._n_looked_at + self._graph.steps
+
+    # Changes -------------------------------------------------------------------------------------
+
+    def settle(self) -> Concluded:
+        """Draw the conclusions from what was touched; return what has changed."""
+        if self._banned != self._seen.banned:
+            self._banned = self._seen.banned
+            self.touched.update(self._known)
+            self.version += 1
+        if not self.touched:
+            return _NOTHING
+        touched = list(self.touched)
+        self.touched.clear()
+        before: dict[int, int] = {}
+        doubted: dict[int, int] = {}
+        grown: set[int] = set()
+        for slot in touched:
+            self._known.add(slot)
+            self._look_at(slot, doubted, grown)
+        self._forget(doubted, before)
+        self._conclude(grown.union(doubted), before)
+        self.version += 1
+        return self._changed(before)
+
+    def _look_at(self, slot: Slot, doubted: dict[int, int], grown: set[int]) -> None:
+        """Read one slot; note whose conditions are in doubt by what it said, and who gained something."""
+        subject, attribute = slot
+        self._n_looked_at += 1
+        if attribute in self._links:
+            graph, old, new = self._graph, self._graph.told(slot), self.told_links(subject, attribute)
+            for target in (one for one in old if one not in new):
+                for uid, asked in graph.concerned(subject, attribute, target, self._bits_on):
+                    doubted[uid] = doubted.get(uid, 0) | self._bits_on[asked]
+                graph.take(subject, attribute, target)
+            for target in (one for one in new if one not in old):
+                graph.add(subject, attribute, target)
+                grown.update(uid for uid, _ in graph.concerned(subject, attribute, target, self._bits_on))
+        if attribute == TYPE_UID or attribute in self._of_values:
+            old_base, base = self._base_of(subject), self._base_now(subject)
+            self._classes.setdefault(subject, old_base)
+            self._base[subject] = base
+            if old_base & ~base:
+                doubted.setdefault(subject, 0)
+            if base & ~old_base:
+                grown.add(subject)
+
+    def _base_now(self, uid: int) -> int:
+        """Return what the types and values of an instance say by themselves."""
+        mask = self._seen.told_classes(uid)
+        for attribute, conditions in self._of_values.items():
+            values = (*self._common.get((uid, attribute), ()), *_all(self._seen.value(uid, attribute)))
+            for one in conditions:
+                if one.value in values:
+                    mask |= self.rules.bit_of(one)
+        return self.rules.closed(mask)
+
+    def _base_of(self, uid: int) -> int:
+        return self._base.get(uid, 0)
+
+    def _classes_of(self, uid: int) -> int:
+        known = self._classes.get(uid)
+        return self._base_of(uid) if known is None else known
+
+    def _forget(self, doubted: dict[int, int], before: dict[int, int]) -> None:
+        """Drop the conditions in doubt, with all that may rest on them, which is added to ``doubted``."""
+        front = list(doubted)
+        while front:
+            uid = front.pop()
+            self._n_looked_at += 1
+            old = self._classes_of(uid)
+            before.setdefault(uid, old)
+            self._met[uid] = self._met.get(uid, 0) & ~doubted[uid]
+            now = self._classes[uid] = self.rules.closed(self._base_of(uid) | self._met[uid])
+            for resting, bit in self._resting_on(uid, old & ~now):
+                if not doubted.get(resting, 0) & bit:
+                    doubted[resting] = doubted.get(resting, 0) | bit
+                    front.append(resting)
+
+    def _conclude(self, front: set[int], before: dict[int, int]) -> None:
+        """Work out the classes of those in ``front``, and of all that rest on what they gain."""
+        while front:
+            uid = front.pop()
+            self._n_looked_at += 1
+            old = self._classes_of(uid)
+            before.setdefault(uid, old)
+            met = self._met.get(uid, 0)
+            for one in self._of_links:
+                bit = self.rules.bit_of(one)
+                if not (old | met) & bit and self._meets(uid, one):
+                    met |= bit
+            self._met[uid] = met
+            now = self._classes[uid] = self.rules.closed(self._base_of(uid) | met)
+            front.update(resting for resting, _ in self._resting_on(uid, now & ~old))
+
+    def _meets(self, uid: int, condition: Condition) -> bool:
+        assert condition.filler is not None
+        return any(
+            self._classes_of(target) >> condition.filler & 1 for target in self._graph.reached(uid, condition.attribute)
+        )
+
+    def _resting_on(self, uid: int, classes: int) -> Iterator[tuple[int, int]]:
+        """Yield the instances that meet a condition by linking to this one if it is of ``classes``, and its bit."""
+        for one in self._of_links:
+            if one.filler is not None and classes >> one.filler & 1:
+                bit = self.rules.bit_of(one)
+                for resting in self._graph.reached(uid, one.attribute, backward=True):
+                    yield resting, bit
+
+    def _changed(self, before: dict[int, int]) -> Concluded:
+        n = self.rules.n_classes
+        gained: set[tuple[int, int]] = set()
+        lost: set[tuple[int, int]] = set()
+        for uid, old in before.items():
+            now = self._classes[uid]
+            gained.update((uid, c) for c in range(n) if now & ~old & 1 << c)
+            lost.update((uid, c) for c in range(n) if old & ~now & 1 << c)
+        return Concluded(frozenset(gained), frozenset(lost))
+
+
+_NOTHING = Concluded(frozenset(), frozenset())
+
+
+def _all(value: Value | None) -> tuple[Value, ...]:
+    return () if value is None else (value,)
+
+
+def _uid(value: Value) -> int:
+    assert isinstance(value, int)
+    return value

@@ -1,0 +1,122 @@
+"""Attributes compiled to functions, for the two paths that every fact takes: recording and merging.
+
+``Attribute.quantise`` explains what is wrong with a value; a compiled function only says that something is.
+"""
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from worldmodel.fields import Field
+from worldmodel.tbox import Attribute, TBox, ValueKind
+
+Quantise = Callable[[Any], Any]
+"""Returns the value as it is stored, or None for one that a closer look has to judge."""
+
+MOST_SHARED = 1 << 16
+"""The number of steps up to which the values of a field are kept and shared by all facts."""
+
+NO_CLASS = -1
+
+
+class Row(NamedTuple):
+    """One attribute: how its values are stored, and the classes that it asks of subject and target."""
+
+    quantise: Quantise
+    domain: int
+    range_class: int
+
+
+class Tables:
+    """The compiled attributes of one TBox; ``rows`` has them by uid, all but those that need a closer look."""
+
+    def __init__(self, tbox: TBox) -> None:
+        self._tbox = tbox
+        self.rows = {
+            attribute.uid: Row(
+                _quantiser(attribute),
+                attribute.domain,
+                NO_CLASS if attribute.range_class is None else attribute.range_class,
+            )
+            for attribute in tbox.attributes
+            if attribute.kind is not ValueKind.TYPE
+        }
+        self.latest_only = frozenset(attribute.uid for attribute in tbox.attributes if attribute.latest_only)
+        heeded = tbox.rules.heeded
+        self.unlinked = frozenset(
+            uid for uid, row in self.rows.items() if row.range_class == NO_CLASS and uid not in heeded
+        )
+        """The attributes of whose values nothing follows: no links, and none that a definition asks for."""
+        self.plain = {
+            uid: (row.quantise, row.domain)
+            for uid, row in self.rows.items()
+            if uid in self.unlinked and uid not in self.latest_only
+        }
+        """By uid, how values are stored and the class asked of the subject; without links and status."""
+        below = [sum(1 << d for d in tbox.subclasses(c.uid)) for c in tbox.classes]
+        self._descendants = tuple(below)
+
+    def have_common_subclass(self, c: int, d: int) -> bool:
+        """True if something may be of both classes by one of its types."""
+        return bool(self._descendants[c] & self._descendants[d])
+
+    def __reduce__(self) -> tuple[Callable[[TBox], "Tables"], tuple[TBox]]:
+        return tables_of, (self._tbox,)
+
+
+@lru_cache(maxsize=8)
+def tables_of(tbox: TBox) -> Tables:
+    """Return the compiled attributes of an ontology, the same for all its world models."""
+    return Tables(tbox)
+
+
+def _quantiser(attribute: Attribute) -> Quantise:
+    match attribute.kind:
+        case ValueKind.NUMBER:
+            return _number(attribute.fields[0])
+        case ValueKind.POINT:
+            return _point(*map(_number, attribute.fields))
+        case ValueKind.BOOLEAN:
+            return lambda value: value if value is True or value is False else None
+        case ValueKind.SYMBOL:
+            return _index(len(attribute.symbols))
+        case _:
+            return _index(math.inf)
+
+
+def _index(n_indices: float) -> Quantise:
+    return lambda value: value if type(value) is int and 0 <= value < n_indices else None
+
+
+def _number(field: Field) -> Quantise:
+    low, high, step = field.minimum, field.maximum, field.resolution
+    value_at: Callable[[int], float] = field.grid.value_at
+    shared: list[float | None] = [None] * (field.n_values if field.n_values <= MOST_SHARED else 0)
+    kinds = (float, int)
+
+    def of_few(value: Any) -> float | None:
+        if type(value) not in kinds or not low <= value <= high:
+            return None
+        index: int = round((value - low) / step)
+        stored = shared[index]
+        if stored is None:
+            shared[index] = stored = value_at(index)
+        return stored
+
+    def of_many(value: Any) -> float | None:
+        if type(value) not in kinds or not low <= value <= high:
+            return None
+        return value_at(round((value - low) / step))
+
+    return of_few if shared else of_many
+
+
+def _point(east: Quantise, north: Quantise) -> Quantise:
+    def quantise(value: Any) -> tuple[float, float] | None:
+        if type(value) is not tuple or len(value) != 2:
+            return None
+        x, y = east(value[0]), north(value[1])
+        return None if x is None or y is None else (x, y)
+
+    return quantise

@@ -1,0 +1,172 @@
+"""RDF terms of a world model, and back: IRIs of instances, facts and receptions, and literals of values.
+
+Terms are made in great numbers and again and again, so those of values and times are remembered within a bound.
+"""
+
+import re
+from decimal import Decimal
+from typing import Any
+
+from rdflib import XSD, Literal, Namespace, URIRef
+from rdflib.term import Node
+
+from worldmodel.facts import Block, Observation
+from worldmodel.store import Store
+from worldmodel.tbox import TYPE_UID, Attribute, TBox, Value, ValueKind
+from worldmodel.turtle import SIT
+
+RUN = Namespace("https://w3id.org/remoras/run/")
+MOST_REMEMBERED = 1 << 16
+"""The number of literals to remember; beyond it all are forgotten."""
+
+_INSTANCE = str(RUN) + "instance-"
+_FACT = str(RUN) + "fact-"
+_FACT_NAME = re.compile(r"(\d+)(?:\.e(\d+))?-(p?)(\d+)-(\d+)", re.ASCII)
+_STATUS = str(RUN) + "status-"
+_STATUS_NAME = re.compile(r"(\d+)-(\d+)-(\d+)-(\d[\d.e+-]*)", re.ASCII)
+_RECEPTION = str(RUN) + "reception-"
+
+
+def instance_iri(uid: int) -> URIRef:
+    """Return the IRI of an instance."""
+    return URIRef(f"{_INSTANCE}{uid}")
+
+
+def attribute_iri(attribute: Attribute) -> URIRef:
+    """Return the IRI of an attribute in facts; rdf:type, which OWL reserves, goes by the name of sit:type."""
+    return SIT.type if attribute.uid == TYPE_UID else URIRef(attribute.iri)
+
+
+def value_predicate(attribute: Attribute) -> URIRef:
+    """Return the property that leads from a fact to its value."""
+    return SIT.linkValue if attribute.kind in {ValueKind.TYPE, ValueKind.LINK} else SIT.dataValue
+
+
+def term_of(tbox: TBox, attribute: Attribute, value: Value) -> Node:
+    """Return a stored value as an RDF term: a uid as an IRI, all else as a literal of the attribute's own datatype."""
+    stored: Any = attribute.quantise(value)
+    match attribute.kind:
+        case ValueKind.TYPE:
+            return URIRef(tbox.classes[stored].iri)
+        case ValueKind.LINK:
+            return instance_iri(stored)
+        case ValueKind.SYMBOL:
+            return Literal(attribute.symbols[stored])
+        case ValueKind.POINT:
+            return Literal(f"POINT ({stored[0]} {stored[1]})")
+        case ValueKind.BOOLEAN:
+            return Literal(stored)
+        case ValueKind.NUMBER:
+            return _number_literal(stored, attribute.datatype)
+
+
+def _number_literal(number: float, datatype: str) -> Literal:
+    if datatype == str(XSD.integer):
+        return Literal(int(number), datatype=XSD.integer)
+    if datatype == str(XSD.decimal):
+        return Literal(f"{Decimal(repr(number)):f}", datatype=XSD.decimal)
+    return Literal(number, datatype=XSD.double)
+
+
+def block_name(block: Block) -> str:
+    """Return the name of a block inside IRIs; a status is named as the view holds it, with one fact."""
+    if block.is_status:
+        fact = block.facts[0]
+        return f"status-{block.origin}-{fact.subject}-{fact.attribute}-{block.time_s!r}"
+    epoch = f".e{block.epoch}" if block.epoch else ""
+    return (
+        f"{block.origin}{epoch}-{block.sequence}" if block.is_item else f"{block.origin}{epoch}-p{-1 - block.sequence}"
+    )
+
+
+def fact_iri(observation: Observation) -> URIRef:
+    """Return the IRI of a fact."""
+    block = observation.block
+    # letters, digits, dots and hyphens need no check, which is what takes the time in URIRef(...)
+    if block.sequence >= 0 and not block.epoch:
+        return str.__new__(URIRef, f"{_FACT}{block.origin}-{block.sequence}-{observation.position}")
+    name = block_name(block)
+    return str.__new__(URIRef, f"{RUN}{name}" if block.is_status else f"{_FACT}{name}-{observation.position}")
+
+
+def reception_iri(receiver: int, block: Block) -> URIRef:
+    """Return the IRI of the reception of a block by a vehicle."""
+    return str.__new__(URIRef, f"{_RECEPTION}{receiver}-{block_name(block)}")
+
+
+def instance_uid(iri: Node) -> int | None:
+    """Return the uid of the instance that an IRI stands for, None for another term."""
+    return _number_after(_INSTANCE, iri)
+
+
+def is_fact(iri: Node) -> bool:
+    """True if the IRI is of the form that those of facts have."""
+    return isinstance(iri, URIRef) and str.startswith(iri, (_FACT, _STATUS))  # that of rdflib takes no tuple
+
+
+def fact_of(model: Store, iri: Node) -> Observation | None:
+    """Return the fact that an IRI stands for in a world model, of whatever origin; None if it holds none such."""
+    if not isinstance(iri, URIRef):
+        return None
+    if str.startswith(iri, _STATUS):
+        return _status_of(model, iri)
+    found = _FACT_NAME.fullmatch(iri, len(_FACT)) if str.startswith(iri, _FACT) else None
+    if found is None:
+        return None
+    sequence, position = int(found[4]), int(found[5])
+    block = model.block((int(found[1]), int(found[2] or 0), -1 - sequence if found[3] else sequence))
+    return None if block is None or position >= len(block.facts) else Observation(block, position)
+
+
+def _status_of(model: Store, iri: URIRef) -> Observation | None:
+    found = _STATUS_NAME.fullmatch(iri, len(_STATUS))
+    if found is None:
+        return None
+    origin, subject, attribute = int(found[1]), int(found[2]), int(found[3])
+    for one in model.history(subject, attribute):
+        if one.block.is_status and one.block.origin == origin and repr(one.block.time_s) == found[4]:
+            return one
+    return None
+
+
+def _number_after(prefix: str, iri: Node) -> int | None:
+    digits = iri[len(prefix) :] if isinstance(iri, URIRef) and str.startswith(iri, prefix) else ""
+    return int(digits) if digits.isdecimal() else None
+
+
+class Terms:
+    """Terms of one world model; those made before are given again."""
+
+    def __init__(self, tbox: TBox) -> None:
+        self._tbox = tbox
+        self.attributes = tuple(map(attribute_iri, tbox.attributes))
+        self.classes = tuple(URIRef(one.iri) for one in tbox.classes)
+        self._instances: dict[int, URIRef] = {}
+        self._values: dict[tuple[int, Value], Node] = {}
+        self._numbers: dict[float, Literal] = {}
+
+    def instance(self, uid: int) -> URIRef:
+        """The IRI of an instance."""
+        found = self._instances.get(uid)
+        if found is None:
+            found = self._instances[uid] = instance_iri(uid)
+        return found
+
+    def value(self, attribute: int, value: Value) -> Node:
+        """A stored value of an attribute."""
+        key = (attribute, value)
+        found = self._values.get(key)
+        if found is None:
+            if len(self._values) >= MOST_REMEMBERED:
+                self._values.clear()
+            found = self._values[key] = term_of(self._tbox, self._tbox.attributes[attribute], value)
+        return found
+
+    def number(self, number: float) -> Literal:
+        """A time (s), a standard deviation or a probability."""
+        found = self._numbers.get(number)
+        if found is None:
+            if len(self._numbers) >= MOST_REMEMBERED:
+                self._numbers.clear()
+            found = self._numbers[number] = Literal(number, datatype=XSD.double)
+        return found

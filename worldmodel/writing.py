@@ -1,0 +1,219 @@
+"""World models as RDF text: N-Triples, Turtle, TriG and JSON-LD, straight from the index.
+
+What is written is what is known, without the ontology: a header names it as import. In a file with named graphs the
+default graph holds what no origin said by a fact: instances, types, names, the current state, receptions.
+
+The canonical graph of items has their facts and the instances that these are about, as sorted N-Triples. Statuses,
+private facts, receptions and the current state are no part of it, so vehicles that hold the same items write the same
+bytes.
+"""
+
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from enum import StrEnum
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from rdflib import OWL, RDF, RDFS, XSD, Literal, URIRef
+from rdflib.term import Node
+
+from worldmodel.knowledge import Knowledge
+from worldmodel.owl import graph_of
+from worldmodel.patterns import Abox, Triple
+from worldmodel.store import Store
+from worldmodel.tbox import TBox
+from worldmodel.terms import RUN, instance_iri
+from worldmodel.turtle import RM, SIT
+
+ESCAPED = str.maketrans({"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"})
+LOCAL = re.compile(r"[A-Za-z0-9_](?:[A-Za-z0-9_.-]*[A-Za-z0-9_-])?", re.ASCII)
+"""Local names that need no escapes in Turtle."""
+
+
+class RdfFormat(StrEnum):
+    """Formats of RDF that a world model can be written in."""
+
+    TURTLE = "ttl"
+    TRIG = "trig"
+    JSON_LD = "jsonld"
+    N_TRIPLES = "nt"
+
+    @property
+    def has_graphs(self) -> bool:
+        """True if a file of this format can hold named graphs."""
+        return self in (RdfFormat.TRIG, RdfFormat.JSON_LD)
+
+
+class Graph(NamedTuple):
+    """Triples to write, grouped by subject; ``name`` is None for the default graph."""
+
+    name: URIRef | None
+    triples: Iterable[Triple]
+
+
+def written(known: Mapping[str, Knowledge], form: RdfFormat, header: bool = True) -> str:
+    """Return what vehicles know as text.
+
+    Args:
+        known: by the names of the vehicles.
+        form: with named graphs, these are what each origin said where there is one vehicle, and what each knows where
+            there are several; else all is in one graph, and what several know is their union.
+        header: name the ontologies that are used, and the vehicles whose graphs there are.
+    """
+    tbox = next(iter(known.values())).model.tbox
+    graphs = list(_graphs(known) if form.has_graphs else _union(known))
+    if header:
+        graphs = [Graph(None, _header(tbox, known if form.has_graphs and len(known) > 1 else {})), *graphs]
+    if form is RdfFormat.N_TRIPLES:
+        names = _Names({})
+        return "".join(line for one in graphs for line in _lines(one.triples, names))
+    return (_json_ld if form is RdfFormat.JSON_LD else _turtle)(graphs, prefixes_of(tbox))
+
+
+def canonical_items(known: Iterable[Store]) -> str:
+    """Return the canonical graph of the items that world models hold: sorted N-Triples; see the head of this module."""
+    names = _Names({})
+    return "".join(sorted({line for model in known for line in _lines(Abox(Knowledge(model)).item_triples(), names)}))
+
+
+@lru_cache(maxsize=8)
+def prefixes_of(tbox: TBox) -> Mapping[str, str]:
+    """Return namespaces by prefix: of runs, of RDF and OWL, and those of the terms in the ontology files."""
+    graph = graph_of(tbox)
+    terms = {str(term) for triple in graph for term in triple if isinstance(term, URIRef)}
+    bound = {str(prefix): str(iri) for prefix, iri in graph.namespaces() if prefix}
+    used = {prefix: iri for prefix, iri in bound.items() if any(term.startswith(iri) for term in terms)}
+    own = {"run": str(RUN), "sit": str(SIT), "rm": str(RM)}
+    return own | {"rdf": str(RDF), "rdfs": str(RDFS), "owl": str(OWL), "xsd": str(XSD)} | used
+
+
+def _header(tbox: TBox, known: Mapping[str, Knowledge]) -> Iterator[Triple]:
+    """Yield the ontologies that the knowledge is told in, and the vehicles whose graphs follow."""
+    whole = URIRef(str(RUN).rstrip("/"))
+    yield (whole, RDF.type, OWL.Ontology)
+    ontologies = (iri for iri in graph_of(tbox).subjects(RDF.type, OWL.Ontology) if isinstance(iri, URIRef))
+    for iri in sorted(ontologies):
+        yield (whole, OWL.imports, iri)
+    for vehicle, one in known.items():
+        yield (knowledge_iri(one.model.owner), RDFS.label, Literal(vehicle))
+
+
+def knowledge_iri(node: int) -> URIRef:
+    """Return the name of the graph of what a vehicle knows."""
+    return RUN[f"knowledge-{node}"]
+
+
+def _graphs(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
+    if len(known) > 1:
+        for one in known.values():
+            yield Graph(knowledge_iri(one.model.owner), Abox(one).all_triples())
+        return
+    for one in known.values():
+        abox = Abox(one)
+        yield Graph(None, abox.all_triples(said=False))
+        for origin in range(one.model.n_origins):
+            yield Graph(instance_iri(origin), abox.triples_of(origin, (None, None, None)))
+
+
+def _union(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
+    if len(known) == 1:
+        for one in known.values():
+            yield Graph(None, Abox(one).all_triples())
+        return
+    merged: dict[Node, dict[Triple, None]] = {}
+    for one in known.values():
+        for triple in Abox(one).all_triples():
+            merged.setdefault(triple[0], {})[triple] = None
+    yield Graph(None, (triple for triples in merged.values() for triple in triples))
+
+
+# Text --------------------------------------------------------------------------------------------
+
+
+class _Names(dict[Node, str]):
+    """Terms as text, each worked out once."""
+
+    def __init__(self, prefixes: Mapping[str, str]) -> None:
+        super().__init__()
+        self._prefixes = tuple((namespace, prefix) for prefix, namespace in prefixes.items())
+        self.used: dict[str, str] = {}
+        """Namespaces that a text needs, by prefix."""
+
+    def __missing__(self, term: Node) -> str:
+        found = self[term] = self._literal(term) if isinstance(term, Literal) else self._iri(str(term))
+        return found
+
+    def _literal(self, literal: Literal) -> str:
+        text = f'"{str(literal).translate(ESCAPED)}"'
+        if literal.language:
+            return f"{text}@{literal.language}"
+        datatype = literal.datatype
+        return text if datatype is None or datatype == XSD.string else f"{text}^^{self[datatype]}"
+
+    def _iri(self, iri: str) -> str:
+        for namespace, prefix in self._prefixes:
+            if iri.startswith(namespace) and LOCAL.fullmatch(iri, len(namespace)):
+                self.used[prefix] = namespace
+                return f"{prefix}:{iri[len(namespace) :]}"
+        return f"<{iri}>"
+
+
+def _lines(triples: Iterable[Triple], names: _Names) -> Iterator[str]:
+    for subject, predicate, target in triples:
+        yield f"{names[subject]} {names[predicate]} {names[target]} .\n"
+
+
+def _turtle(graphs: Iterable[Graph], prefixes: Mapping[str, str]) -> str:
+    names = _Names(prefixes)
+    text: list[str] = []
+    for graph in graphs:
+        said = list(_sentences(graph.triples, names))
+        if graph.name is not None and said:
+            said = [f"\n{names[graph.name]} {{", *said, "}\n"]
+        text += said
+    return "".join([*(f"@prefix {prefix}: <{names.used[prefix]}> .\n" for prefix in sorted(names.used)), *text])
+
+
+def _sentences(triples: Iterable[Triple], names: _Names) -> Iterator[str]:
+    """Yield the triples, those of one subject in one sentence."""
+    before: Node | None = None
+    for subject, predicate, target in triples:
+        verb = "a" if predicate == RDF.type else names[predicate]
+        if subject is before:
+            yield f" ;\n    {verb} {names[target]}"
+        else:
+            yield f"{'' if before is None else ' .'}\n{names[subject]} {verb} {names[target]}"
+        before = subject
+    if before is not None:
+        yield " .\n"
+
+
+def _json_ld(graphs: Iterable[Graph], prefixes: Mapping[str, str]) -> str:
+    names = _Names(prefixes)
+
+    def named(iri: Node) -> str:
+        return names[iri].removeprefix("<").removesuffix(">")
+
+    def value(term: Node) -> dict[str, str]:
+        if not isinstance(term, Literal):
+            return {"@id": named(term)}
+        kinds = {"@type": named(term.datatype)} if term.datatype else {}
+        return {"@value": str(term), **kinds, **({"@language": term.language} if term.language else {})}
+
+    whole: list[dict[str, Any]] = []
+    for graph in graphs:
+        nodes: dict[Node, dict[str, Any]] = {}
+        for subject, predicate, target in graph.triples:
+            node = nodes.setdefault(subject, {"@id": named(subject)})
+            if predicate == RDF.type:
+                node.setdefault("@type", []).append(named(target))
+            else:
+                node.setdefault(named(predicate), []).append(value(target))
+        if graph.name is None:
+            whole += nodes.values()
+        elif nodes:
+            whole.append({"@id": named(graph.name), "@graph": list(nodes.values())})
+    return (
+        json.dumps({"@context": dict(sorted(names.used.items())), "@graph": whole}, indent=1, ensure_ascii=False) + "\n"
+    )
