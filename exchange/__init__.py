@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from exchange.codec import Codec, FieldSize
     from exchange.errors import ConfigurationError, ExchangeError
     from exchange.manager import ExchangeManager, Reception, Transmission
-    from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet
+    from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet, StatusUid
     from exchange.policies import ACKNOWLEDGEMENTS, POLICIES, AckPolicy, header_bits, policy_named
     from exchange.schedule import TdmaSchedule
 
@@ -34,6 +34,7 @@ __all__ = [
     "ItemUid",
     "Packet",
     "Reception",
+    "StatusUid",
     "TdmaSchedule",
     "Transmission",
     "header_bits",
@@ -46,7 +47,7 @@ _MODULE_OF = {
     **dict.fromkeys(("Codec", "FieldSize"), "codec"),
     **dict.fromkeys(("ConfigurationError", "ExchangeError"), "errors"),
     **dict.fromkeys(("ExchangeManager", "Reception", "Transmission"), "manager"),
-    **dict.fromkeys(("Fragment", "InfluenceSignal", "ItemUid", "Packet"), "packets"),
+    **dict.fromkeys(("Fragment", "InfluenceSignal", "ItemUid", "Packet", "StatusUid"), "packets"),
     "TdmaSchedule": "schedule",
 }
 

@@ -7,13 +7,15 @@ Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
     fragment  relayed 1 [origin w(nodes), epoch 2] | time w(duration / resolution)
               | part of a larger block 1 [index 4, count - 1 4] | facts | sequence w(items), unless a status
     fact      subject w(instances) | attribute w(those exchanged + 1), another's is longer | value
+              [| uncertain 1 [| uncertainty]]
               | another fact follows 1
     signal    role w(instances) | value 8, two's complement
 
-A number takes ``ceil(log2((max - min) / resolution + 1))`` bits, the rule of DCCL. A status has no sequence, and no
-bit says so: a whole block is one if, and only if, all its attributes are latest-only. Relayed is what is not of the
-sender in its present epoch. The hash covers the TBox and every width in 32 bits, of which the packet of frame k carries
-byte k mod 4: two vehicles with different definitions notice it within four frames, see ``exchange.definitions``.
+A number takes ``ceil(log2((max - min) / resolution + 1))`` bits, the rule of DCCL. Whether a value is uncertain is said
+of attributes that may carry an uncertainty. A status has no sequence, and no bit says so: a whole block is one if, and
+only if, all its attributes are latest-only. Relayed is what is not of the sender in its present epoch. The hash covers
+the TBox and every width in 32 bits, of which the packet of frame k carries byte k mod 4: two vehicles with different
+definitions notice it within four frames, see ``exchange.definitions``.
 A value out of range is refused with its name: it is never sent as something else.
 """
 
@@ -29,6 +31,7 @@ from exchange.header import AckHeader
 from exchange.names import AttributeNames, width
 from exchange.packets import Fragment, InfluenceSignal, Packet
 from exchange.policies import AckPolicy
+from exchange.uncertainties import read_uncertainty, uncertainty_of
 from worldmodel import STATUS, Attribute, Field, PropertyValue, TBox, ValueKind
 
 HASH_BITS = 8
@@ -131,6 +134,29 @@ class _Reader:
         return self._left < 8 and self.take(self._left) == 0
 
 
+def _value_lines(
+    attributes: Sequence[Attribute], value_bits: Sequence[int], n_values: Mapping[ValueKind, int]
+) -> list[FieldSize]:
+    """Lines of the size listing for the values of attributes, and for what values may carry."""
+    values = [
+        FieldSize("fact", one.name, bits, values_in_words(one, n_values))
+        for one, bits in zip(attributes, value_bits, strict=True)
+    ]
+    return values + [
+        FieldSize("fact", f"uncertainty of {one.name}", 1 + one.uncertainty.size_bits, "1 where it carries none")
+        for one in attributes
+        if one.uncertainty is not None
+    ]
+
+
+def _name_fields(names: AttributeNames) -> list[FieldSize]:
+    """The lines of an attribute's name: a short one, and that of those which are not exchanged, if there are any."""
+    fields = [FieldSize("fact", "attribute", names.short_bits, f"one of {len(names.exchanged)} exchanged")]
+    if names.has_others:
+        fields.append(FieldSize("fact", "other attribute", names.other_bits, f"one of {names.n_attributes} in all"))
+    return fields
+
+
 class Codec:
     """Encodes and decodes packets for one fleet: fixed TBox, node count, instance count and policy.
 
@@ -194,9 +220,10 @@ class Codec:
         size += self._node_bits + EPOCH_BITS if relayed else 0
         size += 0 if fragment.is_status else self._sequence_bits
         size += 2 * INDEX_BITS if fragment.count > 1 else 0
-        per_fact, names = self._subject_bits + 1, self._names.sizes
-        values = self._value_bits
-        return size + sum(per_fact + names[fact.attribute] + values[fact.attribute] for fact in fragment.facts)
+        per_fact, names, values = self._subject_bits + 1, self._names.sizes, self._value_bits
+        uncertain = sum(uncertainty_of(self._attributes[fact.attribute], fact)[1] for fact in fragment.facts)
+        sizes = (per_fact + names[fact.attribute] + values[fact.attribute] for fact in fragment.facts)
+        return size + uncertain + sum(sizes)
 
     def listing(self) -> tuple[FieldSize, ...]:
         """Every field of a packet in the order of the wire, with its size in this fleet.
@@ -208,15 +235,6 @@ class Codec:
         named = f"policy {self._policy.name}" + (", the largest" if self.header.varies else "")
         times = f"{self._time.minimum:g} to {self._time.maximum:g} s, steps of {self._time.resolution:g} s"
         instances = f"one of {self._n_instances} instances"
-        values = [
-            FieldSize("fact", attribute.name, bits, values_in_words(attribute, self._n_values))
-            for attribute, bits in zip(self._attributes, self._value_bits, strict=True)
-        ]
-        others = (
-            [FieldSize("fact", "other attribute", self._names.other_bits, f"one of {len(self._attributes)} in all")]
-            if self._names.has_others
-            else []
-        )
         return (
             FieldSize(
                 "packet", "definition hash", HASH_BITS, f"of {8 * HASH_BYTES} bits a byte in turn: TBox, fleet, policy"
@@ -235,9 +253,8 @@ class Codec:
             FieldSize("fragment", "count", INDEX_BITS, part),
             FieldSize("fragment", "sequence", self._sequence_bits, f"if an item: one of {1 << self._sequence_bits}"),
             FieldSize("fact", "subject", self._subject_bits, instances),
-            FieldSize("fact", "attribute", self._names.short_bits, f"one of {len(self._names.exchanged)} exchanged"),
-            *others,
-            *values,
+            *_name_fields(self._names),
+            *_value_lines(self._attributes, self._value_bits, self._n_values),
             FieldSize("fact", "another follows", 1),
             FieldSize("signal", "role", self._subject_bits, instances),
             FieldSize("signal", "value", SIGNAL_VALUE_BITS, "-128 to 127"),
@@ -267,6 +284,8 @@ class Codec:
             bits = bits << self._subject_bits | fact.subject
             bits = bits << self._names.sizes[fact.attribute] | self._names.names[fact.attribute]
             bits = bits << self._value_bits[fact.attribute] | self._encode_value(fact)
+            uncertain, size_bits = uncertainty_of(self._attributes[fact.attribute], fact)
+            bits = bits << size_bits | uncertain
             bits = bits << 1 | (position < last)
         if not fragment.is_status:
             bits = bits << self._sequence_bits | fragment.sequence
@@ -386,4 +405,4 @@ class Codec:
         n_values = len(attribute.symbols) or self._n_values.get(attribute.kind)
         if n_values is not None and indices[0] >= n_values:
             raise PeerFault(f"{attribute.name}: {indices[0]} of {n_values}")
-        return PropertyValue(subject, uid, value)
+        return PropertyValue(subject, uid, value, read_uncertainty(attribute, reader.take))

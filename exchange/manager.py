@@ -33,7 +33,7 @@ from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet, StatusU
 from exchange.policies import AckPolicy, may_send
 from exchange.schedule import TdmaSchedule
 from exchange.selection import select
-from worldmodel import Block, Change, Needs, PropertyValue, Value, WorldModel
+from worldmodel import Block, Change, Needs, PropertyValue, Stated, WorldModel
 
 SIGNAL_SHARE = 4
 """A packet keeps one part in this many for influence signals; fragments are cut to fit the rest."""
@@ -207,11 +207,11 @@ class ExchangeManager:
                 items.append(fragment)
         return tuple(items)
 
-    def is_of_use(self, facts: Iterable[tuple[int, int, Value]]) -> bool:
+    def is_of_use(self, facts: Iterable[Stated]) -> bool:
         """True if these facts have an attribute that is exchanged, whoever needs it now."""
         return self._interests.of(PropertyValue(*fact) for fact in facts)[1] > 0
 
-    def fits(self, facts: Iterable[tuple[int, int, Value]]) -> bool:
+    def fits(self, facts: Iterable[Stated]) -> bool:
         """True if a block of these facts would go into one packet, beside influence signals."""
         whole = Fragment(self._me, 0, 0.0, tuple(PropertyValue(*fact) for fact in facts))
         return self._codec.fragment_bits(whole) <= self._room_bits - self._signal_room_bits

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     )
     from remoras.database import VehicleData
     from remoras.errors import RemorasError
-    from remoras.face import Run, Sweep, compare, exchange_study, load, open, run, sweep
+    from remoras.face import Run, compare, exchange_study, load, open, run, sweep
     from remoras.mission import Finding, FleetView, Milestone, Mission, Truth, VehicleView
     from remoras.motion import Motion
     from remoras.organisation import Group
@@ -43,10 +43,12 @@ if TYPE_CHECKING:
     from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
     from remoras.sensor import SELF, Observation, Pose, Sensor, SensorSettings
     from remoras.strategy import Declaration, Move, Negotiator, Situation, Statement, Strategy
+    from remoras.swept import Sweep
     from remoras.work import DivisibleJob, Job, Known, Outlook, Work
 
 _HOMES = {
-    "remoras.face": ("Run", "Sweep", "compare", "exchange_study", "load", "open", "run", "sweep"),
+    "remoras.swept": ("Sweep",),
+    "remoras.face": ("Run", "compare", "exchange_study", "load", "open", "run", "sweep"),
     "missions.scenarios": ("Scenario",),
     "missions.meeting": (
         "JobMission",

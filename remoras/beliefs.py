@@ -6,8 +6,10 @@ the latest in the vehicle's world model; links are given by the name of their ta
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Set
-from typing import Any
+import math
+from collections.abc import Iterable, Mapping, Set
+from dataclasses import dataclass
+from typing import Any, NamedTuple, cast
 
 from remoras.sensor import SELF, Observation
 from worldmodel import (
@@ -17,17 +19,47 @@ from worldmodel import (
     FactError,
     Instance,
     PropertyValue,
+    Subscription,
     TBox,
     UnknownNameError,
     ValueKind,
     WorldModel,
+    fused,
 )
 from worldmodel.facts import Observation as Latest
 from worldmodel.snapshot import as_text
 
 Key = tuple[str, str]
-Fact = tuple[int, int, Any]
-"""Subject, attribute and value, ready to be recorded."""
+Point = tuple[float, float]
+Fact = tuple[int, int, Any] | tuple[int, int, Any, float]
+"""Subject, attribute and value, with the uncertainty if there is one, ready to be recorded."""
+
+
+@dataclass(slots=True)
+class _Collected:
+    """All values of one fact, and the subscription that keeps them up to date."""
+
+    attribute: Attribute
+    news: Subscription
+    values: set[Any]
+
+
+class Fused(NamedTuple):
+    """What several vehicles say of one fact together, by names.
+
+    Attributes:
+        value: mean of numbers and points; else the most probable value.
+        uncertainty: standard deviation of numbers and points, else the probability of the value; None if nobody said.
+        time_s: when the newest of the observations was made.
+        origins: vehicles whose observations count.
+        probabilities: of every value that may be; empty for numbers and points.
+    """
+
+    value: Any
+    uncertainty: float | None
+    time_s: float
+    origins: tuple[str, ...]
+    probabilities: Mapping[Any, float]
 
 
 class Beliefs:
@@ -42,10 +74,11 @@ class Beliefs:
         self._tbox: TBox = model.tbox
         self._uids: dict[str, int] = {}
         self._slots: dict[Key, tuple[int, Attribute]] = {}
-        self._collected: dict[tuple[int, int], set[Any]] = {}  # by subject and attribute, where asked for
-        self._by_key: dict[Key, set[Any]] = {}  # the same sets
+        self._collected: dict[tuple[int, int], _Collected] = {}  # by subject and attribute, where asked for
+        self._by_key: dict[Key, _Collected] = {}  # the same
+        self._bans = model.banned
         self.n_told = 0
-        """It grows whenever a set that ``values`` gave does."""
+        """It grows whenever what ``values`` gives changes."""
 
     # From the world model ------------------------------------------------------------------------
 
@@ -62,27 +95,58 @@ class Beliefs:
         return slot
 
     def values(self, key: Key) -> Set[Any]:
-        """Every value of a fact that was ever told; the same set, which grows, whenever it is asked for."""
+        """Every value of a fact that was told by whom nobody bans: the same set, which grows, until bans change."""
         if (found := self._by_key.get(key)) is not None:
-            return found
+            return found.values
         subject, attribute = self._slot(key)
         slot = subject, attribute.uid
         if slot not in self._collected:
-            self._collected[slot] = {self._plain(attribute, one.value) for one in self.model.history(*slot)}
+            news = self.model.subscriptions.add(attribute.uid, instance=subject)
+            self._collected[slot] = _Collected(attribute, news, self._all(slot, attribute))
         found = self._by_key[key] = self._collected[slot]
-        return found
+        return found.values
 
-    def note(self, changes: Iterable[Change]) -> None:
-        """Keep ``values`` up to date with what was recorded or merged."""
-        collected = self._collected
-        if not collected:
+    def _all(self, slot: tuple[int, int], attribute: Attribute) -> set[Any]:
+        return {self._plain(attribute, one.value) for one in self.model.history(*slot)}
+
+    def note(self) -> None:
+        """Bring ``values`` up to date with what was recorded or merged."""
+        if self._bans is not self.model.banned:
+            self._bans = self.model.banned
+            for slot, one in self._collected.items():
+                self.model.news(one.news)
+                one.values = self._all(slot, one.attribute)
+            self.n_told += 1
             return
-        for change in changes:
-            for fact in change.block.facts:
-                values = collected.get((fact.subject, fact.attribute))
-                if values is not None:
-                    values.add(self._plain(self._tbox.attributes[fact.attribute], fact.value))
-                    self.n_told += 1
+        for one in self._collected.values():
+            for observation in self.model.news(one.news):
+                one.values.add(self._plain(one.attribute, observation.value))
+                self.n_told += 1
+
+    def fused(self, key: Key, prior: Mapping[Any, float] | None = None, independent: bool = True) -> Fused | None:
+        """What all vehicles say of a fact together; None if nobody whom it believes has said anything.
+
+        Args:
+            key: attribute and instance.
+            prior: weight of each symbol or truth value before anything was observed; even if None.
+            independent: False where vehicles may have taken over what others said; see ``worldmodel.fusion``.
+
+        Raises:
+            UnknownNameError: no such instance or attribute.
+            FactError: a prior that cannot be.
+        """
+        subject, attribute = self._slots.get(key) or self._slot(key)
+        weights = None if prior is None else {self._value(attribute, one): w for one, w in prior.items()}
+        found = fused(attribute, self.model.history(subject, attribute.uid), weights, independent)
+        if found is None:
+            return None
+        return Fused(
+            self._plain(attribute, found.value),
+            found.uncertainty,
+            found.time_s,
+            tuple(self.name(origin) for origin in found.origins),
+            {self._plain(attribute, value): share for value, share in found.probabilities},
+        )
 
     def observed_s(self, key: Key) -> float | None:
         """When the latest value of a fact was observed; None if it is not known."""
@@ -146,17 +210,19 @@ class Beliefs:
 
     # To the world model --------------------------------------------------------------------------
 
-    def fact(self, subject: str, attribute: str, value: Any) -> Fact:
+    def fact(self, subject: str, attribute: str, value: Any, uncertainty: float | None = None) -> Fact:
         """A fact ready to be recorded.
 
         Args:
+            subject: name of the instance; attribute: its name.
             value: the name of the instance linked to, a symbol, a number, a point (x, y) or a truth value.
+            uncertainty: standard deviation of numbers and points, probability of the value else; None if not known.
 
         Raises:
             UnknownNameError: no such instance or attribute.
             FactError: the attribute has no such symbol.
         """
-        return self._fact(subject, attribute, value, None)
+        return self._fact(None, subject, attribute, value, uncertainty)
 
     def facts_of(self, observation: Observation) -> list[Fact]:
         """The facts of an observation, ready to be recorded together; what it has found becomes a new instance.
@@ -166,20 +232,47 @@ class Beliefs:
             FactError: the attribute has no such symbol, or no more instances may be created.
         """
         if not observation.found:
-            return [self._fact(*fact, None) for fact in observation.facts]
+            return [self._fact(None, *fact) for fact in observation.facts]
         found = self._tbox.class_named(observation.found).uid
+        known = self._nearest(observation, found) if observation.within_m > 0.0 else None
+        if known is not None:
+            return [self._fact(known, *fact) for fact in observation.facts]
         uid = self.model.new_instance_uid()
-        return [(uid, TYPE_UID, found), *(self._fact(*fact, uid) for fact in observation.facts)]
+        return [(uid, TYPE_UID, found), *(self._fact(uid, *fact) for fact in observation.facts)]
 
-    def _fact(self, subject: str, attribute: str, value: Any, found: int | None) -> Fact:
+    def _nearest(self, observation: Observation, class_uid: int) -> int | None:
+        """The instance of a class nearest to where something was found, if it is near enough; of two the first.
+
+        It is near to what any vehicle said of it last, even a banned one: a ban does not make another object of it.
+        """
+        points = [fact for fact in observation.facts if fact[0] == SELF and isinstance(fact[2], tuple)]
+        if not points:
+            return None
+        attribute, at_m = self._tbox.attribute_named(points[0][1]).uid, cast(Point, points[0][2])
+        near: list[tuple[float, int]] = []
+        for uid in self.model.instance_uids():
+            if self.model.class_mask(uid) >> class_uid & 1:
+                last = {one.origin: cast(Point, one.value) for one in self.model.facts_of(uid, attribute)}
+                near += [(math.dist(known_m, at_m), uid) for known_m in last.values()]
+        way_m, nearest = min(near, default=(math.inf, -1))
+        return nearest if way_m <= observation.within_m else None
+
+    def _fact(
+        self, found: int | None, subject: str, attribute: str, value: Any, uncertainty: float | None = None
+    ) -> Fact:
         def uid(name: str) -> int:
             return found if found is not None and name == SELF else self.uid(name)
 
         of = self._tbox.attribute_named(attribute)
-        if of.kind is ValueKind.LINK and isinstance(value, str):
-            value = uid(value)
-        elif of.kind is ValueKind.SYMBOL and isinstance(value, str):
-            if value not in of.symbols:
-                raise FactError(f"{attribute} is {value!r}; allowed: {', '.join(of.symbols)}")
-            value = of.symbols.index(value)
-        return uid(subject), of.uid, value
+        value = uid(value) if of.kind is ValueKind.LINK and isinstance(value, str) else self._value(of, value)
+        if uncertainty is None:
+            return uid(subject), of.uid, value
+        return uid(subject), of.uid, value, uncertainty
+
+    def _value(self, attribute: Attribute, value: Any) -> Any:
+        """The stored form of a symbol by its text; any other value as it is."""
+        if attribute.kind is not ValueKind.SYMBOL or not isinstance(value, str):
+            return value
+        if value not in attribute.symbols:
+            raise FactError(f"{attribute.name} is {value!r}; allowed: {', '.join(attribute.symbols)}")
+        return attribute.symbols.index(value)

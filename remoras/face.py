@@ -16,13 +16,13 @@ from missions.files import toml_value
 from missions.runs.results import MemoryResults, Results
 from missions.scenarios import Scenario
 from missions.scenarios import load as load_scenario
+from remoras.swept import Sweep
 
 if TYPE_CHECKING:
     import matplotlib.figure
     from pandas import DataFrame
 
     import missions.runs.known
-    from missions.sweeps.folder import SweepResults
     from remoras.mission import Mission
     from remoras.strategy import Strategy
     from visualisation.replay import Page
@@ -299,8 +299,7 @@ class Run:
 
         Args:
             format: mcap, rosbag2, geojson, kml, netcdf, csv or alog; what vehicles knew as ttl, trig, jsonld or nt.
-            out: file to write, or folder for rosbag2, csv and alog.
-            force: replace an earlier export.
+            out, force: file to write, or folder for rosbag2, csv and alog; replace an earlier export.
             vehicle, at_s: whose knowledge, else that of all; as of which time, else as of the end of the run.
             items: with nt, the canonical graph of items, which is equal where the items are.
 
@@ -308,17 +307,13 @@ class Run:
             ExportError: the format is not known, lacks its libraries or a datum, or ``out`` cannot be written.
             OutputError: no such vehicle or time, or ``out`` cannot be written.
         """
-        from worldmodel.writing import RdfFormat
-
-        if format not in {*RdfFormat}:
-            from visualisation.exports import export
-
-            if vehicle is not None or at_s is not None or items:
-                raise TypeError(f"vehicle, at_s and items are about what vehicles knew: {', '.join(RdfFormat)}")
-            return export(self._results, format, Path(out), force, self._mission.places).path
         from missions.runs import knowledge
+        from visualisation.exports import export
 
-        knowledge.export(self._results, RdfFormat(format), Path(out), force, vehicle, at_s, items)
+        about = vehicle, at_s, items
+        if (form := knowledge.form_of(format, about)) is None:
+            return export(self._results, format, Path(out), force, self._mission.places).path
+        knowledge.export(self._results, form, Path(out), force, *about)
         return Path(out)
 
     def query(
@@ -338,9 +333,8 @@ class Run:
         import pandas as pd
 
         from missions.runs.knowledge import query
-        from worldmodel.sparql import engine_of
 
-        columns, rows = query(self._results, sparql, vehicle, at_s, engine_of(engine))
+        columns, rows = query(self._results, sparql, vehicle, at_s, engine)
         return pd.DataFrame(rows, columns=list(columns))
 
     def save(self, folder: str | Path, force: bool = False) -> Path:
@@ -359,69 +353,3 @@ class Run:
 
         write(self._results.run, Path(folder), force)
         return Path(folder)
-
-
-class Sweep:
-    """The runs of a study, in their folder.
-
-    Args:
-        results: reader of the folder.
-    """
-
-    def __init__(self, results: SweepResults) -> None:
-        self._results = results
-
-    def __repr__(self) -> str:
-        status = self._results.status()
-        return f"<Sweep in {self._results.folder}: {status.done} of {status.planned} runs done, {status.failed} failed>"
-
-    @property
-    def status(self) -> dict[str, int]:
-        """Runs planned, done, failed, censored and remaining."""
-        from dataclasses import asdict
-
-        return asdict(self._results.status())
-
-    def runs(self) -> DataFrame:
-        """One row for each finished run: key, configuration, summary."""
-        found: DataFrame = self._results.runs()
-        return found
-
-    def compare(self, *metrics: str, baseline: str | None = None) -> DataFrame:
-        """One row for each configuration and metric: mean, interval, paired difference to the baseline.
-
-        Args:
-            metrics: fields of the summary; those of the study if left out.
-            baseline: a strategy or a policy; the study's, or its first, if left out.
-
-        Raises:
-            OutputError: nothing has finished, or a name is unknown.
-        """
-        from dataclasses import asdict
-
-        import pandas as pd
-
-        from missions.comparison import compare as compared
-
-        return pd.DataFrame([asdict(row) for row in compared(self._results, metrics, baseline)])
-
-    def plot(
-        self, kind: str = "overview", metric: str = "mission_time_s", width_in: float | None = None
-    ) -> matplotlib.figure.Figure:
-        """A figure of the sweep.
-
-        Args:
-            kind: differences, ranking, trade-off, overview, or a metric by its field or the name of its chart.
-            metric: field of the summary whose differences or ranking are drawn.
-            width_in: of the figure; a column or a page of a paper if left out.
-
-        Returns:
-            A Matplotlib figure, see ``Run.plot``; its ``.caption`` has n, seeds and intervals.
-
-        Raises:
-            DrawingError: the kind is not known, has nothing to draw, or takes several figures.
-            OutputError: no run has finished, or the metric is not known.
-        """
-        from visualisation.sweeps import picture
-
-        return picture(self._results, kind, metric, width_in).shown()

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from exchange.acoustics import loss
@@ -38,6 +38,26 @@ class FaultKind(StrEnum):
     SLOW = "slow"
     SENSOR = "sensor"
     JOINS = "joins"
+    BIASED = "biased"
+
+
+@dataclass(frozen=True, slots=True)
+class Bias:
+    """By how much the readings of sensors are off, which the vehicle does not know.
+
+    Attributes:
+        attribute: of the facts that are off.
+        offset: what is added to its values: one number, or (east, north) for points.
+        sensors: names of the sensors that it is about.
+    """
+
+    attribute: str
+    offset: tuple[float, ...]
+    sensors: tuple[str, ...] = ()
+
+    def of(self, sensor: str, attribute: str) -> tuple[float, ...] | None:
+        """What is added to the values of an attribute that a sensor reads; None if nothing is."""
+        return self.offset if attribute == self.attribute and sensor in self.sensors else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +71,8 @@ class DeclaredFault:
         rate_per_h: of the first such event, in faults per hour; None with a time.
         until_s: when the fault is over, infinite for good.
         factor: what a slow vehicle's speeds are multiplied by.
-        sensor: which sensor is dead; all of them if None.
+        sensor: which sensor is dead or biased; all of them if None.
+        bias: of kind biased: by how much, and of which attribute.
     """
 
     kind: FaultKind
@@ -61,6 +82,7 @@ class DeclaredFault:
     until_s: float = math.inf
     factor: float = SLOW_FACTOR
     sensor: str | None = None
+    bias: Bias | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +94,8 @@ class Fault:
         at_s: when it begins; for ``joins``, when the vehicle joins.
         until_s: when it is over, infinite for good.
         factor: what a slow vehicle's speeds are multiplied by.
-        sensors: names of the sensors that are dead.
+        sensors: names of the sensors that are dead or biased.
+        bias: of kind biased: by how much, and of which attribute.
     """
 
     kind: FaultKind
@@ -81,6 +104,7 @@ class Fault:
     until_s: float = math.inf
     factor: float = SLOW_FACTOR
     sensors: tuple[str, ...] = ()
+    bias: Bias | None = None
 
     @property
     def span_s(self) -> tuple[float, float]:
@@ -99,6 +123,9 @@ class Fault:
                 return f"{', '.join(self.sensors)}, {how_long}"
             case FaultKind.JOINS:
                 return f"away {how_long}"
+            case FaultKind.BIASED if self.bias is not None:
+                off = ", ".join(f"{one:g}" for one in self.bias.offset)
+                return f"{', '.join(self.sensors)}: {self.bias.attribute} off by {off}, {how_long}"
         return how_long
 
 
@@ -115,7 +142,7 @@ class Condition:
         is_running: False while it is lost; lost_for_good: it will not come back.
         is_mute: nobody hears it; is_deaf: it hears nobody.
         speed_factor: what its speeds are multiplied by.
-        dead_sensors: names of the sensors that yield nothing.
+        dead_sensors: names of the sensors that yield nothing; biases: of the others.
     """
 
     is_there: bool = True
@@ -125,6 +152,7 @@ class Condition:
     is_deaf: bool = False
     speed_factor: float = 1.0
     dead_sensors: frozenset[str] = frozenset()
+    biases: tuple[Bias, ...] = ()
 
     @property
     def is_alive(self) -> bool:
@@ -151,9 +179,12 @@ class Condition:
             dead_sensors=frozenset(
                 name for fault in holding if fault.kind is FaultKind.SENSOR for name in fault.sensors
             ),
+            biases=tuple(replace(fault.bias, sensors=fault.sensors) for fault in holding if fault.bias is not None),
         )
 
 
+OF_SENSORS = (FaultKind.SENSOR, FaultKind.BIASED)
+"""Kinds that befall sensors."""
 SOUND = Condition()
 """The condition of a vehicle without faults."""
 NOT_HEARING = (FaultKind.LOST, FaultKind.DEAF, FaultKind.JOINS)
@@ -178,14 +209,14 @@ def hears_throughout(faults: Iterable[Fault], vehicle: str, from_s: float, until
 def able_to_work(database: AUVDatabase, groups: Mapping[str, Group], fault: DeclaredFault) -> list[VehicleData]:
     """Vehicles among which ``any`` is drawn, in the order of the nodes.
 
-    They have a sensor, or are able to play a role with a job; for a dead sensor, they have that sensor.
+    They have a sensor, or are able to play a role with a job; for a dead or biased sensor, they have that sensor.
 
     Args:
         database: of all vehicles.
         groups: by name.
         fault: whose vehicle is to be drawn.
     """
-    if fault.kind is FaultKind.SENSOR:
+    if fault.kind in OF_SENSORS:
         return [data for data in database.values() if _sensors(data, fault.sensor)]
     working = [(group.name, role.name) for group in groups.values() for role in group.roles if role.job is not None]
     return [data for data in database.values() if data.sensors or any(data.can_play(*role) for role in working)]
@@ -216,8 +247,8 @@ def drawn(
         at_s = _time_s(one, loss.uniform(seed, loss.FAULTS, stream, nth, 0))
         data = database[_name(one, seed, stream, nth, database, organisation)]
         if at_s < min(duration_s, one.until_s) or one.kind is FaultKind.JOINS:
-            sensors = _sensors(data, one.sensor) if one.kind is FaultKind.SENSOR else ()
-            found.append(Fault(one.kind, data.name, at_s, one.until_s, one.factor, sensors))
+            sensors = _sensors(data, one.sensor) if one.kind in OF_SENSORS else ()
+            found.append(Fault(one.kind, data.name, at_s, one.until_s, one.factor, sensors, one.bias))
     return tuple(sorted(found, key=lambda f: (f.span_s[0], database[f.vehicle].node, _kind_number(f.kind), f.at_s)))
 
 

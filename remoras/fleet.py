@@ -16,6 +16,7 @@ from exchange.acoustics.channel import Arrival, Channel
 from exchange.acoustics.modems import Modem
 from exchange.schedule import TdmaSchedule
 from remoras.avoidance import SEPARATION_M
+from remoras.bans import Ban, word
 from remoras.clock import Clock, Priority
 from remoras.faults import OVER, Condition, Fault, hears_throughout
 from remoras.holders import HolderCount
@@ -67,7 +68,15 @@ class FaultChanges:
     begins: bool
 
 
-Event = SlotOpens | FrameEnds | FaultChanges | Arrival
+@dataclass(frozen=True, slots=True)
+class BanChanges:
+    """A person lets a vehicle ban another, or take that back."""
+
+    ban: Ban
+    begins: bool
+
+
+Event = SlotOpens | FrameEnds | FaultChanges | BanChanges | Arrival
 
 
 class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
@@ -85,6 +94,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         faults: what befalls the vehicles in this run.
         separation_m: distance that vehicles in one depth layer are to keep.
         obligations: that heads judge; None without any.
+        bans: that persons order.
     """
 
     def __init__(
@@ -100,6 +110,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         faults: Sequence[Fault] = (),
         separation_m: float = SEPARATION_M,
         obligations: Obligations | None = None,
+        bans: Sequence[Ban] = (),
     ) -> None:
         super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
         self.vehicles = tuple(make_vehicles(self))
@@ -126,6 +137,10 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             self.clock.schedule(from_s, Priority.FAULT, FaultChanges(fault, True))
             if until_s <= duration_s:
                 self.clock.schedule(until_s, Priority.FAULT, FaultChanges(fault, False))
+        for ban in bans:
+            self.clock.schedule(ban.at_s, Priority.FAULT, BanChanges(ban, True))
+            if ban.until_s <= duration_s:
+                self.clock.schedule(ban.until_s, Priority.FAULT, BanChanges(ban, False))
         self.clock.schedule(0.0, Priority.SLOT, SlotOpens(0))
         self.clock.schedule(schedule.frame_s, Priority.CONSULTATION, FrameEnds(1))
 
@@ -205,6 +220,8 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
                 self.clock.schedule(self.schedule.start_s(slot + 1), Priority.SLOT, SlotOpens(slot + 1))
             case FaultChanges(fault=fault, begins=begins):
                 self._befall(fault, begins, now_s)
+            case BanChanges(ban=ban, begins=begins):
+                self._say(ban, begins, now_s)
             case FrameEnds(number=frame):
                 for vehicle in self.vehicles:
                     vehicle.consult(now_s)
@@ -254,6 +271,15 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             return []
         names = [vehicle.name for vehicle in self.vehicles]
         return [one for one in arrivals if hears_throughout(self._faults, names[one.receiver], now_s, one.time_s)]
+
+    def _say(self, ban: Ban, begins: bool, now_s: float) -> None:
+        """Let a vehicle ban another or take that back, as a person at its console wishes; one not alive cannot."""
+        issuer = next(one for one in self.vehicles if one.name == ban.issuer)
+        if not issuer.is_alive:
+            self.recorder.faults.append((now_s, ban.issuer, "ban not said", ban.vehicle))
+            return
+        issuer.conclude([word(issuer.beliefs, ban.vehicle, ban.from_s if begins else None)], now_s)
+        self._share_at_once(issuer, now_s)
 
     def _befall(self, fault: Fault, begins: bool, now_s: float) -> None:
         """Let a fault hold from now on, or no longer; others of the vehicle hold as they did."""

@@ -20,6 +20,7 @@ from remoras.recorder import Recorder
 from remoras.social.needs import GroupNeeds
 from remoras.strategy import Declaration
 from worldmodel import STATUS, Block, Change, PropertyValue, TBox, merge, tidy
+from worldmodel.snapshot import uncertainty_as_text
 
 JOB = "Job"
 """Class of the core ontology; what a peer says of a job is news of the mission."""
@@ -118,7 +119,7 @@ class Radio:
         for uid in sorted(lacking.keys() - self._lacking):
             one = lacking[uid]
             whose = "" if one.origin is None else f" of {self._names[one.origin]}"
-            self._record_fault(now_s, "lacking", f"instance {uid}{whose}: {len(one.guids)} blocks wait for it")
+            self._record_fault(now_s, "lacking", f"instance {uid}{whose}; blocks that wait for it: {len(one.guids)}")
         self._lacking = set(lacking)
 
     # Out -----------------------------------------------------------------------------------------
@@ -269,7 +270,7 @@ class Radio:
         """A row for each fact of what this vehicle recorded."""
         append, as_text = self._recorder.items.append, self._beliefs.as_text
         for fact in of.facts:
-            append((name, self._me, of.time_s, now_s, *as_text(fact), kind))
+            append((name, self._me, of.time_s, now_s, *as_text(fact), kind, uncertainty_as_text(fact)))
 
     def _record_item(self, now_s: float, uid: ItemUid, event: str) -> None:
         self._recorder.knowledge.append((now_s, self._me, str(uid), self._names[uid.origin], event))

@@ -128,7 +128,7 @@ SETTLING = Table("settling", KNOWLEDGE.columns)
 statuses received."""
 ITEMS = Table("items", (
     Column("uid", "str"), Column("origin", "str"), TIME, Column("recorded_s", "float", "s"), Column("subject", "str"),
-    Column("attribute", "str"), Column("value", "str"), Column("kind", "str"),
+    Column("attribute", "str"), Column("value", "str"), Column("kind", "str"), Column("uncertainty", "str"),
 ))  # fmt: skip
 """Every fact that a vehicle recorded, in the order in which its item has them. ``kind`` says what becomes of it: told
 (repeated until it is acknowledged), status (said once, the newest value counts) or kept (to itself). The uid of what is
@@ -136,7 +136,8 @@ told is ``origin-sequence``, with ``.part`` behind it for the later fragments of
 numbered without gaps, in each epoch anew (``origin.eEPOCH-sequence``, but for the first). The uid of a status is
 ``origin@time:subject.attribute``, by the numbers of its first fact; of what is kept it is ``origin-pN``. ``time_s`` is
 the time of observation as vehicles hold it, ``recorded_s`` when it went into the origin's world model. The value is
-text: names of instances, classes and symbols, numbers, true or false, ``POINT (east north)``."""
+text: names of instances, classes and symbols, numbers, true or false, ``POINT (east north)``; so is the uncertainty,
+the standard deviation of numbers and points and the probability of any other value, empty where it carries none."""
 MEMBERSHIP = Table("membership", (TIME, VEHICLE, Column("peer", "str"), Column("event", "str")))
 """Peers that a vehicle takes for absent from then on, and for present again."""
 PLANS = Table("plans", (

@@ -36,9 +36,11 @@ from remoras.recorder import Table
 if TYPE_CHECKING:
     from remoras.database import VehicleData
 
-Fact = tuple[str, str, str | float | bool | tuple[float, float]]
-"""(subject, attribute, value), by names; the value of a link is the name of the instance it points to, that of a point
-(x, y)."""
+Reading = str | float | bool | tuple[float, float]
+"""A value by name: that of a link is the name of the instance it points to, that of a point (x, y)."""
+Fact = tuple[str, str, Reading] | tuple[str, str, Reading, float]
+"""(subject, attribute, value), by names; behind it the uncertainty, if the sensor knows one: the standard deviation of
+numbers and points, in their unit and of each axis alike; the probability that the value is right for all others."""
 
 SELF = ""
 """Subject of a fact about the instance that the observation has found."""
@@ -71,11 +73,14 @@ class Observation:
         facts: recorded together in the vehicle's world model, and told to whoever needs them.
         row: values for the sensor's table, behind time and vehicle; empty for none.
         found: class of an instance that is created for what was found; facts with subject ``SELF`` are about it.
+        within_m: so far from where it was found the nearest instance of the class that the vehicle knows of is taken
+            for what was found, and none is created; the first fact about it with a point says where. 0: always create.
     """
 
     facts: tuple[Fact, ...] = ()
     row: tuple[Any, ...] = ()
     found: str = ""
+    within_m: float = 0.0
 
 
 class Sensor(Protocol):

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from exchange.packets import name_of
 from remoras.clock import Priority
-from remoras.fleet import FaultChanges, Fleet, FrameEnds, SlotOpens
+from remoras.fleet import BanChanges, FaultChanges, Fleet, FrameEnds, SlotOpens
 from remoras.recorder import SETTLING, Recorder
 from remoras.vehicle import Vehicle
 
@@ -40,7 +40,7 @@ def settle(fleet: Fleet, settle_s: float) -> Settled:
             break
         if isinstance(event, SlotOpens):
             _speak(fleet, event.number)
-        elif not isinstance(event, FrameEnds | FaultChanges):
+        elif not isinstance(event, FrameEnds | FaultChanges | BanChanges):
             _hear(fleet.vehicles[event.receiver], event.data, fleet.now_s, record)
     complete = _is_settled(fleet)
     for vehicle in fleet.vehicles:
@@ -77,7 +77,7 @@ def _hear(vehicle: Vehicle, data: bytes, now_s: float, record: Recorder) -> None
     if not vehicle.is_alive or vehicle.condition.is_deaf:
         return
     heard = vehicle.radio.hear(data, now_s)
-    vehicle.beliefs.note(heard.changes)
+    vehicle.beliefs.note()
     for block in heard.reception.blocks:
         if block.is_status:
             origin = vehicle.beliefs.name(block.origin)

@@ -23,6 +23,7 @@ from remoras.attraction import NO_PULLS
 from remoras.avoidance import Neighbour
 from remoras.behaviours import Perception
 from remoras.beliefs import Beliefs, Fact
+from remoras.bias import biased
 from remoras.database import VehicleData
 from remoras.diary import Diary
 from remoras.errors import PluginError
@@ -122,7 +123,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             if observation.row:
                 self._recorder.rows(sensed.table_of(self.name).name).append((now_s, self.name, *observation.row))
             if observation.facts or observation.found:
-                self._share(_recorded(sensed, self.name, self.beliefs, self.radio, now_s), now_s)
+                self._share(_recorded(sensed, self, now_s), now_s)
         self._note_exhaustion(now_s)
 
     def _note_exhaustion(self, now_s: float) -> None:
@@ -147,10 +148,10 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         functional.heed(executive.pulls(now_s) if functional.picture.body.contacts_m else NO_PULLS)
         if functional.must_go_home and not self._resigned:
             self._resigned = True
-            self._conclude(self.social.standing.resign(), now_s)
+            self.conclude(self.social.standing.resign(), now_s)
         if decision.has(ActivityType.PLANNING) and self.social.planner.is_due:
             self._plan(now_s)
-        self._conclude(self.social.findings(functional.believed), now_s, not self.social.standing.is_cut_off)
+        self.conclude(self.social.findings(functional.believed), now_s, not self.social.standing.is_cut_off)
 
     def _note_what_is_done(self, perceptions: Sequence[Perception], now_s: float) -> bool:
         """Make known the first objective for which all has been done, or that cannot be done; True if there was one."""
@@ -159,7 +160,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             if perception.failed and objective is not None and self._cope(objective, self.executive.sets[index], now_s):
                 return True
             if perception.done and objective is not None and (facts := self.social.completed(objective)):
-                self._conclude(facts, now_s)
+                self.conclude(facts, now_s)
                 return True
         return False
 
@@ -172,7 +173,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         blind = any(one.sensors for one in failed.activities)
         if facts := self.social.standing.give_up(objective, blind):
             self._diary.fault(now_s, "cannot", str(objective))
-            self._conclude(facts, now_s)
+            self.conclude(facts, now_s)
         return bool(facts)
 
     def _plan(self, now_s: float) -> None:
@@ -181,7 +182,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self._diary.fault(now_s, "no plan", str(no_plan.task))
         facts, told = deliberation.facts, not self.social.standing.is_cut_off
         for part in [facts] if self.radio.manager.fits(facts) else deliberation.parts:
-            self._conclude(part, now_s, told)
+            self.conclude(part, now_s, told)
 
     # Consultation --------------------------------------------------------------------------------
 
@@ -193,7 +194,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         changed = self._look_around(now_s) | self._take_effect(now_s)
         calls = self.executive.calls(now_s) if self.radio.influences else {}
         for facts, told in self.social.negotiate(now_s, self.functional.believed, calls):
-            self._conclude(facts, now_s, told)
+            self.conclude(facts, now_s, told)
         changed |= self._take_effect(now_s)
         if taken_up := self.radio.regroup(self.social.organisation, now_s):
             self._consider(taken_up, now_s)
@@ -205,9 +206,9 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if seen is None:
             return False
         self._diary.peers(now_s, seen.events)
-        self._conclude(seen.facts, now_s)
+        self.conclude(seen.facts, now_s)
         for fact in seen.passed_on:
-            self._conclude([fact], now_s)
+            self.conclude([fact], now_s)
         self._take_on(seen, now_s)
         return True
 
@@ -239,10 +240,10 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if not self.is_alive or self.social.is_silent or not (self.radio.communicates or self.radio.is_bound):
             return None
         node = self.data.node
-        self._conclude([(node, self._position, self.functional.believed.position_m)], now_s)
+        self.conclude([(node, self._position, self.functional.believed.position_m)], now_s)
         battery = round(max(0.0, self.functional.picture.body.battery), 2)
         if self.beliefs.model.value(node, self._battery) != battery:
-            self._conclude([(node, self._battery, battery)], now_s)
+            self.conclude([(node, self._battery, battery)], now_s)
         if self.radio.is_bound:
             return None
         influences = self.radio.influences and self.executive.decision.has(ActivityType.COMMUNICATION)
@@ -276,7 +277,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
 
     # What the vehicle knows anew -----------------------------------------------------------------
 
-    def _conclude(self, facts: Sequence[Fact], now_s: float, told: bool = True) -> None:
+    def conclude(self, facts: Sequence[Fact], now_s: float, told: bool = True) -> None:
         """Record facts that the vehicle found out itself and, if they are to be told, offer them to the others."""
         if facts:
             private = not self.radio.tells(facts, told)
@@ -287,7 +288,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._consider([change], now_s, told)
 
     def _consider(self, changes: Sequence[Change], now_s: float, told: bool = True) -> None:
-        self.beliefs.note(changes)
+        self.beliefs.note()
         self.radio.note(changes)
         considered = self.social.consider(changes, told)
         self._diary.rulings(now_s, considered.rulings)
@@ -296,14 +297,15 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._diary.plans(now_s, self.social.planner.executions, self.social.pursuit.executions)
 
 
-def _recorded(sensed: Sensed, vehicle: str, beliefs: Beliefs, radio: Radio, now_s: float) -> Change:
+def _recorded(sensed: Sensed, vehicle: Vehicle, now_s: float) -> Change:
     """What an observation changes in a vehicle's world model; raises PluginError if it cannot be recorded."""
-    observation = sensed.observation
+    beliefs = vehicle.beliefs
+    observation = biased(sensed.observation, sensed.sensor, vehicle.condition.biases, beliefs.model.tbox)
     try:
         facts = beliefs.facts_of(observation)
-        return beliefs.model.record(facts, now_s, private=not radio.tells(facts))
+        return beliefs.model.record(facts, now_s, private=not vehicle.radio.tells(facts))
     except (WorldModelError, TypeError, ValueError) as error:
         hint = "; the mission's instances_found_per_vehicle says how many" if observation.found else ""
         raise PluginError(
-            f"sensor {sensed.sensor} of {vehicle}: its observation cannot be recorded: {error}{hint}"
+            f"sensor {sensed.sensor} of {vehicle.name}: its observation cannot be recorded: {error}{hint}"
         ) from error

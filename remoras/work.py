@@ -42,12 +42,12 @@ class Known(Protocol):
         ...
 
     def values(self, key: Key) -> Set[Any]:
-        """Every value of a fact that was ever told."""
+        """Every value of a fact that was ever told, but for what banned vehicles said."""
         ...
 
     @property
     def n_told(self) -> int:
-        """It grows whenever a set that ``values`` gave does: what was worked out of these sets holds until then."""
+        """It grows whenever what ``values`` gives changes: what was worked out of these sets holds until then."""
         ...
 
 

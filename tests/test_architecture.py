@@ -70,7 +70,7 @@ STAND_ALONE = {
     "remoras.htn": {"remoras.errors"},
     "remoras.executive.satisfaction": {"remoras.activities"},
 }
-FACE = ("remoras", "remoras.face")
+FACE = ("remoras", "remoras.face", "remoras.swept")
 ROOF = "remoras.cli"
 ENTRY = "remoras.__main__"
 WORDS_OF = {"missions.mapping": ("area", "areas", "swath", "swaths", "cell", "cells", "coverage", "mapped")}

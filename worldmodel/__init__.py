@@ -5,7 +5,7 @@
 them in SPARQL.
 """
 
-from worldmodel.abox import WorldModel
+from worldmodel.abox import Stated, WorldModel
 from worldmodel.errors import (
     FactError,
     NeedError,
@@ -30,14 +30,17 @@ from worldmodel.facts import (
     PropertyValue,
 )
 from worldmodel.fields import Field
+from worldmodel.fusion import Estimate, fused
+from worldmodel.history import History
 from worldmodel.knowledge import Knowledge, Reception
 from worldmodel.merge import expire, merge
 from worldmodel.needs import NOBODY, InformationNeed, Needs, NeedsIndex, Wanted
-from worldmodel.owl import core_ontology_paths, formation_ontology_path, read_tbox
+from worldmodel.owl import ban_ontology_path, core_ontology_paths, formation_ontology_path, read_tbox
 from worldmodel.pruning import prune, tidy
 from worldmodel.snapshot import Row, models_from, rows_of
 from worldmodel.store import PruneRule
-from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, TBox, Value, ValueKind
+from worldmodel.subscriptions import Subscription
+from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, Value, ValueKind
 
 __all__ = [
     "EPOCHS",
@@ -47,10 +50,12 @@ __all__ = [
     "Attribute",
     "Block",
     "Change",
+    "Estimate",
     "FactError",
     "Fault",
     "FaultCode",
     "Field",
+    "History",
     "InformationNeed",
     "Instance",
     "Knowledge",
@@ -68,6 +73,9 @@ __all__ = [
     "Reception",
     "Row",
     "SnapshotError",
+    "Source",
+    "Stated",
+    "Subscription",
     "TBox",
     "UnknownNameError",
     "Value",
@@ -75,9 +83,11 @@ __all__ = [
     "Wanted",
     "WorldModel",
     "WorldModelError",
+    "ban_ontology_path",
     "core_ontology_paths",
     "expire",
     "formation_ontology_path",
+    "fused",
     "merge",
     "models_from",
     "prune",

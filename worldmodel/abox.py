@@ -10,7 +10,11 @@ from worldmodel.merge import enter
 from worldmodel.store import Store
 from worldmodel.tbox import Value
 
+_NEVER_S = math.inf
 _new = tuple.__new__  # makes a named tuple of a tuple, in half the time
+
+Stated = tuple[int, int, Value] | tuple[int, int, Value, float | None]
+"""Subject, attribute, value; and the uncertainty of the value, if there is one."""
 
 
 class WorldModel(Store):
@@ -19,14 +23,15 @@ class WorldModel(Store):
     The owner adds facts with ``record``; blocks of other vehicles come in through ``worldmodel.merge``.
     """
 
-    def record(self, facts: Iterable[tuple[int, int, Value]], now_s: float, private: bool = False) -> Change:
+    def record(self, facts: Iterable[Stated], now_s: float, private: bool = False) -> Change:
         """Record facts that the owner observed together; blocks that waited for them go in at once.
 
         They become a status if their attributes all have rm:latestOnly, else an item. The next ``merge`` reports the
         blocks that were set free.
 
         Args:
-            facts: (subject, attribute uid, value) each; values are rounded to the grids of their attributes.
+            facts: (subject, attribute uid, value) each, or with the uncertainty behind; both are rounded to the grids
+                of the attribute. It is a standard deviation or a probability, see ``PropertyValue``.
             now_s: time of observation since the mission began (s), rounded to ``time_resolution_s``.
             private: True for what the owner keeps to itself: it is numbered apart and is no part of ``digest``.
 
@@ -36,9 +41,29 @@ class WorldModel(Store):
         Raises:
             FactError: the checks refuse the facts or an instance is not known; nothing is recorded.
         """
-        facts = tuple(facts)
-        if len(facts) == 1 and not private and (change := self._record_plain(facts[0], now_s)) is not None:
-            return change
+        if type(facts) is not tuple:
+            facts = tuple(facts)
+        sequence = self.next_sequence
+        if len(facts) == 1 and len(facts[0]) == 3 and not private and 0 <= now_s < _NEVER_S and sequence < MOST_ITEMS:
+            subject, attribute, value = facts[0]
+            plain = self.tables.plain.get(attribute)
+            if plain is not None and self.index.masks.get(subject, 0) >> plain[1] & 1:
+                stored = plain[0](value)
+                if stored is not None:  # one fact that is right at first sight, and no type, link or status
+                    numerator, denominator = self.time_ratio
+                    time_s = round(now_s / self.time_resolution_s) * numerator / denominator
+                    stored_facts = (_new(PropertyValue, (subject, attribute, stored, None)),)
+                    block = _new(Block, (self.owner, sequence, time_s, stored_facts, self.epoch))
+                    self.next_sequence = sequence + 1
+                    if sequence == len(own := self.own_log.blocks):
+                        own.append(block)
+                    else:
+                        self.own_log.put(sequence, block)
+                    return self.index_plain(block, subject, attribute, time_s)
+        return self._record_closely(facts, now_s, private)
+
+    def _record_closely(self, facts: tuple[Stated, ...], now_s: float, private: bool) -> Change:
+        """Record any facts."""
         if not math.isfinite(now_s) or now_s < 0:
             raise FactError(f"now_s is {now_s}; allowed: seconds since the mission began")
         stored = self._quantised(facts)
@@ -63,25 +88,6 @@ class WorldModel(Store):
             self.arrivals.unreported = Merged((*before.changes, *others), (*before.faults, *faults))
         return change
 
-    def _record_plain(self, fact: tuple[int, int, Value], now_s: float) -> Change | None:
-        """Record one fact that is right at first sight, and no type, link or status; None for any other."""
-        subject, attribute, value = fact
-        plain = self.tables.plain.get(attribute)
-        if plain is None:
-            return None
-        quantise, domain = plain
-        stored, sequence = quantise(value), self.next_sequence
-        if stored is None or not self.index.masks.get(subject, 0) >> domain & 1:
-            return None
-        if not 0 <= now_s < math.inf or sequence >= MOST_ITEMS:
-            return None
-        stored_facts = (_new(PropertyValue, (subject, attribute, stored, None)),)
-        time_s = self.clock_grid.nearest(now_s)
-        change = self.append(_new(Block, (self.owner, sequence, time_s, stored_facts, self.epoch)))
-        if change is not None:
-            self.next_sequence = sequence + 1
-        return change
-
     def _sequence(self, facts: tuple[PropertyValue, ...], private: bool) -> int:
         """The sequence of the next block with these facts."""
         if private:
@@ -89,14 +95,18 @@ class WorldModel(Store):
         is_status = facts and self.tables.latest_only.issuperset(fact.attribute for fact in facts)
         return STATUS if is_status else self.next_sequence
 
-    def _quantised(self, facts: Iterable[tuple[int, int, Value]]) -> tuple[PropertyValue, ...]:
+    def _quantised(self, facts: Iterable[Stated]) -> tuple[PropertyValue, ...]:
         attributes = self.tbox.attributes
         stored = []
-        for subject, uid, value in facts:
+        for subject, uid, value, *uncertain in facts:
             if not 0 <= uid < len(attributes):
                 raise FactError(f"attribute {uid} is unknown; allowed: 0..{len(attributes) - 1}")
             try:
-                stored.append(PropertyValue(subject, uid, attributes[uid].quantise(value)))
+                attribute = attributes[uid]
+                uncertainty = uncertain[0] if uncertain else None
+                if uncertainty is not None:
+                    uncertainty = attribute.quantise_uncertainty(uncertainty)
+                stored.append(PropertyValue(subject, uid, attribute.quantise(value), uncertainty))
             except (TypeError, ValueError) as error:
                 raise FactError(f"{attributes[uid].name} of instance {subject}: {error}") from None
         return tuple(stored)

@@ -48,9 +48,10 @@ class Grid:
         """Return the index of the grid value nearest to a finite ``value``."""
         return round((value - self.start) / self.step)
 
-    def nearest(self, value: float) -> float:
-        """Return the grid value nearest to a finite ``value``."""
-        return (self._start + round((value - self.start) / self.step) * self._step) / self._denominator
+    @property
+    def ratio(self) -> tuple[int, int]:
+        """The step as a fraction: of a grid from 0, ``index * numerator / denominator`` is the value at an index."""
+        return self._step, self._denominator
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,6 +35,8 @@ class Holdings(Individuals):
         except ValueError as error:
             raise FactError(f"time_resolution_s: {error}") from None
         self.time_resolution_s = time_resolution_s
+        self.time_ratio = self.clock_grid.ratio
+        """The step of times as (numerator, denominator), for the paths that every fact takes."""
         self.logs: dict[tuple[int, int], Log] = {}
         """Items, by (origin, epoch)."""
         self._private: dict[tuple[int, int], Log] = {}  # the same for private blocks, counted up

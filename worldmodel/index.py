@@ -2,11 +2,13 @@
 
 A slot is an attribute of an instance. Its facts are sorted from old to new; of the statuses in it only the newest of
 each origin is there. A fact stands in its slot as its block alone if the block has no other: that saves memory.
+Facts of banned vehicles stand apart, so that to ask takes the same steps with a ban and without.
 """
 
 from bisect import bisect_left, insort
 from collections.abc import Iterable, Sequence
 
+from worldmodel.bans import Bans
 from worldmodel.facts import Block, BlockKey, Guid, Instance, Observation, PropertyValue
 from worldmodel.tables import tables_of
 from worldmodel.tbox import TYPE_UID, TBox
@@ -22,6 +24,11 @@ StatusSlot = tuple[int, int, int]
 def block_of(entry: Entry) -> Block:
     """Return the block of a fact in a slot."""
     return entry if isinstance(entry, Block) else entry.block
+
+
+def time_of(entry: Entry) -> float:
+    """Return when a fact in a slot was observed (s)."""
+    return entry.time_s
 
 
 def key_of(entry: Entry) -> tuple[BlockKey, int]:
@@ -42,7 +49,12 @@ class Index:
         self._tables = tables_of(tbox)
         self._base = [tbox.ancestor_mask(instance.class_uid) for instance in instances]
         self.slots: dict[Slot, list[Entry]] = {}
-        """The facts of each slot, oldest first; no slot is empty."""
+        """The facts of each slot that count, oldest first; no slot is empty."""
+        self.apart: dict[Slot, list[Entry]] = {}
+        """The same for those of banned vehicles, which do not count."""
+        self.bans = Bans(tbox)
+        self.turned: set[Slot] = set()
+        """Slots in which other facts count since a ban was told or taken back; who reads it empties it."""
         self.statuses: dict[StatusSlot, Block] = {}
         """The newest status of each slot and origin, as a block of one fact."""
         self.masks: dict[int, int] = dict(enumerate(self._base))
@@ -59,9 +71,10 @@ class Index:
         """Add a fact to its slot."""
         attribute = fact.attribute
         slot = (fact.subject, attribute)
-        entries = self.slots.get(slot)
+        slots = self._slots_of(block_of(entry)) if self.bans.from_s else self.slots
+        entries = slots.get(slot)
         if entries is None:
-            self.slots[slot] = [entry]
+            slots[slot] = [entry]
         else:
             last, block = block_of(entries[-1]), block_of(entry)
             if last.time_s < block.time_s or key_of(entries[-1]) <= key_of(entry):
@@ -76,14 +89,17 @@ class Index:
         elif self._tables.rows[attribute].range_class >= 0:
             block = block_of(entry)
             self._linking.setdefault(fact.target, {})[_link_name(slot, block)] = block
+        elif attribute == self.bans.attribute:
+            self._turn(self.bans.note(observation_of(entry)))
 
     def leave(self, fact: PropertyValue, entry: Entry) -> None:
         """Take a fact out of its slot."""
         slot, block = (fact.subject, fact.attribute), block_of(entry)
-        entries = self.slots[slot]
+        slots = self._slots_of(block)
+        entries = slots[slot]
         del entries[bisect_left(entries, key_of(entry), key=key_of)]
         if not entries:
-            del self.slots[slot]
+            del slots[slot]
         if fact.attribute in self.heeded:
             self.touched.add(slot)
         if fact.attribute == TYPE_UID:
@@ -93,10 +109,36 @@ class Index:
             linking.pop(_link_name(slot, block), None)
             if not linking:
                 self._linking.pop(fact.target, None)
+        elif fact.attribute == self.bans.attribute:
+            self._turn(self.bans.forget(observation_of(entry)))
+
+    def all_of(self, slot: Slot) -> Sequence[Entry]:
+        """The facts of a slot, whether they count or not; in order among those that count, and among the others."""
+        counting = self.slots.get(slot, ())
+        return (*counting, *self.apart.get(slot, ())) if self.apart else counting
+
+    def _slots_of(self, block: Block) -> dict[Slot, list[Entry]]:
+        return self.apart if self.bans.hides(block.origin, block.time_s) else self.slots
+
+    def _turn(self, origins: frozenset[int]) -> None:
+        """Sort anew what counts and what does not, in the slots in which these origins have said anything."""
+        if not origins:
+            return
+        for slot in {*self.slots, *self.apart}:
+            entries = sorted(self.all_of(slot), key=key_of)
+            if origins.isdisjoint(block_of(entry).origin for entry in entries):
+                continue
+            self.turned.add(slot)
+            if slot[1] in self.heeded:
+                self.touched.add(slot)
+            for slots in (self.slots, self.apart):
+                slots.pop(slot, None)
+            for entry in entries:
+                self._slots_of(block_of(entry)).setdefault(slot, []).append(entry)
 
     def _work_out_types(self, uid: int) -> None:
         mask = self._base[uid] if uid < len(self._base) else 0
-        for entry in self.slots.get((uid, TYPE_UID), ()):
+        for entry in self.all_of((uid, TYPE_UID)):
             mask |= self._tbox.ancestor_mask(observation_of(entry).fact.target)
         if mask:
             self.masks[uid] = mask
@@ -143,7 +185,7 @@ class Index:
         found: dict[Guid, Block] = {}
         for attribute in self._tbox.attributes:
             if attribute.uid == TYPE_UID or not base >> attribute.domain & 1:
-                for entry in self.slots.get((uid, attribute.uid), ()):
+                for entry in self.all_of((uid, attribute.uid)):
                     block = block_of(entry)
                     if not block.is_status and (attribute.uid != TYPE_UID or block.guid != creator):
                         found[block.guid] = block
@@ -158,7 +200,7 @@ class Index:
             block
             for attribute in self._tbox.attributes
             if attribute.uid != TYPE_UID and not base >> attribute.domain & 1
-            for entry in self.slots.get((uid, attribute.uid), ())
+            for entry in self.all_of((uid, attribute.uid))
             if (block := block_of(entry)).is_status
         ]
         linking = self._linking.get(uid, {}).values()

@@ -51,16 +51,16 @@ class Log:
 
     def put(self, sequence: int, block: Block | None) -> None:
         """Note that the sequence has arrived, and hold its block from now on, or none."""
-        n_before_gap = len(self.blocks)
-        if sequence < n_before_gap:
-            self.blocks[sequence] = block
-        elif sequence == n_before_gap:
-            self.blocks.append(block)
+        blocks = self.blocks
+        if sequence == len(blocks):
+            blocks.append(block)
             if self.ahead:
                 self._close_gap()
+        elif sequence < len(blocks):
+            blocks[sequence] = block
         else:
             self.ahead[sequence] = block
-            self.mask |= 1 << (sequence - n_before_gap)
+            self.mask |= 1 << (sequence - len(blocks))
 
     def _close_gap(self) -> None:
         n_before = len(self.blocks) - 1

@@ -32,7 +32,7 @@ from collections import deque
 from collections.abc import Iterable
 
 from worldmodel.arrivals import NOTHING
-from worldmodel.checks import check_fit, check_form, is_sound
+from worldmodel.checks import check_fit, check_form, soundness
 from worldmodel.facts import Block, Change, Fault, FaultCode, Merged
 from worldmodel.revision import Revision
 from worldmodel.store import Store
@@ -55,8 +55,9 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None) -> 
     arrivals.unreported = NOTHING
     arrivals.now_s = now_s
     latest_s = math.inf if now_s is None else store.latest_time_s(now_s)
+    is_sound = soundness(store)
     for block in blocks:
-        if is_sound(store, block) and block.time_s <= latest_s and (change := store.append(block)) is not None:
+        if is_sound(block) and block.time_s <= latest_s and (change := store.append(block)) is not None:
             changes.append(change)
             continue
         went_in, refused = _look_closer(store, block, latest_s)

@@ -28,7 +28,12 @@ def formation_ontology_path() -> Path:
     return ONTOLOGY_FOLDER / "formation.ttl"
 
 
-def read_tbox(*paths: Path) -> TBox:
+def ban_ontology_path() -> Path:
+    """Return the Turtle file with the word for bans; it is read where a scenario declares some."""
+    return ONTOLOGY_FOLDER / "bans.ttl"
+
+
+def read_tbox(*files: Path | Source) -> TBox:
     """Compile Turtle files, usually those of the core ontology and a mission's own vocabulary.
 
     A vocabulary may add classes (subclasses of core classes, say), attributes and individuals. Each term is
@@ -40,7 +45,7 @@ def read_tbox(*paths: Path) -> TBox:
     vehicles of a fleet must read the same files.
 
     Args:
-        paths: Turtle files in UTF-8, in any order; a file given twice counts once.
+        files: Turtle files in UTF-8, or the text of such, in any order; a file given twice counts once.
 
     Returns:
         The tables; files with the same text give the same object.
@@ -53,14 +58,18 @@ def read_tbox(*paths: Path) -> TBox:
     (0, True)
     """
     sources, faults = [], []
-    for path in paths:
+    for file in files:
         try:
-            sources.append(Source(str(path), Path(path).read_text(encoding="utf-8")))
+            sources.append(_source(file))
         except (OSError, UnicodeDecodeError) as error:
-            faults.append(f"{path}: cannot be read: {error}; allowed: a Turtle file in UTF-8")
+            faults.append(f"{file}: cannot be read: {error}; allowed: a Turtle file in UTF-8")
     if faults:
         raise OntologyError(faults)
     return _compiled(tuple(dict.fromkeys(sources)))
+
+
+def _source(file: Path | Source) -> Source:
+    return file if isinstance(file, Source) else Source(str(file), Path(file).read_text(encoding="utf-8"))
 
 
 def graph_of(tbox: TBox) -> "Graph":

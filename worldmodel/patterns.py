@@ -5,24 +5,23 @@ block. What each origin said is indexed when it is first asked for, and anew whe
 pattern is answered exactly, so its answer equals the filter over all triples.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from itertools import chain
 
 from rdflib import RDF, RDFS, Literal, URIRef
 from rdflib.term import Node
 
 from worldmodel.facts import Observation
-from worldmodel.knowledge import Knowledge, Reception
-from worldmodel.tbox import TYPE_UID, ValueKind
+from worldmodel.heard import RECEIVED, RECEPTION, Receptions
+from worldmodel.knowledge import Knowledge
+from worldmodel.tbox import TYPE_UID, TBox, Value, ValueKind
 from worldmodel.terms import (
     MOST_REMEMBERED,
     Terms,
-    block_name,
     fact_iri,
     fact_of,
     instance_uid,
     is_fact,
-    reception_iri,
 )
 from worldmodel.turtle import SIT
 
@@ -31,8 +30,32 @@ Pattern = tuple[Node | None, Node | None, Node | None]
 # a term of a namespace is made anew each time it is named
 _TYPE, _LABEL, _HAS = RDF.type, RDFS.label, SIT.hasPropertyValue
 _OF_ATTRIBUTE, _ORIGIN, _PROPERTY_VALUE = SIT.ofAttribute, SIT.origin, SIT.PropertyValue
-_RECEPTION, _RECEIVED = SIT.Reception, SIT.received
-_OfFact = Callable[[Observation], Node | None]
+OfFact = Callable[[Observation], Node | None]
+
+
+def parts_of_facts(tbox: TBox, terms: Terms) -> dict[Node, OfFact]:
+    """Return the properties of facts: what each leads to, None where a fact does not have it."""
+    is_link = tuple(one.kind in (ValueKind.LINK, ValueKind.TYPE) for one in tbox.attributes)
+    is_measured = tuple(one.kind in (ValueKind.NUMBER, ValueKind.POINT) for one in tbox.attributes)
+
+    def value(one: Observation, as_link: bool) -> Node | None:
+        fact = one.fact
+        return terms.value(fact.attribute, fact.value) if is_link[fact.attribute] is as_link else None
+
+    def uncertainty(one: Observation, of_measured: bool) -> Node | None:
+        _, attribute, _, given = one.fact
+        return None if given is None or is_measured[attribute] is not of_measured else terms.number(given)
+
+    return {
+        _TYPE: lambda one: _PROPERTY_VALUE,
+        _OF_ATTRIBUTE: lambda one: terms.attributes[one.fact.attribute],
+        SIT.dataValue: lambda one: value(one, as_link=False),
+        SIT.linkValue: lambda one: value(one, as_link=True),
+        SIT.standardUncertainty: lambda one: uncertainty(one, of_measured=True),
+        SIT.probability: lambda one: uncertainty(one, of_measured=False),
+        SIT.timestamp: lambda one: terms.number(one.block.time_s),
+        _ORIGIN: lambda one: terms.instance(one.block.origin),
+    }
 
 
 class Abox:
@@ -43,35 +66,20 @@ class Abox:
     """
 
     def __init__(self, known: Knowledge) -> None:
-        model, receptions = known
+        model = known.model
         tbox, terms = model.tbox, Terms(model.tbox)
         self.model = model
         self.terms = terms
         self._attribute_uids: dict[Node, int] = {iri: uid for uid, iri in enumerate(terms.attributes)}
         self._class_uids: dict[Node, int] = {iri: uid for uid, iri in enumerate(terms.classes)}
-        self._is_link = tuple(one.kind in (ValueKind.LINK, ValueKind.TYPE) for one in tbox.attributes)
-        self._is_measured = tuple(one.kind in (ValueKind.NUMBER, ValueKind.POINT) for one in tbox.attributes)
-        attribute_iris = terms.attributes
-        self._of_fact: dict[Node, _OfFact] = {
-            _TYPE: lambda one: _PROPERTY_VALUE,
-            _OF_ATTRIBUTE: lambda one: attribute_iris[one.fact.attribute],
-            SIT.dataValue: lambda one: None if self._is_link[one.fact.attribute] else self._value(one),
-            SIT.linkValue: lambda one: self._value(one) if self._is_link[one.fact.attribute] else None,
-            SIT.standardUncertainty: lambda one: self._uncertainty(one, is_measured=True),
-            SIT.probability: lambda one: self._uncertainty(one, is_measured=False),
-            SIT.timestamp: lambda one: terms.number(one.block.time_s),
-            _ORIGIN: lambda one: terms.instance(one.block.origin),
-        }
-        self._receptions: Mapping[str, Reception] = {block_name(one.block): one for one in receptions}
-        self._by_iri: Mapping[Node, Reception] = {
-            reception_iri(model.owner, one.block): one for one in self._receptions.values()
-        }
-        self._of_reception: dict[Node, Callable[[Reception], Node | None]] = {
-            _TYPE: lambda one: _RECEPTION,
-            SIT.receivedBy: lambda one: terms.instance(model.owner),
-            SIT.receivedFrom: lambda one: None if one.sender is None else terms.instance(one.sender),
-            SIT.receivedAt: lambda one: terms.number(one.time_s),
-        }
+        self._of_fact = parts_of_facts(tbox, terms)
+        self.receptions = Receptions(known, terms, lambda iri: self.observation(iri) is not None)
+        self._has_rules = tbox.rules.is_needed
+        links = {one.uid for one in tbox.attributes if one.kind is ValueKind.LINK}
+        self._inferred = model.inference.linked_attributes() & links
+        self._common: dict[tuple[int, int], tuple[Value, ...]] = {}
+        for subject, attribute, value, _ in model.common_facts:
+            self._common[subject, attribute] = (*self._common.get((subject, attribute), ()), value)
         self._facts: dict[Node, Observation] = {}
         self._uids: dict[Node, int] = {}
         self._typed: dict[Node, list[Triple]] | None = None
@@ -89,58 +97,30 @@ class Abox:
         if subject is None:
             return self._of_any_subject(predicate, target)
         if (observation := self.observation(subject)) is not None:
-            return self._of_one(subject, observation, predicate, target)
+            return self.of_one(subject, observation, predicate, target)
         if (uid := self._uid(subject)) is not None:
             return self._of_instance(uid, subject, predicate, target)
-        if (reception := self._by_iri.get(subject)) is not None:
-            return self._of_received(subject, reception, predicate, target)
+        if (reception := self.receptions.get(subject)) is not None:
+            return self.receptions.triples(subject, reception, predicate, target)
         return ()
 
     def triples_of(self, origin: int, pattern: Pattern) -> Iterator[Triple]:
         """Yield those of the matching triples that say what ``origin`` said: its facts, and whose values they are."""
         if pattern == (None, None, None):
             for one in self.said_by(origin):
-                iri = self._iri(one)
+                iri = self.iri(one)
                 yield (self.terms.instance(one.fact.subject), _HAS, iri)
-                yield from self._of_one(iri, one, None, None)
+                yield from self.of_one(iri, one, None, None)
             return
         for triple in self.triples(pattern):
             observation = self.observation(triple[2] if triple[1] == _HAS else triple[0])
             if observation is not None and observation.block.origin == origin:
                 yield triple
 
-    def all_triples(self, said: bool = True) -> Iterator[Triple]:
-        """Yield all that is known, by subject; without ``said`` instances, their state and receptions alone."""
-        for uid in self.model.instance_uids():
-            iri = self.terms.instance(uid)
-            yield from self._states(uid, iri, None, None)
-            if said:
-                for one in self._of_subject(uid):
-                    yield (iri, _HAS, self._iri(one))
-        yield from self._of_receptions(None, None)
-        if said:
-            for one in self._all_facts():
-                yield from self._of_one(self._iri(one), one, None, None)
-
-    def item_triples(self) -> Iterator[Triple]:
-        """Yield the facts of all items, and the types and names of the instances that they are about."""
-        told: set[int] = set()
-        for one in self._all_facts():
-            if one.block.is_item:
-                iri = self._iri(one)
-                told.add(one.fact.subject)
-                yield (self.terms.instance(one.fact.subject), _HAS, iri)
-                yield from self._of_one(iri, one, None, None)
-        for uid in sorted(told):
-            iri = self.terms.instance(uid)
-            yield from self._states(uid, iri, _LABEL, None)
-            for term in self._types(uid, items_only=True):
-                yield (iri, _TYPE, term)
-
     def observation(self, iri: Node) -> Observation | None:
         """Return the observation that the IRI of a fact stands for, unless its origin is banned."""
         found = self._facts.get(iri)
-        if found is None and (found := fact_of(self.model, iri)) is not None and found.origin in self.model.banned:
+        if found is None and (found := fact_of(self.model, iri)) is not None and not self.model.is_seen(found.block):
             return None
         return found
 
@@ -148,24 +128,13 @@ class Abox:
         """Return the facts of an origin."""
         if self._said is None:
             self._said = {}
-            for one in self._all_facts():
+            for one in self.all_facts():
                 self._said.setdefault(one.block.origin, []).append(one)
         return self._said.get(origin, ())
 
     # Facts ---------------------------------------------------------------------------------------
 
-    def _value(self, observation: Observation) -> Node:
-        fact = observation.fact
-        return self.terms.value(fact.attribute, fact.value)
-
-    def _uncertainty(self, observation: Observation, is_measured: bool) -> Node | None:
-        """The standard deviation of what is measured, or the probability of all else."""
-        fact = observation.fact
-        if fact.uncertainty is None or self._is_measured[fact.attribute] is not is_measured:
-            return None
-        return self.terms.number(fact.uncertainty)
-
-    def _iri(self, observation: Observation) -> URIRef:
+    def iri(self, observation: Observation) -> URIRef:
         """The IRI of a fact, which is then known by it."""
         iri = fact_iri(observation)
         if len(self._facts) >= MOST_REMEMBERED:
@@ -173,7 +142,8 @@ class Abox:
         self._facts[iri] = observation
         return iri
 
-    def _all_facts(self) -> Iterator[Observation]:
+    def all_facts(self) -> Iterator[Observation]:
+        """Yield all facts that count, by attribute."""
         for attribute in range(len(self.terms.attributes)):
             yield from self._of_attribute(attribute)
 
@@ -182,12 +152,13 @@ class Abox:
         for uid in self.model.instance_uids():
             yield from history(uid, attribute)
 
-    def _of_subject(self, uid: int) -> Iterator[Observation]:
+    def of_subject(self, uid: int) -> Iterator[Observation]:
+        """Yield the facts about an instance, by attribute."""
         history = self.model.history
         for attribute in range(len(self.terms.attributes)):
             yield from history(uid, attribute)
 
-    def _of_one(
+    def of_one(
         self, subject: Node, observation: Observation, predicate: Node | None, target: Node | None
     ) -> Iterable[Triple]:
         """Return the triples of one fact."""
@@ -202,11 +173,20 @@ class Abox:
 
     # Instances -----------------------------------------------------------------------------------
 
-    def _types(self, uid: int, items_only: bool = False) -> Iterator[URIRef]:
+    def types(self, uid: int, items_only: bool = False) -> Iterator[URIRef]:
+        """Yield the classes that an instance was created with and given since, and those concluded.
+
+        Args:
+            uid: the instance.
+            items_only: only what it was created with, and given by items.
+        """
         model = self.model
         found = {one.fact.target for one in model.history(uid, TYPE_UID) if not items_only or one.block.is_item}
         if uid < len(model.common_instances):
             found.add(model.common_instances[uid].class_uid)
+        if self._has_rules and not items_only:
+            mask = model.inference.concluded_classes(uid)
+            found.update(class_uid for class_uid in range(len(self.terms.classes)) if mask >> class_uid & 1)
         for class_uid in sorted(found):
             yield self.terms.classes[class_uid]
 
@@ -222,20 +202,20 @@ class Abox:
         if predicate == _HAS:
             return self._histories(uid, subject, target)
         if predicate is None:
-            return chain(self._histories(uid, subject, target), self._states(uid, subject, None, target))
-        return self._states(uid, subject, predicate, target)
+            return chain(self._histories(uid, subject, target), self.states(uid, subject, None, target))
+        return self.states(uid, subject, predicate, target)
 
     def _histories(self, uid: int, subject: Node, target: Node | None) -> Iterable[Triple]:
         """Return what leads from an instance to its facts."""
         if target is None:
-            return ((subject, _HAS, self._iri(one)) for one in self._of_subject(uid))
+            return ((subject, _HAS, self.iri(one)) for one in self.of_subject(uid))
         known = self.observation(target)
         return ((subject, _HAS, target),) if known is not None and known.fact.subject == uid else ()
 
-    def _states(self, uid: int, subject: Node, predicate: Node | None, target: Node | None) -> Iterator[Triple]:
+    def states(self, uid: int, subject: Node, predicate: Node | None, target: Node | None) -> Iterator[Triple]:
         """Yield the types, the name and the current state of an instance."""
         if predicate is None or predicate == _TYPE:
-            for term in self._types(uid):
+            for term in self.types(uid):
                 if target is None or target == term:
                     yield (subject, _TYPE, term)
         if predicate is None or predicate == _LABEL:
@@ -244,34 +224,18 @@ class Abox:
                     yield (subject, _LABEL, label)
         attribute = None if predicate is None else self._attribute_uids.get(predicate)
         for one in range(1, len(self.terms.attributes)) if predicate is None else (attribute,):
-            if one and (state := self._latest(uid, one)) is not None and (target is None or target == state):
-                yield (subject, self.terms.attributes[one], state)
+            for value in self._current(uid, one) if one else ():
+                state = self.terms.value(one or 0, value)
+                if target is None or target == state:
+                    yield (subject, self.terms.attributes[one or 0], state)
 
-    def _latest(self, uid: int, attribute: int) -> Node | None:
+    def _current(self, uid: int, attribute: int) -> Iterable[Value]:
+        """Return the latest value of a slot, what all know of it, and the links that follow."""
+        if attribute in self._inferred:
+            return self.model.inference.links(uid, attribute)
         latest = self.model.latest(uid, attribute)
-        return None if latest is None else self._value(latest)
-
-    # Receptions ----------------------------------------------------------------------------------
-
-    def _of_received(
-        self, subject: Node, reception: Reception, predicate: Node | None, target: Node | None
-    ) -> Iterator[Triple]:
-        """Yield the triples of one reception."""
-        for name, of in self._of_reception.items():
-            if predicate is None or predicate == name:
-                term = of(reception)
-                if term is not None and target in (None, term):
-                    yield (subject, name, term)
-        if predicate is None or predicate == _RECEIVED:
-            for position in range(len(reception.block.facts)):
-                iri = fact_iri(Observation(reception.block, position))
-                if target in (None, iri) and self.observation(iri) is not None:
-                    yield (subject, _RECEIVED, iri)
-
-    def _reception_of(self, fact: Node) -> Iterator[Triple]:
-        observation = self.observation(fact)
-        if observation is not None and (found := self._receptions.get(block_name(observation.block))) is not None:
-            yield (reception_iri(self.model.owner, found.block), _RECEIVED, fact)
+        known = self._common.get((uid, attribute), ())
+        return known if latest is None else (latest.value,) if not known else {latest.value, *known}
 
     # Any subject ---------------------------------------------------------------------------------
 
@@ -282,9 +246,7 @@ class Abox:
             return self._of_type(target)
         if predicate in self._of_fact:
             return self._facts_with(predicate, target)
-        if predicate == _RECEIVED and target is not None:
-            return self._reception_of(target)
-        if predicate in self._of_reception or predicate == _RECEIVED:
+        if predicate in self.receptions.predicates:
             return self._of_receptions(predicate, target)
         if predicate in self._attribute_uids or predicate in (_HAS, _LABEL):
             return self._of_instances(predicate, target)
@@ -310,7 +272,7 @@ class Abox:
             return chain(facts, receptions, members)
         if target == _PROPERTY_VALUE:
             return self._facts_with(_TYPE, target)
-        if target == _RECEPTION:
+        if target == RECEPTION:
             return self._of_receptions(_TYPE, target)
         return ()
 
@@ -320,12 +282,12 @@ class Abox:
             self._typed = {}
             for uid in self.model.instance_uids():
                 iri = self.terms.instance(uid)
-                for term in self._types(uid):
+                for term in self.types(uid):
                     self._typed.setdefault(term, []).append((iri, _TYPE, term))
         return self._typed
 
     def _facts_with(self, predicate: Node, target: Node | None) -> Iterator[Triple]:
-        of, iri = self._of_fact[predicate], self._iri
+        of, iri = self._of_fact[predicate], self.iri
         facts: Iterable[Observation] = ()
         if predicate == _OF_ATTRIBUTE and target is not None:
             if target in self._attribute_uids:
@@ -334,7 +296,7 @@ class Abox:
             origin = self._uid(target)
             facts = () if origin is None else self.said_by(origin)
         else:
-            for one in self._all_facts():
+            for one in self.all_facts():
                 term = of(one)
                 if term is not None and (target is None or target == term):
                     yield (iri(one), predicate, term)
@@ -349,9 +311,7 @@ class Abox:
         for uid in self.model.instance_uids():
             yield from self._of_instance(uid, self.terms.instance(uid), predicate, target)
 
-    def _of_receptions(self, predicate: Node | None, target: Node | None) -> Iterator[Triple]:
-        if target is not None and is_fact(target):
-            yield from self._reception_of(target)
-            return
-        for iri, reception in self._by_iri.items():
-            yield from self._of_received(iri, reception, predicate, target)
+    def _of_receptions(self, predicate: Node | None, target: Node | None) -> Iterable[Triple]:
+        if target is None or not is_fact(target):
+            return self.receptions.all_triples(predicate, target)
+        return self.receptions.of_fact(target, self.observation(target)) if predicate in (None, RECEIVED) else ()

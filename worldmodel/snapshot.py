@@ -1,12 +1,11 @@
 """World models as rows of plain values, for a table, and back.
 
-One row is one fact, named so that a reader of the table needs no uids. Four kinds of rows hold no fact of a
-block: a ``COMMON`` row is an instance that all vehicles knew before the mission, a ``BANNED`` row an origin that
-the view leaves out, a ``PRUNED`` row so many items, from a sequence on, that are held no longer, and a ``MODEL``
-row a setting of the world model or one of its counters. The blocks that have arrived but wait or were refused are
-rows too, and so are the statuses and what the owner keeps to itself. ``models_from`` merges all of them, and
-merging has one outcome whatever the order; so the models it returns answer as those that were saved, and go on
-counting where these had stopped.
+One row is one fact, named so that a reader of the table needs no uids. Three kinds of rows hold no fact of a
+block: a ``COMMON`` row is an instance that all vehicles knew before the mission, a ``PRUNED`` row so many items,
+from a sequence on, that are held no longer, and a ``MODEL`` row a setting of the world model or one of its
+counters. The blocks that have arrived but wait or were refused are rows too, and so are the statuses and what the
+owner keeps to itself. ``models_from`` merges all of them, and merging has one outcome whatever the order; so the
+models it returns answer as those that were saved, and go on counting where these had stopped.
 
 Values are text that Python reads back exactly: numbers by ``repr``, ``true`` and ``false``, symbols as they
 are, points as ``POINT (east north)``, classes by name, and linked instances by their uid and name: ``3 bay``.
@@ -41,7 +40,6 @@ class RowKind(StrEnum):
 
     MODEL = "model"
     COMMON = "common"
-    BANNED = "banned"
     PRUNED = "pruned"
     KNOWN = "known"
     STATUS = "status"
@@ -66,6 +64,7 @@ class Row(NamedTuple):
         subject: the name of the instance.
         attribute: the name of the attribute.
         value: the value as text.
+        uncertainty: the standard deviation or probability of the value as text; empty where it carries none.
     """
 
     vehicle: str
@@ -80,6 +79,7 @@ class Row(NamedTuple):
     subject: str
     attribute: str
     value: str
+    uncertainty: str
 
 
 def rows_of(models: Mapping[str, WorldModel]) -> Iterator[Row]:
@@ -103,8 +103,6 @@ def rows_of(models: Mapping[str, WorldModel]) -> Iterator[Row]:
             yield _row(
                 vehicle, RowKind.COMMON, uid, sequence=uid, subject=instance.name, attribute="type", value=of_class
             )
-        for origin in sorted(model.banned):
-            yield _row(vehicle, RowKind.BANNED, origin=origin)
         for (origin, epoch, first), count in model.pruned():
             yield _row(vehicle, RowKind.PRUNED, origin=origin, epoch=epoch, sequence=first, value=str(count))
         arrivals = model.arrivals
@@ -132,7 +130,7 @@ def _row(
     value: str = "",
 ) -> Row:
     """A row that holds no fact of a block."""
-    return Row(vehicle, kind.value, uid, origin, epoch, sequence, 0, 0.0, 0.0, subject, attribute, value)
+    return Row(vehicle, kind.value, uid, origin, epoch, sequence, 0, 0.0, 0.0, subject, attribute, value, "")
 
 
 def models_from(rows: Iterable[Row], tbox: TBox) -> dict[str, WorldModel]:
@@ -173,6 +171,7 @@ def _rows_of_block(vehicle: str, model: Store, kind: RowKind, block: Block) -> I
             _name(model, fact.subject),
             attribute.name,
             as_text(model, attribute, fact.value),
+            uncertainty_as_text(fact),
         )
 
 
@@ -215,8 +214,6 @@ def _model_from(rows: list[Row], tbox: TBox) -> WorldModel:
     model.content_of_pruned = int(settings[_PRUNED], 16)
     model.next_sequence, model.next_private = (int(settings[name]) for name in _COUNTERS)
     model.own_instances = {int(uid) for uid in settings[_TAKEN].split()}
-    for row in by_kind[RowKind.BANNED]:
-        model.ban(row.origin)
     return model
 
 
@@ -239,7 +236,8 @@ def _block_from(rows: list[Row], tbox: TBox) -> Block:
 
 def _fact_from(row: Row, tbox: TBox) -> PropertyValue:
     attribute = tbox.attribute_named(row.attribute)
-    return PropertyValue(row.uid, attribute.uid, from_text(tbox, attribute, row.value))
+    value, uncertainty = from_text(tbox, attribute, row.value), uncertainty_from_text(row.uncertainty)
+    return PropertyValue(row.uid, attribute.uid, value, uncertainty)
 
 
 def _name(model: Store, uid: int) -> str:
@@ -264,6 +262,16 @@ def as_text(model: Store, attribute: Attribute, value: Value) -> str:
             return str(stored).lower()
         case ValueKind.NUMBER:
             return repr(stored)
+
+
+def uncertainty_as_text(fact: PropertyValue) -> str:
+    """The uncertainty of a fact as text that can be read back exactly; empty where it carries none."""
+    return "" if fact.uncertainty is None else repr(fact.uncertainty)
+
+
+def uncertainty_from_text(text: str) -> float | None:
+    """The uncertainty that a text of ``uncertainty_as_text`` stands for; raises ValueError for any other text."""
+    return float(text) if text else None
 
 
 def from_text(tbox: TBox, attribute: Attribute, text: str) -> Value:

@@ -31,6 +31,7 @@ QueryValue = str | float | bool | None
 """A value of a query's answer."""
 Row = dict[str, Node]
 _GRAPH = re.compile(r"\bGRAPH\b", re.IGNORECASE)
+_GROUP_BY = re.compile(r"\bGROUP\s+BY\b", re.IGNORECASE)
 _UNKNOWN_PREFIX = re.compile(r"Unknown namespace prefix : (\S*)")
 
 
@@ -136,7 +137,9 @@ def _by_rdflib(known: Knowledge, prepared: Query, sparql: str) -> tuple[tuple[st
         if result.type == "ASK":
             return ("answer",), [{"answer": Literal(bool(result.askAnswer))}]
         columns = tuple(str(variable) for variable in result.vars or ())
-        return columns, [{str(name): term for name, term in found.items()} for found in result.bindings]
+        rows = [{str(name): term for name, term in found.items()} for found in result.bindings]
+        # of nothing rdflib makes one empty group; SPARQL 1.1 has none then (section 11.2)
+        return columns, [] if rows == [{}] and _GROUP_BY.search(sparql) else rows
     except Exception as error:  # rdflib's evaluator raises whatever a query leads it to
         raise _fault(error, prefixes_of(known.model.tbox)) from error
 

@@ -13,10 +13,12 @@ instance takes its uid out of a range of its own and announces it by a value of 
 Checks and merging work on a ``Store``; they are the only ones who put blocks in.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
+from worldmodel.answers import Answers
 from worldmodel.arrivals import WAITING_BLOCKS, WAITING_S
+from worldmodel.bans import BANNED_FROM
 from worldmodel.errors import FactError
 from worldmodel.facts import (
     EPOCHS,
@@ -24,15 +26,12 @@ from worldmodel.facts import (
     Block,
     Change,
     Instance,
-    Lacking,
     Observation,
     PropertyValue,
 )
-from worldmodel.holdings import Holdings
-from worldmodel.index import Entry, block_of, observation_of
+from worldmodel.index import Entry, key_of, observation_of
 from worldmodel.log import Log
-from worldmodel.reasoning import Inference
-from worldmodel.tbox import TYPE_UID, TBox, Value
+from worldmodel.tbox import TYPE_UID, TBox
 
 CLOCK_TOLERANCE_S = 1.0
 """By how much a fact may be later than its arrival (s)."""
@@ -49,8 +48,9 @@ class PruneRule(NamedTuple):
         """Raise FactError if there is no such class or attribute, or if it is that of types."""
         if not 0 <= self.class_uid < len(tbox.classes):
             raise FactError(f"pruning: class {self.class_uid} is unknown; allowed: 0..{len(tbox.classes) - 1}")
-        if not 0 <= self.attribute < len(tbox.attributes) or self.attribute == TYPE_UID:
-            allowed = f"1..{len(tbox.attributes) - 1}; types are never pruned"
+        names = {one.uid: one.name for one in tbox.attributes}
+        if self.attribute == TYPE_UID or names.get(self.attribute, BANNED_FROM) == BANNED_FROM:
+            allowed = f"1..{len(names) - 1}; types and bans are never pruned"
             raise FactError(f"pruning: attribute {self.attribute}; allowed: {allowed}")
         if not self.older_than_s >= 0:
             raise FactError(f"pruning: older_than_s is {self.older_than_s}; allowed: 0 s or more")
@@ -59,7 +59,7 @@ class PruneRule(NamedTuple):
 _new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 
 
-class Store(Holdings):
+class Store(Answers):
     """The blocks that one vehicle holds, indexed by slot; ``version`` grows whenever an answer may change."""
 
     def __init__(
@@ -101,7 +101,14 @@ class Store(Holdings):
             FactError: an argument cannot be right; the message names all bad instances.
         """
         super().__init__(
-            tbox, instances, time_resolution_s, n_origins, run_time_instances_per_origin, waiting_s, waiting_blocks
+            tbox,
+            instances,
+            time_resolution_s,
+            n_origins,
+            run_time_instances_per_origin,
+            waiting_s,
+            waiting_blocks,
+            common_facts,
         )
         if not 0 <= owner < n_origins:
             raise FactError(f"owner {owner} is not an origin; allowed: 0..{n_origins - 1}")
@@ -118,97 +125,12 @@ class Store(Holdings):
         self.version = 0
         self.next_sequence = 0
         """The sequence of the next item that the owner records."""
+        self.own_log = self.logs[owner, epoch] = Log()
+        """The items that the owner records."""
         self.next_private = STATUS - 1
         """The sequence of the next block that the owner keeps to itself."""
         self.own_instances: set[int] = set()
         """The uids taken out of the owner's range, as far as is known."""
-        self._banned: set[int] = set()
-        self._members: dict[int, tuple[Instance, ...]] = {}
-        self._members_of = (0, 0)  # versions of types and of conclusions for which they hold
-        self.common_facts = tuple(common_facts)
-        self.inference = Inference(tbox, self, instances, self.index.touched, common_facts)
-        """What follows from the facts that are seen."""
-        self.index.heeded = self.inference.heeded
-
-    # Questions -----------------------------------------------------------------------------------
-
-    def latest(self, subject: int, attribute: int) -> Observation | None:
-        """Return the newest observation of a slot, banned origins left out."""
-        entry = self._latest(subject, attribute)
-        return None if entry is None else observation_of(entry)
-
-    def _latest(self, subject: int, attribute: int) -> Entry | None:
-        entries = self.index.slots.get((subject, attribute))
-        if entries is None:
-            return None
-        if not self._banned:
-            return entries[-1]
-        return next((entry for entry in reversed(entries) if self.is_seen(block_of(entry))), None)
-
-    def history(self, subject: int, attribute: int) -> tuple[Observation, ...]:
-        """Return all observations of a slot, oldest first, banned origins left out.
-
-        Of statuses the newest of each origin is there.
-        """
-        entries = self.index.slots.get((subject, attribute), ())
-        found = (observation_of(entry) for entry in entries)
-        return tuple(o for o in found if self.is_seen(o.block))
-
-    def is_seen(self, block: Block) -> bool:
-        """True unless the view leaves out what the block says."""
-        return block.origin not in self._banned
-
-    def value(self, subject: int, attribute: int, default: Value | None = None) -> Value | None:
-        """Return the latest value of a slot, or ``default`` when there is none."""
-        observation = self.latest(subject, attribute)
-        return default if observation is None else observation.value
-
-    def statuses(self) -> Iterator[Block]:
-        """Yield the statuses that are held, the newest of each slot and origin, each as a block of one fact."""
-        for slot in sorted(self.index.statuses):
-            yield self.index.statuses[slot]
-
-    def lacking(self, now_s: float) -> tuple[Lacking, ...]:
-        """Return what blocks wait for, and who can announce it, by uid.
-
-        Args:
-            now_s: to which ages are counted (s).
-        """
-        return self.arrivals.lacking(now_s, self.owner_of)
-
-    def instances_of(self, class_uid: int) -> tuple[Instance, ...]:
-        """Return the instances of a class, told or concluded, by uid, banned origins left out."""
-        self.inference.settle()
-        holds_for = self.index.version_of_types, self.inference.version
-        if self._members_of != holds_for:
-            self._members_of, self._members = holds_for, {}
-        members = self._members.get(class_uid)
-        if members is None:
-            known = (self.instance(uid) for uid in sorted(self.instance_uids()))
-            classes = self.inference.classes
-            members = tuple(i for i in known if i is not None and classes(i.uid) >> class_uid & 1)
-            self._members[class_uid] = members
-        return members
-
-    def told_classes(self, uid: int) -> int:
-        """Return the classes of the types an instance was given, bit c for class c, banned origins left out."""
-        common = self.common_instances[uid : uid + 1]
-        mask = self.tbox.ancestor_mask(common[0].class_uid) if common else 0
-        for observation in self.history(uid, TYPE_UID):
-            mask |= self.tbox.ancestor_mask(observation.fact.target)
-        return mask
-
-    def ban(self, origin: int) -> None:
-        """See the world as if ``origin`` had said nothing; its blocks are kept, and still exchanged."""
-        if not 0 <= origin < self.n_origins:
-            raise FactError(f"origin {origin} is unknown; allowed: 0..{self.n_origins - 1}")
-        self._banned.add(origin)
-        self.version += 1
-
-    @property
-    def banned(self) -> frozenset[int]:
-        """The origins that the view leaves out."""
-        return frozenset(self._banned)
 
     # For checks and merging ----------------------------------------------------------------------
 
@@ -228,11 +150,27 @@ class Store(Holdings):
             return None
         else:
             log.put(sequence, block)
+        fact = facts[0]
+        attribute = fact[1]
+        if len(facts) == 1 and attribute in self.tables.unlinked:
+            return self.index_plain(block, fact[0], attribute, time_s)
         self.version += 1
-        subject, attribute, _, _ = facts[0]
-        if len(facts) > 1 or attribute not in self.tables.unlinked or self._banned:
+        return self._indexed(block)
+
+    def index_plain(self, block: Block, subject: int, attribute: int, time_s: float) -> Change:
+        """Index an item of one fact, of which nothing follows for the classes, links and bans that are known.
+
+        Args:
+            block: the item, which its log holds.
+            subject: of the fact.
+            attribute: of the fact.
+            time_s: of the item (s).
+        """
+        self.version += 1
+        index = self.index
+        if attribute in self.subscriptions.watching or index.bans.from_s:
             return self._indexed(block)
-        slots, slot = self.index.slots, (subject, attribute)
+        slots, slot = index.slots, (subject, attribute)
         entries = slots.get(slot)
         if entries is None:
             slots[slot] = [block]
@@ -240,7 +178,7 @@ class Store(Holdings):
             entries.append(block)
         else:
             return self._indexed(block)
-        return _new(Change, (block, facts))
+        return _new(Change, (block, block[3]))
 
     def insert(self, block: Block) -> Change:
         """Index an item or private block that is not in and has passed the checks. Call ``merge`` to add blocks."""
@@ -251,25 +189,36 @@ class Store(Holdings):
     def _indexed(self, block: Block) -> Change:
         """Enter the facts of a block into their slots."""
         facts = block.facts
+        entries: list[Entry] = [Observation(block, position) for position in range(len(facts))]
         if len(facts) == 1:
-            fact = facts[0]
-            self.index.enter(fact, block)
-            return Change(block, facts if self._latest(fact.subject, fact.attribute) is block else ())
-        entries = [Observation(block, position) for position in range(len(facts))]
+            entries = [block]
         for fact, entry in zip(facts, entries, strict=True):
             self.index.enter(fact, entry)
+            if self.subscriptions.watching:
+                self.subscriptions.note(observation_of(entry))
+        if self.index.turned:
+            return Change(block, self._turned())
         pairs = zip(facts, entries, strict=True)
         return Change(block, tuple([f for f, entry in pairs if self._latest(f.subject, f.attribute) is entry]))
+
+    def _turned(self) -> tuple[PropertyValue, ...]:
+        """The latest facts of slots in which others count since the last ban; the ban's own slot is among them."""
+        found = [self.latest(*slot) for slot in sorted(self.index.turned)]
+        self.index.turned.clear()
+        return tuple(one.fact for one in found if one is not None)
 
     def place_status(self, block: Block) -> Change:
         """Let a status that has passed the checks replace what its origin said before."""
         placed = self.index.place(block)
         self.version += bool(placed)
+        if self.subscriptions.watching:
+            for _, one in placed:
+                self.subscriptions.note(Observation(one, 0))
         return Change(block, tuple([f for f, one in placed if self._latest(f.subject, f.attribute) is one]))
 
     def facts_of(self, subject: int, attribute: int) -> list[Observation]:
         """Return all observations of a slot, those of banned origins too."""
-        return [observation_of(entry) for entry in self.index.slots.get((subject, attribute), ())]
+        return [observation_of(entry) for entry in sorted(self.index.all_of((subject, attribute)), key=key_of)]
 
     def take_out(self, block: Block) -> None:
         """Take an item or private block out of all indexes; it has still arrived."""

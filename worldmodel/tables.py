@@ -8,6 +8,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
+from worldmodel.bans import BANNED_FROM
 from worldmodel.fields import Field
 from worldmodel.tbox import Attribute, TBox, ValueKind
 
@@ -42,12 +43,14 @@ class Tables:
             for attribute in tbox.attributes
             if attribute.kind is not ValueKind.TYPE
         }
+        self.unpacked = {uid: (row.quantise, row.domain, row.range_class) for uid, row in self.rows.items()}
+        """The rows as bare tuples, which are unpacked faster."""
         self.latest_only = frozenset(attribute.uid for attribute in tbox.attributes if attribute.latest_only)
-        heeded = tbox.rules.heeded
+        followed = tbox.rules.heeded | {a.uid for a in tbox.attributes if a.name == BANNED_FROM}
         self.unlinked = frozenset(
-            uid for uid, row in self.rows.items() if row.range_class == NO_CLASS and uid not in heeded
+            uid for uid, row in self.rows.items() if row.range_class == NO_CLASS and uid not in followed
         )
-        """The attributes of whose values nothing follows: no links, and none that a definition asks for."""
+        """The attributes of whose values nothing follows: no links, no bans, none that a definition asks for."""
         self.plain = {
             uid: (row.quantise, row.domain)
             for uid, row in self.rows.items()
@@ -93,10 +96,9 @@ def _number(field: Field) -> Quantise:
     low, high, step = field.minimum, field.maximum, field.resolution
     value_at: Callable[[int], float] = field.grid.value_at
     shared: list[float | None] = [None] * (field.n_values if field.n_values <= MOST_SHARED else 0)
-    kinds = (float, int)
 
     def of_few(value: Any) -> float | None:
-        if type(value) not in kinds or not low <= value <= high:
+        if (type(value) is not float and type(value) is not int) or not low <= value <= high:
             return None
         index: int = round((value - low) / step)
         stored = shared[index]
@@ -105,7 +107,7 @@ def _number(field: Field) -> Quantise:
         return stored
 
     def of_many(value: Any) -> float | None:
-        if type(value) not in kinds or not low <= value <= high:
+        if (type(value) is not float and type(value) is not int) or not low <= value <= high:
             return None
         return value_at(round((value - low) / step))
 

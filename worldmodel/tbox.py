@@ -10,6 +10,7 @@ above every class, and the attribute ``type`` (rdf:type), which always has uid 0
 """
 
 import hashlib
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
@@ -36,6 +37,10 @@ class ValueKind(Enum):
     LINK = "link"
 
 
+MEASURED = (ValueKind.NUMBER, ValueKind.POINT)
+"""Kinds whose uncertainty is a standard deviation; that of the others is a probability."""
+
+
 @dataclass(frozen=True, slots=True)
 class OntologyClass:
     """A named class; ``parents`` are the uids of its direct superclasses."""
@@ -52,7 +57,8 @@ class Attribute:
 
     ``domain`` is the class that has it, ``range_class`` the class a LINK points to. ``latest_only``: an older
     value (of a position, say) is obsolete once a newer one is known, and is not exchanged any more. ``datatype`` is
-    the IRI of the datatype of its literals in RDF, empty where its values are IRIs.
+    the IRI of the datatype of its literals in RDF, empty where its values are IRIs. ``uncertainty`` is the grid of what
+    a value may carry: the standard deviation of a NUMBER or POINT, the probability of any other; None for nothing.
     """
 
     uid: int
@@ -65,6 +71,7 @@ class Attribute:
     symbols: tuple[str, ...] = ()
     latest_only: bool = False
     datatype: str = ""
+    uncertainty: Field | None = None
 
     def encode(self, value: Value) -> tuple[int, ...]:
         """Return the integers that stand for ``value``: one for each field, else one.
@@ -106,6 +113,34 @@ class Attribute:
     def quantise(self, value: Value) -> Value:
         """Return the value as it is stored and sent; raises as ``encode``."""
         return self.decode(self.encode(value))
+
+    def encode_uncertainty(self, uncertainty: float) -> int:
+        """Return the integer that stands for the uncertainty of a value; nobody is quite certain, so 0 and 1 are not.
+
+        A smaller standard deviation than the least, and a probability nearer to 0 or 1, is taken for the nearest there
+        is. Raises TypeError when it is no number or values carry none, ValueError when it is out of range.
+        """
+        grid = self.uncertainty
+        if grid is None:
+            raise TypeError("its values carry no uncertainty; allowed: none, or rm:sigma or rm:probability of it")
+        if isinstance(uncertainty, bool) or not isinstance(uncertainty, (int, float)):
+            raise TypeError(f"the uncertainty {uncertainty!r} is not a number")
+        most = math.inf if self.kind in MEASURED else 1.0
+        if 0.0 <= uncertainty < grid.minimum:
+            return 0
+        if most == 1.0 and grid.maximum < uncertainty <= most:
+            return grid.n_values - 1
+        try:
+            return grid.encode(uncertainty)
+        except ValueError as error:
+            what = "standard deviation" if self.kind in MEASURED else "probability"
+            raise ValueError(f"the {what} {error}") from None
+
+    def quantise_uncertainty(self, uncertainty: float) -> float:
+        """Return the uncertainty as it is stored and sent; raises as ``encode_uncertainty``."""
+        index = self.encode_uncertainty(uncertainty)
+        assert self.uncertainty is not None
+        return self.uncertainty.decode(index)
 
 
 @dataclass(frozen=True, slots=True)

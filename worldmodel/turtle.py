@@ -11,6 +11,9 @@ range decides the kind:
     owl:oneOf (a list of strings)          SYMBOL
     a named class                          LINK
 
+``rm:sigma`` is the step of the standard deviation that a number or point may carry, ``rm:probability`` that of the
+probability of any other value.
+
 Annotations, and every individual, stay in the graph for SPARQL and for reasoners, and have no effect at run
 time. Any other axiom on a class or attribute is refused. A term is defined in one file alone: ``_DEFINING``
 lists the predicates that define it. Labels, comments and alignments define nothing; any file may add them.
@@ -24,19 +27,22 @@ from typing import Any
 
 from rdflib import OWL, RDF, RDFS, XSD, Graph, Literal, Namespace, URIRef
 from rdflib.collection import Collection
+from rdflib.plugins.parsers.notation3 import BadSyntax
 from rdflib.term import Node
 
 from worldmodel.definitions import DEFINING, Definitions
 from worldmodel.errors import OntologyError, suggestion
 from worldmodel.fields import Field
-from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind
+from worldmodel.tbox import MEASURED, TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind
 from worldmodel.units import QUDT_UNITS, symbol_of
 
 RM = Namespace("https://w3id.org/remoras/marine#")
 SIT = Namespace("https://w3id.org/remoras/situation#")
 
 _BOUNDS = (RM.minimum, RM.maximum, RM.resolution)
-_ANNOTATIONS = {*_BOUNDS, RM.unit, RM.latestOnly}
+_ANNOTATIONS = {*_BOUNDS, RM.unit, RM.latestOnly, RM.sigma, RM.probability}
+SIGMAS = 64
+"""Standard deviations that a value may carry: as many steps of ``rm:sigma``, six bits."""
 _NUMBERS = {XSD.double, XSD.decimal, XSD.integer}
 _RANGES = "xsd:double, xsd:decimal, xsd:integer, xsd:boolean, rm:Point, owl:oneOf (strings) or a declared class"
 _DATATYPES = {
@@ -76,8 +82,7 @@ def parse(sources: Iterable[Source]) -> Parsed:
         try:
             graph.parse(data=source.text, format="turtle")
         except Exception as error:  # rdflib's parsers raise whatever a broken text leads them to
-            reason = " ".join(str(error).split())
-            faults.append(f"{source.path}: is not Turtle: {reason}; allowed: what Turtle 1.1 allows")
+            faults.append(f"{source.path}: is not Turtle: {_reason(error)}; allowed: what Turtle 1.1 allows")
             continue
         for subject in graph.subjects(unique=True):
             file_of.setdefault(subject, source.path)
@@ -92,6 +97,15 @@ def parse(sources: Iterable[Source]) -> Parsed:
     union.remove((None, OWL.imports, None))
     terms = {subject for kind in _TERMS for subject in union.subjects(RDF.type, kind) if isinstance(subject, URIRef)}
     return Parsed(union, file_of, {term: files for term, files in defining_files.items() if term in terms})
+
+
+def _reason(error: Exception) -> str:
+    """Return what a parser says, in one line: of a syntax error its line, what is wrong, and the text there."""
+    if isinstance(error, BadSyntax):
+        text = error._str.decode(errors="replace") if isinstance(error._str, bytes) else error._str
+        here = " ".join(text[error._i :].split("\n")[0].split())
+        return f"line {error.lines + 1}: {error._why}" + (f', at "{here[:60]}"' if here else "")
+    return " ".join(str(error).split())
 
 
 def _unmet_imports(union: Graph, file_of: dict[Node, str]) -> list[str]:
@@ -162,6 +176,7 @@ class _Reader:
     def __init__(self, parsed: Parsed) -> None:
         self.graph = parsed.graph
         self.file_of = parsed.file_of
+        self._files = {file: place for place, file in enumerate(dict.fromkeys(parsed.file_of.values()))}
         self.faults: list[str] = []
         self.class_iris = sorted({*self._declared(OWL.Class), OWL.Thing})
         self.class_uid: dict[Node, int] = {iri: uid for uid, iri in enumerate(self.class_iris)}
@@ -195,8 +210,9 @@ class _Reader:
             name = _local_name(iri)
             if not _NAME.fullmatch(name):
                 self.fault(iri, f"its name {name!r} is not an identifier", "a letter, then letters, digits, _")
-            elif taken.setdefault(name, iri) != iri:
-                other = taken[name]
+            elif (other := taken.setdefault(name, iri)) != iri:
+                if self._files.get(self.file_of.get(other, ""), -1) > self._files[self.file_of[iri]]:
+                    iri, other = other, iri  # noqa: PLW2901  # the file that is read later is at fault
                 where = f" in {self.file_of[other]}" if other in self.file_of else ""
                 self.fault(iri, f"its name {name!r} is that of <{other}>{where} too", "one IRI for each name")
 
@@ -307,7 +323,30 @@ class _Reader:
             symbols,
             latest_only,
             datatype,
+            self._uncertainty(iri, kind, fields),
         )
+
+    def _uncertainty(self, iri: URIRef, kind: ValueKind, fields: tuple[Field, ...]) -> Field | None:
+        """The grid of what values may carry: 64 steps of a standard deviation, all of a probability between 0 and 1."""
+        own, other = (RM.sigma, RM.probability) if kind in MEASURED else (RM.probability, RM.sigma)
+        if (iri, other, None) in self.graph:
+            self.fault(iri, f"{self.shown(other)} on a {kind.value}", f"{self.shown(own)} for a {kind.value}")
+        found = [_python(term) for term in self.graph.objects(iri, own)]
+        if not found:
+            return None
+        if len(found) > 1 or type(found[0]) not in (int, float, Decimal):
+            self.fault(iri, f"{self.shown(own)} is {' and '.join(map(repr, found))}", "one number, the step")
+            return None
+        step = float(found[0])
+        try:
+            if kind in MEASURED:
+                return Field(step, SIGMAS * step, step, fields[0].unit if fields else "")
+            return Field(step, float(1 - Decimal(str(step))), step, "")
+        except (ValueError, ArithmeticError) as error:
+            self.fault(
+                iri, f"{self.shown(own)} {step}: {error}", "a step above 0; of a probability, a part of 1 below 0.5"
+            )
+            return None
 
     def _one(self, iri: URIRef, predicate: URIRef, allowed: str) -> Node | None:
         found = list(self.graph.objects(iri, predicate))

@@ -8,13 +8,15 @@ Each fact is a sit:PropertyValue, after the situation-awareness TBox:
 
 2-15-0 is origin, sequence and position in the block; 2.e1-15-0 is of epoch 1, 2-p1-0 of the first block that the
 origin keeps to itself. A status is run:status-2-7-4-12.3: origin, subject and attribute by uids, and time. An origin
-is a vehicle, and the common instance of its number.
-A link has sit:linkValue in place of sit:dataValue; the link of a fact of sit:type leads to a class. Literals have the
-datatype that the ontology declares; a point is a string, which rm:Point restricts. That an attribute is a sit:Attribute
-follows from the range of sit:ofAttribute and is not written: tools complain of properties that are individuals too.
+is a vehicle, and the common instance of its number. A link has sit:linkValue in place of sit:dataValue; the link of a
+fact of sit:type leads to a class. Literals have the datatype that the ontology declares; a point is a string, which
+rm:Point restricts. That an attribute is a sit:Attribute follows from the range of sit:ofAttribute and is not written:
+tools complain of properties that are individuals too.
+
 Beside this history stands the current state, one triple for each slot: run:instance-7 rm:location "POINT (3.5 4.0)".
 The types of an instance stand without their times: rdf:type with the class that it was created with and all that it
-was given since. A common instance has its name as rdfs:label. Banned origins are left out.
+was given since. So do conclusions: classes of which it meets the definition, and further links. A common instance has
+its name as rdfs:label. Banned origins are left out.
 
 What each origin said is a named graph too, under the IRI of the origin: ``GRAPH ?by { ... }``. The default graph is the
 union of everything.

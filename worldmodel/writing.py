@@ -74,7 +74,7 @@ def written(known: Mapping[str, Knowledge], form: RdfFormat, header: bool = True
 def canonical_items(known: Iterable[Store]) -> str:
     """Return the canonical graph of the items that world models hold: sorted N-Triples; see the head of this module."""
     names = _Names({})
-    return "".join(sorted({line for model in known for line in _lines(Abox(Knowledge(model)).item_triples(), names)}))
+    return "".join(sorted({line for model in known for line in _lines(item_triples(Abox(Knowledge(model))), names)}))
 
 
 @lru_cache(maxsize=8)
@@ -107,11 +107,11 @@ def knowledge_iri(node: int) -> URIRef:
 def _graphs(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
     if len(known) > 1:
         for one in known.values():
-            yield Graph(knowledge_iri(one.model.owner), Abox(one).all_triples())
+            yield Graph(knowledge_iri(one.model.owner), all_triples(Abox(one)))
         return
     for one in known.values():
         abox = Abox(one)
-        yield Graph(None, abox.all_triples(said=False))
+        yield Graph(None, all_triples(abox, said=False))
         for origin in range(one.model.n_origins):
             yield Graph(instance_iri(origin), abox.triples_of(origin, (None, None, None)))
 
@@ -119,13 +119,43 @@ def _graphs(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
 def _union(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
     if len(known) == 1:
         for one in known.values():
-            yield Graph(None, Abox(one).all_triples())
+            yield Graph(None, all_triples(Abox(one)))
         return
     merged: dict[Node, dict[Triple, None]] = {}
     for one in known.values():
-        for triple in Abox(one).all_triples():
+        for triple in all_triples(Abox(one)):
             merged.setdefault(triple[0], {})[triple] = None
     yield Graph(None, (triple for triples in merged.values() for triple in triples))
+
+
+def all_triples(abox: Abox, said: bool = True) -> Iterator[Triple]:
+    """Yield all that is known, by subject; without ``said`` instances, their state and receptions alone."""
+    for uid in abox.model.instance_uids():
+        iri = abox.terms.instance(uid)
+        yield from abox.states(uid, iri, None, None)
+        if said:
+            for one in abox.of_subject(uid):
+                yield (iri, SIT.hasPropertyValue, abox.iri(one))
+    yield from abox.receptions.all_triples(None, None)
+    if said:
+        for one in abox.all_facts():
+            yield from abox.of_one(abox.iri(one), one, None, None)
+
+
+def item_triples(abox: Abox) -> Iterator[Triple]:
+    """Yield the facts of all items, and the types and names of the instances that they are about."""
+    told: set[int] = set()
+    for one in abox.all_facts():
+        if one.block.is_item:
+            iri = abox.iri(one)
+            told.add(one.fact.subject)
+            yield (abox.terms.instance(one.fact.subject), SIT.hasPropertyValue, iri)
+            yield from abox.of_one(iri, one, None, None)
+    for uid in sorted(told):
+        iri = abox.terms.instance(uid)
+        yield from abox.states(uid, iri, RDFS.label, None)
+        for term in abox.types(uid, items_only=True):
+            yield (iri, RDF.type, term)
 
 
 # Text --------------------------------------------------------------------------------------------

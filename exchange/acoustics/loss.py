@@ -20,6 +20,8 @@ MISSES = 5
 """`trial` of the draws that say in which ticks a sensor yields nothing."""
 DRIFTS = 6
 """`trial` of the draws that say in which direction a vehicle takes itself to be off."""
+LOOKS = 7
+"""`trial` of the draws that say what a look at an object of the sea shows."""
 
 _LOW_64 = 0xFFFF_FFFF_FFFF_FFFF
 _LOW_37 = (1 << 37) - 1

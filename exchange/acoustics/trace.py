@@ -202,8 +202,8 @@ def hash_of(file: str) -> str:
     try:
         return hashlib.sha256(Path(file).read_bytes()).hexdigest()
     except OSError as error:
-        where = "a CSV or Parquet file, from the folder of the scenario or from the current one"
-        raise TraceGoneError(f"cannot be read: {error.strerror}; allowed: {where}") from None
+        where = "from the folder of the scenario; with --set or in a study from the current one"
+        raise TraceGoneError(f"cannot be read: {error.strerror}; allowed: a CSV or Parquet file, {where}") from None
 
 
 @lru_cache(maxsize=16)

@@ -16,7 +16,7 @@ from typing import Any, ClassVar
 
 from exchange.acoustics import loss
 from missions.mapping.scenario import FindsTable
-from missions.mapping.sensors import Cell, Feature, Seabed, mapping_speed_mps, swath_m
+from missions.mapping.sensors import Cell, Feature, Seabed, SeaObject, mapping_speed_mps, swath_m
 from missions.scenarios.abilities import can_play
 from missions.scenarios.tables import Raw, entries, list_of, names_of, table_of
 from remoras.activities import Objective
@@ -40,14 +40,17 @@ def find_names(number: int) -> tuple[str, ...]:
     return tuple(f"find {n}" for n in range(1, number + 1))
 
 
-def drawn(seabed: Seabed, finds: FindsTable, seed: int) -> Seabed:
+def drawn(seabed: Seabed, finds: FindsTable, seed: int, objects: tuple[SeaObject, ...] = ()) -> Seabed:
     """The seabed with the features of the run with that seed: each in a cell of its own, every cell as likely.
 
     Args:
         seabed: cells of all areas, at least as many as there are features.
         finds: how many there are, and what they ask for.
         seed: root of all draws.
+        objects: that lie in the sea.
     """
+    if not (finds.number or objects):
+        return seabed
     free = list(seabed.cells)
     lying: dict[Cell, Feature] = {}
     for number, name in enumerate(find_names(finds.number)):
@@ -56,7 +59,7 @@ def drawn(seabed: Seabed, finds: FindsTable, seed: int) -> Seabed:
         at_m = (cell[0] + 0.5) * seabed.cell_m, (cell[1] + 0.5) * seabed.cell_m
         stay_s = finds.shortest_stay_s + how_long * (finds.longest_stay_s - finds.shortest_stay_s)
         lying[cell] = Feature(name, at_m, stay_s, finds.close_radius_m, finds.close_speed_mps)
-    return replace(seabed, features=lying)
+    return replace(seabed, features=lying, objects=objects, seed=seed)
 
 
 def weight_in_cells(finds: FindsTable, cell_m: float, able: Sequence[VehicleData]) -> float:

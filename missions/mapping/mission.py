@@ -47,8 +47,10 @@ from missions.mapping.ground import grounds_of
 from missions.mapping.inspecting import Inspecting
 from missions.mapping.jobs import SurveyJob, swaths_of
 from missions.mapping.metrics import METRICS
+from missions.mapping.objects import FOUND_PER_OBJECT, MOST_LOOKS, ClassifierSettings
+from missions.mapping.places import formation_of, positioning
 from missions.mapping.scenario import NEEDED_OBJECTIVES, FindsTable, MappingScenario, MappingSettings
-from missions.mapping.sensors import COVERAGE, Seabed, SwathSettings, seabed_of
+from missions.mapping.sensors import COVERAGE, Seabed, SeaObject, SwathSettings, seabed_of
 from missions.mapping.survey import contains
 from missions.mapping.tasks import INSPECTION, MISSIONS, SUPERVISION, activity_domain, social_domain, waiting
 from missions.mapping.truth import GOAL, MappingTruth
@@ -59,10 +61,7 @@ from missions.scenarios.formation import FORMATION_WORDS
 from missions.scenarios.parts import database_of, groups_of
 from missions.scenarios.tables import Raw
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
-from remoras.behaviours import (
-    Behaviour,
-    Positioning,
-)
+from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs, Key
 from remoras.database import VehicleData
 from remoras.errors import PlanningError
@@ -93,6 +92,9 @@ SENSING = ("Mapping", "Inspecting")
 NO_FINDS = FindsTable()
 FINDS_WORDS = Path(__file__).with_name("finds.ttl")
 
+SENSORS: Mapping[str, type[SensorSettings]] = {"mapping": SwathSettings, "classifier": ClassifierSettings}
+"""Kinds of sensors that scenarios name shortly."""
+
 ACTIVITY_NEEDS = {"Mapping": "ZigzagExploring"}
 
 
@@ -110,6 +112,7 @@ class MappingMission(Mission):
         finds: what may be found.
         find_weight: cells that a find counts for in the goal.
         depths_m: of the areas that are deep, by name.
+        objects: that lie in the sea.
     """
 
     Scenario = MappingScenario
@@ -117,7 +120,7 @@ class MappingMission(Mission):
     delegating_mission = SUPERVISION
     needs = ("playsRole", "hasMission", "position", "gatheredAt", *(f"objective{name}" for name in NEEDED_OBJECTIVES))
     vocabulary = (Path(__file__).with_name("vocabulary.ttl"), FINDS_WORDS, FORMATION_WORDS)
-    sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"mapping": SwathSettings}
+    sensors = SENSORS
     tables = (COVERAGE, GOAL)
     metrics: ClassVar[tuple[Metric, ...]] = METRICS
     figures: ClassVar[tuple[Declared, ...]] = FIGURES
@@ -135,19 +138,20 @@ class MappingMission(Mission):
         finds: FindsTable = NO_FINDS,
         find_weight: float = 1.0,
         depths_m: Mapping[str, float] = MappingProxyType({}),
+        objects: Sequence[SeaObject] = (),
     ) -> None:
         self.settings = settings
         self.groups = {group.name: group for group in groups}
         self.corners_m = corners_m
         self.rally_points_m = rally_points_m
-        self._formation, self._cell_m = formation, cell_m
+        self.formation, self._cell_m = formation, cell_m
         self._places, self.swaths_m = places, swaths_m
         grounds = grounds_of(cell_m, tuple(corners_m.items()))
         self._surveys = {
             name: SurveyJob(name, corners, (), grounds[name], depth_m=depths_m.get(name, 0.0))
             for name, corners in corners_m.items()
         }
-        self.finds, self._find_weight = finds, find_weight
+        self.finds, self._find_weight, self._objects = finds, find_weight, tuple(objects)
         self._inspections = {name: InspectionJob(name, finds.mean_stay_s) for name in find_names(finds.number)}
         self._unfinished = partial(Unfinished, goal=settings.goal, finds=self._inspections)
         self.meeting = Meeting(
@@ -171,7 +175,7 @@ class MappingMission(Mission):
         return cls(
             scenario.mission,
             groups,
-            _formation(scenario),
+            formation_of(scenario),
             {area.name: area.corners_m for area in scenario.area},
             {rally.name: rally.position_m for rally in scenario.rally_point},
             scenario.world.cell_m,
@@ -180,6 +184,7 @@ class MappingMission(Mission):
             finds,
             weight_in_cells(finds, scenario.world.cell_m, mappers),
             depths_m,
+            [one.lying() for one in scenario.object],
         )
 
     @classmethod
@@ -215,13 +220,18 @@ class MappingMission(Mission):
         return tuple(one for one in self.vocabulary if used.get(one, True))
 
     @property
+    def instances_found_per_vehicle(self) -> int:
+        """As many as a vehicle may take for different ones of the objects that lie in the sea."""
+        return FOUND_PER_OBJECT * len(self._objects)
+
+    @property
     def most_observations(self) -> int:
-        """A vehicle maps every cell once at the most, and finds and inspects everything once."""
-        return len(self._seabed.cells) + 2 * len(self._inspections)
+        """A vehicle maps every cell once at the most, finds and inspects everything once, and looks at objects."""
+        return len(self._seabed.cells) + 2 * len(self._inspections) + MOST_LOOKS * len(self._objects)
 
     def world(self, seed: int) -> Seabed:
         """The cells of all areas, and what lies in them in the run with that seed."""
-        return drawn(self._seabed, self.finds, seed) if self._inspections else self._seabed
+        return drawn(self._seabed, self.finds, seed, self._objects)
 
     @cached_property
     def _seabed(self) -> Seabed:
@@ -269,7 +279,7 @@ class MappingMission(Mission):
         for names in ([step.name for step in together] for together in steps):
             activities = []
             for name in names:
-                parameters, keys = self._parameters(name, objective, data, facts, position_m)
+                parameters, keys = _parameters(self, name, objective, data, facts, position_m)
                 rests_on |= keys
                 activities.append(Activity(name, ACTIVITY_TYPES[name], parameters, _switched_on(name, data)))
             activities.sort(key=lambda activity: activity.name not in LEADS_SET)
@@ -278,30 +288,6 @@ class MappingMission(Mission):
             importance = importance_of(self.settings.importance, objective)
             sets.append(ActivitySet(objective, kind, tuple(activities), importance, needs))
         return tuple(sets), frozenset(rests_on)
-
-    def _parameters(
-        self, name: str, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point
-    ) -> tuple[tuple[Any, ...], set[Key]]:
-        """Parameters of an activity, and the facts looked up for them."""
-        group = self.groups[objective.group]
-        head_key = ("members", f"{group.name}.{group.head_role}")
-        match name:
-            case "ZigzagExploring":
-                if (role := group.role(objective.role)) is None or role.maximum == 1:
-                    return (objective.argument, group.name, ()), set()
-                holders_key = ("members", group.path(objective.role))
-                others = _at_it_before(
-                    self.corners_m[objective.argument], data.name, facts.get(holders_key), facts, position_m
-                )
-                return (objective.argument, group.name, others), {holders_key}
-            case "Mapping":
-                return (group.name,), set()
-            case "Inspecting":
-                return (objective.argument,), set()
-            case "Positioning":
-                place = self._formation.get((group.name, objective.role), ("top", "middle"))
-                return (place, facts.get(head_key), group.name), {head_key}
-        raise _unknown(name)
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """The behaviour that carries out the set which ``activity`` leads."""
@@ -318,7 +304,7 @@ class MappingMission(Mission):
                 return Inspecting(parameters[0], self.finds, data)
             case "Positioning":
                 place, leaders, group = parameters
-                return _positioning(place, leaders, group, data, settings.formation_spacing_m)
+                return positioning(place, leaders, group, data, settings.formation_spacing_m)
         raise _unknown(activity.name)
 
     def is_enough(self, facts: Known) -> bool:
@@ -348,6 +334,31 @@ class MappingMission(Mission):
         return Finding(objective.argument, "areaDone", vehicle) if objective.name == "Exploring" else None
 
 
+def _parameters(
+    mission: MappingMission, name: str, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point
+) -> tuple[tuple[Any, ...], set[Key]]:
+    """Parameters of an activity, and the facts looked up for them."""
+    group = mission.groups[objective.group]
+    head_key = ("members", f"{group.name}.{group.head_role}")
+    match name:
+        case "ZigzagExploring":
+            if (role := group.role(objective.role)) is None or role.maximum == 1:
+                return (objective.argument, group.name, ()), set()
+            holders_key = ("members", group.path(objective.role))
+            others = _at_it_before(
+                mission.corners_m[objective.argument], data.name, facts.get(holders_key), facts, position_m
+            )
+            return (objective.argument, group.name, others), {holders_key}
+        case "Mapping":
+            return (group.name,), set()
+        case "Inspecting":
+            return (objective.argument,), set()
+        case "Positioning":
+            place = mission.formation.get((group.name, objective.role), ("top", "middle"))
+            return (place, facts.get(head_key), group.name), {head_key}
+    raise _unknown(name)
+
+
 def _own(
     surveys: Mapping[str, SurveyJob], swaths_m: Mapping[str, Mapping[str, float]], vehicle: str
 ) -> Iterable[SurveyJob]:
@@ -358,12 +369,6 @@ def _own(
 def _forms(groups: Mapping[str, Group]) -> bool:
     """True if some of the groups are formed at sea."""
     return any(group.formed_by is not None for group in groups.values())
-
-
-def _formation(scenario: MappingScenario) -> dict[tuple[str, str], tuple[str, str]]:
-    """Places in the formation by group and role."""
-    roles = [(group.name, role) for group in scenario.group for role in group.role]
-    return {(group, role.name): role.position for group, role in roles if role.position is not None}
 
 
 def _unknown(activity: str) -> PlanningError:
@@ -387,14 +392,3 @@ def _switched_on(activity: str, data: VehicleData) -> tuple[str, ...]:
     if activity not in SENSING or data.sensor(SwathSettings) is None:
         return ()
     return tuple(sensor.name for sensor in data.sensors)
-
-
-def _positioning(
-    place: tuple[str, str], leaders: Sequence[str], group: str, data: VehicleData, spacing_m: float
-) -> Positioning:
-    """To keep a place in the formation, (row, side); in its middle behind the leader."""
-    row, side = place
-    ahead_m = -spacing_m * ((row == "bottom") + (side == "middle"))
-    left_m = spacing_m * ((side == "left") - (side == "right"))
-    others = tuple(name for name in leaders if name != data.name)
-    return Positioning(others, group, (ahead_m, left_m), data)

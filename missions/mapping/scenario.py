@@ -6,6 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AliasChoices, ConfigDict, Field, field_validator
 
+from missions.mapping.objects import ObjectTable
 from missions.meeting.settings import MEETING_DEADLINE
 from missions.scenarios.scenario import GroupTable, Role, Scenario, World
 from missions.scenarios.tables import Name, PointM, Positive, Section, Sparse
@@ -113,8 +114,11 @@ class FindsTable(Section):
 class MappingScenario(Scenario):
     """The whole input of a run of the mapping mission."""
 
+    UNSAID = Scenario.UNSAID | {"object"}
+
     world: MappingWorld
     mission: MappingSettings
     area: tuple[Area, ...] = ()
     finds: FindsTable | None = None
+    object: tuple[ObjectTable, ...] = ()
     group: tuple[MappingGroup, ...] = Field(min_length=1)

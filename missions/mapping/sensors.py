@@ -41,6 +41,15 @@ class Feature:
     close_speed_mps: float
 
 
+@dataclass(frozen=True, slots=True)
+class SeaObject:
+    """Something in the sea that no vehicle knows of: its name in tables, where it lies, and what it is."""
+
+    name: str
+    position_m: Point
+    classification: str
+
+
 @dataclass(frozen=True)
 class Seabed:
     """Cells of the areas to be mapped: the area, and the index in it, of each; and the features that lie in cells.
@@ -48,12 +57,14 @@ class Seabed:
     ``cells`` maps (column, row) of the world grid to (area name, index in the area). A cell covers
     ``cell_m`` by ``cell_m``; its centre is ((column + 0.5) cell_m, (row + 0.5) cell_m). ``under(x_m, y_m, reach_m)``
     gives the cells of areas whose centre is within ``reach_m`` of a place; the last are remembered, since the truth
-    looks where a sensor has.
+    looks where a sensor has. ``objects`` lie in the sea; ``seed`` is the root of what sensors show of them.
     """
 
     cell_m: float
     cells: Mapping[Cell, tuple[str, int]]
     features: Mapping[Cell, Feature] = field(default_factory=dict)
+    objects: tuple[SeaObject, ...] = ()
+    seed: int = 0
     under: Callable[[float, float, float], tuple[Cell, ...]] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from missions.errors import OutputError
 from worldmodel import Knowledge
-from worldmodel.sparql import Engine
+from worldmodel.sparql import Engine, engine_of
 from worldmodel.sparql import query as ask
 from worldmodel.writing import RdfFormat, canonical_items, written
 
@@ -41,7 +41,7 @@ def query(
     sparql: str,
     vehicle: str | None = None,
     at_s: float | None = None,
-    engine: Engine = Engine.RDFLIB,
+    engine: str = Engine.RDFLIB,
 ) -> tuple[Sequence[str], list[tuple[Any, ...]]]:
     """Ask what vehicles knew.
 
@@ -50,17 +50,17 @@ def query(
         sparql: a SELECT or ASK query.
         vehicle: the one to ask; if None, all are asked in turn, and the first column says which a row is from.
         at_s: a time of the run; its end if None.
-        engine: what answers.
+        engine: what answers, rdflib or oxigraph.
 
     Returns:
         Names of the columns, and the rows.
 
     Raises:
         OutputError: there is no such vehicle or time, or an older version wrote the results.
-        QueryError: the query cannot be read, or the engine is not installed.
+        QueryError: the query cannot be read, or the engine is not known or not installed.
     """
     known = knowledge(results, vehicle, at_s)
-    return ask(known if vehicle is None else known[vehicle], sparql, engine)
+    return ask(known if vehicle is None else known[vehicle], sparql, engine_of(engine))
 
 
 def export(
@@ -109,6 +109,24 @@ def export(
     finally:
         draft.unlink(missing_ok=True)
     return {name: sum(len(block.facts) for block in one.model.blocks()) for name, one in known.items()}
+
+
+def form_of(format: str, about: tuple[str | None, float | None, bool]) -> RdfFormat | None:
+    """The format of RDF of that name, None if it is none; then nothing may be asked that knowledge alone has.
+
+    Args:
+        format: its name.
+        about: vehicle, time and items as ``export`` has them.
+
+    Raises:
+        OutputError: something is asked that a file of this format does not have.
+    """
+    if format in {*RdfFormat}:
+        return RdfFormat(format)
+    if about != (None, None, False):
+        names = ", ".join(RdfFormat)
+        raise OutputError(f"vehicle, at and items: are about what vehicles knew; formats: {names}; not {format}")
+    return None
 
 
 def default_path(folder: Path, form: RdfFormat, vehicle: str | None, items: bool) -> Path:

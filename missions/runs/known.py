@@ -19,17 +19,27 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from exchange.packets import guid_of
 from missions.errors import OutputError
+from missions.runs.rebuilt import blocks_of, fill, gave_up_s
 from missions.runs.receptions import Senders
 from missions.runs.setup import Setup, world_model
 from remoras.activities import Objective
-from remoras.beliefs import Beliefs
+from remoras.beliefs import Beliefs, Fused
 from remoras.organisation import Group, Organisation, RoleAssignment
 from remoras.recorder import ADDED, ITEMS, KNOWLEDGE, MEMBERSHIP, ORGANISATION, PACKETS, SETTLING
 from remoras.social.agreement import Agreement
 from remoras.social.membership import acted_on
 from remoras.social.planning import missions_of
-from worldmodel import Block, PropertyValue, Reception, UnknownNameError, ValueKind, WorldModel, merge, suggestion
-from worldmodel.snapshot import from_text
+from worldmodel import (
+    Block,
+    Observation,
+    PropertyValue,
+    Reception,
+    UnknownNameError,
+    ValueKind,
+    WorldModel,
+    suggestion,
+)
+from worldmodel.snapshot import from_text, uncertainty_from_text
 
 if TYPE_CHECKING:
     from missions.runs.results import MemoryResults, Results
@@ -43,7 +53,8 @@ NEEDED = (ITEMS, KNOWLEDGE, PACKETS, ORGANISATION, MEMBERSHIP)
 class Belief(NamedTuple):
     """The latest value of an attribute of an instance, by names; when and by whom it was observed.
 
-    The value is text as in the table ``items``, but a number that can only be whole has no point.
+    The value is text as in the table ``items``, but a number that can only be whole has no point. ``uncertainty`` is
+    the standard deviation of a number or point, the probability of any other value, or None.
     """
 
     subject: str
@@ -51,6 +62,7 @@ class Belief(NamedTuple):
     value: str
     time_s: float
     origin: str
+    uncertainty: float | None = None
 
 
 @dataclass(frozen=True, repr=False)
@@ -89,10 +101,7 @@ class Known:
         slots = {(fact.subject, fact.attribute) for block in held for fact in block.facts}
         for latest in (self.model.latest(*slot) for slot in sorted(slots)):
             if latest is not None:
-                subject, attribute, value = names.as_text(latest.fact)
-                if self._is_whole(attribute):
-                    value = str(int(float(value)))
-                yield Belief(subject, attribute, value, latest.time_s, names.name(latest.origin))
+                yield self._belief(names, latest)
 
     def value(self, subject: str, attribute: str) -> Any:
         """The latest value that it knows of an attribute of an instance; None if it knows none.
@@ -102,6 +111,53 @@ class Known:
         """
         value = Beliefs(self.model).get((attribute, subject))
         return int(value) if value is not None and self._is_whole(attribute) else value
+
+    def fused(
+        self, subject: str, attribute: str, prior: Mapping[Any, float] | None = None, independent: bool = True
+    ) -> Fused | None:
+        """What all vehicles say of an attribute of an instance, together, as far as this one has heard.
+
+        Of each vehicle the newest observation counts, and of banned ones none; ``worldmodel.fusion`` says how.
+
+        Args:
+            subject: name of the instance; attribute: its name.
+            prior: weight of each symbol or truth value before anything was observed; even if None.
+            independent: False where vehicles may have taken over what others said: the most certain counts alone.
+
+        Raises:
+            UnknownNameError: no such instance or attribute.
+        """
+        return Beliefs(self.model).fused((attribute, subject), prior, independent)
+
+    def history(
+        self, subject: str, attribute: str, since_s: float | None = None, until_s: float | None = None
+    ) -> tuple[Belief, ...]:
+        """All that it has heard of an attribute of an instance, oldest first, without what banned vehicles said.
+
+        Args:
+            subject: name of the instance; attribute: its name.
+            since_s: observed at this time or later; until_s: at this time or before.
+
+        Raises:
+            UnknownNameError: no such instance or attribute.
+        """
+        names = Beliefs(self.model)
+        slot = names.uid(subject), self.model.tbox.attribute_named(attribute).uid
+        return tuple(self._belief(names, one) for one in self.model.history(*slot, since_s, until_s))
+
+    @property
+    def banned(self) -> Mapping[str, float]:
+        """From which time on it does not believe vehicles (s), by their names."""
+        names = Beliefs(self.model)
+        return {names.name(origin): from_s for origin, from_s in self.model.banned.items()}
+
+    def _belief(self, names: Beliefs, observation: Observation) -> Belief:
+        subject, attribute, value = names.as_text(observation.fact)
+        if self._is_whole(attribute):
+            value = str(int(float(value)))
+        return Belief(
+            subject, attribute, value, observation.time_s, names.name(observation.origin), observation.fact.uncertainty
+        )
 
     def _is_whole(self, attribute: str) -> bool:
         """True for a number that can only be whole."""
@@ -134,6 +190,7 @@ class Memory:
         self._end_s: float = results.summary["mission_time_s"] + (results.summary.get("settling_s") or 0.0)
         self._views = {table: _by_vehicle(results, table.name) for table in (ORGANISATION, MEMBERSHIP)}
         self._names = world_model(setup, 0)
+        self._faults = results.table("faults").to_pylist()
         self._results = results
         self._known_s: dict[str, list[tuple[float, Block, tuple[str, ...]]]] = {name: [] for name in setup.database}
         self._read(results)
@@ -156,7 +213,8 @@ class Memory:
             given = at_s if isinstance(at_s, Real) else repr(at_s)
             raise OutputError(f"at_s is {given}; allowed: 0 to {self._end_s}, the end of the run")
         model = world_model(setup, setup.database[vehicle].node)
-        merge(model, (block for since_s, block, _ in self._known_s[vehicle] if since_s <= at_s))
+        known = ((since_s, block) for since_s, block, _ in self._known_s[vehicle])
+        fill(model, known, at_s, gave_up_s(self._faults, vehicle), setup.schedule.frame_s)
         past = {table: [row for row in rows[vehicle] if row["time_s"] <= at_s] for table, rows in self._views.items()}
         changes = past[ORGANISATION]
         played = _left_over(
@@ -205,15 +263,13 @@ class Memory:
     def _read(self, results: Results | MemoryResults) -> None:
         """Put blocks together again, and see since when each vehicle has them."""
         setup = self._setup
-        exhausted_s = {
-            row["vehicle"]: row["time_s"] for row in results.table("faults").to_pylist() if row["kind"] == "energy"
-        }
+        exhausted_s = {row["vehicle"]: row["time_s"] for row in self._faults if row["kind"] == "energy"}
         received: dict[str, dict[str, float]] = defaultdict(dict)  # by item and vehicle
         for table in (KNOWLEDGE.name, SETTLING.name):
             for row in results.table(table).to_pylist() if results.has(table) else ():
                 if row["event"] == "received":
                     received[row["item"]][row["vehicle"]] = row["time_s"]
-        told = [self._told(rows) for rows in _blocks(results.table(ITEMS.name).to_pylist())]
+        told = [self._told(rows) for rows in blocks_of(results.table(ITEMS.name).to_pylist())]
         statuses = self._heard_statuses(results, told, exhausted_s)
         is_bound = setup.strategy.declaration.is_bound
         for number, (block, origin, recorded_s, kind, items) in enumerate(told):
@@ -243,11 +299,7 @@ class Memory:
         for number, one in enumerate(told):
             if one.block.is_status:
                 recorded[one.items[0]].append(number)
-        bad = {
-            (row["vehicle"], row["time_s"])
-            for row in results.table("faults").to_pylist()
-            if row["kind"] == "bad packet"
-        }
+        bad = {(row["vehicle"], row["time_s"]) for row in self._faults if row["kind"] == "bad packet"}
         found: dict[int, dict[str, float]] = {}
         for row in results.table(PACKETS.name).to_pylist():
             heard_s = {
@@ -277,30 +329,6 @@ class _Told(NamedTuple):
     recorded_s: float
     kind: str
     items: tuple[str, ...]
-
-
-def _blocks(rows: Iterable[Row]) -> Iterator[list[Row]]:
-    """The rows of the table ``items`` block by block."""
-    block: list[Row] = []
-    for row in rows:
-        if block and not _goes_on(block, row):
-            yield block
-            block = []
-        block.append(row)
-    if block:
-        yield block
-
-
-def _goes_on(block: Sequence[Row], row: Row) -> bool:
-    """True if a row is of the same block as those before it; two statuses may have one name, but begin alike."""
-    first = block[0]
-    if "@" not in row["uid"]:
-        return guid_of(row["uid"]) == guid_of(first["uid"])
-    slot = row["subject"], row["attribute"]
-    return (row["uid"], row["recorded_s"]) == (first["uid"], first["recorded_s"]) and slot != (
-        first["subject"],
-        first["attribute"],
-    )
 
 
 def _by_vehicle(results: Results | MemoryResults, table: str) -> dict[str, list[dict[str, Any]]]:
@@ -344,7 +372,7 @@ def _uid(model: WorldModel, name: str) -> int:
 def fact_of(model: WorldModel, row: Mapping[str, Any]) -> PropertyValue:
     """The fact that a row of the table ``items`` has; ``model`` needs to know the common instances alone."""
     attribute = model.tbox.attribute_named(row["attribute"])
-    if attribute.kind is ValueKind.LINK:
-        return PropertyValue(_uid(model, row["subject"]), attribute.uid, _uid(model, row["value"]))
-    value = from_text(model.tbox, attribute, row["value"])
-    return PropertyValue(_uid(model, row["subject"]), attribute.uid, value)
+    is_link = attribute.kind is ValueKind.LINK
+    value = _uid(model, row["value"]) if is_link else from_text(model.tbox, attribute, row["value"])
+    uncertainty = uncertainty_from_text(row.get("uncertainty", ""))
+    return PropertyValue(_uid(model, row["subject"]), attribute.uid, value, uncertainty)

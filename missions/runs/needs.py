@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 from missions.scenarios.scenario import BY_GROUPS, HELD, Scenario
+from remoras.bans import BANNED_FROM
 from remoras.database import AUVDatabase
 from remoras.mission import Mission
 from remoras.organisation import Group
@@ -30,7 +31,8 @@ def priorities(scenario: Scenario, strategy: Strategy, mission: Mission, tbox: T
     known = {attribute.name for attribute in tbox.attributes}
     listed = {name: priority for name, priority in scenario.communication.needs.items() if name in known}
     formation = [name for name in FORMATION_ATTRIBUTES if name in known]
-    stated = (*negotiated_attributes(strategy, mission.jobs, tbox), *SOCIAL_ATTRIBUTES, *formation)
+    bans = [BANNED_FROM] if BANNED_FROM in known else []
+    stated = (*negotiated_attributes(strategy, mission.jobs, tbox), *SOCIAL_ATTRIBUTES, *formation, *bans)
     strategic = dict.fromkeys(stated, max(listed.values()))
     return {tbox.attribute_named(name).uid: priority for name, priority in {**strategic, **listed}.items()}
 

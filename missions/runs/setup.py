@@ -18,9 +18,11 @@ from missions.runs.metrics import CORE_METRICS
 from missions.runs.needs import needs_of_all, priorities, subjects_of
 from missions.runs.refusals import refuse_malformed, refuse_undivided
 from missions.runs.sea import actual, sea_of
+from missions.scenarios.bans import ban_words
 from missions.scenarios.deployment import deployment_of, sound_speed_mps
 from missions.scenarios.knowledge import pruning_of
 from missions.scenarios.obligations import obligations_of
+from missions.scenarios.ontologies import sources_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import policy_of
 from missions.scenarios.scenario import Scenario, StrategyTable
@@ -117,7 +119,8 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     else:
         scenario = scenario.model_copy(update={"strategy": StrategyTable(name=strategy.name)})
     policy = policy_of(scenario.communication.policy)
-    tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used)
+    ontology = (*sources_of(scenario.worldmodel.ontology_text), *ban_words(scenario))
+    tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *ontology)
     database, groups = database_of(scenario, mission_type), groups_of(scenario)
     instances = _instances(scenario, mission, tbox)
     modem, world = modems()[scenario.communication.modem], scenario.world
@@ -277,6 +280,7 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
         faults_in(setup, seed),
         scenario.guidance.separation_m,
         Obligations(owed, mission.jobs, recorder) if (owed := obligations_of(scenario)) else None,
+        [table.declared() for table in scenario.ban],
     )
 
 

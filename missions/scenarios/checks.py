@@ -12,13 +12,15 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from exchange.acoustics.modems import modems
 from missions.errors import ConfigurationFault
+from missions.scenarios.bans import ban_faults
 from missions.scenarios.channel import channel_faults
-from missions.scenarios.faults import draw_faults, fault_table_faults
+from missions.scenarios.faults import bias_faults, draw_faults, fault_table_faults
 from missions.scenarios.formation import formation_faults
 from missions.scenarios.hooks import hook_faults
 from missions.scenarios.information import information_faults
 from missions.scenarios.knowledge import knowledge_faults
 from missions.scenarios.obligations import obligation_faults
+from missions.scenarios.ontologies import ontology_faults, words_of
 from missions.scenarios.organisation_checks import organisation_faults
 from missions.scenarios.parts import database_of, groups_of, strategy_named
 from missions.scenarios.policy import policy_faults
@@ -31,7 +33,7 @@ from remoras.executive.satisfaction import DecisionConstants
 from remoras.mission import Mission
 from remoras.strategies import configured
 from remoras.work import Job
-from worldmodel import OntologyError, core_ontology_paths, read_tbox
+from worldmodel import OntologyError
 
 MAX_COORDINATE_M = 9000.0
 """The ``position`` attribute reaches somewhat farther than the world may, for vehicles that drift out of it."""
@@ -55,7 +57,8 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     faults += [*organisation_faults(raw, default_sensor), *fault_table_faults(raw, default_sensor)]
     if mission is not None:
         faults += [*_needs(raw, mission), *_missions(raw, mission), *formation_faults(raw, mission)]
-        faults += [*obligation_faults(raw, mission), *knowledge_faults(raw, mission), *_own_faults(raw, mission)]
+        faults += [*obligation_faults(raw, mission), *knowledge_faults(raw, mission), *ontology_faults(raw, mission)]
+        faults += [*bias_faults(raw, mission), *ban_faults(raw), *_own_faults(raw, mission)]
     return faults
 
 
@@ -249,8 +252,10 @@ def _choices(raw: Raw) -> Iterator[ConfigurationFault]:
 def _needs(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     needs = table_of(table_of(raw, "communication"), "needs")
     try:
-        tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary)
+        tbox = words_of(raw, mission)
     except (OntologyError, OSError) as error:
+        if table_of(table_of(raw, "worldmodel"), "ontology_text"):
+            return  # reported with these files
         reference = table_of(raw, "scenario").get("mission")
         yield ConfigurationFault("scenario.mission", f'"{reference}"', f"its vocabulary cannot be read: {error}")
         return

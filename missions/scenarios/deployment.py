@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -58,15 +59,14 @@ def with_trace_found(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
 
     Args:
         raw: tables of a scenario.
-        folder: of the scenario's file; a file that is not found from there is looked for from where the program runs.
+        folder: that the path of the trace's file starts from.
     """
     channel: Mapping[str, Any] = table_of(raw, "channel")
     file = channel.get("file")
     if channel.get("name") != "trace" or not isinstance(file, str) or not file:
         return raw
-    path = folder / file if (folder / file).is_file() else Path(file)
-    try:
-        found = hash_of(str(path))
-    except TraceError:  # a check says so, of the file as it was given
-        return raw
-    return {**raw, "channel": {**channel, "file": str(path.resolve()), "sha256": channel.get("sha256") or found}}
+    path = str((folder / file).resolve())
+    found = {"file": path, "sha256": channel.get("sha256")}
+    with suppress(TraceError):  # a check says that it is not there
+        found["sha256"] = found["sha256"] or hash_of(path)
+    return {**raw, "channel": {**channel, **{key: value for key, value in found.items() if value}}}

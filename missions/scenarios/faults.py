@@ -12,15 +12,21 @@ from pydantic_core import PydanticCustomError
 from missions.errors import ConfigurationFault
 from missions.files import shown
 from missions.scenarios.abilities import can_play
-from missions.scenarios.tables import PointM, Positive, Raw, Section, entries, names_of, one_of, table_of
+from missions.scenarios.tables import PointM, Positive, Raw, Sparse, entries, names_of, one_of, table_of
 from remoras.database import AUVDatabase
-from remoras.faults import ANY, HEAD_OF, SLOW_FACTOR, DeclaredFault, FaultKind, able_to_work
+from remoras.faults import ANY, HEAD_OF, OF_SENSORS, SLOW_FACTOR, Bias, DeclaredFault, FaultKind, able_to_work
+from remoras.mission import Mission
 from remoras.organisation import Group
-from worldmodel import suggestion
+from worldmodel import OntologyError, core_ontology_paths, read_tbox, suggestion
 
 A_TIME = "a number of seconds, 0 or more, or [earliest, latest]"
-OF_KIND = {"factor": FaultKind.SLOW, "sensor": FaultKind.SENSOR}
-"""Keys that have an effect for one kind only."""
+OF_KIND = {
+    "factor": (FaultKind.SLOW,),
+    "sensor": OF_SENSORS,
+    "attribute": (FaultKind.BIASED,),
+    "offset": (FaultKind.BIASED,),
+}
+"""Keys that have an effect for some kinds only."""
 NOT_OF_JOINS = {
     "rate_per_h": "a vehicle joins at a time: give at_s",
     "until_s": "a vehicle that has joined stays; leave until_s out, or add a fault of kind lost",
@@ -51,13 +57,15 @@ def _time(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
-class FaultTable(Section):
+class FaultTable(Sparse):
     """One ``[[fault]]``."""
 
-    kind: Literal["lost", "mute", "deaf", "slow", "sensor", "joins"] = Field(
+    UNSAID = frozenset({"attribute", "offset"})
+
+    kind: Literal["lost", "mute", "deaf", "slow", "sensor", "joins", "biased"] = Field(
         description="what befalls the vehicle. lost: it does nothing any more; mute: nobody hears it; deaf: it hears "
         "nobody; slow: its speeds are multiplied by factor; sensor: its sensor yields nothing; joins: it is not there "
-        "before at_s"
+        "before at_s; biased: what its sensor reads of attribute is off by offset"
     )
     vehicle: str = Field(
         description="name of the vehicle; any: drawn among those that have a sensor or are able to play a role with a "
@@ -75,7 +83,13 @@ class FaultTable(Section):
     factor: float | None = Field(
         None, gt=0.0, lt=1.0, description=f"of kind slow: share of its speeds that is left, {SLOW_FACTOR} if absent"
     )
-    sensor: str | None = Field(None, description="of kind sensor: name of the sensor; all of the vehicle if absent")
+    sensor: str | None = Field(
+        None, description="of kinds sensor and biased: name of the sensor; all of the vehicle if absent"
+    )
+    attribute: str | None = Field(None, description="of kind biased: attribute of the facts that are off")
+    offset: float | PointM | None = Field(
+        None, description="of kind biased: what is added to a number, or [east, north] to a point"
+    )
 
     def declared(self) -> DeclaredFault:
         """The fault as a value."""
@@ -87,7 +101,14 @@ class FaultTable(Section):
             math.inf if self.until_s is None else self.until_s,
             SLOW_FACTOR if self.factor is None else self.factor,
             self.sensor,
+            self._bias,
         )
+
+    @property
+    def _bias(self) -> Bias | None:
+        if FaultKind(self.kind) is not FaultKind.BIASED or self.attribute is None or self.offset is None:
+            return None
+        return Bias(self.attribute, self.offset if isinstance(self.offset, tuple) else (self.offset,))
 
 
 def fault_table_faults(raw: Raw, default_sensor: str = "") -> Iterator[ConfigurationFault]:
@@ -124,7 +145,7 @@ def draw_faults(
             alike = [o for o in faults[:number] if (o.vehicle, o.kind, o.sensor) == (ANY, fault.kind, fault.sensor)]
             able = [data.name for data in able_to_work(database, groups, fault)]
             if len(alike) > len(able):
-                with_what = "the sensor" if fault.kind is FaultKind.SENSOR else "a sensor or a role with a job"
+                with_what = "the sensor" if fault.kind in OF_SENSORS else "a sensor or a role with a job"
                 allowed = f"the {len(alike)} of kind {fault.kind} befall different vehicles, but those with {with_what}"
                 yield ConfigurationFault(
                     f"fault.{number}.vehicle", f'"{ANY}"', f"{allowed} are {', '.join(able) or 'none'}"
@@ -183,8 +204,8 @@ def _useless(key: str, table: Raw) -> Iterator[ConfigurationFault]:
     """Keys that have no effect for the kind."""
     kind = table.get("kind")
     for name, of_kind in OF_KIND.items():
-        if name in table and kind in list(FaultKind) and kind != of_kind:
-            allowed = f"not used by kind {kind}, only by {of_kind}: leave it out"
+        if name in table and kind in list(FaultKind) and kind not in of_kind:
+            allowed = f"not used by kind {kind}, only by {' and '.join(of_kind)}: leave it out"
             yield ConfigurationFault(f"{key}.{name}", shown(table[name]), allowed)
     if kind == FaultKind.JOINS:
         for name, allowed in NOT_OF_JOINS.items():
@@ -194,7 +215,7 @@ def _useless(key: str, table: Raw) -> Iterator[ConfigurationFault]:
 
 def _sensor(key: str, table: Raw, raw: Raw, default: str) -> Iterator[ConfigurationFault]:
     """A sensor that no vehicle which is meant has."""
-    if table.get("kind") != FaultKind.SENSOR:
+    if table.get("kind") not in OF_SENSORS:
         return
     vehicle, sensor = table.get("vehicle"), table.get("sensor")
     named = [one for one in entries(raw, "vehicle") if one.get("name") == vehicle]
@@ -220,6 +241,38 @@ def _sensor_names(vehicle: Raw, default: str) -> list[str]:
     given = vehicle.get("sensor")
     tables = [given] if isinstance(given, dict) else entries(vehicle, "sensor")
     return [str(table.get("name") or table.get("type") or default) for table in tables]
+
+
+def bias_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
+    """A bias of no attribute, or of one that has no such offset.
+
+    Args:
+        raw: the tables as TOML has them.
+        mission: class of the mission, whose words there are.
+    """
+    told = [(n, one) for n, one in enumerate(entries(raw, "fault"), 1) if one.get("kind") == FaultKind.BIASED]
+    axes = _axes(mission) if told else {}
+    for number, table in told:
+        key, attribute, offset = f"fault.{number}", table.get("attribute"), table.get("offset")
+        for name, what in (("attribute", "of which attribute readings are off"), ("offset", "by how much")):
+            if name not in table:
+                yield ConfigurationFault(f"{key}.{name}", "", f"required by kind biased: {what}")
+        if attribute is None or not axes:
+            continue
+        yield from one_of(f"{key}.attribute", attribute, sorted(axes))
+        n_given = len(offset) if isinstance(offset, list | tuple) else 1
+        if offset is not None and attribute in axes and n_given != axes[attribute]:
+            allowed = f"{attribute} is a {'point: [east, north]' if axes[attribute] == 2 else 'number: one number'}"
+            yield ConfigurationFault(f"{key}.offset", shown(offset), allowed)
+
+
+def _axes(mission: type[Mission]) -> dict[str, int]:
+    """Of attributes that are numbers and points, by name: how many numbers each has."""
+    try:
+        tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary)
+    except (OntologyError, OSError):
+        return {}  # reported elsewhere
+    return {attribute.name: len(attribute.fields) for attribute in tbox.attributes if attribute.fields}
 
 
 def _twice(told: Sequence[tuple[str, Raw]]) -> Iterator[ConfigurationFault]:

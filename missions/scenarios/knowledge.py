@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 from pydantic import Field, create_model
 
 from missions.errors import ConfigurationFault
+from missions.scenarios.ontologies import words_of
 from missions.scenarios.tables import NotNegative, Positive, Raw, Section, Sparse, entries, one_of, table_of
 from remoras.mission import Mission
-from worldmodel import TYPE_UID, OntologyError, PruneRule, TBox, core_ontology_paths, read_tbox
+from worldmodel import TYPE_UID, OntologyError, PruneRule, TBox
 from worldmodel.arrivals import WAITING_BLOCKS, WAITING_S
+from worldmodel.bans import BANNED_FROM
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
@@ -27,8 +29,16 @@ PruneTable = create_model("PruneTable", __base__=Section, __doc__="One entry of 
 class WorldModelTable(Sparse):
     """The table ``[worldmodel]``."""
 
-    UNSAID = frozenset({"waiting_s", "waiting_blocks", "prune"})
+    UNSAID = frozenset({"waiting_s", "waiting_blocks", "prune", "ontology", "ontology_text"})
 
+    ontology: tuple[str, ...] = Field(
+        (),
+        description="Turtle files with further classes and attributes, relative to this one; from an option, to the "
+        "working folder",
+    )
+    ontology_text: dict[str, str] = Field(
+        {}, description="text of these files by name; it is filled in as they are read, and what is there is not read"
+    )
     waiting_s: Positive = Field(WAITING_S, description="for how long a block waits for what it rests on")
     waiting_blocks: int = Field(
         WAITING_BLOCKS, ge=1, le=65_536, description="blocks of one vehicle that may wait; the oldest is dropped"
@@ -53,11 +63,12 @@ def knowledge_faults(raw: Raw, mission: type[Mission]) -> Iterator[Configuration
     if not rules:
         return
     try:
-        tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary)
+        tbox = words_of(raw, mission)
     except (OntologyError, OSError):
         return  # reported elsewhere
     classes = [one.name for one in tbox.classes]
-    attributes = [one.name for one in tbox.attributes if one.uid != TYPE_UID and not one.latest_only]
+    stay = {tbox.attributes[TYPE_UID].name, BANNED_FROM}
+    attributes = [one.name for one in tbox.attributes if one.name not in stay and not one.latest_only]
     for number, rule in enumerate(rules, 1):
         yield from one_of(f"worldmodel.prune.{number}.class", rule.get("class"), classes)
         yield from one_of(f"worldmodel.prune.{number}.attribute", rule.get("attribute"), attributes)

@@ -22,6 +22,8 @@ from missions.scenarios.channel import leave_aside
 from missions.scenarios.checks import cross_faults, job_faults
 from missions.scenarios.copies import with_copies
 from missions.scenarios.deployment import with_trace_found
+from missions.scenarios.ontologies import KEY as ONTOLOGIES
+from missions.scenarios.ontologies import with_ontologies
 from missions.scenarios.organisation import specified
 from missions.scenarios.organisation_file import ORGANISATION, with_organisation
 from missions.scenarios.parts import mission_class, sensor_kind, sensor_settings
@@ -63,8 +65,10 @@ def resolved(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> S
     others = (one for one in overrides if one not in chosen)
     faults += [fault for option, text in others if (fault := _override(raw, option, text)) is not None]
     faults += leave_aside(own_channel, raw, options)
-    raw = with_trace_found(raw, Path(document.path).parent)
-    copies = with_copies(with_starts_apart(raw))
+    raw = with_trace_found(raw, Path() if {"channel.file", "channel"} & options.keys() else Path(document.path).parent)
+    worded, more = with_ontologies(raw, Path() if ONTOLOGIES in options else Path(document.path).parent)
+    faults += more
+    copies = with_copies(with_starts_apart(worded))
     specification = specified(copies.raw)
     faults += [*copies.faults, *specification.faults]
     mission, more = _mission_of(specification.raw)

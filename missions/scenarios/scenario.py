@@ -11,6 +11,7 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import ConfigDict, Field, field_validator
 
+from missions.scenarios.bans import BanTable
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.faults import FaultTable
@@ -342,7 +343,7 @@ class Scenario(Sparse):
     """The whole input of a run; a mission with tables of its own subclasses it."""
 
     model_config = ConfigDict(json_schema_extra=unless("organisation", "group"))
-    UNSAID = frozenset({"role", "group_template", "worldmodel"})
+    UNSAID = frozenset({"role", "group_template", "worldmodel", "ban"})
 
     organisation: str | None = Field(
         None,
@@ -373,3 +374,4 @@ class Scenario(Sparse):
     fleet: FleetTable | None = Field(None, exclude=True)
     vehicle: tuple[VehicleTable, ...] = Field(min_length=2, max_length=MAX_VEHICLES)
     fault: tuple[FaultTable, ...] = ()
+    ban: tuple[BanTable, ...] = ()

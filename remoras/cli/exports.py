@@ -14,6 +14,7 @@ from remoras.cli.app import Json, command, fail, show_json
 
 if TYPE_CHECKING:
     from missions.runs.results import Results
+    from worldmodel.writing import RdfFormat
 
 
 class ExportFormat(StrEnum):
@@ -33,8 +34,6 @@ class ExportFormat(StrEnum):
     N_TRIPLES = "nt"
 
 
-KNOWLEDGE = (ExportFormat.TURTLE, ExportFormat.TRIG, ExportFormat.JSON_LD, ExportFormat.N_TRIPLES)
-"""Formats of what the vehicles knew."""
 FORMAT_HELP = (
     "mcap for Foxglove, rosbag2 for ROS 2, geojson for QGIS and Neptus, kml for Google Earth, "
     "netcdf with CF conventions, csv for anything, alog for alogview of MOOS-IvP, trace for the channel trace; "
@@ -63,18 +62,16 @@ def export(
     as_json: Json = False,
 ) -> None:
     """Write a run for another tool: Foxglove, ROS 2, QGIS, Google Earth, MOOS-IvP, netCDF, CSV, RDF, or as a trace."""
+    from missions.runs.knowledge import form_of
     from missions.runs.results import Results
 
     if (folder / "study.json").is_file():
         fail(f"{folder}: holds a sweep, and export takes the results of one run; make one with: remoras run --out DIR")
-    if file_format not in KNOWLEDGE and (vehicle is not None or at is not None or items):
-        names = ", ".join(KNOWLEDGE)
-        fail(f"--vehicle, --at and --items: are about what vehicles knew; formats: {names}, not {file_format.value}")
-    results = Results.read(folder)
-    if file_format in KNOWLEDGE:
-        path, counts, what = _knowledge(results, file_format, out, force, vehicle, at, items)
-    else:
+    results, about = Results.read(folder), (vehicle, at, items)
+    if (form := form_of(file_format.value, about)) is None:
         path, counts, what = _voyage(results, file_format, out, force)
+    else:
+        path, counts, what = _knowledge(results, form, out, force, about)
     if as_json:
         show_json({"path": str(path), "format": file_format.value, "counts": counts})
         return
@@ -103,19 +100,12 @@ def _voyage(
 
 
 def _knowledge(
-    results: Results,
-    file_format: ExportFormat,
-    out: Path | None,
-    force: bool,
-    vehicle: str | None,
-    at_s: float | None,
-    items: bool,
+    results: Results, form: RdfFormat, out: Path | None, force: bool, about: tuple[str | None, float | None, bool]
 ) -> tuple[Path, dict[str, int], str]:
     """Write what vehicles knew; the file, and how many facts each knew."""
     from missions.runs.knowledge import default_path
     from missions.runs.knowledge import export as write
-    from worldmodel.writing import RdfFormat
 
-    form = RdfFormat(file_format.value)
+    vehicle, _, items = about
     path = out or default_path(results.folder, form, vehicle, items)
-    return path, write(results, form, path, force, vehicle, at_s, items), "facts known to "
+    return path, write(results, form, path, force, *about), "facts known to "

@@ -301,13 +301,12 @@ def query(
     from missions.files import text_of
     from missions.runs.knowledge import query as ask
     from missions.runs.results import Results
-    from worldmodel.sparql import engine_of
 
     if (folder / "study.json").is_file():
         fail(f"{folder}: holds a sweep, and query takes the results of one run; make one with: remoras run --out DIR")
     results = Results.read(folder)
     text = text_of(Path(sparql)) if sparql.endswith(".rq") else sparql
-    columns, rows = ask(results, text, vehicle, at, engine_of(engine))
+    columns, rows = ask(results, text, vehicle, at, engine)
     if as_json:
         show_json([dict(zip(columns, row, strict=True)) for row in rows])
         return

@@ -15,7 +15,7 @@ who plays a role, or left   the vehicle itself; who is or was a member of the gr
 a group                     its members, and the heads of the groups that supervise it
 who leads a group           the same; the members of the groups that it supervises, and of the one to which its head has
                             to belong
-a vehicle                   the members of all its groups; everybody if it is in none
+a vehicle                   the members of all its groups; everybody if it is in none, and who is not to be believed
 anything else               everybody
 ==========================  =========================================================================================
 
@@ -31,6 +31,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from remoras.bans import BANNED_FROM
 from remoras.organisation import Group, Organisation
 from remoras.social.negotiation import ROLE_ATTRIBUTES
 from remoras.social.succession import HEAD_TERM, HEADED_BY
@@ -102,6 +103,7 @@ class GroupNeeds:
         self._everybody = (1 << len(subjects.names)) - 1
         self._says_who_leads = {tbox.attribute_named(name).uid for name in (HEADED_BY, HEAD_TERM)}
         self._says_who_plays = {tbox.attribute_named(name).uid for name in ROLE_ATTRIBUTES}
+        self._of_bans = {one.uid for one in tbox.attributes if one.name == BANNED_FROM}
         role = tbox.class_named("Role").uid
         self._names_role = {a.uid for a in tbox.attributes if a.range_class == role}
         self._ever: dict[str, int] = {}  # those whom each group concerns or has concerned
@@ -158,6 +160,8 @@ class GroupNeeds:
 
     def _nodes(self, fact: PropertyValue) -> int:
         subject, of, now = fact.subject, self._subjects, self._now
+        if fact.attribute in self._of_bans:
+            return self._everybody
         if 0 <= subject < len(of.names):
             role = of.roles.get(fact.target) if fact.attribute in self._names_role else None
             return now.company[subject] if role is None else self._of_role(role, fact)

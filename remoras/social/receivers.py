@@ -38,7 +38,7 @@ def by_receiver(
     said = [(fact, role_named(PropertyValue(*fact)) or ("", "")) for fact in facts]
     players: dict[str, list[str]] = {}  # by role
     parts: dict[str, list[Fact]] = {}
-    for (subject, _, _), (attribute, role) in said:
+    for (subject, *_), (attribute, role) in said:
         if attribute == PLAYS:
             players.setdefault(role, []).append(beliefs.name(subject))
             parts.setdefault(beliefs.name(subject), [])

@@ -418,6 +418,23 @@ def test_a_table_explains_all_its_keys_and_nothing_explains_everything():
     assert all(key in everything for key in explanations())
 
 
+def test_the_ontology_of_a_scenario_is_explained_term_by_term():
+    text = remoras("explain", "ontology").stdout
+    assert "SurveyPlatform  (class below CapablePlatform and Vehicle)\n    A vehicle that has a mapping sonar" in text
+    assert "ratedSpeed  (attribute of Vehicle: 0 to 20 m/s, steps of 0.05)" in text
+    assert "mappedCell  (attribute of Area: 0 to 4095, steps of 1)" in text
+    assert "foundAt" not in text
+    terms = json.loads(remoras("explain", "ontology", "--scenario", "mapping-inspection", "--json").stdout)
+    (found,) = [term for term in terms if term["name"] == "foundAt"]
+    assert found == {
+        "name": "foundAt",
+        "kind": "attribute of Find: -10000 to 10000 m, steps of 0.5 east and north",
+        "meaning": "Where a find lies.",
+        "file": "finds",
+    }
+    assert all(term["meaning"] for term in terms)
+
+
 def test_no_key_is_explained_by_a_type_of_python():
     for name, (kind, _) in (explanations() | study_explanations()).items():
         assert re.match(r"(text|number|whole number|true or false|table|lists? of|one of|value)", kind), (name, kind)
@@ -614,12 +631,11 @@ def test_an_export_is_written_into_the_folder_and_counted(results: Path, tmp_pat
 
 
 def test_the_formats_are_those_of_the_package() -> None:
-    from remoras.cli.exports import KNOWLEDGE, ExportFormat
+    from remoras.cli.exports import ExportFormat
     from visualisation.exports import FORMATS
     from worldmodel.writing import RdfFormat
 
     assert [format.value for format in ExportFormat] == [*FORMATS, *RdfFormat]
-    assert [format.value for format in KNOWLEDGE] == [*RdfFormat]
 
 
 def test_an_export_is_of_one_run(results: Path, swept: Path, tmp_path: Path) -> None:

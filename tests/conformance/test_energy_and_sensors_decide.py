@@ -146,7 +146,7 @@ def test_who_says_that_its_sensors_are_dead_is_given_nothing_that_takes_them() -
         workers = [data.name for data in head.social._work()["Operational"].workers]
         assert ("AUV01" not in workers) is counts
     order = [head.beliefs.fact("AUV01", "playsRole", "Operational.LeftWinger")]
-    head._conclude(order, 2.0)
+    head.conclude(order, 2.0)
     consulted = head.social.consult()
     [ruling] = [one for one in consulted.rulings if one.asked.role == "LeftWinger"]
     assert ruling.outcome.value == "assignee takes no jobs"

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from html import unescape
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -13,8 +14,11 @@ import pytest
 from browsing import PATIENCE_MS, Window
 
 import remoras
+from missions.mapping.mission import MappingMission
 from missions.scenarios.explanations import explanations
 from missions.sweeps.study import study_explanations
+from worldmodel import core_ontology_paths, read_tbox
+from worldmodel.vocabulary import terms_of
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -98,6 +102,13 @@ def test_the_reference_has_every_key(site: Path) -> None:
     known = explanations() | study_explanations()
     assert len(known) > 100
     assert [key for key in known if f"{key}  (" not in text] == []
+
+
+def test_a_page_has_every_term_of_the_ontology_with_its_definition(site: Path) -> None:
+    text = unescape(re.sub(r"<[^>]+>", "", (site / "ontology.html").read_text(encoding="utf-8")))
+    terms = terms_of(read_tbox(*core_ontology_paths(), *MappingMission.vocabulary))
+    assert len(terms) > 110
+    assert [term.name for term in terms if f"{term.name}  ({term.kind})" not in text or term.meaning not in text] == []
 
 
 def test_pages_name_no_address_in_memory(site: Path) -> None:

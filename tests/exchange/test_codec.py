@@ -486,6 +486,8 @@ def test_the_size_listing_adds_up_to_what_is_sent(made: tuple[Codec, AckPolicy, 
         for fact in fragment.facts:
             size_bits += size["fact", "subject"] + size["fact", "attribute"] + size["fact", "another follows"]
             size_bits += size["fact", TBOX.attributes[fact.attribute].name]
+            uncertain = size.get(("fact", f"uncertainty of {TBOX.attributes[fact.attribute].name}"), 0)
+            size_bits += uncertain if fact.uncertainty is not None else min(1, uncertain)
     assert len(encoded(codec, packet)) == -(-size_bits // 8)
 
 

@@ -131,7 +131,7 @@ def test_what_vehicles_knew_is_written(short: remoras.Run, tmp_path: Path) -> No
     assert found.read_text(encoding="utf-8").startswith("<https://w3id.org/remoras/run/fact-")
     with pytest.raises(OutputError, match="is written as nt, and the format is ttl"):
         short.export("ttl", tmp_path / "items.ttl", items=True)
-    with pytest.raises(TypeError, match="are about what vehicles knew: ttl, trig, jsonld, nt"):
+    with pytest.raises(OutputError, match="are about what vehicles knew; formats: ttl, trig, jsonld, nt; not csv"):
         short.export("csv", tmp_path / "tables", vehicle="AUV01")
 
 

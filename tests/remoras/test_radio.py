@@ -14,6 +14,7 @@ from remoras.fleet import Fleet
 from remoras.radio import Signalling
 from remoras.recorder import Recorder
 from remoras.vehicle import Vehicle
+from worldmodel import TYPE_UID, Block
 
 SETUP = resolved(load("mapping-rendezvous"))
 ROLE = "Operational.LeftWinger"
@@ -121,3 +122,88 @@ def test_signals_name_the_roles_that_they_address(fleet: Fleet) -> None:
     assert heard.emitter == "AUV01"
     assert heard.signals == ((Signalling("Operational", "Performer", influences), -40),)
     assert fleet.recorder.satisfaction == [(schedule.start_s(node), "AUV01", "Operational", "Performer", -40)]
+
+
+def test_a_stranger_is_told_of_once_and_each_of_its_packets_is_bad(fleet: Fleet) -> None:
+    """A fleet whose missions are longer has wider times."""
+    longer = resolved(load("mapping-rendezvous", [("--set", "scenario.duration_s=30000")]))
+    schedule, listener, node = fleet.schedule, named(fleet, "AUV00"), named(fleet, "AUV01").data.node
+    for frame in range(5):
+        slot = 4 * frame + node
+        data = longer.codec.encode(node, [0] * 4, [], frame=frame)
+        listener.radio.hear(data, 0.5 * (schedule.start_s(slot) + schedule.start_s(slot + 1)))
+    kinds = [row[2] for row in fleet.recorder.faults]
+    assert kinds == ["bad packet", "another definition", *["bad packet"] * 4]  # already the first byte differs
+    assert fleet.recorder.faults[1][3].startswith("AUV01: ")
+
+
+@pytest.fixture
+def finders(monkeypatch: pytest.MonkeyPatch) -> Iterator[Fleet]:
+    """The shipped mission, in which each vehicle may find one object, and waits for 30 s for what is not known."""
+    setup = resolved(load("mapping-rendezvous", [("--set", "worldmodel.waiting_s=30")]))
+    monkeypatch.setattr(type(setup.mission), "instances_found_per_vehicle", 1)
+    assembled = assemble(resolved(setup.scenario), seed=1)
+    yield assembled
+    assembled.close()
+
+
+def told_of_what_nobody_announced(fleet: Fleet, listener: Vehicle) -> Block:
+    """AUV01 finds an object, keeps that to itself and says where it is; a listener hears the latter."""
+    finder = named(fleet, "AUV01")
+    model, tbox = finder.beliefs.model, finder.beliefs.model.tbox
+    uid = model.new_instance_uid()
+    model.record([(uid, TYPE_UID, tbox.class_named("ObjectOfInterest").uid)], 0.0, private=True)
+    told = model.record([(uid, tbox.attribute_named("location").uid, (10.0, 20.0))], 0.0).block
+    assert listener.radio.learn("AUV01", [told], 1.0) == ()
+    return told
+
+
+def test_what_a_block_waits_for_is_an_event_and_so_is_that_it_was_dropped(finders: Fleet) -> None:
+    """It came at 1 s and waits for 30 s at most."""
+    listener = named(finders, "AUV00")
+    told = told_of_what_nobody_announced(finders, listener)
+    node, uid = named(finders, "AUV01").data.node, told.facts[0].subject
+    for now_s in (7.0, 14.0, 28.0):
+        listener.radio.tidy(now_s)
+    expected = [(7.0, "AUV00", "lacking", f"instance {uid} of AUV01; blocks that wait for it: 1")]
+    assert finders.recorder.faults == expected
+    assert listener.beliefs.model.arrivals.waiting
+    listener.radio.tidy(35.0)
+    (row,) = finders.recorder.faults[1:]
+    assert row[:3] == (35.0, "AUV00", "dropped block: waited too long")
+    assert not listener.beliefs.model.arrivals.waiting
+    assert listener.beliefs.model.digest().get((node, 0)) is None
+
+
+def test_a_vehicle_sees_what_it_lacks_once_a_frame(finders: Fleet) -> None:
+    listener = named(finders, "AUV00")
+    told_of_what_nobody_announced(finders, listener)
+    for frame in (1, 2):
+        listener.consult(frame * finders.schedule.frame_s)
+    assert [row[2] for row in finders.recorder.faults] == ["lacking"]
+
+
+def test_what_no_packet_carries_is_kept_to_itself(fleet: Fleet) -> None:
+    """An attribute without a priority, what is for the vehicle alone, and all where nobody speaks."""
+    vehicle = named(fleet, "AUV01")
+    tells, fact = vehicle.radio.tells, vehicle.beliefs.fact
+    mapped, unlisted = fact("left", "mappedCell", 7), fact("AUV01", "claim", 3)
+    assert tells([mapped])
+    assert tells([unlisted, mapped])
+    assert not tells([unlisted])
+    assert not tells([mapped], told=False)
+    vehicle.radio.communicates = False
+    assert not tells([mapped])
+
+
+def test_what_is_kept_is_named_apart_and_leaves_no_gap_in_what_is_told(fleet: Fleet) -> None:
+    vehicle = named(fleet, "AUV01")
+    before = len(fleet.recorder.items)
+    node = vehicle.data.node
+    for number, told in enumerate((True, False, True)):
+        private = not vehicle.radio.tells([fact := vehicle.beliefs.fact("left", "mappedCell", number)], told)
+        change = vehicle.beliefs.model.record([fact], 0.0, private)
+        vehicle.radio.tell(change, vehicle.social.addressed, 0.0)
+    assert [(row[0], row[7]) for row in fleet.recorder.items[before:]] == [
+        (f"{node}-0", "told"), (f"{node}-p1", "kept"), (f"{node}-1", "told"),
+    ]  # fmt: skip

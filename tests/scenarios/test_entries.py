@@ -17,7 +17,8 @@ from missions.scenarios import load
 ROOT = Path(__file__).resolve().parents[2]
 OURS = tuple(str(ROOT / package) for package in ("worldmodel", "exchange", "remoras", "missions"))
 VALUES = (
-    "worldmodel/facts.py", "worldmodel/fields.py", "worldmodel/tbox.py", "worldmodel/store.py", "exchange/packets.py",
+    "worldmodel/facts.py", "worldmodel/fields.py", "worldmodel/tbox.py", "worldmodel/store.py",
+    "worldmodel/holdings.py", "worldmodel/individuals.py", "exchange/packets.py",
     "exchange/schedule.py", "remoras/activities.py", "remoras/authority.py", "remoras/beliefs.py",
     "remoras/database.py", "remoras/motion.py", "remoras/organisation.py", "remoras/picture.py", "remoras/plugins.py",
     "remoras/sensor.py", "remoras/work.py",

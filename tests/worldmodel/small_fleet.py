@@ -13,7 +13,9 @@ from worldmodel import (
     Value,
     ValueKind,
     WorldModel,
+    ban_ontology_path,
     core_ontology_paths,
+    merge,
     read_tbox,
 )
 from worldmodel.checks import CheckResult, check_fit, check_form
@@ -21,7 +23,7 @@ from worldmodel.fields import Grid
 
 AREAS = Path(__file__).parent / "areas.ttl"
 WRECKS = AREAS.with_name("wrecks.ttl")
-TBOX = read_tbox(*core_ontology_paths(), AREAS, WRECKS)
+TBOX = read_tbox(*core_ontology_paths(), ban_ontology_path(), AREAS, WRECKS)
 N_ORIGINS = 3
 PER_ORIGIN = 2
 CLOCK = Grid(0.0, 0.1)
@@ -53,6 +55,8 @@ POSITION, BATTERY, PLAYS_ROLE, AREA_DONE, CELL, CLASSIFICATION, LOCATION, COMPLE
     ),
 )
 
+BANNED_FROM = attribute_uid("bannedFrom")
+
 INSTANCES = tuple(
     Instance(uid, class_uid(kind), name)
     for uid, (kind, name) in enumerate(
@@ -72,6 +76,14 @@ AUV_0, AUV_1, ASV_0, BAY, EXPLORER, ECHO, SURVEY = range(7)
 
 def fleet_model(owner: int = 0) -> WorldModel:
     return WorldModel(TBOX, owner, INSTANCES, n_origins=N_ORIGINS, run_time_instances_per_origin=PER_ORIGIN)
+
+
+def ban(model: WorldModel, origins: Iterable[int], from_s: float = 0.0) -> None:
+    """Let the model hear that the vehicle of another origin bans these; there must be one left that may."""
+    banned = set(origins)
+    issuer = next(origin for origin in range(N_ORIGINS) if origin not in banned)
+    for n, origin in enumerate(sorted(banned)):
+        merge(model, [block(issuer, 900 + n, 999, (origin, BANNED_FROM, from_s))])
 
 
 def first_uid_of(origin: int) -> int:
@@ -157,9 +169,9 @@ def picture(model: WorldModel) -> tuple[object, ...]:
         list(model.blocks()),
         list(model.statuses()),
         model.digest(),
-        model.banned,
+        dict(model.banned),
         [model.latest(*slot) for slot in slots],
-        [model.history(*slot) for slot in slots],
+        [tuple(model.history(*slot)) for slot in slots],
         [model.instance(uid) for uid in range(model.n_uids)],
         [model.class_mask(uid) for uid in range(model.n_uids)],
         [model.instances_of(c.uid) for c in TBOX.classes],

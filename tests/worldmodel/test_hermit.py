@@ -30,11 +30,13 @@ from small_fleet import (
     block,
     fleet_model,
 )
+from typer.testing import CliRunner
 
+from remoras.cli import app
 from worldmodel import TYPE_UID, core_ontology_paths, formation_ontology_path, merge, read_tbox
 from worldmodel.owl import ONTOLOGY_FOLDER, graph_of
 from worldmodel.terms import instance_iri
-from worldmodel.turtle import RM
+from worldmodel.turtle import RM, SIT
 from worldmodel.view import as_graph
 
 owlready2 = pytest.importorskip("owlready2")
@@ -167,6 +169,25 @@ def test_an_individual_of_disjoint_classes_is_found(tmp_path: Path) -> None:
     graph = told()
     graph.add((instance_iri(AUV_0), URIRef("http://www.w3.org/1999/02/22-rdf-syntax-ns#type"), RM.ASV))
     assert not judged(graph, tmp_path).is_consistent
+
+
+def test_what_a_run_exports_fits_the_ontology_that_it_imports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    exported = tmp_path / "known.nt"
+    run = ["run", "mapping-rendezvous", "--per", "0.4", "--seed", "1", "--out", str(tmp_path / "run")]
+    for command in (run, ["export", str(tmp_path / "run"), "--format", "nt", "--out", str(exported)]):
+        done = CliRunner().invoke(app, command)
+        assert done.exit_code == 0, done.output
+    monkeypatch.setattr(owlready2.namespace, "onto_path", [str(ONTOLOGY_FOLDER), str(MAPPING)])
+    world = owlready2.World()
+    world.get_ontology(exported.as_uri()).load(only_local=True)
+    ((n_values,),) = world.sparql(f"SELECT (COUNT(?x) AS ?n) {{ ?x a <{SIT.PropertyValue}> }}")
+    ((n_cells,),) = world.sparql(f"SELECT (COUNT(?x) AS ?n) {{ ?x <{SIT.ofAttribute}> <{RM.mappedCell}> }}")
+    assert n_values > n_cells > 0  # whole numbers are among them
+    owlready2.sync_reasoner_hermit(world, debug=0)  # raises if it is inconsistent
+    assert not list(world.inconsistent_classes())
+    n_classes = len(list(world.classes()))
+    assert n_classes == 73  # of the core 68, of the situation vocabulary 4, and Area
+    print(f"\nexport of a run: {len(world.graph)} triples, {n_classes} classes, {n_values} values: consistent")
 
 
 def test_owlready_reads_the_rdf_xml_with_its_imports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

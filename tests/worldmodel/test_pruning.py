@@ -20,6 +20,7 @@ from small_fleet import (
     TBOX,
     WRECK,
     any_blocks,
+    ban,
     block,
     fleet_model,
     sound_blocks,
@@ -75,8 +76,7 @@ def test_all_answers_but_old_values_stay(blocks: list[Block], attribute: int, ti
     again = [*model.blocks(), *model.arrivals.waiting.values(), *model.arrivals.refused.values()]
     assert merge(pruned, again) == ((), ())  # known, and refused as before
     for one in (model, pruned):
-        for origin in sorted(banned):
-            one.ban(origin)
+        ban(one, banned)
     assert answers(pruned) == answers(model)
 
 
@@ -162,7 +162,8 @@ def test_a_model_with_rules_prunes_by_age_when_it_tidies_up() -> None:
     ("rule", "reason"),
     [
         (PruneRule(99, CELL, 0.0), "class 99 is unknown"),
-        (PruneRule(AREA, TYPE_UID, 0.0), "attribute 0; .*types are never pruned"),
+        (PruneRule(AREA, TYPE_UID, 0.0), "attribute 0; .*types and bans are never pruned"),
+        (PruneRule(AREA, TBOX.attribute_named("bannedFrom").uid, 0.0), "types and bans are never pruned"),
         (PruneRule(AREA, 999, 0.0), "attribute 999"),
         (PruneRule(AREA, CELL, -1.0), "older_than_s is -1"),
     ],

@@ -1,12 +1,13 @@
-"""SHACL shapes made from the compiled TBox, as an independent oracle for the checks.
+"""SHACL shapes made from the ontology's own domains and ranges, as an independent oracle for checks and export.
 
-Of the faults of notes/worldmodel.md, section 3, those that can be stated here: (a) member of disjoint
+Of the faults that a checker of such data should find, those that can be stated here: (a) member of disjoint
 classes, (c) dangling link, (d, d3) value out of range, (d2) wrong datatype; and domain and range of
 links. (b) and (b2), two values of a functional property, are no faults: an attribute may have many values.
 """
 
 import pytest
-from rdflib import RDF, RDFS, SH, XSD, BNode, Graph, Literal, URIRef
+from rdflib import OWL, RDF, RDFS, SH, XSD, BNode, Graph, Literal, URIRef
+from rdflib.collection import Collection
 from rdflib.term import Node
 from small_fleet import (
     AREA_DONE,
@@ -17,10 +18,12 @@ from small_fleet import (
     BATTERY,
     BAY,
     CELL,
+    CLASSIFICATION,
     COMPLETED,
     ECHO,
     EXPLORER,
     LENGTH,
+    LOCATION,
     NEAR,
     SURVEY,
     TBOX,
@@ -33,7 +36,7 @@ from small_fleet import (
 
 from worldmodel import TYPE_UID, Value, ValueKind, merge
 from worldmodel.owl import graph_of
-from worldmodel.terms import instance_iri
+from worldmodel.terms import instance_iri, term_of
 from worldmodel.view import as_graph
 
 pyshacl = pytest.importorskip("pyshacl")
@@ -41,7 +44,8 @@ NEW = first_uid_of(0)
 
 
 def shapes() -> Graph:
-    graph = Graph()
+    """The rules of the ontology in SHACL: disjointness, and of each attribute its domain and its own range."""
+    graph, ontology = Graph(), graph_of(TBOX)
     classes = [URIRef(c.iri) for c in TBOX.classes]
     for a in TBOX.classes:
         others = [b for b in TBOX.classes if b.uid > a.uid and TBOX.are_disjoint(a.uid, b.uid)]
@@ -55,7 +59,7 @@ def shapes() -> Graph:
         if attribute.kind is ValueKind.TYPE:
             continue
         shape, rule = BNode(), BNode()
-        declared = graph_of(TBOX).value(URIRef(attribute.iri), RDFS.range)
+        declared = ontology.value(URIRef(attribute.iri), RDFS.range)
         graph.add((shape, RDF.type, SH.NodeShape))
         graph.add((shape, SH.targetSubjectsOf, URIRef(attribute.iri)))
         graph.add((shape, SH["class"], classes[attribute.domain]))
@@ -65,6 +69,14 @@ def shapes() -> Graph:
             graph.add((rule, SH["class"], classes[attribute.range_class]))
         if attribute.kind is ValueKind.BOOLEAN:
             graph.add((rule, SH.datatype, XSD.boolean))
+        if attribute.kind is ValueKind.POINT:
+            (pattern,) = ontology.objects(None, URIRef(f"{XSD}pattern"))
+            graph.add((rule, SH.datatype, XSD.string))
+            graph.add((rule, SH.pattern, Literal(f"^{pattern}$")))
+        if attribute.kind is ValueKind.SYMBOL:
+            symbols = BNode()
+            Collection(graph, symbols, list(Collection(ontology, ontology.value(declared, OWL.oneOf))))
+            graph.add((rule, SH["in"], symbols))
         if attribute.kind is ValueKind.NUMBER:
             graph.add((rule, SH.datatype, declared))
             graph.add((rule, SH.minInclusive, Literal(float(attribute.fields[0].minimum))))
@@ -79,6 +91,8 @@ CLASSES = [t for t in graph_of(TBOX) if t[1] == RDFS.subClassOf]
 def _raw(attribute: int, value: Value) -> Node:
     """The value as RDF, whether the attribute may have it or not."""
     kind = TBOX.attributes[attribute].kind
+    if kind in {ValueKind.POINT, ValueKind.SYMBOL}:
+        return term_of(TBOX, TBOX.attributes[attribute], value)
     if kind is ValueKind.TYPE:
         return URIRef(TBOX.classes[int(value)].iri)  # type: ignore[arg-type]
     if kind is ValueKind.LINK:
@@ -132,6 +146,7 @@ def test_what_shacl_refuses_does_not_go_in(facts: list[tuple[int, int, Value]]) 
         [(BAY, AREA_DONE, ASV_0), (BAY, AREA_DONE, AUV_0)],
         [(NEW, TYPE_UID, WRECK), (NEW, LENGTH, 3.0), (ECHO, NEAR, NEW)],
         [(ECHO, TYPE_UID, WRECK), (ECHO, LENGTH, 3.0)],
+        [(ECHO, LOCATION, (3.5, -4.0)), (ECHO, CLASSIFICATION, 1)],
     ],
 )
 def test_what_goes_in_conforms(facts: list[tuple[int, int, Value]]) -> None:

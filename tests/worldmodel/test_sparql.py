@@ -13,7 +13,7 @@ QUERIES = (
     "SELECT ?x ?a ?v ?t ?by { ?x sit:hasPropertyValue ?f . ?f sit:ofAttribute ?a ; sit:dataValue|sit:linkValue ?v ;"
     " sit:timestamp ?t ; sit:origin ?by }",
     "SELECT ?x { ?x a/rdfs:subClassOf* rm:Vehicle }",
-    "SELECT ?x ?level { ?x rm:batteryFraction ?level FILTER(?level > 0.1) }",
+    "SELECT ?x ?level { ?x rm:batteryFraction ?level FILTER(?level > 0.105) }",
     "SELECT ?a (COUNT(?f) AS ?n) (MAX(?t) AS ?last) { ?f sit:ofAttribute ?a ; sit:timestamp ?t } GROUP BY ?a",
     "SELECT ?by (COUNT(?f) AS ?n) { GRAPH ?by { ?f a sit:PropertyValue } } GROUP BY ?by",
     "SELECT ?f ?t ?from { ?r sit:received ?f ; sit:receivedAt ?t ; sit:receivedFrom ?from ; sit:receivedBy ?to }",
@@ -35,6 +35,13 @@ def test_both_engines_give_the_same_rows(blocks: list[Block], banned: set[int]) 
         again, others = query(known, text, Engine.OXIGRAPH)
         assert columns == again
         assert sorted(map(repr, rows)) == sorted(map(repr, others)), text
+
+
+def test_of_nothing_there_is_no_group() -> None:
+    grouped = "SELECT ?a (COUNT(?f) AS ?n) { ?f sit:ofAttribute ?a } GROUP BY ?a"
+    for engine in Engine:
+        assert query(fleet_model(), grouped, engine)[1] == []
+        assert query(fleet_model(), "SELECT (COUNT(?f) AS ?n) { ?f sit:ofAttribute ?a }", engine)[1] == [(0,)]
 
 
 def test_the_snapshot_follows_the_model() -> None:

@@ -16,6 +16,7 @@ from small_fleet import (
     POSITION,
     TBOX,
     WRECK,
+    ban,
     block,
     codes,
     first_uid_of,
@@ -89,7 +90,7 @@ def test_a_status_replaces_what_its_origin_said_before_and_nothing_else() -> Non
     merge(model, [block(1, STATUS, 0, (AUV_0, BATTERY, 0.5))])
     assert [(o.origin, o.value) for o in model.history(AUV_0, BATTERY)] == [(1, 0.5), (0, 0.7)]
     assert model.value(AUV_0, BATTERY) == 0.7
-    model.ban(0)
+    ban(model, [0])
     assert model.value(AUV_0, BATTERY) == 0.5
 
 

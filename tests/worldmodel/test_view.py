@@ -1,6 +1,7 @@
 import re
 from dataclasses import replace
 from itertools import product
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -22,19 +23,21 @@ from small_fleet import (
     SURVEY,
     TBOX,
     WRECK,
+    ban,
     block,
     first_uid_of,
     fleet_model,
     sound_blocks,
 )
+from test_reasoning import N_VEHICLES, compiled, fleet
 
-from worldmodel import TYPE_UID, Block, QueryError, WorldModel, merge
+from worldmodel import TYPE_UID, Block, PropertyValue, QueryError, WorldModel, merge
 from worldmodel.fields import Field
 from worldmodel.owl import graph_of
 from worldmodel.sparql import query
 from worldmodel.terms import RUN, instance_iri, term_of
 from worldmodel.turtle import RM, SIT
-from worldmodel.view import as_graph
+from worldmodel.view import as_dataset, as_graph
 
 
 def facts_of(model: WorldModel) -> set[tuple[Node, Node, Node]]:
@@ -111,7 +114,7 @@ def test_the_view_follows_the_model_and_cannot_be_written() -> None:
     assert list(graph.objects(instance_iri(AUV_0), RM.batteryFraction)) == []
     model.record([(AUV_0, BATTERY, 0.5)], 1.0)
     assert list(graph.objects(instance_iri(AUV_0), RM.batteryFraction)) == [Literal("0.5", datatype=XSD.double)]
-    model.ban(0)
+    ban(model, [0])
     assert list(graph.objects(instance_iri(AUV_0), RM.batteryFraction)) == []
     with pytest.raises(TypeError, match=r"call WorldModel\.record or merge"):
         graph.add((instance_iri(0), RDF.type, RM.AUV))
@@ -136,8 +139,7 @@ def test_sparql_over_classes_and_their_subclasses() -> None:
 def test_index_view_and_sparql_answer_alike(blocks: list[Block], banned: set[int]) -> None:
     model = fleet_model()
     merge(model, blocks)
-    for origin in banned:
-        model.ban(origin)
+    ban(model, banned)
     view = as_graph(model)
     copy = Graph()
     copy += view
@@ -214,7 +216,7 @@ def test_a_query_of_several_models_says_whose_each_row_is() -> None:
     assert query(models["auv-1"], by) == (("by",), [("auv-1",)])
     said_by_0 = "SELECT ?x WHERE { ?x sit:hasPropertyValue/sit:origin run:instance-0 }"
     assert query(models, said_by_0) == (("vehicle", "x"), [("auv-0", "auv-0")])
-    models["auv-1"].ban(1)
+    ban(models["auv-1"], [1])
     assert query(models, asked) == (("vehicle", "level"), [("auv-0", 0.5)])
     with pytest.raises(QueryError, match=r"the variable \?vehicle is taken.*give the variable another name"):
         query(models, "SELECT ?vehicle WHERE { ?vehicle rm:batteryFraction ?level }")
@@ -233,3 +235,26 @@ def test_a_query_of_several_models_says_whose_each_row_is() -> None:
 def test_what_is_no_query_is_refused(sparql: str, reason: str) -> None:
     with pytest.raises(QueryError, match=reason):
         query(fleet_model(), sparql)
+
+
+def test_conclusions_stand_beside_what_was_told(tmp_path: Path) -> None:
+    """A vehicle is of a class whose definition it meets, and has the inverse link; both go with what they rest on."""
+    tbox = compiled(tmp_path)
+    by, has = (tbox.attribute_named(name).uid for name in ("carriedBy", "hasPart"))
+    model = fleet(tbox, [PropertyValue(N_VEHICLES + 1, by, 1)])  # all know that vehicle 1 carries gear 1
+    model.record([(N_VEHICLES, by, 0)], 1.0)
+    for known in (as_graph(model), as_dataset(model)):
+        platform, part = (URIRef(f"https://example.org/gear#{name}") for name in ("Platform", "hasPart"))
+        assert set(known.subjects(RDF.type, platform)) == {instance_iri(0), instance_iri(1)}
+        assert set(known.objects(instance_iri(0), part)) == {instance_iri(N_VEHICLES)}
+        assert set(known.subjects(part, instance_iri(N_VEHICLES + 1))) == {instance_iri(1)}
+        everything = set(known.triples((None, None, None)))
+        for triple in everything - set(graph_of(tbox)):
+            for which in product((True, False), repeat=3):
+                pattern = tuple(term if bound else None for term, bound in zip(triple, which, strict=True))
+                found = {t for t in everything if all(a in (None, b) for a, b in zip(pattern, t, strict=True))}
+                assert set(known.triples(pattern)) == found, pattern
+    assert model.inference.links(0, has) == (N_VEHICLES,)
+    model.ban(0)
+    assert list(as_graph(model).objects(instance_iri(0), part)) == []
+    assert set(as_graph(model).subjects(RDF.type, platform)) == {instance_iri(1)}

@@ -13,16 +13,16 @@ import pytest
 
 from exchange.acoustics.channel import Arrival, Channel
 from missions.errors import OutputError
-from missions.runs.known import Belief, fact_of
+from missions.runs.known import Belief, Memory, fact_of
 from missions.runs.results import MemoryResults, Results, write
-from missions.runs.run import Run, run
+from missions.runs.run import Run, result_of, run
 from missions.runs.setup import assemble, channel_of, resolved
 from missions.scenarios import Scenario, load
 from remoras.beliefs import Beliefs
 from remoras.fleet import Fleet
 from remoras.sensor import SELF, Observation
 from remoras.strategies import strategies
-from worldmodel import Instance, WorldModel, core_ontology_paths, read_tbox
+from worldmodel import TYPE_UID, Instance, WorldModel, core_ontology_paths, read_tbox
 
 MOMENTS = 50
 LOSS = ("channel.per=0.6",)
@@ -248,3 +248,34 @@ def test_an_older_folder_is_read_and_says_that_it_cannot_tell(folder: Path, tmp_
         (older / f"{name}.parquet").write_bytes((folder / f"{name}.parquet").read_bytes())
     with pytest.raises(OutputError, match=r"lacking or older: packets"):
         Results.read(older).known("AUV01", 10.0)
+
+
+def test_what_a_vehicle_gave_up_waiting_for_is_not_known_any_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 100 s AUV01 finds an object, keeps that to itself, and tells where it is: the others wait for 30 s. Then it
+    says what it found: they hold that, and no longer what they forgot."""
+    settings = ("worldmodel.waiting_s=30", "communication.needs.location=20", "channel.name='perfect'")
+    loaded = scenario(*settings)
+    monkeypatch.setattr(type(resolved(loaded).mission), "instances_found_per_vehicle", 1)
+    setup = resolved(loaded)
+    fleet, states = assemble(setup, 1), {}
+    finder = next(vehicle for vehicle in fleet.vehicles if vehicle.name == "AUV01")
+    model, tbox = finder.beliefs.model, setup.tbox
+    uid, found = model.new_instance_uid(), tbox.class_named("ObjectOfInterest").uid
+    announced, located = [(uid, TYPE_UID, found)], [(uid, tbox.attribute_named("location").uid, (10.0, 20.0))]
+    while fleet.now_s < 260.0:
+        fleet.step()
+        if fleet.now_s == 100.0:
+            finder.radio.tell(model.record(announced, 100.0, private=True), finder.social.addressed, 100.0)
+            finder.radio.tell(model.record(located, 100.0), finder.social.addressed, 100.0)
+        if fleet.now_s == 200.0:
+            finder.radio.tell(model.record([*announced, *located], 200.0), finder.social.addressed, 200.0)
+        if fleet.now_s in (110.0, 180.0, 250.0):
+            states[fleet.now_s] = state_of(fleet)
+    dropped = [row[1] for row in fleet.recorder.faults if row[2].startswith("dropped block")]
+    assert set(dropped) == {"ASV00", "AUV00", "AUV02"}
+    memory = Memory(MemoryResults(result_of(setup, 1, fleet, 0.0)), setup)
+    waiting = {at_s: len(vehicles["AUV00"][0][0][1]) for at_s, vehicles in states.items()}
+    assert waiting == {110.0: 1, 180.0: 0, 250.0: 0}
+    for at_s, vehicles in states.items():
+        for name, (held, _, _) in vehicles.items():
+            assert held_by(memory.known(name, at_s).model) == held, (name, at_s)

@@ -121,7 +121,11 @@ def test_every_key_is_explained() -> None:
 @pytest.mark.parametrize(
     ("table", "key", "says"),
     [
-        ('kind = "dead"\nvehicle = "Diver"\nat_s = 3', "kind", "'lost', 'mute', 'deaf', 'slow', 'sensor' or 'joins'"),
+        (
+            'kind = "dead"\nvehicle = "Diver"\nat_s = 3',
+            "kind",
+            "'lost', 'mute', 'deaf', 'slow', 'sensor', 'joins' or 'biased'",
+        ),
         (
             'kind = "lost"\nvehicle = "Divr"\nat_s = 3',
             "vehicle",

@@ -1,0 +1,77 @@
+"""The Python face of a sweep: the folder of a study, as scripts and notebooks see it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import matplotlib.figure
+    from pandas import DataFrame
+
+    from missions.sweeps.folder import SweepResults
+
+
+class Sweep:
+    """The runs of a study, in their folder.
+
+    Args:
+        results: reader of the folder.
+    """
+
+    def __init__(self, results: SweepResults) -> None:
+        self._results = results
+
+    def __repr__(self) -> str:
+        status = self._results.status()
+        return f"<Sweep in {self._results.folder}: {status.done} of {status.planned} runs done, {status.failed} failed>"
+
+    @property
+    def status(self) -> dict[str, int]:
+        """Runs planned, done, failed, censored and remaining."""
+        from dataclasses import asdict
+
+        return asdict(self._results.status())
+
+    def runs(self) -> DataFrame:
+        """One row for each finished run: key, configuration, summary."""
+        found: DataFrame = self._results.runs()
+        return found
+
+    def compare(self, *metrics: str, baseline: str | None = None) -> DataFrame:
+        """One row for each configuration and metric: mean, interval, paired difference to the baseline.
+
+        Args:
+            metrics: fields of the summary; those of the study if left out.
+            baseline: a strategy or a policy; the study's, or its first, if left out.
+
+        Raises:
+            OutputError: nothing has finished, or a name is unknown.
+        """
+        from dataclasses import asdict
+
+        import pandas as pd
+
+        from missions.comparison import compare as compared
+
+        return pd.DataFrame([asdict(row) for row in compared(self._results, metrics, baseline)])
+
+    def plot(
+        self, kind: str = "overview", metric: str = "mission_time_s", width_in: float | None = None
+    ) -> matplotlib.figure.Figure:
+        """A figure of the sweep.
+
+        Args:
+            kind: differences, ranking, trade-off, overview, or a metric by its field or the name of its chart.
+            metric: field of the summary whose differences or ranking are drawn.
+            width_in: of the figure; a column or a page of a paper if left out.
+
+        Returns:
+            A Matplotlib figure, see ``Run.plot``; its ``.caption`` has n, seeds and intervals.
+
+        Raises:
+            DrawingError: the kind is not known, has nothing to draw, or takes several figures.
+            OutputError: no run has finished, or the metric is not known.
+        """
+        from visualisation.sweeps import picture
+
+        return picture(self._results, kind, metric, width_in).shown()

@@ -1,0 +1,51 @@
+"""Bans: one decision for one set of facts, and a view that costs the same with a ban and without."""
+
+import random
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from worldmodel.bans import BanFact, decided
+
+
+def word(time_s: float, issuer: int, vehicle: int, from_s: float | None, sequence: int = 0) -> BanFact:
+    return BanFact((time_s, issuer, 0, sequence), 0, issuer, vehicle, from_s)
+
+
+def test_what_a_vehicle_says_of_itself_does_not_count() -> None:
+    assert decided([word(10, 1, 1, 0)]) == {}
+    assert decided([word(10, 0, 1, 5), word(11, 1, 1, None)]) == {1: 5}
+
+
+def test_the_newest_word_counts_whoever_says_it() -> None:
+    assert decided([word(10, 0, 1, 5), word(11, 2, 1, None)]) == {}
+    assert decided([word(10, 0, 1, 5), word(12, 0, 1, 7), word(11, 2, 1, None)]) == {1: 7}
+
+
+def test_of_two_that_ban_each_other_the_first_prevails() -> None:
+    assert decided([word(10, 0, 1, 0), word(12, 1, 0, 0)]) == {1: 0}
+
+
+def test_a_ban_begins_where_it_says() -> None:
+    """Vehicle 1 is banned from 20 s on: what it said at 12 s counts, what it says at 22 s does not."""
+    assert decided([word(10, 0, 1, 20), word(12, 1, 2, 0)]) == {1: 20, 2: 0}
+    assert decided([word(10, 0, 1, 20), word(22, 1, 2, 0)]) == {1: 20}
+
+
+def test_a_ban_of_the_issuer_does_not_undo_what_it_had_said() -> None:
+    assert decided([word(10, 0, 1, 0), word(11, 2, 0, 0)]) == {0: 0, 1: 0}
+
+
+def test_who_is_banned_no_more_may_ban_again() -> None:
+    assert decided([word(10, 0, 1, 0), word(11, 2, 1, None), word(12, 1, 0, 3)]) == {0: 3}
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 9), st.integers(0, 3), st.integers(0, 3), st.none() | st.integers(0, 9)), max_size=10
+    ),
+    st.integers(0, 99),
+)
+def test_order_of_arrival_makes_no_difference(rows: list[tuple[int, int, int, int | None]], seed: int) -> None:
+    facts = [word(t, issuer, vehicle, from_s, n) for n, (t, issuer, vehicle, from_s) in enumerate(rows)]
+    assert decided(facts) == decided(random.Random(seed).sample(facts, len(facts)))

@@ -1,0 +1,70 @@
+"""The triples of receptions: when and from whom a vehicle received what it knows of others."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+
+from rdflib import RDF
+from rdflib.term import Node
+
+from worldmodel.facts import Observation
+from worldmodel.knowledge import Knowledge, Reception
+from worldmodel.terms import Terms, block_name, fact_iri, is_fact, reception_iri
+from worldmodel.turtle import SIT
+
+RECEPTION, RECEIVED = SIT.Reception, SIT.received
+
+
+class Receptions:
+    """The receptions of one vehicle, by their IRIs and by what was received.
+
+    Args:
+        known: what the vehicle knows.
+        terms: of its world model.
+        is_seen: tells whether a fact of that IRI is in the view.
+    """
+
+    def __init__(self, known: Knowledge, terms: Terms, is_seen: Callable[[Node], bool]) -> None:
+        owner = terms.instance(known.model.owner)
+        self._is_seen = is_seen
+        self._owner = known.model.owner
+        self._of_block: Mapping[str, Reception] = {block_name(one.block): one for one in known.receptions}
+        self._by_iri: Mapping[Node, Reception] = {
+            reception_iri(self._owner, one.block): one for one in self._of_block.values()
+        }
+        self._parts: Mapping[Node, Callable[[Reception], Node | None]] = {
+            RDF.type: lambda one: RECEPTION,
+            SIT.receivedBy: lambda one: owner,
+            SIT.receivedFrom: lambda one: None if one.sender is None else terms.instance(one.sender),
+            SIT.receivedAt: lambda one: terms.number(one.time_s),
+        }
+        self.predicates = frozenset({*self._parts, RECEIVED} - {RDF.type})
+        """Predicates that receptions alone have."""
+
+    def get(self, iri: Node) -> Reception | None:
+        """Return the reception of that IRI, if it is one."""
+        return self._by_iri.get(iri)
+
+    def triples(
+        self, subject: Node, one: Reception, predicate: Node | None, target: Node | None
+    ) -> Iterator[tuple[Node, Node, Node]]:
+        """Yield the matching triples of one reception."""
+        for name, of in self._parts.items():
+            if predicate is None or predicate == name:
+                term = of(one)
+                if term is not None and target in (None, term):
+                    yield (subject, name, term)
+        if predicate is None or predicate == RECEIVED:
+            for position in range(len(one.block.facts)):
+                iri = fact_iri(Observation(one.block, position))
+                if target in (None, iri) and self._is_seen(iri):
+                    yield (subject, RECEIVED, iri)
+
+    def of_fact(self, fact: Node, observation: Observation | None) -> Iterable[tuple[Node, Node, Node]]:
+        """Return the triple that leads to a fact."""
+        found = None if observation is None else self._of_block.get(block_name(observation.block))
+        return () if found is None else ((reception_iri(self._owner, found.block), RECEIVED, fact),)
+
+    def all_triples(self, predicate: Node | None, target: Node | None) -> Iterator[tuple[Node, Node, Node]]:
+        """Yield the matching triples of all receptions; ``target`` is no fact."""
+        if target is None or not is_fact(target):
+            for iri, one in self._by_iri.items():
+                yield from self.triples(iri, one, predicate, target)
