@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from exchange.acoustics import loss
-from exchange.acoustics.link import LinkModel
+from exchange.acoustics.link import LinkModel, Transmission
 from exchange.acoustics.modems import Modem
 
 
@@ -55,8 +55,20 @@ class BroadcastChannel:
     """One packet at a time in one sea: straight rays, one sound speed, a range, a loss model.
 
     A packet is lost at a receiver if the draw of ``loss.uniform(seed, trial, slot, sender, receiver)``
-    lies below the link's probability, or if the receiver is farther away than ``range_m``, or if sender or
-    receiver is blacked out when the packet starts.
+    lies below the link's probability, or if sender or receiver is blacked out when the packet starts, or if it comes
+    too late or from too far, see ``carries_beyond_range``.
+
+    Args:
+        modem: of all nodes.
+        link: how likely a packet is lost on each link.
+        seed: of the run.
+        trial: number of the run, or 0.
+        sound_speed_mps: in the sea.
+        range_m: the declared range, for which the guard of the slots is made.
+        blackouts: times without communication.
+        depths_m: of the nodes, for ranges in three dimensions; ranges are those on the chart if it is empty.
+        carries_beyond_range: how far a packet carries is left to the link. It is only lost if it is not complete before
+            its slot ends, after the time of the longest packet and the guard. Else nothing is heard beyond ``range_m``.
     """
 
     modem: Modem
@@ -66,26 +78,33 @@ class BroadcastChannel:
     sound_speed_mps: float = 1500.0
     range_m: float = math.inf
     blackouts: tuple[Blackout, ...] = ()
+    depths_m: tuple[float, ...] = ()
+    carries_beyond_range: bool = False
 
     def transmit(
         self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
     ) -> list[Arrival]:
-        """Arrivals at all who are within range, are not blacked out and do not lose the packet."""
+        """Arrivals at all whom it reaches in time, who are not blacked out and do not lose the packet."""
         cut_off = {b.node for b in self.blackouts if b.from_s <= now_s < b.until_s}
         if None in cut_off or sender in cut_off:
             return []
         x_m, y_m = positions_m[sender]
-        sent_s = now_s + self.modem.packet_s(8 * len(data))
+        packet = Transmission(slot, sender, now_s, 8 * len(data))
+        sent_s = now_s + self.modem.packet_s(packet.size_bits)
+        slot_ends_s = now_s + self.modem.packet_s(self.modem.payload_bits) + self.range_m / self.sound_speed_mps
         draws = loss.slot_key(loss.trial_key(self.seed, self.trial), slot)
         arrivals = []
         for receiver, (other_x_m, other_y_m) in enumerate(positions_m):
             if receiver == sender or receiver in cut_off:
                 continue
             range_m = math.hypot(other_x_m - x_m, other_y_m - y_m)
-            if range_m > self.range_m:
+            if self.depths_m:
+                range_m = math.hypot(range_m, self.depths_m[receiver] - self.depths_m[sender])
+            time_s = sent_s + range_m / self.sound_speed_mps
+            if time_s > slot_ends_s if self.carries_beyond_range else range_m > self.range_m:
                 continue
-            p_loss = self.link.p_loss(slot, sender, receiver, range_m)
+            p_loss = self.link.p_loss(packet, receiver, range_m)
             if p_loss > 0.0 and loss.link_uniform(draws, sender, receiver) < p_loss:
                 continue
-            arrivals.append(Arrival(receiver, sent_s + range_m / self.sound_speed_mps, data))
+            arrivals.append(Arrival(receiver, time_s, data))
         return arrivals

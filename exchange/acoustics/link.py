@@ -4,9 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from exchange.acoustics import loss
+
+
+class Transmission(NamedTuple):
+    """What a sender sends once, as a model of losses sees it.
+
+    Attributes:
+        slot: TDMA slot, counted from 0.
+        sender: node that owns the slot.
+        start_s: time at which the packet starts, from the start of the run.
+        size_bits: of the packet.
+    """
+
+    slot: int
+    sender: int
+    start_s: float
+    size_bits: int
 
 
 class LinkModel(Protocol):
@@ -16,14 +32,13 @@ class LinkModel(Protocol):
     the answer with a uniform number of its own. The answer depends on the arguments alone, not on earlier questions.
     """
 
-    def p_loss(self, slot: int, sender: int, receiver: int, range_m: float) -> float:
-        """Probability that ``receiver`` loses the packet that ``sender`` sends.
+    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
+        """Probability that ``receiver`` loses a packet.
 
         Args:
-            slot: TDMA slot, counted from 0.
-            sender: node that owns the slot.
-            receiver: another node.
-            range_m: distance between them, in metres.
+            packet: what is sent, when and by whom.
+            receiver: another node than its sender.
+            range_m: distance between them when it starts, in metres; in depth too if the model of the channel says so.
 
         Returns:
             A number from 0 to 1.
@@ -35,7 +50,7 @@ class LinkModel(Protocol):
 class Perfect:
     """Every packet arrives: the bound from above."""
 
-    def p_loss(self, slot: int, sender: int, receiver: int, range_m: float) -> float:
+    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
         """No packet is lost."""
         return 0.0
 
@@ -46,7 +61,7 @@ class Bernoulli:
 
     per: float
 
-    def p_loss(self, slot: int, sender: int, receiver: int, range_m: float) -> float:
+    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
         """The same for every packet."""
         return self.per
 
@@ -63,9 +78,9 @@ class Matrix:
     per: float
     per_of: Mapping[tuple[int, int], float]
 
-    def p_loss(self, slot: int, sender: int, receiver: int, range_m: float) -> float:
+    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
         """The rate of the link."""
-        return self.per_of.get((sender, receiver), self.per)
+        return self.per_of.get((packet.sender, receiver), self.per)
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,6 +144,6 @@ class GilbertElliott:
         self._known[sender, receiver] = slot, bad
         return bad
 
-    def p_loss(self, slot: int, sender: int, receiver: int, range_m: float) -> float:
+    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
         """The rate of the state that the link is in."""
-        return self.per_bad if self.is_bad(slot, sender, receiver) else self.per_good
+        return self.per_bad if self.is_bad(packet.slot, packet.sender, receiver) else self.per_good

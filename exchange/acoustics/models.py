@@ -3,16 +3,19 @@
 A model is one class. It lists its settings, the keys of ``[channel]`` that it uses. It makes the ``LinkModel`` of a
 run, and says how many packets it loses in the mean. ``exchange.acoustics.channel`` asks the ``LinkModel`` for each
 packet and receiver, and draws by itself. A scenario names a shipped model, or another as ``package.module:Class``.
+The simple models are here; ``acoustic`` and ``trace`` have files of their own.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from exchange.acoustics.link import Bernoulli, GilbertElliott, LinkModel, Matrix, Perfect
+from exchange.acoustics.modems import Modem
 
 Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 
@@ -39,6 +42,25 @@ class SettingFault(NamedTuple):
     allowed: str
 
 
+@dataclass(frozen=True, slots=True)
+class Deployment:
+    """The fleet that transmits, as far as a channel model may know it.
+
+    Attributes:
+        nodes: node number of each vehicle, by name; from 0 on, without gaps.
+        depths_m: working depth of each node.
+        modem: of all vehicles.
+        range_m: declared range, for which the guard of the slots is made.
+        duration_s: time at which the run ends at the latest.
+    """
+
+    nodes: Mapping[str, int]
+    depths_m: tuple[float, ...]
+    modem: Modem
+    range_m: float
+    duration_s: float
+
+
 class ChannelModel(BaseModel):
     """A channel model, and the settings that it takes.
 
@@ -52,17 +74,21 @@ class ChannelModel(BaseModel):
     ...     title = "losses grow with range"
     ...     reach_m: float = Field(1000.0, gt=0.0, description="range from which on all is lost (m)")
     ...
-    ...     def link_model(self, nodes, seed):
+    ...     def link_model(self, deployment, seed):
     ...         return FadingLink(self.reach_m)
     ...
-    ...     def mean_per(self, n_nodes):
+    ...     def mean_per(self, deployment):
     ...         return 0.5
     >>> class FadingLink(NamedTuple):
     ...     reach_m: float
     ...
-    ...     def p_loss(self, slot, sender, receiver, range_m):
+    ...     def p_loss(self, packet, receiver, range_m):
     ...         return min(1.0, range_m / self.reach_m)
-    >>> Fading(reach_m=2000.0).link_model({"AUV00": 0, "AUV01": 1}, seed=1).p_loss(0, 0, 1, 500.0)
+    >>> from exchange.acoustics.link import Transmission
+    >>> from exchange.acoustics.modems import modems
+    >>> pond = Deployment({"AUV00": 0, "AUV01": 1}, (0.0, 20.0), modems()["nanomodem-v3"], 1000.0, 3600.0)
+    >>> links = Fading(reach_m=2000.0).link_model(pond, seed=1)
+    >>> links.p_loss(Transmission(slot=0, sender=0, start_s=0.0, size_bits=512), 1, 500.0)
     0.25
     """
 
@@ -70,20 +96,35 @@ class ChannelModel(BaseModel):
 
     title: ClassVar[str] = ""
     """One line for listings."""
+    counts_depth: ClassVar[bool] = False
+    """True if ranges, and so the times of arrivals, are those in three dimensions; else those on the chart."""
+    carries_beyond_range: ClassVar[bool] = False
+    """True if the losses themselves say how far a packet carries; else nothing is heard beyond the declared range."""
 
-    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
+    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """The model of all links in one run; asked once, before the run starts.
 
         Args:
-            nodes: node number of each vehicle, by name.
+            deployment: the fleet that transmits.
             seed: of the run. A model that draws takes its numbers from ``exchange.acoustics.loss`` by seed, slot,
                 sender and receiver, so that its answers do not depend on what was asked before.
         """
-        raise NotImplementedError(f"{type(self).__name__} makes no links: define link_model(nodes, seed)")
+        raise NotImplementedError(f"{type(self).__name__} makes no links: define link_model(deployment, seed)")
 
-    def mean_per(self, n_nodes: int) -> float:
-        """Packet error rate in the mean over time and all directed links of a fleet, within range; for the results."""
-        raise NotImplementedError(f"{type(self).__name__} does not say what it loses: define mean_per(n_nodes)")
+    def mean_per(self, deployment: Deployment) -> float:
+        """Packet error rate in the mean over time and all directed links of a fleet, within range; for the results.
+
+        A model that cannot know it, for lack of the tracks, estimates it and says how.
+        """
+        raise NotImplementedError(f"{type(self).__name__} does not say what it loses: define mean_per(deployment)")
+
+    def sound_speed_mps(self, deployment: Deployment) -> float | None:
+        """Speed of sound that follows from the settings; None, as here, where that of the world holds. Optional."""
+        return None
+
+    def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
+        """What is wrong between the settings and the fleet; asked when a scenario is checked. Optional."""
+        yield from ()
 
     @classmethod
     def faults(cls, given: Mapping[str, Any]) -> Iterator[SettingFault]:
@@ -100,11 +141,11 @@ class PerfectChannel(ChannelModel):
 
     title = "every packet arrives"
 
-    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
+    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Links that lose nothing."""
         return Perfect()
 
-    def mean_per(self, n_nodes: int) -> float:
+    def mean_per(self, deployment: Deployment) -> float:
         """Nothing is lost."""
         return 0.0
 
@@ -118,11 +159,11 @@ class BernoulliChannel(ChannelModel):
         0.0, ge=0.0, lt=1.0, description="packet error rate of bernoulli, and of the links that matrix does not list"
     )
 
-    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
+    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Links of one packet error rate."""
         return Bernoulli(self.per)
 
-    def mean_per(self, n_nodes: int) -> float:
+    def mean_per(self, deployment: Deployment) -> float:
         """The rate itself."""
         return self.per
 
@@ -144,13 +185,14 @@ class MatrixChannel(BernoulliChannel):
 
     link: tuple[LinkTable, ...] = ()
 
-    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
+    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Links of a rate each."""
+        nodes = deployment.nodes
         return Matrix(self.per, {(nodes[link.sender], nodes[link.receiver]): link.per for link in self.link})
 
-    def mean_per(self, n_nodes: int) -> float:
+    def mean_per(self, deployment: Deployment) -> float:
         """Mean over the links, listed or not."""
-        n_links = n_nodes * (n_nodes - 1)
+        n_links = len(deployment.nodes) * (len(deployment.nodes) - 1)
         return self.per + sum(link.per - self.per for link in self.link) / n_links
 
     @classmethod
@@ -184,11 +226,11 @@ class GilbertElliottChannel(ChannelModel):
     per_good: Probability = Field(0.05, description="gilbert-elliott: packet error rate of a link in its good state")
     per_bad: Probability = Field(0.8, description="gilbert-elliott: packet error rate of a link in its bad state")
 
-    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
+    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Links with a state each, drawn by the seed."""
         return self._chain(seed)
 
-    def mean_per(self, n_nodes: int) -> float:
+    def mean_per(self, deployment: Deployment) -> float:
         """Stationary mean over both states."""
         return self._chain(seed=0).mean_per
 
@@ -205,12 +247,3 @@ class GilbertElliottChannel(ChannelModel):
             if not 0.0 < sum(rates.values()) <= 1.0:
                 allowed = f"{' + '.join(rates)} must be above 0 and at most 1, not {sum(rates.values()):g}"
                 yield SettingFault(greater, str(rates[greater]), allowed)
-
-
-CHANNELS: dict[str, type[ChannelModel]] = {
-    "perfect": PerfectChannel,
-    "bernoulli": BernoulliChannel,
-    "matrix": MatrixChannel,
-    "gilbert-elliott": GilbertElliottChannel,
-}
-"""The shipped models by the name that scenarios use."""

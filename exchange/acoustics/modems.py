@@ -6,27 +6,55 @@ import tomllib
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
+from typing import Any
+
+from exchange.acoustics.bit_errors import Modulation
+
+FILE = "modems.toml"
+"""Where the profiles stand."""
 
 
 @dataclass(frozen=True, slots=True)
 class Modem:
-    """What the exchange needs to know of a modem.
+    """What the exchange and the acoustic channel need to know of a modem.
 
     Attributes:
         payload_bytes: largest packet.
+        frame_bytes: of its frames, each of which is lost or passes for itself; the packet if it has no frames.
         rate_bps: net rate while the payload is sent.
         head_s: time before the payload (preamble, cycle initialisation).
         range_m: nominal range.
+        band_khz: lower and upper end of the band.
+        modulation: how bits are written.
+        source_level_db: dB re 1 uPa at 1 m; None where nobody says.
+        receive_w: power while it listens; None where nobody says. Runs count it into ``hotel_w`` of the vehicles.
+        unverified: names of those numbers above that no source was found for: estimates.
         equipment: class of the ontology that it is of.
     """
 
     name: str
     title: str
     payload_bytes: int
+    frame_bytes: int
     rate_bps: float
     head_s: float
     range_m: float
+    band_khz: tuple[float, float]
+    modulation: Modulation
+    source_level_db: float | None = None
+    receive_w: float | None = None
+    unverified: tuple[str, ...] = ()
     equipment: str = "AcousticModem"
+
+    @property
+    def band_hz(self) -> float:
+        """Width of the band."""
+        return 1000.0 * (self.band_khz[1] - self.band_khz[0])
+
+    @property
+    def centre_khz(self) -> float:
+        """Centre of the band."""
+        return (self.band_khz[0] + self.band_khz[1]) / 2.0
 
     @property
     def payload_bits(self) -> int:
@@ -45,5 +73,16 @@ class Modem:
 @cache
 def modems() -> dict[str, Modem]:
     """The shipped profiles by name."""
-    text = resources.files("exchange.acoustics").joinpath("modems.toml").read_text(encoding="utf-8")
-    return {name: Modem(name=name, **profile) for name, profile in tomllib.loads(text).items()}
+    text = resources.files("exchange.acoustics").joinpath(FILE).read_text(encoding="utf-8")
+    return {name: _modem(name, profile) for name, profile in tomllib.loads(text).items()}
+
+
+def _modem(name: str, profile: dict[str, Any]) -> Modem:
+    values = {
+        "frame_bytes": profile["payload_bytes"],
+        **profile,
+        "band_khz": tuple(profile["band_khz"]),
+        "modulation": Modulation(profile["modulation"]),
+        "unverified": tuple(profile.get("unverified", ())),
+    }
+    return Modem(name=name, **values)

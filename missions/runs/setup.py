@@ -19,6 +19,7 @@ from missions.runs.needs import needs_of_all, priorities, subjects_of
 from missions.runs.refusals import refuse_malformed, refuse_undivided
 from missions.runs.sea import actual, sea_of
 from missions.scenarios.bans import ban_words
+from missions.scenarios.deployment import deployment_of, sound_speed_mps
 from missions.scenarios.equipment import common_equipment
 from missions.scenarios.knowledge import pruning_of
 from missions.scenarios.obligations import obligations_of
@@ -131,8 +132,9 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     n_named = len(instances) + (len(equipment) if mission.instances_found_per_vehicle else 0)
     instances += equipment
     modem, world = modems()[scenario.communication.modem], scenario.world
+    packet_s = modem.packet_s(modem.payload_bits)
     schedule = TdmaSchedule.for_range(
-        len(database), modem.packet_s(modem.payload_bits), scenario.communication.range_m, world.sound_speed_mps
+        len(database), packet_s, scenario.communication.range_m, sound_speed_mps(scenario)
     )
     agreement = agree(strategy, mission, database, groups, scenario.scenario.duration_s)
     refuse_malformed(scenario, agreement)
@@ -232,14 +234,17 @@ def _recorder(mission: Mission, sensors: Iterable[Mapping[str, Sensor]]) -> Reco
 
 def channel_of(setup: Setup, seed: int) -> BroadcastChannel:
     """The channel of the scenario, with the draws of a seed."""
-    scenario, nodes = setup.scenario, setup.nodes
+    scenario, deployment = setup.scenario, deployment_of(setup.scenario)
+    model = scenario.channel.settings()
     return BroadcastChannel(
         setup.modem,
-        scenario.channel.link_model(nodes, seed),
+        scenario.channel.link_model(deployment, seed),
         seed,
-        sound_speed_mps=scenario.world.sound_speed_mps,
+        sound_speed_mps=sound_speed_mps(scenario),
         range_m=scenario.communication.range_m,
-        blackouts=scenario.channel.blackouts(nodes),
+        blackouts=scenario.channel.blackouts(setup.nodes),
+        depths_m=deployment.depths_m if model.counts_depth else (),
+        carries_beyond_range=model.carries_beyond_range,
     )
 
 

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from missions.metric import NOT_APPLICABLE, Absent, Metric
+from missions.scenarios.deployment import deployment_of
 from missions.scenarios.scenario import Scenario
 from remoras.errors import PluginError
 
@@ -20,7 +21,7 @@ def identity(scenario: Scenario, seed: int) -> dict[str, Any]:
         "strategy": scenario.strategy.name,
         "policy": scenario.communication.policy,
         "channel": scenario.channel.name,
-        "per": scenario.channel.mean_per(len(scenario.vehicle)),
+        "per": scenario.channel.mean_per(deployment_of(scenario)),
         "seed": seed,
         "n_vehicles": len(scenario.vehicle),
     }

@@ -7,21 +7,20 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, SerializationInfo, ValidationError, model_serializer
 
+from exchange.acoustics.acoustic import AcousticChannel
 from exchange.acoustics.channel import Blackout
-from exchange.acoustics.link import LinkModel
-from exchange.acoustics.models import (
-    CHANNELS,
-    ChannelModel,
-    GilbertElliottChannel,
-    MatrixChannel,
-    OfVehicle,
-)
+from exchange.acoustics.link import LinkModel, Transmission
+from exchange.acoustics.models import ChannelModel, Deployment, GilbertElliottChannel, MatrixChannel, OfVehicle
+from exchange.acoustics.shipped import CHANNELS
+from exchange.acoustics.trace import TraceChannel, TraceError
 from missions.errors import ConfigurationError, ConfigurationFault
+from missions.scenarios.deployment import deployment_in
 from missions.scenarios.tables import NotNegative, Raw, Section, entries, names_of, one_of, table_of
 from remoras.errors import PluginError
 from remoras.plugins import faults_of, named_object
@@ -51,7 +50,7 @@ class NamedTable(Section):
     )
 
 
-class ChannelTable(GilbertElliottChannel, MatrixChannel, NamedTable):
+class ChannelTable(TraceChannel, AcousticChannel, GilbertElliottChannel, MatrixChannel, NamedTable):
     """The channel of a scenario: it has the settings of all shipped models, and acts as the one that is named.
 
     Settings of a model from outside are kept as they are; its own class checks them.
@@ -78,9 +77,14 @@ class ChannelTable(GilbertElliottChannel, MatrixChannel, NamedTable):
         given = {key: getattr(self, key) for key in self.model_fields_set if key in model.model_fields}
         return model.model_validate_json(json.dumps(given, default=_plain), strict=True)
 
-    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
-        """The loss model that is named, for vehicles of these node numbers."""
-        link = self.settings().link_model(nodes, seed)
+    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
+        """The loss model that is named, for a fleet.
+
+        Raises:
+            ConfigurationError: the file of a trace is gone, or another one than when the scenario was read.
+        """
+        with _trace_there(self.file):
+            link = self.settings().link_model(deployment, seed)
         return link if self.name in CHANNELS else CheckedLink(self.name, link)
 
     def blackouts(self, nodes: Mapping[str, int]) -> tuple[Blackout, ...]:
@@ -90,9 +94,23 @@ class ChannelTable(GilbertElliottChannel, MatrixChannel, NamedTable):
             for table in self.blackout
         )
 
-    def mean_per(self, n_nodes: int) -> float:
+    def mean_per(self, deployment: Deployment) -> float:
         """Packet error rate in the mean over time and all directed pairs of vehicles, within range and no blackout."""
-        return self.settings().mean_per(n_nodes)
+        with _trace_there(self.file):
+            return self.settings().mean_per(deployment)
+
+    def sound_speed_mps(self, deployment: Deployment) -> float | None:
+        """Speed of sound of the model that is named; None where that of the world holds."""
+        return self.settings().sound_speed_mps(deployment)
+
+
+@contextmanager
+def _trace_there(file: str) -> Iterator[None]:
+    """Tell a trace that cannot be had by its key."""
+    try:
+        yield
+    except TraceError as error:
+        raise ConfigurationError("channel", [ConfigurationFault("channel.file", f'"{file}"', str(error))]) from None
 
 
 def _plain(value: Any) -> Any:
@@ -106,15 +124,15 @@ class CheckedLink:
     name: str
     link: LinkModel
 
-    def p_loss(self, slot: int, sender: int, receiver: int, range_m: float) -> float:
+    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
         """The answer of the model, checked.
 
         Raises:
             ConfigurationError: the model raised, or answered with something else than a number from 0 to 1.
         """
-        asked = f"p_loss({slot}, {sender}, {receiver}, {range_m:g})"
+        asked = f"p_loss({packet}, {receiver}, {range_m:g})"
         try:
-            p_loss = self.link.p_loss(slot, sender, receiver, range_m)
+            p_loss = self.link.p_loss(packet, receiver, range_m)
         except Exception as error:  # it is somebody else's class: anything may be wrong with it
             raise self._fault(f"{asked} raised {type(error).__name__}: {error}") from error
         if isinstance(p_loss, bool) or not isinstance(p_loss, int | float) or not 0.0 <= p_loss <= 1.0:
@@ -203,7 +221,7 @@ def channel_faults(raw: Raw) -> Iterator[ConfigurationFault]:
         except PluginError as error:
             yield ConfigurationFault("channel.name", f'"{name}"', str(error))
         else:
-            yield from _setting_faults(name, model, channel, vehicles)
+            yield from _setting_faults(name, model, channel, raw)
     for number, blackout in enumerate(entries(channel, "blackout"), 1):
         yield from one_of(f"channel.blackout.{number}.vehicle", blackout.get("vehicle"), vehicles)
         from_s, until_s = blackout.get("from_s"), blackout.get("until_s")
@@ -212,10 +230,9 @@ def channel_faults(raw: Raw) -> Iterator[ConfigurationFault]:
             yield ConfigurationFault(f"channel.blackout.{number}.until_s", str(until_s), allowed)
 
 
-def _setting_faults(
-    name: str, model: type[ChannelModel], channel: Raw, vehicles: Sequence[str]
-) -> Iterator[ConfigurationFault]:
+def _setting_faults(name: str, model: type[ChannelModel], channel: Raw, raw: Raw) -> Iterator[ConfigurationFault]:
     """What is wrong with the settings of the model: unknown keys, names of no vehicle, and what it says itself."""
+    vehicles = names_of(raw, "vehicle")
     known = list(ChannelTable.model_fields) if name in CHANNELS else ["name", *model.model_fields, "blackout"]
     for key in channel:
         if key not in known:
@@ -225,22 +242,30 @@ def _setting_faults(
     given = {key: value for key, value in channel.items() if key in model.model_fields}
     faults = [] if name in CHANNELS else list(_value_faults(model, given))
     yield from faults
+    deployment = deployment_in(raw)
     if faults:
         return
     try:
-        for key, value, allowed in model.faults(given):
+        found = list(model.faults(given))
+        if not found and deployment is not None and not any(_value_faults(model, given)):
+            found += _settings(model, given).misfits(deployment)
+        for key, value, allowed in found:
             yield ConfigurationFault(f"channel.{key}", value, allowed)
-        if name not in CHANNELS:
-            yield from _trial_faults(name, model, given, vehicles)
+        if name not in CHANNELS and deployment is not None:
+            yield from _trial_faults(name, model, given, deployment)
     except Exception as error:  # it is somebody else's class: anything may be wrong with it
         allowed = f"its checks of settings raised {type(error).__name__}: {error}"
         yield ConfigurationFault("channel.name", f'"{name}"', allowed)
 
 
+def _settings(model: type[ChannelModel], given: Raw) -> ChannelModel:
+    return model.model_validate_json(json.dumps(given, default=str), strict=True)
+
+
 def _value_faults(model: type[ChannelModel], given: Raw) -> Iterator[ConfigurationFault]:
     """What a model from outside refuses of its settings, one by one."""
     try:
-        model.model_validate_json(json.dumps(given, default=str), strict=True)
+        _settings(model, given)
     except ValidationError as error:
         for detail in error.errors():
             key = ".".join(str(part + 1 if isinstance(part, int) else part) for part in detail["loc"])
@@ -249,21 +274,20 @@ def _value_faults(model: type[ChannelModel], given: Raw) -> Iterator[Configurati
 
 
 def _trial_faults(
-    name: str, model: type[ChannelModel], given: Raw, vehicles: Sequence[str]
+    name: str, model: type[ChannelModel], given: Raw, deployment: Deployment
 ) -> Iterator[ConfigurationFault]:
     """What goes wrong when a model from outside is asked for the first time."""
-    settings = model.model_validate_json(json.dumps(given, default=str), strict=True)
-    nodes = {vehicle: node for node, vehicle in enumerate(vehicles)}
+    settings = _settings(model, given)
     try:
-        per = settings.mean_per(max(2, len(nodes)))
+        per = settings.mean_per(deployment)
         if isinstance(per, bool) or not isinstance(per, int | float) or not 0.0 <= per <= 1.0:
             yield ConfigurationFault("channel.name", f'"{name}"', f"mean_per must be a number from 0 to 1, not {per!r}")
-        link = settings.link_model(nodes, 0)
+        link = settings.link_model(deployment, 0)
         if not callable(getattr(link, "p_loss", None)):
-            allowed = f"link_model must return an object with p_loss(slot, sender, receiver, range_m), not {link!r}"
+            allowed = f"link_model must return an object with p_loss(packet, receiver, range_m), not {link!r}"
             yield ConfigurationFault("channel.name", f'"{name}"', allowed)
         else:
-            CheckedLink(name, link).p_loss(0, 0, 1, 1.0)
+            CheckedLink(name, link).p_loss(Transmission(0, 0, 0.0, deployment.modem.payload_bits), 1, 1.0)
     except ConfigurationError as error:
         yield from error.faults
     except Exception as error:  # it is somebody else's class: anything may be wrong with it

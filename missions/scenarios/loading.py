@@ -21,6 +21,7 @@ from missions.scenarios.abilities import with_abilities
 from missions.scenarios.channel import leave_aside
 from missions.scenarios.checks import cross_faults, job_faults
 from missions.scenarios.copies import with_copies
+from missions.scenarios.deployment import with_trace_found
 from missions.scenarios.equipment import gear_of
 from missions.scenarios.ontologies import KEY as ONTOLOGIES
 from missions.scenarios.ontologies import with_ontologies
@@ -65,6 +66,7 @@ def resolved(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> S
     others = (one for one in overrides if one not in chosen)
     faults += [fault for option, text in others if (fault := _override(raw, option, text)) is not None]
     faults += leave_aside(own_channel, raw, options)
+    raw = with_trace_found(raw, Path() if {"channel.file", "channel"} & options.keys() else Path(document.path).parent)
     worded, more = with_ontologies(raw, Path() if ONTOLOGIES in options else Path(document.path).parent)
     faults += more
     copies = with_copies(with_starts_apart(worded))

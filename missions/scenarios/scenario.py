@@ -52,7 +52,12 @@ class World(Section):
 
     x_m: PointM = Field(description="west and east border of the area of operations")
     y_m: PointM = Field(description="south and north border of the area of operations")
-    sound_speed_mps: float = Field(1500.0, ge=1400.0, le=1600.0, description="speed of sound in water")
+    sound_speed_mps: float = Field(
+        1500.0,
+        ge=1400.0,
+        le=1600.0,
+        description="speed of sound in water; the channel acoustic has its own, from temperature and salinity",
+    )
     origin_deg: tuple[float, float] | None = Field(
         None,
         description="latitude -89 to 89 and longitude -180 to 180 (WGS 84) of the point x = 0, y = 0; "
@@ -67,7 +72,9 @@ class Communication(Sparse):
 
     modem: str = Field(description="modem profile, see `remoras list modems`")
     range_m: float = Field(
-        gt=0.0, le=100_000.0, description="operating range: sets the guard of a slot; nothing is heard beyond it"
+        gt=0.0,
+        le=100_000.0,
+        description="operating range: sets the guard of a slot; nothing is heard beyond, save on the channel acoustic",
     )
     transmit_power_w: NotNegative = Field(10.0, description="power of the modem while it sends")
     policy: str = Field(description="exchange policy, see `remoras list policies`")

@@ -71,7 +71,7 @@ def _policies(ctx: typer.Context) -> Iterable[str]:
 
 
 def _channels(ctx: typer.Context) -> Iterable[str]:
-    from exchange.acoustics.models import CHANNELS
+    from exchange.acoustics.shipped import CHANNELS
 
     return CHANNELS
 

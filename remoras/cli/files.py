@@ -37,7 +37,7 @@ def list_(
     """
     if kind:
         one_of("kind", kind, KINDS)
-    from remoras.cli.listings import DETAILS, LISTINGS
+    from remoras.cli.listings import DETAILS, LISTINGS, NOTES
 
     found = {name: LISTINGS[name]() for name in ([kind] if kind else KINDS[:-1])}
     if as_json:
@@ -52,7 +52,7 @@ def list_(
         return
     if on_terminal() and kind not in DETAILS:
         for name, entries in found.items():
-            show_table((name, "what it is"), entries.items())
+            show_table((name, "what it is"), entries.items(), NOTES.get(name, ""))
         return
     for name, entries in found.items():
         print(f"{name}:")
@@ -61,6 +61,8 @@ def list_(
             print(f"  {key:<{width}}  {text}")
             for line in _detail_lines(DETAILS[name](key)) if kind in DETAILS else ():
                 print(f"      {line}")
+        if name in NOTES:
+            print(f"  {NOTES[name]}")
 
 
 def _detail_lines(details: Mapping[str, Any]) -> Iterator[str]:

@@ -11,12 +11,15 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
-from exchange.acoustics.models import CHANNELS
-from exchange.acoustics.modems import modems
+from exchange.acoustics.modems import Modem, modems
+from exchange.acoustics.shipped import CHANNELS
 from exchange.policies import POLICIES
 from missions.files import shipped, shipped_studies
 from missions.scenarios import load
 from remoras.strategies import bounds, parameters, strategies
+
+UNVERIFIED = "(?)"
+"""Stands behind a number of a modem's profile for which no source was found."""
 
 
 def _scenarios() -> dict[str, str]:
@@ -44,10 +47,32 @@ def _policies() -> dict[str, str]:
 
 
 def _modems() -> dict[str, str]:
-    return {
-        modem.name: f"{modem.title}: {modem.payload_bytes} B in {modem.packet_s(modem.payload_bits):.2f} s"
-        for modem in modems().values()
-    }
+    return {modem.name: _of_modem(modem) for modem in modems().values()}
+
+
+def _of_modem(modem: Modem) -> str:
+    """What a profile says of a modem, with a mark on each number that is not verified."""
+
+    def marked(key: str, text: str) -> str:
+        return f"{text}{UNVERIFIED}" if key in modem.unverified else text
+
+    n_frames = -(-modem.payload_bytes // modem.frame_bytes)
+    frames = f" ({n_frames} frames)" if n_frames > 1 else ""
+    low, high = modem.band_khz
+    parts = [
+        f"{modem.payload_bytes} B{frames} in {modem.packet_s(modem.payload_bits):.2f} s",
+        marked("rate_bps", f"{modem.rate_bps:g} bit/s"),
+        marked("head_s", f"head {modem.head_s:g} s"),
+        marked("range_m", f"range {modem.range_m:g} m"),
+        marked("band_khz", f"{low:g}-{high:g} kHz"),
+        marked("modulation", modem.modulation.value),
+        "source level unknown"
+        if modem.source_level_db is None
+        else marked("source_level_db", f"{modem.source_level_db:g} dB re 1 uPa at 1 m"),
+    ]
+    if modem.receive_w is not None:
+        parts.append(marked("receive_w", f"{modem.receive_w:g} W to receive"))
+    return f"{modem.title}: {', '.join(parts)}"
 
 
 def _studies() -> dict[str, str]:
@@ -73,6 +98,9 @@ LISTINGS: dict[str, Callable[[], dict[str, str]]] = {
     "studies": _studies,
 }
 """Name and text of everything of a kind."""
+
+NOTES: dict[str, str] = {"modems": f"{UNVERIFIED} no source was found for this number: it is an estimate"}
+"""What is to be known of a kind as a whole."""
 
 DETAILS: dict[str, Callable[[str], dict[str, Any]]] = {"strategies": _of_strategy}
 """What else there is to say of something by its name, where there is more than one line."""

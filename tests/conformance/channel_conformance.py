@@ -16,8 +16,9 @@ from typing import NamedTuple
 sys.path[:0] = [str(Path(__file__).resolve().parents[2])] if __name__ == "__main__" else []
 
 from exchange.acoustics import loss
-from exchange.acoustics.link import LinkModel
-from exchange.acoustics.models import ChannelModel
+from exchange.acoustics.link import LinkModel, Transmission
+from exchange.acoustics.models import ChannelModel, Deployment
+from exchange.acoustics.modems import modems
 from missions.scenarios.channel import model_named
 from remoras.errors import PluginError
 
@@ -27,6 +28,11 @@ NODES = {"A": 0, "B": 1, "C": 2, "D": 3}
 PAIRS = [(sender, receiver) for sender in NODES.values() for receiver in NODES.values() if sender != receiver]
 RANGE_M = 1000.0
 """Distances are drawn evenly from 0 to this; what a model of range loses in the mean, it loses over these."""
+SLOT_S = 2.5
+N_FRAMES = 60
+MODEM = modems()["whoi-psk-1"]
+"""A modem of several frames; packets are full, as those are of which a model says its mean."""
+DEPLOYMENT = Deployment(NODES, (0.0, 20.0, 40.0, 60.0), MODEM, RANGE_M, N_FRAMES * len(NODES) * SLOT_S)
 N_ASKED = 400
 N_SEEDS = 2000
 N_STANDARD_ERRORS = 4.0
@@ -35,10 +41,14 @@ N_STANDARD_ERRORS = 4.0
 class Question(NamedTuple):
     """One packet and one receiver."""
 
-    slot: int
-    sender: int
+    packet: Transmission
     receiver: int
     range_m: float
+
+
+def question(slot: int, sender: int, receiver: int, range_m: float) -> Question:
+    """A full packet in a slot, which starts when the slot does."""
+    return Question(Transmission(slot, sender, slot * SLOT_S, MODEM.payload_bits), receiver, range_m)
 
 
 def questions(n: int, seed: int = 1) -> Iterator[Question]:
@@ -46,12 +56,13 @@ def questions(n: int, seed: int = 1) -> Iterator[Question]:
     dice = Random(seed)
     for number in range(n):
         sender, receiver = PAIRS[number % len(PAIRS)]
-        yield Question(dice.randrange(60) * len(NODES) + sender, sender, receiver, dice.uniform(0.0, RANGE_M))
+        slot = dice.randrange(N_FRAMES) * len(NODES) + sender
+        yield question(slot, sender, receiver, dice.uniform(0.0, RANGE_M))
 
 
 def links(model: Model, seed: int) -> LinkModel:
     """The links of one run."""
-    return _settings(model).link_model(NODES, seed)
+    return _settings(model).link_model(DEPLOYMENT, seed)
 
 
 def _settings(model: Model) -> ChannelModel:
@@ -77,12 +88,13 @@ def _is_list_of_tables(annotation: object) -> bool:
 
 def check_probabilities(model: Model) -> None:
     """Every answer is a number from 0 to 1, also of a link of no length and of a very long one."""
-    mean = _settings(model).mean_per(len(NODES))
+    mean = _settings(model).mean_per(DEPLOYMENT)
     assert _is_probability(mean), f"mean_per is {mean!r}, no number from 0 to 1"
     link = links(model, 1)
-    for question in [*questions(N_ASKED), Question(0, 0, 1, 0.0), Question(10**6, 1, 0, 1e6)]:
-        answer = link.p_loss(*question)
-        assert _is_probability(answer), f"{question}: {answer!r} is no number from 0 to 1"
+    empty = Question(Transmission(1, 1, SLOT_S, 0), 0, 100.0)
+    for one in [*questions(N_ASKED), question(0, 0, 1, 0.0), question(10**6, 1, 0, 1e6), empty]:
+        answer = link.p_loss(*one)
+        assert _is_probability(answer), f"{one}: {answer!r} is no number from 0 to 1"
 
 
 def _is_probability(value: object) -> bool:
@@ -94,9 +106,9 @@ def check_pure(model: Model) -> None:
     for seed in (0, 1, 2**61):
         one, other = links(model, seed), links(model, seed)
         asked = list(questions(N_ASKED))
-        first = [one.p_loss(*question) for question in asked]
-        again = [one.p_loss(*question) for question in asked]
-        anew = [other.p_loss(*question) for question in asked]
+        first = [one.p_loss(*each) for each in asked]
+        again = [one.p_loss(*each) for each in asked]
+        anew = [other.p_loss(*each) for each in asked]
         assert first == again, f"seed {seed}: asked again, the model answers otherwise"
         assert first == anew, f"seed {seed}: made anew, the model answers otherwise"
 
@@ -105,13 +117,13 @@ def check_order_does_not_matter(model: Model) -> None:
     """Whatever was asked before, the answer is the same."""
     asked = list(questions(N_ASKED))
     in_order = links(model, 3)
-    expected = {question: in_order.p_loss(*question) for question in sorted(asked)}
+    expected = {each: in_order.p_loss(*each) for each in sorted(asked)}
     for seed in range(3):
         shuffled = Random(seed).sample(asked, len(asked))
         link = links(model, 3)
-        for question in shuffled:
-            answer = link.p_loss(*question)
-            assert answer == expected[question], f"{question}: {answer} here, {expected[question]} asked in order"
+        for each in shuffled:
+            answer = link.p_loss(*each)
+            assert answer == expected[each], f"{each}: {answer} here, {expected[each]} asked in order"
 
 
 def check_mean_per(model: Model) -> None:
@@ -120,11 +132,11 @@ def check_mean_per(model: Model) -> None:
     Each seed gives one packet on each link, so that losses of one link are independent of each other. Those of one seed
     may depend, so the error is that of the means of seeds.
     """
-    mean = _settings(model).mean_per(len(NODES))
+    mean = _settings(model).mean_per(DEPLOYMENT)
     shares = []
     for seed, of_seed in enumerate(_of_seeds()):
         link = links(model, seed)
-        lost = [loss.uniform(seed, 0, q.slot, q.sender, q.receiver) < link.p_loss(*q) for q in of_seed]
+        lost = [loss.uniform(seed, 0, q.packet.slot, q.packet.sender, q.receiver) < link.p_loss(*q) for q in of_seed]
         shares.append(sum(lost) / len(lost))
     found = sum(shares) / len(shares)
     variance = sum((share - found) ** 2 for share in shares) / (len(shares) - 1)

@@ -7,8 +7,8 @@ from typing import Any
 
 from pydantic import Field
 
-from exchange.acoustics.link import Bernoulli, LinkModel
-from exchange.acoustics.models import BernoulliChannel, ChannelModel
+from exchange.acoustics.link import Bernoulli, LinkModel, Transmission
+from exchange.acoustics.models import BernoulliChannel, ChannelModel, Deployment
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class FadingLink:
 
     reach_m: float
 
-    def p_loss(self, slot: int, sender: int, receiver: int, range_m: float) -> float:
+    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
         """Loss grows with range to 1."""
         return min(1.0, range_m / self.reach_m)
 
@@ -29,11 +29,11 @@ class Fading(ChannelModel):
 
     reach_m: float = Field(2000.0, ge=1000.0, description="range from which on all is lost (m)")
 
-    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
+    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Links by their range."""
         return FadingLink(self.reach_m)
 
-    def mean_per(self, n_nodes: int) -> float:
+    def mean_per(self, deployment: Deployment) -> float:
         """Over distances of 0 to 1000 m."""
         return 500.0 / self.reach_m
 
@@ -61,7 +61,7 @@ class NoMean(ChannelModel):
 
     title = "no mean"
 
-    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
+    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Links of some rate."""
         return Bernoulli(0.1)
 
@@ -78,15 +78,15 @@ class Answers:
 
     answer: Any
 
-    def p_loss(self, slot: int, sender: int, receiver: int, range_m: float) -> Any:
+    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> Any:
         """Whatever."""
-        return self.answer(slot, sender, receiver, range_m)
+        return self.answer(packet, receiver, range_m)
 
 
 class Percent(BernoulliChannel):
     """Counts in percent."""
 
-    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
+    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Rates of 20."""
         return Answers(lambda *asked: 20.0)
 
@@ -94,7 +94,7 @@ class Percent(BernoulliChannel):
 class Wordy(BernoulliChannel):
     """Answers with a text."""
 
-    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
+    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Rates in words."""
         return Answers(lambda *asked: "few")
 
@@ -102,15 +102,15 @@ class Wordy(BernoulliChannel):
 class Failing(BernoulliChannel):
     """Fails when a packet of slot 8 or later is sent."""
 
-    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
+    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Links that are lost in the end."""
-        return Answers(lambda slot, *asked: ([0.1] * 8)[slot])
+        return Answers(lambda packet, *asked: ([0.1] * 8)[packet.slot])
 
 
 class Nothing(BernoulliChannel):
     """Makes no links."""
 
-    def link_model(self, nodes: Mapping[str, int], seed: int) -> Any:
+    def link_model(self, deployment: Deployment, seed: int) -> Any:
         """Nothing at all."""
         return None
 
@@ -118,7 +118,7 @@ class Nothing(BernoulliChannel):
 class ShortOfArguments(BernoulliChannel):
     """Takes no seed."""
 
-    def link_model(self, nodes: Mapping[str, int]) -> LinkModel:  # type: ignore[override]
+    def link_model(self, deployment: Deployment) -> LinkModel:  # type: ignore[override]
         """Links without a seed."""
         return Bernoulli(0.1)
 
@@ -126,7 +126,7 @@ class ShortOfArguments(BernoulliChannel):
 class Unrepeatable(BernoulliChannel):
     """Draws from a stream of the process."""
 
-    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
+    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Links of any rate."""
         return Answers(lambda *asked: random.random())
 
@@ -146,7 +146,7 @@ class Streaming:
 class Streamed(BernoulliChannel):
     """Draws in the order of asking."""
 
-    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
+    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Links of a stream."""
         return Streaming(random.Random(seed))
 
@@ -156,7 +156,7 @@ class Optimist(BernoulliChannel):
 
     per: float = Field(0.2, ge=0.0, lt=1.0, description="packet error rate")
 
-    def mean_per(self, n_nodes: int) -> float:
+    def mean_per(self, deployment: Deployment) -> float:
         """Too little."""
         return self.per / 2
 

@@ -1,18 +1,30 @@
 """Every shipped channel model conforms, one from outside does, and each check finds a model that breaks its rule."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import channel_conformance as conformance
 import nonconforming_channels as broken
 import pytest
 
-from exchange.acoustics.models import CHANNELS, BernoulliChannel, GilbertElliottChannel, MatrixChannel
+from exchange.acoustics.acoustic import AcousticChannel
+from exchange.acoustics.models import BernoulliChannel, GilbertElliottChannel, MatrixChannel
+from exchange.acoustics.shipped import CHANNELS
+from exchange.acoustics.trace import TraceChannel
 from missions.scenarios.channel import model_named
 from remoras.errors import PluginError
 
 LINKS = [{"sender": "A", "receiver": "B", "per": 1.0}, {"sender": "C", "receiver": "A", "per": 0.4}]
+RECORDED = str(Path(__file__).parent / "recorded_links.csv")
 CONFORMING: dict[str, conformance.Model] = {
     **CHANNELS,
+    "trace": TraceChannel(file=RECORDED),
+    "trace over and over": TraceChannel(file=RECORDED, repeat=True),
+    "acoustic, faint, one fade a packet": AcousticChannel(source_level_db=120.0, fading="packet"),
+    "acoustic, fainter, one fade a bit": AcousticChannel(source_level_db=155.0, spreading=2.0, fading="bit"),
+    "acoustic, steady, at the end of its reach": AcousticChannel(
+        acoustic_power_w=2e-6, absorption="thorp", fading="none"
+    ),
     "bernoulli of 0.3": BernoulliChannel(per=0.3),
     "matrix of two links": MatrixChannel.model_validate({"per": 0.1, "link": LINKS}),
     "long bursts": GilbertElliottChannel(p_good_to_bad=0.01, p_bad_to_good=0.02, per_good=0.0, per_bad=1.0),
@@ -54,7 +66,7 @@ def test_a_model_that_breaks_a_rule_is_found_out(
         ("Untitled", "lacks title"),
         ("NoMean", "lacks mean_per"),
         ("NO_CLASS", "a subclass of .*ChannelModel is needed, not the object of Bernoulli"),
-        ("ShortOfArguments", r"link_model.* cannot be called as link_model\(nodes, seed\)"),
+        ("ShortOfArguments", r"link_model.* cannot be called as link_model\(deployment, seed\)"),
         ("NamesVehicle", "rename its setting blackout, a key of every channel"),
         ("Unset", "haste without a default"),
         ("Absent", "Absent"),
@@ -66,5 +78,7 @@ def test_what_is_no_channel_model_is_refused_by_what_it_lacks(name: str, says: s
 
 
 def test_a_shipped_model_that_is_misspelt_gets_the_names() -> None:
-    with pytest.raises(PluginError, match="allowed: perfect, bernoulli, matrix, gilbert-elliott; did you mean 'bern"):
+    with pytest.raises(
+        PluginError, match="allowed: perfect, bernoulli, matrix, gilbert-elliott, acoustic, trace; did you mean 'bern"
+    ):
         model_named("bernouli")

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange.acoustics import loss
-from exchange.acoustics.link import Bernoulli, GilbertElliott, LinkModel, Matrix, Perfect
+from exchange.acoustics.link import Bernoulli, GilbertElliott, LinkModel, Matrix, Perfect, Transmission
 
 P_GB, P_BG, PER_GOOD, PER_BAD = 0.1, 0.3, 0.05, 0.8
 """A link that is bad for 0.1 / (0.1 + 0.3) = 1/4 of the time and loses 3/4 * 0.05 + 1/4 * 0.8 = 0.2375."""
@@ -22,6 +22,10 @@ def model(seed: int = 1, **changed: float) -> GilbertElliott:
     return GilbertElliott(**rates, seed=seed)
 
 
+def sent(slot: int, sender: int = 0) -> Transmission:
+    return Transmission(slot, sender, 1.0 * slot, 512)
+
+
 def states(link: GilbertElliott, n_slots: int = N_SLOTS) -> list[bool]:
     return [link.is_bad(slot, 0, 1) for slot in range(n_slots)]
 
@@ -32,13 +36,18 @@ def standard_error(p: float, n: int) -> float:
 
 @pytest.mark.parametrize("per", [0.0, 0.2, 0.95])
 def test_bernoulli_loses_alike_on_every_link_and_a_perfect_channel_nothing(per: float):
-    assert {Bernoulli(per).p_loss(slot, 0, 1, range_m) for slot in range(9) for range_m in (1.0, 900.0)} == {per}
-    assert Perfect().p_loss(0, 0, 1, 1e9) == 0.0
+    assert {Bernoulli(per).p_loss(sent(slot), 1, range_m) for slot in range(9) for range_m in (1.0, 900.0)} == {per}
+    assert Perfect().p_loss(sent(0), 1, 1e9) == 0.0
 
 
 def test_a_matrix_has_a_probability_of_its_own_in_each_direction():
     matrix = Matrix(0.2, {(1, 0): 0.5, (0, 2): 1.0})
-    assert [matrix.p_loss(3, *pair, 100.0) for pair in [(1, 0), (0, 1), (0, 2), (2, 0)]] == [0.5, 0.2, 1.0, 0.2]
+    assert [matrix.p_loss(sent(3, one), other, 100.0) for one, other in [(1, 0), (0, 1), (0, 2), (2, 0)]] == [
+        0.5,
+        0.2,
+        1.0,
+        0.2,
+    ]
 
 
 # Gilbert-Elliott ----------------------------------------------------------------------------------
@@ -80,7 +89,7 @@ def test_the_states_take_no_part_in_the_draws_of_losses():
     lost: dict[bool, list[bool]] = {True: [], False: []}
     link = model()
     for slot in range(N_SLOTS):
-        lost[link.is_bad(slot, 0, 1)].append(loss.uniform(1, 0, slot, 0, 1) < link.p_loss(slot, 0, 1, 100.0))
+        lost[link.is_bad(slot, 0, 1)].append(loss.uniform(1, 0, slot, 0, 1) < link.p_loss(sent(slot), 1, 100.0))
     for bad, per in ((True, PER_BAD), (False, PER_GOOD)):
         share = sum(lost[bad]) / len(lost[bad])
         assert abs(share - per) < 4.0 * standard_error(per, len(lost[bad]))
@@ -90,7 +99,7 @@ def test_losses_are_as_frequent_as_the_stationary_mean():
     """Four standard errors of a correlated sum: with d = 0.8 - 0.05 and s = 1/4, the variance of the number of losses
     is m (1 - m) + 2 d^2 s (1 - s) 0.6 / (1 - 0.6) = 0.497 per slot."""
     link = model(seed=8)
-    lost = sum(loss.uniform(8, 0, slot, 0, 1) < link.p_loss(slot, 0, 1, 100.0) for slot in range(N_SLOTS))
+    lost = sum(loss.uniform(8, 0, slot, 0, 1) < link.p_loss(sent(slot), 1, 100.0) for slot in range(N_SLOTS))
     assert abs(lost / N_SLOTS - MEAN_PER) < 4.0 * math.sqrt(0.497 / N_SLOTS)
 
 
@@ -146,7 +155,7 @@ def test_the_order_of_asking_does_not_matter(data: st.DataObject, asked: list[tu
 
 
 def lost_packets(link: LinkModel, n_slots: int = 300) -> set[int]:
-    return {slot for slot in range(n_slots) if loss.uniform(5, 0, slot, 0, 1) < link.p_loss(slot, 0, 1, 100.0)}
+    return {slot for slot in range(n_slots) if loss.uniform(5, 0, slot, 0, 1) < link.p_loss(sent(slot), 1, 100.0)}
 
 
 @given(RATES, st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0))

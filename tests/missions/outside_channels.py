@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 from pydantic import Field
 
-from exchange.acoustics.link import Bernoulli, LinkModel
-from exchange.acoustics.models import BernoulliChannel, ChannelModel, SettingFault, VehicleName
+from exchange.acoustics.link import Bernoulli, LinkModel, Transmission
+from exchange.acoustics.models import BernoulliChannel, ChannelModel, Deployment, SettingFault, VehicleName
 
 
 class Muddy(NamedTuple):
@@ -15,9 +15,9 @@ class Muddy(NamedTuple):
     per: float
     muddy_node: int | None
 
-    def p_loss(self, slot: int, sender: int, receiver: int, range_m: float) -> float:
+    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
         """All of the packets from or to the vehicle in the mud, else some."""
-        return 1.0 if self.muddy_node in (sender, receiver) else self.per
+        return 1.0 if self.muddy_node in (packet.sender, receiver) else self.per
 
 
 class Mud(ChannelModel):
@@ -29,13 +29,13 @@ class Mud(ChannelModel):
     in_mud: VehicleName = Field("", description="vehicle in the mud; nobody if absent")
     layers_m: tuple[float, ...] = Field((), description="depths of the layers of mud")
 
-    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
+    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Links of a run."""
-        return Muddy(self.clear_per, nodes.get(self.in_mud))
+        return Muddy(self.clear_per, deployment.nodes.get(self.in_mud))
 
-    def mean_per(self, n_nodes: int) -> float:
+    def mean_per(self, deployment: Deployment) -> float:
         """Mean over all links."""
-        share = 2 / n_nodes if self.in_mud else 0.0
+        share = 2 / len(deployment.nodes) if self.in_mud else 0.0
         return share + (1.0 - share) * self.clear_per
 
     @classmethod
@@ -52,40 +52,40 @@ MODEL = Mud
 class Late(BernoulliChannel):
     """Goes wrong in the middle of a run."""
 
-    def link_model(self, nodes: Mapping[str, int], seed: int) -> LinkModel:
+    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Links that fail later."""
         return _Late()
 
 
 class _Late:
-    def p_loss(self, slot: int, sender: int, receiver: int, range_m: float) -> float:
-        return 0.0 if slot < 5 else 1.5
+    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
+        return 0.0 if packet.slot < 5 else 1.5
 
 
 class Wordy(BernoulliChannel):
     """Answers with a text."""
 
-    def link_model(self, nodes: Mapping[str, int], seed: int) -> Any:
+    def link_model(self, deployment: Deployment, seed: int) -> Any:
         """Links that speak."""
         return _Wordy()
 
 
 class _Wordy:
-    def p_loss(self, slot: int, sender: int, receiver: int, range_m: float) -> Any:
+    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> Any:
         return "few"
 
 
 class Nothing(BernoulliChannel):
     """Makes no links."""
 
-    def link_model(self, nodes: Mapping[str, int], seed: int) -> Any:
+    def link_model(self, deployment: Deployment, seed: int) -> Any:
         """Nothing."""
 
 
 class Failing(BernoulliChannel):
     """Raises."""
 
-    def link_model(self, nodes: Mapping[str, int], seed: int) -> Any:
+    def link_model(self, deployment: Deployment, seed: int) -> Any:
         """Raises."""
         raise KeyError("sea")
 
@@ -93,7 +93,7 @@ class Failing(BernoulliChannel):
 class WrongMean(BernoulliChannel):
     """Says what cannot be."""
 
-    def mean_per(self, n_nodes: int) -> float:
+    def mean_per(self, deployment: Deployment) -> float:
         """Percent."""
         return 20.0
 

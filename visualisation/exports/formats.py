@@ -58,5 +58,6 @@ FORMATS: Mapping[str, Format] = {
     "netcdf": Format("trajectories with CF conventions", ".nc", ("netCDF4",), needs_datum=True),
     "csv": Format("a folder with a file for each table", "", inside=(".csv",)),
     "alog": Format("a folder with a log for each vehicle, for alogview of MOOS-IvP", "", inside=(".alog",)),
+    "trace": Format("who heard and lost each packet, for the channel trace", ".trace.csv"),
 }
 """All formats; the module of each has its name."""

@@ -1,0 +1,161 @@
+"""The channel ``acoustic``: losses from the link budget of a modem in a sea, and from how its bits fade."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from pydantic import Field
+
+from exchange.acoustics.absorption import francois_garrison_db_per_km, thorp_db_per_km
+from exchange.acoustics.bit_errors import Modulation
+from exchange.acoustics.budget import Budget, source_level_db
+from exchange.acoustics.link import LinkModel, Transmission
+from exchange.acoustics.models import ChannelModel, Deployment, SettingFault
+from exchange.acoustics.modems import FILE, Modem
+from exchange.acoustics.noise import noise_in_band_db
+from exchange.acoustics.packet_errors import Fading, delivered_share, packet_loss
+from exchange.acoustics.sound_speed import sound_speed_mps
+
+RANGES = 200
+"""Ranges over which the mean loss is estimated."""
+
+
+@dataclass(frozen=True, slots=True)
+class AcousticLinks:
+    """Links of one modem in one sea: the loss follows from range and size of the packet, and from nothing else.
+
+    Args:
+        budget: of all links.
+        modulation: of the modem.
+        fading: for how long one fade lasts.
+        frame_bits: of a whole frame.
+    """
+
+    budget: Budget
+    modulation: Modulation
+    fading: Fading
+    frame_bits: int
+
+    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
+        """Probability that one frame of the packet or more are lost."""
+        return self.loss_at(range_m, packet.size_bits)
+
+    def loss_at(self, range_m: float, size_bits: int) -> float:
+        """Probability that a packet is lost that is taken whole."""
+        return packet_loss(self.modulation, self.fading, size_bits, self.frame_bits, self._ebn0(range_m))
+
+    def delivered_at(self, range_m: float, size_bits: int) -> float:
+        """Share of a packet that arrives in the mean where each frame is delivered for itself."""
+        return delivered_share(self.modulation, self.fading, size_bits, self.frame_bits, self._ebn0(range_m))
+
+    def _ebn0(self, range_m: float) -> float:
+        return math.pow(10.0, self.budget.ebn0_db(range_m) / 10.0)
+
+
+class AcousticChannel(ChannelModel):
+    """Losses that follow from the sea, the modem and the way."""
+
+    title = "losses from range, depth, sea and modem: spreading, absorption, noise, modulation and fading"
+    counts_depth = True
+    carries_beyond_range = True
+
+    source_level_db: float | None = Field(
+        None,
+        ge=100.0,
+        le=250.0,
+        description="acoustic: source level, dB re 1 uPa at 1 m; that of the modem's profile if left out",
+    )
+    acoustic_power_w: float | None = Field(
+        None, gt=0.0, le=1e5, description="acoustic: power of the sound sent, in place of source_level_db"
+    )
+    directivity_db: float = Field(
+        0.0, ge=0.0, le=40.0, description="acoustic: directivity index of the receiver, its gain against noise (dB)"
+    )
+    spreading: float = Field(
+        1.5, ge=1.0, le=2.0, description="acoustic: spreading exponent: 1 cylindrical, 1.5 practical, 2 spherical"
+    )
+    absorption: Literal["francois-garrison", "thorp"] = Field(
+        "francois-garrison", description="acoustic: formula of absorption; thorp is twice the other in warm water"
+    )
+    temperature_c: float = Field(10.0, ge=0.0, le=30.0, description="acoustic: temperature of the water (deg C)")
+    salinity_psu: float = Field(35.0, ge=0.0, le=42.0, description="acoustic: salinity of the water (g/kg, nearly)")
+    ph: float = Field(8.1, ge=7.0, le=9.0, description="acoustic: pH of the water; francois-garrison alone uses it")
+    shipping: float = Field(0.5, ge=0.0, le=1.0, description="acoustic: noise of ships, from 0 (none) to 1 (dense)")
+    wind_mps: float = Field(5.0, ge=0.0, le=50.0, description="acoustic: wind at the surface, which makes noise (m/s)")
+    fading: Literal["none", "bit", "frame", "packet"] = Field(
+        "frame", description="acoustic: what one Rayleigh fade lasts for: a bit, a frame, a packet; none: steady level"
+    )
+
+    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
+        """Links of the fleet's modem; nothing of them is drawn."""
+        return self.links(deployment)
+
+    def links(self, deployment: Deployment) -> AcousticLinks:
+        """The same, as what they are."""
+        modem = deployment.modem
+        return AcousticLinks(self.budget(deployment), modem.modulation, Fading(self.fading), 8 * modem.frame_bytes)
+
+    def mean_per(self, deployment: Deployment) -> float:
+        """Of a full packet, over ranges spread evenly from 0 to the declared one: the tracks are not known before."""
+        links, bits = self.links(deployment), deployment.modem.payload_bits
+        ranges_m = ((number + 0.5) / RANGES * deployment.range_m for number in range(RANGES))
+        return sum(links.loss_at(range_m, bits) for range_m in ranges_m) / RANGES
+
+    def sound_speed_mps(self, deployment: Deployment) -> float | None:
+        """By temperature and salinity, at the mean depth of the fleet."""
+        return sound_speed_mps(self.temperature_c, self.salinity_psu, _mean_depth_m(deployment))
+
+    def budget(self, deployment: Deployment) -> Budget:
+        """The link budget of a fleet.
+
+        Raises:
+            ValueError: neither settings nor profile say how loud the modem is.
+        """
+        modem, level_db = deployment.modem, self._source_level_db(deployment.modem)
+        if level_db is None:
+            raise ValueError(f"modem {modem.name} has no source level")
+        return Budget(
+            source_level_db=level_db,
+            noise_db=noise_in_band_db(*modem.band_khz, self.shipping, self.wind_mps),
+            directivity_db=self.directivity_db,
+            spreading=self.spreading,
+            absorption_db_per_km=self._absorption_db_per_km(deployment),
+            band_hz=modem.band_hz,
+            rate_bps=modem.rate_bps,
+        )
+
+    def _source_level_db(self, modem: Modem) -> float | None:
+        if self.source_level_db is not None:
+            return self.source_level_db
+        return modem.source_level_db if self.acoustic_power_w is None else source_level_db(self.acoustic_power_w)
+
+    def _absorption_db_per_km(self, deployment: Deployment) -> float:
+        frequency_khz = deployment.modem.centre_khz
+        if self.absorption == "thorp":
+            return thorp_db_per_km(frequency_khz)
+        depth_m = _mean_depth_m(deployment)
+        return francois_garrison_db_per_km(frequency_khz, self.temperature_c, self.salinity_psu, depth_m, self.ph)
+
+    @classmethod
+    def faults(cls, given: Mapping[str, Any]) -> Iterator[SettingFault]:
+        """Two keys that say how loud the modem is."""
+        if given.get("source_level_db") is not None and given.get("acoustic_power_w") is not None:
+            allowed = "given beside source_level_db, which says the same: leave one of them out"
+            yield SettingFault("acoustic_power_w", str(given["acoustic_power_w"]), allowed)
+
+    def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
+        """A modem of which nobody says how loud it is."""
+        modem = deployment.modem
+        if self._source_level_db(modem) is None:
+            allowed = (
+                f"missing: the profile {modem.name} in {FILE} has no source_level_db; set channel.source_level_db "
+                "(dB re 1 uPa at 1 m) or channel.acoustic_power_w, or take another communication.modem"
+            )
+            yield SettingFault("source_level_db", "", allowed)
+
+
+def _mean_depth_m(deployment: Deployment) -> float:
+    return sum(deployment.depths_m) / len(deployment.depths_m)

@@ -1,0 +1,47 @@
+"""Ambient noise of the sea: turbulence, shipping, wind and heat, after Coates (1989) from the curves of Wenz (1962)."""
+
+import math
+
+STEPS = 64
+"""Steps of Simpson's rule over a band; an even number."""
+
+
+def noise_db_per_hz(frequency_khz: float, shipping: float, wind_mps: float) -> float:
+    """Spectral density of the noise, dB re 1 uPa^2 / Hz.
+
+    Args:
+        frequency_khz: where in the spectrum.
+        shipping: activity of ships, from 0 to 1.
+        wind_mps: speed of the wind at the surface.
+
+    >>> round(noise_db_per_hz(25.0, 0.5, 5.0), 3)
+    38.548
+    """
+    log = math.log10(frequency_khz)
+    parts_db = (
+        17.0 - 30.0 * log,
+        40.0 + 20.0 * (shipping - 0.5) + 26.0 * log - 60.0 * math.log10(frequency_khz + 0.03),
+        50.0 + 7.5 * math.sqrt(wind_mps) + 20.0 * log - 40.0 * math.log10(frequency_khz + 0.4),
+        -15.0 + 20.0 * log,
+    )
+    return 10.0 * math.log10(sum(10.0 ** (part / 10.0) for part in parts_db))
+
+
+def noise_in_band_db(low_khz: float, high_khz: float, shipping: float, wind_mps: float) -> float:
+    """Level of the noise in a band, dB re 1 uPa: the integral of its density.
+
+    Args:
+        low_khz: lower end of the band, above 0.
+        high_khz: upper end of the band.
+        shipping: activity of ships, from 0 to 1.
+        wind_mps: speed of the wind at the surface.
+
+    >>> round(noise_in_band_db(22.5, 27.5, 0.5, 5.0), 2)
+    75.58
+    """
+    step_khz = (high_khz - low_khz) / STEPS
+    total = 0.0
+    for number in range(STEPS + 1):
+        weight = 1 if number in (0, STEPS) else 4 if number % 2 else 2
+        total += weight * 10.0 ** (noise_db_per_hz(low_khz + number * step_khz, shipping, wind_mps) / 10.0)
+    return 10.0 * math.log10(total * 1000.0 * step_khz / 3.0)

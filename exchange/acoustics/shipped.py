@@ -1,0 +1,21 @@
+"""The channel models that are shipped, by the names that scenarios use."""
+
+from exchange.acoustics.acoustic import AcousticChannel
+from exchange.acoustics.models import (
+    BernoulliChannel,
+    ChannelModel,
+    GilbertElliottChannel,
+    MatrixChannel,
+    PerfectChannel,
+)
+from exchange.acoustics.trace import TraceChannel
+
+CHANNELS: dict[str, type[ChannelModel]] = {
+    "perfect": PerfectChannel,
+    "bernoulli": BernoulliChannel,
+    "matrix": MatrixChannel,
+    "gilbert-elliott": GilbertElliottChannel,
+    "acoustic": AcousticChannel,
+    "trace": TraceChannel,
+}
+"""The shipped models by the name that scenarios use."""

@@ -1,0 +1,91 @@
+"""The command ``link-budget``, and what ``list modems`` says of numbers."""
+
+import json
+from pathlib import Path
+
+import pytest
+from invoked import refused, remoras
+
+from exchange.acoustics.modems import modems
+
+
+def points(*arguments: object) -> list[dict[str, float]]:
+    done = remoras("link-budget", *arguments, "--json")
+    assert done.exit_code == 0, done.output
+    found: list[dict[str, float]] = json.loads(done.stdout)
+    return found
+
+
+def test_a_line_for_each_modem_and_range():
+    done = remoras("link-budget", "--modem", "nanomodem-v3,whoi-psk-1", "--ranges", "2000,1000")
+    assert done.exit_code == 0, done.output
+    head, *lines = done.stdout.splitlines()
+    assert head.split()[:4] == ["modem", "range", "/", "m"]
+    assert [line.split()[:2] for line in lines] == [
+        [name, range_m] for name in ("nanomodem-v3", "whoi-psk-1") for range_m in ("1000", "2000")
+    ]
+
+
+def test_the_sea_is_that_of_the_scenario_and_can_be_set():
+    """By hand: 2 km lose 66.02 dB by spherical spreading, and 2 * 7.3915 by the absorption of Thorp at 28 kHz."""
+    sea = ("--set", "channel.spreading=2", "--set", "channel.absorption=thorp")
+    (one,) = points("mapping-patches", "--modem", "nanomodem-v3", "--ranges", "2000", *sea)
+    assert one["transmission_loss_db"] == pytest.approx(80.8036, rel=1e-4)
+    assert one["snr_db"] == pytest.approx(10.481, abs=1e-3)
+    assert one["ebn0_db"] == pytest.approx(22.856, abs=1e-3)
+    (loud,) = points("--modem", "nanomodem-v3", "--ranges", "2000", *sea, "--set", "channel.source_level_db=178")
+    assert loud["snr_db"] - one["snr_db"] == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize(
+    ("spreading", "fading", "half_m"),
+    [
+        (2, "frame", (3400, 7600, 6600, 9500)),
+        (1.5, "frame", (5750, 11_000, 9900, 21_200)),
+        (2, "bit", (1700, 5450, 4450, 3500)),
+        (2, "none", (3600, 7850, 7500, 10_300)),
+    ],
+)
+def test_the_reach_that_the_documents_state(spreading: float, fading: str, half_m: tuple[int, ...]):
+    names = ("nanomodem-v3", "whoi-fsk-0", "whoi-psk-1", "atm-900")
+    for name, range_m in zip(names, half_m, strict=True):
+        sea = ("--set", f"channel.spreading={spreading}", "--set", f"channel.fading={fading}")
+        near, far = points("--modem", name, *sea, "--ranges", f"{range_m - 50},{range_m + 50}")
+        assert near["delivered"] > 0.5 > far["delivered"]
+
+
+def test_figure_caption_and_numbers_are_written(tmp_path: Path):
+    done = remoras("link-budget", "--ranges", "1000,3000", "--out", tmp_path / "reach", "--format", "svg")
+    assert done.exit_code == 0, done.output
+    names = {path.name for path in (tmp_path / "reach").iterdir()}
+    assert names == {f"delivery-against-range.{end}" for end in ("svg", "txt", "csv")}
+    said = (tmp_path / "reach" / "delivery-against-range.txt").read_text()
+    assert "nanomodem-v3" in said
+    assert "Spreading exponent 1.5" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--modem", "s2c-18-34"], "set channel.source_level_db"),
+        (["--modem", "nanomodem"], "did you mean 'nanomodem-v3'"),
+        (["--ranges", "far"], "--ranges 'far': allowed are metres"),
+        (["--ranges", "0,100"], "above 0 and at most 100000"),
+        (["--ranges", "nan"], "above 0 and at most 100000"),
+        (["--set", "channel.spreading=3"], "less than or equal to 2"),
+        (["--set", "channel.per=0.3"], "not used by the acoustic channel"),
+    ],
+)
+def test_misuse_is_one_clear_message(arguments: list[str], says: str):
+    assert says in refused("link-budget", *arguments)
+
+
+def test_the_list_of_modems_marks_what_is_not_verified():
+    lines = remoras("list", "modems").stdout.splitlines()
+    nano = next(line for line in lines if "nanomodem-v3" in line)
+    assert "168 dB re 1 uPa at 1 m," in nano
+    assert "fsk-noncoherent(?)" in nano
+    silent = next(line for line in lines if "s2c-18-34" in line)
+    assert "source level unknown" in silent
+    assert lines[-1].strip() == "(?) no source was found for this number: it is an estimate"
+    assert sum(line.count("(?)") for line in lines[:-1]) == sum(len(modem.unverified) for modem in modems().values())

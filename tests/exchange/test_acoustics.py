@@ -1,0 +1,273 @@
+"""The physics of the channel ``acoustic``, against values computed elsewhere, by hand, or by another method.
+
+Sound speed, absorption and noise: arlpy 1.9.3 (``uwa.soundspeed``, ``uwa.absorption``) and the formulas of Coates as
+Stojanovic (2007) prints them, each to the digits that were noted.
+"""
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from exchange.acoustics.absorption import francois_garrison_db_per_km, thorp_db_per_km
+from exchange.acoustics.bit_errors import Modulation, faded, needed_ebn0, steady
+from exchange.acoustics.budget import Budget, source_level_db, transmission_loss_db
+from exchange.acoustics.noise import noise_db_per_hz, noise_in_band_db
+from exchange.acoustics.packet_errors import (
+    Fading,
+    block_loss,
+    delivered_share,
+    faded_block_loss,
+    frame_loss,
+    frames,
+    packet_loss,
+)
+from exchange.acoustics.sound_speed import sound_speed_mps
+
+FSK, FSK_C, PSK, DPSK = Modulation.FSK_NONCOHERENT, Modulation.FSK_COHERENT, Modulation.PSK, Modulation.DPSK
+CLOSE = 1e-4
+
+
+def ratio(db: float) -> float:
+    return 10.0 ** (db / 10.0)
+
+
+@pytest.mark.parametrize(
+    ("temperature_c", "salinity_psu", "depth_m", "mackenzie", "medwin"),
+    [
+        (27.0, 35.0, 10.0, 1539.0866, 1539.1731),
+        (10.0, 35.0, 0.0, 1489.8034, 1489.9900),
+        (10.0, 35.0, 100.0, 1491.4351, 1491.5900),
+        (20.0, 35.0, 100.0, 1523.0949, 1523.1200),
+        (4.0, 35.0, 1000.0, 1482.9552, 1482.7386),
+        (25.0, 35.0, 1000.0, 1550.7440, 1550.3563),
+        (0.0, 35.0, 0.0, 1448.9600, 1449.2000),
+        (15.0, 0.0, 10.0, 1465.3365, 1465.3138),
+    ],
+)
+def test_sound_speed_is_that_of_mackenzie_and_near_that_of_medwin(
+    temperature_c: float, salinity_psu: float, depth_m: float, mackenzie: float, medwin: float
+):
+    found = sound_speed_mps(temperature_c, salinity_psu, depth_m)
+    assert found == pytest.approx(mackenzie, abs=6e-5)
+    assert found == pytest.approx(medwin, abs=0.5)
+
+
+SPECTRA = [
+    # kHz, Thorp; Francois-Garrison at 27 C, 10 m and at 10 C, 100 m; noise (s 0.5, w 5), (s 0.5, w 0), (s 1, w 10)
+    (1.0, 0.06900, 0.05257, 0.07007, 60.955, 45.373, 67.931),
+    (5.0, 0.38231, 0.31650, 0.34340, 51.455, 34.745, 58.403),
+    (10.0, 1.18703, 0.67365, 0.97280, 46.090, 29.355, 53.037),
+    (12.0, 1.64477, 0.87159, 1.33260, 44.618, 27.894, 51.565),
+    (18.0, 3.42418, 1.66920, 2.75106, 41.287, 24.675, 48.231),
+    (25.0, 6.10480, 2.98189, 4.95076, 38.548, 22.307, 45.485),
+    (26.0, 6.52654, 3.20215, 5.30394, 38.220, 22.060, 45.155),
+    (34.0, 10.10813, 5.24640, 8.38433, 35.978, 20.762, 42.893),
+    (50.0, 17.46712, 10.71033, 15.19774, 32.835, 20.712, 39.637),
+    (100.0, 34.06866, 35.61136, 33.19267, 28.944, 25.133, 34.204),
+]
+
+
+@pytest.mark.parametrize(("khz", "thorp", "warm", "cool", "sea", "calm", "storm"), SPECTRA, ids=[s[0] for s in SPECTRA])
+def test_absorption_and_noise_over_the_spectrum(
+    khz: float, thorp: float, warm: float, cool: float, sea: float, calm: float, storm: float
+):
+    assert thorp_db_per_km(khz) == pytest.approx(thorp, rel=CLOSE)
+    assert francois_garrison_db_per_km(khz, 27.0, 35.0, 10.0, 8.1) == pytest.approx(warm, rel=1.1 * CLOSE)
+    assert francois_garrison_db_per_km(khz, 10.0, 35.0, 100.0, 8.1) == pytest.approx(cool, rel=CLOSE)
+    assert noise_db_per_hz(khz, 0.5, 5.0) == pytest.approx(sea, abs=6e-4)
+    assert noise_db_per_hz(khz, 0.5, 0.0) == pytest.approx(calm, abs=6e-4)
+    assert noise_db_per_hz(khz, 1.0, 10.0) == pytest.approx(storm, abs=6e-4)
+
+
+@pytest.mark.parametrize(
+    ("khz", "temperature_c", "depth_m", "ph", "expected"),
+    [
+        (10.0, 4.0, 1000.0, 8.0, 1.0053),
+        (25.0, 4.0, 1000.0, 8.0, 4.9757),
+        (50.0, 4.0, 1000.0, 8.0, 13.1304),
+        (25.0, 20.0, 100.0, 8.1, 3.6685),
+    ],
+)
+def test_absorption_in_deep_and_in_warm_water(
+    khz: float, temperature_c: float, depth_m: float, ph: float, expected: float
+):
+    assert francois_garrison_db_per_km(khz, temperature_c, 35.0, depth_m, ph) == pytest.approx(expected, rel=CLOSE)
+
+
+def test_water_without_salt_absorbs_by_itself_alone():
+    """By hand: 25 kHz, 10 C: A3 = 4.937e-4 - 2.59e-4 + 9.11e-5 - 1.5e-5 = 3.108e-4; times 625 is 0.19425 dB/km."""
+    assert francois_garrison_db_per_km(25.0, 10.0, 0.0, 0.0, 8.0) == pytest.approx(0.19425, rel=CLOSE)
+
+
+@given(st.floats(1.0, 60.0), st.floats(0.1, 8.0), st.floats(0.0, 1.0), st.floats(0.0, 20.0))
+def test_noise_in_a_band_is_the_integral_of_its_density(low: float, width: float, shipping: float, wind: float):
+    integral, _ = quad(lambda khz: 1000.0 * ratio(noise_db_per_hz(khz, shipping, wind)), low, low + width, epsrel=1e-10)
+    assert noise_in_band_db(low, low + width, shipping, wind) == pytest.approx(10.0 * math.log10(integral), abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("band_khz", "source_db", "spreading", "snr_db_at_km"),
+    [
+        ((22.5, 27.5), 185.0, 1.5, {1.0: 58.32, 2.0: 47.70, 3.5: 34.89, 5.0: 23.41, 8.0: 2.04}),
+        ((22.5, 27.5), 185.0, 2.0, {1.0: 43.32, 2.0: 31.19, 3.5: 17.17, 5.0: 4.92, 8.0: -17.48}),
+        ((7.0, 17.0), 184.0, 2.0, {1.0: 37.02, 2.0: 29.36, 5.0: 16.46, 8.0: 7.45}),
+    ],
+)
+def test_the_link_budget(
+    band_khz: tuple[float, float], source_db: float, spreading: float, snr_db_at_km: dict[float, float]
+):
+    """Shipping 0.5, wind 5 m/s, absorption of Thorp at the centre of the band."""
+    noise_db, centre_khz = noise_in_band_db(*band_khz, 0.5, 5.0), sum(band_khz) / 2.0
+    band_hz = 1000.0 * (band_khz[1] - band_khz[0])
+    budget = Budget(source_db, noise_db, 0.0, spreading, thorp_db_per_km(centre_khz), band_hz, 100.0)
+    for range_km, snr_db in snr_db_at_km.items():
+        assert budget.snr_db(1000.0 * range_km) == pytest.approx(snr_db, abs=6e-3)
+        gain_db = budget.ebn0_db(1000.0 * range_km) - budget.snr_db(1000.0 * range_km)
+        assert gain_db == pytest.approx(10.0 * math.log10(band_hz / 100.0))
+
+
+def test_transmission_loss_and_source_level_by_hand():
+    """2 km: 15 log10(2000) = 49.515 dB and 2 * 6.1048 dB; 100 W are 20 dB more than 1 W."""
+    assert transmission_loss_db(2000.0, 1.5, 6.1048) == pytest.approx(49.51545 + 12.2096, rel=CLOSE)
+    assert transmission_loss_db(0.0, 1.5, 6.1048) == transmission_loss_db(1.0, 1.5, 6.1048)
+    assert source_level_db(100.0) == pytest.approx(190.8)
+
+
+@pytest.mark.parametrize(("spreading", "noise"), [(1.5, (0.5, 0.0))])
+def test_the_frequency_of_least_loss_falls_with_range(spreading: float, noise: tuple[float, float]):
+    """Absorption of Thorp and noise without wind: 20.15 kHz at 1 km, 14.1 at 2, 8.6 at 5, 5.9 at 10, 2.1 at 50."""
+    for range_km, best_khz in [(1.0, 20.15), (2.0, 14.1), (5.0, 8.6), (10.0, 5.9), (50.0, 2.1)]:
+        tried_khz = [0.05 * number for number in range(10, 800)]
+        loss_db = {
+            khz: transmission_loss_db(1000.0 * range_km, spreading, thorp_db_per_km(khz)) + noise_db_per_hz(khz, *noise)
+            for khz in tried_khz
+        }
+        assert min(loss_db, key=loss_db.__getitem__) == pytest.approx(best_khz, abs=0.051)
+
+
+# Bits ---------------------------------------------------------------------------------------------
+
+RATES = [
+    # Eb/N0 dB, FSK in white noise and faded, PSK in white noise and faded
+    (10.0, 3.369e-3, 8.333e-2, 3.872e-6, 2.327e-2),
+    (15.0, 6.795e-8, 2.974e-2, 9.124e-16, 7.723e-3),
+    (20.0, 9.644e-23, 9.804e-3, None, 2.481e-3),
+    (25.0, None, 3.142e-3, None, 7.887e-4),
+    (30.0, None, 9.980e-4, None, 2.498e-4),
+]
+
+
+@pytest.mark.parametrize(("db", "fsk", "fsk_faded", "psk", "psk_faded"), RATES, ids=[row[0] for row in RATES])
+def test_bit_error_rates(db: float, fsk: float | None, fsk_faded: float, psk: float | None, psk_faded: float):
+    """To the four digits of the table."""
+    g = ratio(db)
+    assert (faded(FSK, g), faded(PSK, g)) == pytest.approx((fsk_faded, psk_faded), rel=2.5 * CLOSE)
+    assert fsk is None or steady(FSK, g) == pytest.approx(fsk, rel=2.5 * CLOSE)
+    assert psk is None or steady(PSK, g) == pytest.approx(psk, rel=2.5 * CLOSE)
+
+
+def test_bit_error_rates_of_the_others_by_hand():
+    """At Eb/N0 = 10: DPSK exp(-10) / 2 and 1 / 22; coherent FSK is PSK at half of it: Q(sqrt 10) = 7.827e-4."""
+    assert (steady(DPSK, 10.0), faded(DPSK, 10.0)) == pytest.approx((2.26999649e-5, 1.0 / 22.0), rel=CLOSE)
+    assert steady(FSK_C, 10.0) == pytest.approx(7.82701e-4, rel=CLOSE)
+    assert faded(FSK_C, 10.0) == pytest.approx(0.5 * (1.0 - math.sqrt(10.0 / 12.0)), rel=CLOSE)
+
+
+@pytest.mark.parametrize("modulation", Modulation)
+@pytest.mark.parametrize("db", [-10.0, 0.0, 10.0, 20.0])
+def test_a_faded_rate_is_the_mean_of_the_steady_one_over_the_fade(modulation: Modulation, db: float):
+    g = ratio(db)
+    mean, _ = quad(lambda x: steady(modulation, x) * math.exp(-x / g) / g, 0.0, 200.0, epsrel=1e-11, limit=500)
+    assert faded(modulation, g) == pytest.approx(mean, rel=1e-6)
+
+
+@given(st.sampled_from(Modulation), st.floats(1e-12, 0.5))
+def test_what_a_rate_needs_gives_that_rate(modulation: Modulation, rate: float):
+    assert steady(modulation, needed_ebn0(modulation, rate)) == pytest.approx(rate, rel=1e-6)
+
+
+# Packets ------------------------------------------------------------------------------------------
+
+LOSSES = [
+    # Eb/N0 dB; 256 bits that err independently, FSK and PSK; under one fade, FSK and PSK
+    (10.0, 1.000, 0.998, 0.652, 0.330),
+    (15.0, 1.000, 0.863, 0.288, 0.120),
+    (20.0, 0.920, 0.471, 0.103, 0.040),
+    (25.0, 0.553, 0.183, 0.034, 0.013),
+    (30.0, 0.226, 0.062, 0.011, 0.004),
+]
+
+
+@pytest.mark.parametrize(("db", "fsk_bit", "psk_bit", "fsk", "psk"), LOSSES, ids=[row[0] for row in LOSSES])
+def test_packets_of_256_bits(db: float, fsk_bit: float, psk_bit: float, fsk: float, psk: float):
+    """To the three decimals of the table."""
+    found = [packet_loss(m, f, 256, 256, ratio(db)) for f in (Fading.BIT, Fading.PACKET) for m in (FSK, PSK)]
+    assert found == pytest.approx([fsk_bit, psk_bit, fsk, psk], abs=5.1e-4)
+
+
+@pytest.mark.parametrize("modulation", Modulation)
+@pytest.mark.parametrize("n_bits", [1, 8, 256, 4096, 16384])
+@pytest.mark.parametrize("db", [-5.0, 5.0, 20.0, 40.0])
+def test_a_block_under_one_fade_against_another_quadrature(modulation: Modulation, n_bits: int, db: float):
+    """QUADPACK on the integral as it stands, in pieces; ours sums over thresholds."""
+    g = ratio(db)
+
+    def density(x: float) -> float:
+        rate = steady(modulation, x)
+        return (block_loss(rate, n_bits) if rate < 0.5 else 1.0 - 0.5**n_bits) * math.exp(-x / g) / g
+
+    edges = [0.0, 1.0, 3.0, 6.0, 10.0, 15.0, 20.0, 30.0, 50.0, 120.0]
+    expected = sum(quad(density, low, high, epsabs=0.0, epsrel=1e-10, limit=300)[0] for low, high in pairwise(edges))
+    assert faded_block_loss(modulation, n_bits, g) == pytest.approx(expected, rel=1e-6)
+
+
+@given(
+    st.sampled_from(Modulation), st.sampled_from(Fading), st.integers(0, 4096), st.integers(8, 4096), st.floats(-40, 60)
+)
+def test_a_loss_is_a_probability_that_falls_as_the_signal_grows(
+    modulation: Modulation, fading: Fading, n_bits: int, frame_bits: int, db: float
+):
+    weak, strong = (packet_loss(modulation, fading, n_bits, frame_bits, ratio(db + gain)) for gain in (0.0, 1.0))
+    assert 0.0 <= strong <= weak <= 1.0
+    assert n_bits > 0 or weak == 0.0
+
+
+@given(st.sampled_from(Modulation), st.sampled_from(Fading), st.integers(1, 2000), st.floats(-10, 40))
+def test_a_longer_packet_is_lost_rather(modulation: Modulation, fading: Fading, n_bits: int, db: float):
+    short, long = (packet_loss(modulation, fading, n, 512, ratio(db)) for n in (n_bits, n_bits + 64))
+    assert short <= long + 1e-6  # the rule of the fade is exact to 2e-7
+
+
+def test_frames_fail_one_by_one():
+    """Three frames of 64 B: all must pass; frame by frame as much arrives as of one; one fade for all is kinder."""
+    g, size = ratio(20.0), 8 * 64
+    one = frame_loss(PSK, Fading.FRAME, size, g)
+    assert packet_loss(PSK, Fading.FRAME, 3 * size, size, g) == pytest.approx(1.0 - (1.0 - one) ** 3, rel=1e-12)
+    assert delivered_share(PSK, Fading.FRAME, 3 * size, size, g) == pytest.approx(1.0 - one, rel=1e-12)
+    assert one < packet_loss(PSK, Fading.PACKET, 3 * size, size, g) < packet_loss(PSK, Fading.FRAME, 3 * size, size, g)
+
+
+def test_a_short_last_frame_counts_by_its_size():
+    g = ratio(20.0)
+    whole, rest = (frame_loss(FSK, Fading.FRAME, n, g) for n in (256, 40))
+    assert list(frames(552, 256)) == [256, 256, 40]
+    assert packet_loss(FSK, Fading.FRAME, 552, 256, g) == pytest.approx(1.0 - (1.0 - whole) ** 2 * (1.0 - rest))
+    expected = (512 * (1.0 - whole) + 40 * (1.0 - rest)) / 552
+    assert delivered_share(FSK, Fading.FRAME, 552, 256, g) == pytest.approx(expected)
+
+
+def test_bits_that_err_independently_know_no_frames():
+    for fading in (Fading.NONE, Fading.BIT):
+        apart, together = (packet_loss(FSK, fading, 1500, size, ratio(28.0)) for size in (256, 1500))
+        assert apart == pytest.approx(together, rel=1e-9)
+
+
+@given(st.sampled_from(Modulation), st.sampled_from(Fading), st.integers(1, 6), st.floats(0.0, 40.0))
+def test_a_driver_that_delivers_frames_gets_no_less(modulation: Modulation, fading: Fading, n: int, db: float):
+    assume(fading is not Fading.PACKET)
+    taken_whole = 1.0 - packet_loss(modulation, fading, 512 * n, 512, ratio(db))
+    assert delivered_share(modulation, fading, 512 * n, 512, ratio(db)) >= taken_whole - 1e-12

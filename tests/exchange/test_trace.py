@@ -1,0 +1,156 @@
+"""The channel model ``trace``: what a file says is what links do, and what is no trace is refused in words."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from exchange.acoustics.link import Transmission
+from exchange.acoustics.models import Deployment
+from exchange.acoustics.modems import modems
+from exchange.acoustics.trace import Series, TraceChannel, TraceError, trace_of
+
+POND = Deployment({"Boat": 1, "Diver": 0}, (5.0, 0.0), modems()["nanomodem-v3"], 1000.0, 40.0)
+OUTCOMES = """\
+time_s,sender,receiver,lost
+0.0,Diver,Boat,1
+2.0,Boat,Diver,0
+10.0,Diver,Boat,0
+12.0,Boat,Diver,1
+20.0,Diver,Boat,0
+22.0,Boat,Diver,1
+30.0,Diver,Boat,1
+32.0,Boat,Diver,0
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "links.csv"
+    path.write_text(OUTCOMES, encoding="utf-8")
+    return path
+
+
+def asked(channel: TraceChannel, sender: int, times_s: list[float]) -> list[float]:
+    links = channel.link_model(POND, 1)
+    return [links.p_loss(Transmission(0, sender, time_s, 100), 1 - sender, 9.0) for time_s in times_s]
+
+
+def test_links_do_what_was_recorded(file: Path):
+    channel = TraceChannel(file=str(file))
+    assert asked(channel, 0, [0.0, 9.9, 10.0, 25.0, 30.0, 39.0]) == [1.0, 1.0, 0.0, 0.0, 1.0, 1.0]
+    assert asked(channel, 1, [0.0, 2.0, 12.0, 22.0, 32.0]) == [0.0, 0.0, 1.0, 1.0, 0.0]
+    assert list(channel.misfits(POND)) == []
+
+
+def test_a_row_whose_time_was_rounded_up_holds(file: Path):
+    assert asked(TraceChannel(file=str(file)), 0, [9.9995, 9.998]) == [0.0, 1.0]
+
+
+def test_a_trace_that_is_repeated_starts_anew(file: Path):
+    """It lasts until 32 s and for the median gap of 10 s."""
+    assert asked(TraceChannel(file=str(file), repeat=True), 0, [42.0, 52.0, 420.0]) == [1.0, 0.0, 1.0]
+    assert asked(TraceChannel(file=str(file)), 0, [420.0]) == [1.0]
+
+
+def test_the_mean_is_over_the_time_that_it_lasts(file: Path):
+    """Diver's link is lost from 0 to 10 s and from 30 to 42 s, Boat's from 12 to 32 s: (22 + 20) / 84."""
+    assert TraceChannel(file=str(file)).mean_per(POND) == pytest.approx(0.5)
+
+
+def test_parquet_says_the_same_and_other_columns_are_passed_over(file: Path, tmp_path: Path):
+    rows = [line.split(",") for line in OUTCOMES.splitlines()[1:]]
+    table = pa.table(
+        {
+            "receiver": [row[2] for row in rows],
+            "note": ["x"] * len(rows),
+            "lost": [row[3] == "1" for row in rows],
+            "time_s": [float(row[0]) for row in rows],
+            "sender": [row[1] for row in rows],
+        }
+    )
+    other = tmp_path / "links.parquet"
+    pq.write_table(table.take([3, 1, 0, 2, 7, 5, 6, 4]), other)
+    assert trace_of(str(other)) == trace_of(str(file))
+
+
+@given(st.lists(st.tuples(st.floats(0.0, 1e5), st.floats(0.0, 1.0)), min_size=1, unique_by=lambda row: row[0]))
+def test_a_series_answers_with_its_own_rates_and_its_mean_lies_between_them(rows: list[tuple[float, float]]):
+    series = Series(*zip(*sorted(rows), strict=True))
+    rates = set(series.per)
+    assert {series.at(time_s) for time_s in (0.0, 1.0, 777.7, 1e6)} <= rates
+    assert min(rates) - 1e-9 <= series.mean(2e5) <= max(rates) + 1e-9
+
+
+def text(*rows: str, columns: str = "time_s,sender,receiver,lost") -> str:
+    return "\n".join((columns, *rows)) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        ("", "has the columns none; needed are time_s, sender, receiver and lost or per"),
+        (text(), "has no rows"),
+        (text("0,A,B", columns="time_s,sender,receiver"), "has the columns time_s, sender, receiver; needed"),
+        (text("0,A,B,1,1", columns="time_s,sender,receiver,lost,per"), "needed are .* and lost or per"),
+        (text("0,A,B,2"), "row 1: lost = '2' must be 0 or 1"),
+        (text("0,A,B,0", "1,A,B"), "row 2: lost = '' must be 0 or 1"),
+        (text("0,A,B,1.2", columns="time_s,sender,receiver,per"), "row 1: per = '1.2' must be a number from 0 to 1"),
+        (text("-1,A,B,0"), "row 1: time_s = '-1' must be a number of seconds, 0 or more"),
+        (text("nan,A,B,0"), "row 1: time_s = 'nan' must be a number of seconds"),
+        (text("0,A,A,0"), "row 1: from 'A' to 'A' is no link of two vehicles"),
+        (text("0,A,B,0", "0,A,B,1"), "row 2: a second one of A to B at 0 s"),
+    ],
+)
+def test_what_is_no_trace_is_refused_with_its_row(tmp_path: Path, content: str, says: str):
+    file = tmp_path / "bad.csv"
+    file.write_text(content, encoding="utf-8")
+    with pytest.raises(TraceError, match=says):
+        trace_of(str(file))
+
+
+def test_files_that_cannot_be_read_are_refused(tmp_path: Path, file: Path):
+    with pytest.raises(TraceError, match="cannot be read: No such file"):
+        trace_of(str(tmp_path / "none.csv"))
+    (tmp_path / "bytes.csv").write_bytes(b"\xff\xfe\x00\x80")
+    with pytest.raises(TraceError, match="is no CSV"):
+        trace_of(str(tmp_path / "bytes.csv"))
+    (tmp_path / "text.parquet").write_text("no parquet", encoding="utf-8")
+    with pytest.raises(TraceError, match="is no Parquet"):
+        trace_of(str(tmp_path / "text.parquet"))
+    with pytest.raises(TraceError, match="is not the file that was used: its sha256 is"):
+        trace_of(str(file), "0" * 64)
+
+
+@pytest.mark.parametrize(
+    ("changed", "says"),
+    [
+        ({"nodes": {"Boat": 1, "Buoy": 0}}, "is of vehicle Diver; those of the scenario are Boat, Buoy: rename"),
+        ({"nodes": {"Boat": 1, "Diver": 0, "Buoy": 2}}, "no row of the link from Boat to Buoy and 3 more"),
+        ({"duration_s": 43.0}, "ends at 42 s, the run at 43 s: set scenario.duration_s .*, or channel.repeat = true"),
+    ],
+)
+def test_a_trace_of_another_fleet_or_a_shorter_time_is_one_clear_fault(
+    file: Path, changed: dict[str, object], says: str
+):
+    (fault,) = TraceChannel(file=str(file)).misfits(replace(POND, **changed))  # type: ignore[arg-type]
+    assert fault.key == "file"
+    assert fault.given == f'"{file}"'
+    assert re.search(says, fault.allowed)
+
+
+def test_times_that_do_not_count_from_the_start_of_the_run_are_a_fault(tmp_path: Path):
+    late = tmp_path / "late.csv"
+    late.write_text(text("5000,Boat,Diver,0", "5000,Diver,Boat,0", "5010,Boat,Diver,0"), encoding="utf-8")
+    (fault,) = TraceChannel(file=str(late)).misfits(POND)
+    assert "begins at 5000 s only: subtract that from time_s" in fault.allowed
+
+
+def test_a_trace_without_a_file_is_a_fault():
+    (fault,) = TraceChannel.faults({})
+    assert (fault.key, fault.allowed[:8]) == ("file", "missing:")

@@ -1,0 +1,209 @@
+"""Missions on the channels ``acoustic`` and ``trace``: what scenarios say, what runs hear, what results repeat."""
+
+import json
+from pathlib import Path
+
+import pytest
+from small_mission import SMALL, line_of
+
+from missions.errors import ConfigurationError, ConfigurationFault
+from missions.runs.results import Results, write
+from missions.runs.run import run
+from missions.runs.setup import channel_of, resolved
+from missions.runs.summary import summary
+from missions.scenarios import Scenario, load
+from missions.scenarios.deployment import deployment_in, deployment_of
+from visualisation.exports import export
+
+OWN = '[channel]\nname = "bernoulli"\nper = 0.2\n'
+SHORT = ("--set", "scenario.duration_s=200")
+
+
+def loaded(folder: Path, channel: str, *settings: str) -> Scenario:
+    file = folder / "pond.toml"
+    file.write_text(SMALL.replace(OWN, channel).replace("s2c-18-34", "seatrac-x150"), encoding="utf-8")
+    return load(str(file), [("--set", setting) for setting in settings])
+
+
+def fault_of(folder: Path, channel: str, *settings: str) -> ConfigurationFault:
+    with pytest.raises(ConfigurationError) as caught:
+        loaded(folder, channel, *settings)
+    (fault,) = caught.value.faults
+    return fault
+
+
+# acoustic -----------------------------------------------------------------------------------------
+
+
+def test_the_water_decides_delays_and_guards():
+    """10 C, 35 psu, 15 m (a boat at 0 m and three AUVs at 20 m): 1490.05 m/s by Mackenzie, in slots and on the way."""
+    setup = resolved(load("mapping-rendezvous", [("--channel", "channel.name=acoustic")]))
+    channel = channel_of(setup, 1)
+    assert channel.sound_speed_mps == pytest.approx(1490.048, abs=1e-3)
+    assert channel.depths_m == (0.0, 20.0, 20.0, 20.0)
+    assert setup.schedule.guard_s == pytest.approx(1000.0 / channel.sound_speed_mps)
+    warm = resolved(load("mapping-rendezvous", [("", "channel.name=acoustic"), ("", "channel.temperature_c=25")]))
+    assert channel_of(warm, 1).sound_speed_mps > 1530.0
+
+
+def test_other_channels_keep_the_speed_of_the_world_and_ranges_on_the_chart():
+    channel = channel_of(resolved(load("mapping-rendezvous", [("--channel", "channel.name=bernoulli")])), 1)
+    assert (channel.sound_speed_mps, channel.depths_m) == (1500.0, ())
+    assert not channel.carries_beyond_range
+
+
+def test_on_the_channel_acoustic_the_declared_range_cuts_nothing_off():
+    """Vehicles within 900 m, declared range 300 m: short packets are heard all the same, on other channels not."""
+    small = ("", "communication.range_m=300")
+    ratio = {
+        name: summary(run(load("mapping-rendezvous", [("", f"channel.name={name}"), small, SHORT]), seed=1))[
+            "delivery_ratio"
+        ]
+        for name in ("acoustic", "perfect")
+    }
+    assert ratio["perfect"] < ratio["acoustic"]
+
+
+def test_a_fainter_modem_loses_more():
+    """At 160 dB nothing is lost within this area, at 115 dB the more."""
+    delivery = []
+    for level_db in (115, 120, 160):
+        overrides = [("", "channel.name=acoustic"), ("", f"channel.source_level_db={level_db}"), SHORT]
+        delivery.append(summary(run(load("mapping-rendezvous", overrides), seed=3))["delivery_ratio"])
+    assert delivery[0] < delivery[1] < delivery[2] == 1.0
+
+
+def test_a_run_repeats_itself():
+    overrides = [("", "channel.name=acoustic"), ("", "channel.source_level_db=120"), SHORT]
+    one, other = (run(load("mapping-rendezvous", overrides), seed=3) for _ in range(2))
+    assert one.recorder.packets == other.recorder.packets
+
+
+@pytest.mark.parametrize(
+    ("channel", "settings", "key", "says"),
+    [
+        (
+            '[channel]\nname = "acoustic"\n',
+            ["communication.modem=s2c-18-34"],
+            "channel.source_level_db",
+            "profile s2c-18-34 in modems.toml has no source_level_db; set channel.source_level_db",
+        ),
+        (
+            '[channel]\nname = "acoustic"\nsource_level_db = 170\nacoustic_power_w = 1.0\n',
+            [],
+            "channel.acoustic_power_w",
+            "leave one of them out",
+        ),
+        ('[channel]\nname = "acoustic"\nspreading = 3\n', [], "channel.spreading", "less than or equal to 2"),
+        ('[channel]\nname = "acoustic"\nfading = "slow"\n', [], "channel.fading", "'none', 'bit', 'frame' or 'packet'"),
+        (
+            '[channel]\nname = "acoustic"\nper = 0.2\n',
+            [],
+            "channel.per",
+            "not used by the acoustic channel, only by bernoulli and matrix",
+        ),
+        ('[channel]\nname = "acoustic"\nwind = 3\n', [], "channel.wind", "did you mean 'wind_mps'"),
+    ],
+)
+def test_a_fault_is_one_clear_message(tmp_path: Path, channel: str, settings: list[str], key: str, says: str):
+    fault = fault_of(tmp_path, channel, *settings)
+    assert fault.key == key
+    assert says in fault.allowed
+    assert fault.line is not None
+
+
+def test_a_deployment_is_the_same_before_and_after_the_check(tmp_path: Path):
+    scenario = loaded(tmp_path, '[channel]\nname = "acoustic"\n')
+    assert deployment_in(json.loads(scenario.model_dump_json())) == deployment_of(scenario)
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        {"communication": {"modem": "none"}},
+        {"communication": {"range_m": "far"}},
+        {"vehicle": [{"name": "A", "slot": 0}, {"name": "B", "slot": 0}]},
+        {"vehicle": [{"name": "A", "slot": 0}]},
+        {"vehicle": 3},
+        {"scenario": {}},
+    ],
+)
+def test_there_is_no_deployment_of_what_is_malformed(tmp_path: Path, table: dict[str, object]):
+    raw = json.loads(loaded(tmp_path, OWN).model_dump_json())
+    assert deployment_in(raw) is not None
+    assert deployment_in(raw | table) is None
+
+
+# trace --------------------------------------------------------------------------------------------
+
+BURSTS = [("", "channel.name=gilbert-elliott"), ("", "channel.per_bad=0.9"), SHORT]
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Results, Path]:
+    """A run in bursts, and its trace."""
+    folder = tmp_path_factory.mktemp("recorded")
+    write(run(load("mapping-rendezvous", BURSTS), seed=5), folder / "run")
+    return Results.read(folder / "run"), folder
+
+
+def test_a_run_in_its_own_trace_is_the_run_again(recorded: tuple[Results, Path]):
+    """Another seed draws other losses; on the trace every packet is heard by the same vehicles, at the same time."""
+    results, folder = recorded
+    made = export(results, "trace", folder / "links.csv")
+    table = results.table("packets")
+    assert made.counts == {
+        "heard": sum(map(len, table.column("receivers").to_pylist())),
+        "lost": sum(map(len, table.column("lost_by").to_pylist())),
+    }
+    assert made.counts["lost"] > 50
+    on_trace = [("", "channel.name=trace"), ("", f"channel.file={folder / 'links.csv'}"), SHORT]
+    again = run(load("mapping-rendezvous", on_trace), seed=6)
+    names = table.column_names
+    heard = [list(row[names.index("receivers")]) for row in again.recorder.packets]
+    assert heard == table.column("receivers").to_pylist()
+
+
+def test_results_say_which_file_it_was(tmp_path: Path):
+    """Its path is taken from the scenario's folder; a file that was changed since is refused."""
+    channel = '[channel]\nname = "trace"\nfile = "rel.csv"\nrepeat = true\n'
+    (tmp_path / "rel.csv").write_text("time_s,sender,receiver,per\n0,Boat,Diver,0.1\n0,Diver,Boat,0.3\n")
+    scenario = loaded(tmp_path, channel)
+    table = json.loads(scenario.model_dump_json())["channel"]
+    assert table["file"] == str(tmp_path / "rel.csv")
+    assert len(table["sha256"]) == 64
+    assert scenario.channel.mean_per(deployment_of(scenario)) == pytest.approx(0.2)
+    (tmp_path / "rel.csv").write_text("time_s,sender,receiver,per\n0,Boat,Diver,0.1\n0,Diver,Boat,0.4\n")
+    again = loaded(tmp_path, channel + f'sha256 = "{table["sha256"]}"\n')
+    with pytest.raises(ConfigurationError, match=r"channel\.file.*rel\.csv.*is not the file that was used"):
+        run(again, seed=1)
+
+
+def test_results_can_be_read_when_their_trace_is_gone_and_run_again_they_say_so(tmp_path: Path):
+    file = tmp_path / "rel.csv"
+    file.write_text("time_s,sender,receiver,per\n0,Boat,Diver,0.1\n0,Diver,Boat,0.3\n")
+    text = '[channel]\nname = "trace"\nfile = "rel.csv"\nrepeat = true\n'
+    write(run(loaded(tmp_path, text, "scenario.duration_s=30"), seed=1), tmp_path / "out")
+    file.unlink()
+    results = Results.read(tmp_path / "out")
+    assert results.scenario.channel.name == "trace"
+    with pytest.raises(ConfigurationError, match=r"channel\.file.*cannot be read: No such file"):
+        run(results.scenario, seed=1)
+
+
+@pytest.mark.parametrize(
+    ("channel", "says"),
+    [
+        ('[channel]\nname = "trace"\n', "missing: a CSV or Parquet file of time_s, sender, receiver, and lost or per"),
+        ('[channel]\nname = "trace"\nfile = "none.csv"\n', "cannot be read: No such file"),
+        ('[channel]\nname = "trace"\nfile = "others.csv"\n', "is of vehicle Raft; those of the scenario are "),
+        ('[channel]\nname = "trace"\nfile = "short.csv"\n', "ends at 0 s, the run at"),
+    ],
+)
+def test_a_trace_that_does_not_fit_is_one_clear_message(tmp_path: Path, channel: str, says: str):
+    (tmp_path / "others.csv").write_text("time_s,sender,receiver,lost\n0,Boat,Raft,0\n0,Raft,Boat,0\n")
+    (tmp_path / "short.csv").write_text("time_s,sender,receiver,lost\n0,Boat,Diver,0\n0,Diver,Boat,0\n")
+    fault = fault_of(tmp_path, channel)
+    assert fault.key == "channel.file"
+    assert says in fault.allowed
+    assert fault.line in range(line_of(SMALL, "[channel]"), line_of(SMALL, "[channel]") + 3)
