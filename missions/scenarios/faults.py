@@ -12,12 +12,13 @@ from pydantic_core import PydanticCustomError
 from missions.errors import ConfigurationFault
 from missions.files import shown
 from missions.scenarios.abilities import can_play
+from missions.scenarios.ontologies import words_of
 from missions.scenarios.tables import PointM, Positive, Raw, Sparse, entries, names_of, one_of, table_of
 from remoras.database import AUVDatabase
 from remoras.faults import ANY, HEAD_OF, OF_SENSORS, SLOW_FACTOR, Bias, DeclaredFault, FaultKind, able_to_work
 from remoras.mission import Mission
 from remoras.organisation import Group
-from worldmodel import OntologyError, core_ontology_paths, read_tbox, suggestion
+from worldmodel import OntologyError, suggestion
 
 A_TIME = "a number of seconds, 0 or more, or [earliest, latest]"
 OF_KIND = {
@@ -251,7 +252,7 @@ def bias_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault
         mission: class of the mission, whose words there are.
     """
     told = [(n, one) for n, one in enumerate(entries(raw, "fault"), 1) if one.get("kind") == FaultKind.BIASED]
-    axes = _axes(mission) if told else {}
+    axes = _axes(raw, mission) if told else {}
     for number, table in told:
         key, attribute, offset = f"fault.{number}", table.get("attribute"), table.get("offset")
         for name, what in (("attribute", "of which attribute readings are off"), ("offset", "by how much")):
@@ -266,10 +267,10 @@ def bias_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault
             yield ConfigurationFault(f"{key}.offset", shown(offset), allowed)
 
 
-def _axes(mission: type[Mission]) -> dict[str, int]:
+def _axes(raw: Raw, mission: type[Mission]) -> dict[str, int]:
     """Of attributes that are numbers and points, by name: how many numbers each has."""
     try:
-        tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary)
+        tbox = words_of(raw, mission)
     except (OntologyError, OSError):
         return {}  # reported elsewhere
     return {attribute.name: len(attribute.fields) for attribute in tbox.attributes if attribute.fields}
