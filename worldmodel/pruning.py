@@ -2,8 +2,8 @@
 
 Of a slot the newest value of each origin always stays, and so does all that a ban hides. So a ban leaves what other
 origins have said, and of the banned one the newest value from before the ban. An item goes as a whole or not at all:
-only if every one of its facts may go. Types and bans never go, nor do statuses, which replace one another, nor what
-the owner keeps to itself.
+only if every one of its facts may go, by whichever rule. Types and bans never go, nor do statuses, which replace one
+another, nor what the owner keeps to itself.
 
 The latest values and the classes of all instances are the same as before, and so are ``digest`` and ``state_hash``: a
 pruned item has still arrived, is passed over when it comes again, and its content still counts. What is lost are the
@@ -13,7 +13,7 @@ compared with another content of the same GUID. If an origin is caught in such a
 counted even where it rested on the content that went.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from worldmodel.facts import Block, Fault, Guid
 from worldmodel.index import Entry, block_of
@@ -37,18 +37,7 @@ def prune(store: Store, class_uid: int, attribute: int, before_s: float) -> int:
         FactError: there is no such class or attribute, or it is that of types or of bans.
     """
     PruneRule(class_uid, attribute, 0.0).check(store.tbox)
-    may_go: dict[Guid, set[int]] = {}
-    blocks: dict[Guid, Block] = {}
-    for uid in store.instance_uids():
-        if store.class_mask(uid) >> class_uid & 1:
-            for entry in _outdated(store.index.slots.get((uid, attribute), []), before_s):
-                block = block_of(entry)
-                blocks[block.guid] = block
-                may_go.setdefault(block.guid, set()).add(0 if isinstance(entry, Block) else entry.position)
-    gone = [block for guid, block in blocks.items() if len(may_go[guid]) == len(block.facts)]
-    for block in gone:
-        store.prune(block)
-    return len(gone)
+    return _drop(store, [(class_uid, attribute, before_s)])
 
 
 def tidy(store: Store, now_s: float) -> tuple[Fault, ...]:
@@ -58,9 +47,26 @@ def tidy(store: Store, now_s: float) -> tuple[Fault, ...]:
         store: the store or world model.
         now_s: the time now (s).
     """
-    for rule in store.pruning:
-        prune(store, rule.class_uid, rule.attribute, now_s - rule.older_than_s)
+    if store.pruning:
+        _drop(store, [(rule.class_uid, rule.attribute, now_s - rule.older_than_s) for rule in store.pruning])
     return expire(store, now_s)
+
+
+def _drop(store: Store, limits: Iterable[tuple[int, int, float]]) -> int:
+    """Drop the items of which each fact may go by one of the limits (class, attribute, before_s); return how many."""
+    may_go: dict[Guid, set[int]] = {}
+    blocks: dict[Guid, Block] = {}
+    for class_uid, attribute, before_s in limits:
+        for uid in store.instance_uids():
+            if store.class_mask(uid) >> class_uid & 1:
+                for entry in _outdated(store.index.slots.get((uid, attribute), []), before_s):
+                    block = block_of(entry)
+                    blocks[block.guid] = block
+                    may_go.setdefault(block.guid, set()).add(0 if isinstance(entry, Block) else entry.position)
+    gone = [block for guid, block in blocks.items() if len(may_go[guid]) == len(block.facts)]
+    for block in gone:
+        store.prune(block)
+    return len(gone)
 
 
 def _outdated(entries: list[Entry], before_s: float) -> Iterator[Entry]:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from exchange.packets import guid_of
 from missions.errors import OutputError
-from missions.runs.rebuilt import blocks_of, fill, gave_up_s
+from missions.runs.rebuilt import blocks_of, fill, gave_up_s, tidied_s
 from missions.runs.receptions import Senders
 from missions.runs.setup import Setup, world_model
 from remoras.activities import Objective
@@ -187,7 +187,8 @@ class Memory:
                 f"{', '.join(lacking)}); run the scenario in its manifest.json again with the same seed"
             )
         self._setup = setup
-        self._end_s: float = results.summary["mission_time_s"] + (results.summary.get("settling_s") or 0.0)
+        self._mission_s: float = results.summary["mission_time_s"]
+        self._end_s = self._mission_s + (results.summary.get("settling_s") or 0.0)
         self._views = {table: _by_vehicle(results, table.name) for table in (ORGANISATION, MEMBERSHIP)}
         self._names = world_model(setup, 0)
         self._faults = results.table("faults").to_pylist()
@@ -214,7 +215,8 @@ class Memory:
             raise OutputError(f"at_s is {given}; allowed: 0 to {self._end_s}, the end of the run")
         model = world_model(setup, setup.database[vehicle].node)
         known = ((since_s, block) for since_s, block, _ in self._known_s[vehicle])
-        fill(model, known, at_s, gave_up_s(self._faults, vehicle), setup.schedule.frame_s)
+        frame_ends_s = tidied_s(self._faults, vehicle, setup.schedule, self._mission_s) if model.pruning else []
+        fill(model, known, at_s, gave_up_s(self._faults, vehicle), frame_ends_s)
         past = {table: [row for row in rows[vehicle] if row["time_s"] <= at_s] for table, rows in self._views.items()}
         changes = past[ORGANISATION]
         played = _left_over(

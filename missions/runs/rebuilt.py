@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-import math
+from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import count, takewhile
+from operator import itemgetter
 from typing import Any
 
 from exchange.packets import guid_of
+from exchange.schedule import TdmaSchedule
+from remoras.faults import OVER, FaultKind
 from worldmodel import Block, FaultCode, WorldModel, merge, tidy
 
 Row = Mapping[str, Any]
 GAVE_UP = frozenset({f"dropped block: {FaultCode.TIMED_OUT}", f"refused block: {FaultCode.CROWDED_OUT}"})
 """Kinds of faults by which a vehicle forgot blocks that it had heard; see ``remoras.radio``."""
+
+AWAY = frozenset({FaultKind.LOST.value, FaultKind.JOINS.value, "energy"})
+"""Kinds of rows in ``faults`` from which on a vehicle does nothing, until they are over."""
 
 
 def gave_up_s(faults: Iterable[Row], vehicle: str) -> list[float]:
@@ -19,34 +26,58 @@ def gave_up_s(faults: Iterable[Row], vehicle: str) -> list[float]:
     return sorted({row["time_s"] for row in faults if row["vehicle"] == vehicle and row["kind"] in GAVE_UP})
 
 
+def tidied_s(faults: Iterable[Row], vehicle: str, schedule: TdmaSchedule, end_s: float) -> list[float]:
+    """When a vehicle tidied: at the ends of the TDMA frames of the mission in which it was there (s), in order.
+
+    Args:
+        faults: rows of the table ``faults``.
+        vehicle: its name.
+        schedule: TDMA.
+        end_s: end of the mission (s); in the exchange that may follow nobody tidies.
+    """
+    changes = [
+        (row["time_s"], -1 if row["detail"] == OVER else 1)
+        for row in faults
+        if row["vehicle"] == vehicle and row["kind"] in AWAY
+    ]
+    ends_s = (schedule.start_s(frame * schedule.n_nodes) for frame in count(1))
+    return [
+        time_s
+        for time_s in takewhile(lambda one: one <= end_s, ends_s)
+        if not sum(change for since_s, change in changes if since_s <= time_s)
+    ]
+
+
 def fill(
-    model: WorldModel, known: Iterable[tuple[float, Block]], at_s: float, given_up_s: Iterable[float], frame_s: float
+    model: WorldModel,
+    known: Iterable[tuple[float, Block]],
+    at_s: float,
+    given_up_s: Iterable[float],
+    frame_ends_s: Iterable[float],
 ) -> None:
     """Let a model hold what a vehicle held.
 
-    Merging has one outcome whatever the order. What was given up has none: so blocks go in in the order in which the
-    vehicle had them, up to when it tidied, and then those that it had later.
+    Merging has one outcome whatever the order. What was given up or pruned has none, since a ban keeps from pruning
+    what it hides: so blocks go in in the order in which the vehicle had them, and it is tidied where the vehicle was.
 
     Args:
         model: that knows nothing.
         known: since when the vehicle had which blocks (s).
         at_s: the time for which it is asked (s).
         given_up_s: when it forgot blocks (s).
-        frame_s: length of a TDMA frame, at the end of which vehicles tidy (s).
+        frame_ends_s: when it tidied, before it recorded anything at that time (s).
     """
-    times_s = [time_s for time_s in given_up_s if time_s <= at_s]
-    if model.pruning and at_s >= frame_s:
-        times_s.append(max(*times_s, math.floor(at_s / frame_s) * frame_s, 0.0))
-    rest = [(since_s, block) for since_s, block in known if since_s <= at_s]
-    if times_s:
-        rest.sort(key=lambda one: one[0])
-    for time_s in times_s:
-        n = sum(since_s <= time_s for since_s, _ in rest)
-        for since_s, block in rest[:n]:
+    rest = deque(sorted((one for one in known if one[0] <= at_s), key=itemgetter(0)))
+    times_s = [(time_s, True) for time_s in given_up_s]
+    if model.pruning:
+        times_s += [(time_s, False) for time_s in frame_ends_s]
+    for time_s, with_it in sorted(one for one in times_s if one[0] <= at_s):
+        while rest and (rest[0][0] <= time_s if with_it else rest[0][0] < time_s):
+            since_s, block = rest.popleft()
             merge(model, [block], since_s)
-        rest = rest[n:]
         tidy(model, time_s)
-    merge(model, (block for _, block in rest))
+    for since_s, block in rest:
+        merge(model, [block], since_s)
 
 
 def blocks_of(rows: Iterable[Row]) -> Iterator[list[Row]]:

@@ -123,6 +123,16 @@ def test_an_item_goes_as_a_whole_or_not_at_all() -> None:
     assert list(model.pruned()) == [((1, 0, 2), 1)]
 
 
+def test_several_rules_together_let_an_item_go() -> None:
+    """An observation of mapping-objects says where something is and what it seems to be, in one item."""
+    rules = (PruneRule(OBJECT, LOCATION, 2.0), PruneRule(OBJECT, CLASSIFICATION, 4.0))
+    model = WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, pruning=rules)
+    for n in range(8):
+        model.record([(ECHO, LOCATION, (float(n), 0.0)), (ECHO, CLASSIFICATION, 0)], float(n))
+    assert tidy(model, 8.0) == ()
+    assert [b.time_s for b in model.blocks()] == [4.0, 5.0, 6.0, 7.0]
+
+
 def test_only_the_instances_of_the_class_are_pruned() -> None:
     model = fleet_model()
     merge(model, [block(1, n, n, (ECHO, LOCATION, (float(n), 0.0))) for n in range(3)])

@@ -43,10 +43,10 @@ def scenario(*settings: str, strategy: str = "remoras") -> Scenario:
 
 
 def held_by(model: WorldModel) -> tuple[Any, ...]:
-    """All that a world model holds: items, what waits and was refused, statuses, what is private, its counters."""
+    """All that a world model holds: items, what waits and was refused, statuses, what is private, bans, counters."""
     return (
         (model.state_hash(), sorted(model.arrivals.waiting), sorted(model.arrivals.refused)),
-        (list(model.statuses()), list(model.private_blocks())),
+        (list(model.blocks()), list(model.statuses()), list(model.private_blocks()), dict(model.banned)),
         (model.next_sequence, model.next_private),
     )
 
@@ -131,6 +131,24 @@ def test_what_was_set_aside_is_known_once_it_is_taken_up() -> None:
     lost = 'fault=[{kind="lost", vehicle="AUV00", at_s=300.0}]'
     settings = (*LOSS, lost, "communication.lease_frames=10", "scenario.duration_s=900")
     compare(load("mapping-three-teams", [("--set", one) for one in settings]), 4)
+
+
+def test_what_was_pruned_before_a_ban_does_not_come_back() -> None:
+    """A ban hides what is newer than its time, so that values count again that nobody has kept; and what it hides is
+    not pruned. A vehicle that is away prunes nothing for as long."""
+    prune = [
+        f"{{class='ObjectOfInterest',attribute='{one}',older_than_s=60}}" for one in ("location", "classification")
+    ]
+    settings = (
+        "channel.per=0.4",
+        "scenario.duration_s=1400",
+        f"worldmodel.prune=[{','.join(prune)}]",
+        "ban=[{issuer='ASV00',vehicle='AUV01',at_s=700,from_s=300,until_s=1100}]",
+        "fault=[{kind='lost',vehicle='AUV02',at_s=500,until_s=900}]",
+    )
+    finished = compare(load("mapping-objects", [("--set", one) for one in settings]), 3)
+    model = MemoryResults(finished).known("AUV00", finished.end_s).model
+    assert sum(n for _, n in model.pruned()) > 5
 
 
 def test_nobody_knows_what_came_in_a_packet_that_nobody_could_read() -> None:
