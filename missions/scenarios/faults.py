@@ -21,6 +21,7 @@ from remoras.organisation import Group
 from worldmodel import OntologyError, suggestion
 
 A_TIME = "a number of seconds, 0 or more, or [earliest, latest]"
+AN_OFFSET = "a number, or [east, north] for a point"
 OF_KIND = {
     "factor": (FaultKind.SLOW,),
     "sensor": OF_SENSORS,
@@ -35,10 +36,14 @@ NOT_OF_JOINS = {
 """Keys that a vehicle which joins late cannot have, and what to do instead."""
 
 
+def _is_finite(value: Any) -> bool:
+    """True for a finite number."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
 def _number(value: Any) -> float | None:
     """A time as a number; None if it is none."""
-    is_time = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    return float(value) if is_time and value >= 0 else None
+    return float(value) if _is_finite(value) and value >= 0 else None
 
 
 def _span_s(value: Any) -> tuple[float, float] | None:
@@ -55,6 +60,14 @@ def _time(value: Any) -> Any:
     """Refuse what is no time, in one message whatever is wrong with it."""
     if value is not None and _span_s(value) is None:
         raise PydanticCustomError("time", "allowed: " + A_TIME)
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _off(value: Any) -> Any:
+    """Refuse what is no offset, in one message whatever is wrong with it."""
+    numbers = value if isinstance(value, list | tuple) and len(value) == 2 else [value]
+    if value is not None and not all(map(_is_finite, numbers)):
+        raise PydanticCustomError("offset", "allowed: " + AN_OFFSET)
     return tuple(value) if isinstance(value, list) else value
 
 
@@ -88,7 +101,7 @@ class FaultTable(Sparse):
         None, description="of kinds sensor and biased: name of the sensor; all of the vehicle if absent"
     )
     attribute: str | None = Field(None, description="of kind biased: attribute of the facts that are off")
-    offset: float | PointM | None = Field(
+    offset: Annotated[float | PointM | None, BeforeValidator(_off)] = Field(
         None, description="of kind biased: what is added to a number, or [east, north] to a point"
     )
 
