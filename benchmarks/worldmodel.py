@@ -22,9 +22,9 @@ from rdflib.term import Node
 
 from worldmodel import Block, Instance, PropertyValue, TBox, WorldModel, core_ontology_paths, merge, read_tbox
 from worldmodel.owl import ban_ontology_path
-from worldmodel.terms import RUN, instance_iri
+from worldmodel.rdf.terms import RUN, instance_iri
+from worldmodel.rdf.view import as_graph
 from worldmodel.turtle import SIT
-from worldmodel.view import as_graph
 
 FIRST = 5
 """Uid of the first station; the vehicles come before."""

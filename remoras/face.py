@@ -319,7 +319,7 @@ class Run:
     def query(
         self, sparql: str, *, vehicle: str | None = None, at_s: float | None = None, engine: str = "rdflib"
     ) -> DataFrame:
-        """Ask in SPARQL what a vehicle knew, or all in turn; see ``worldmodel.sparql.query``.
+        """Ask in SPARQL what a vehicle knew, or all in turn; see ``worldmodel.rdf.sparql.query``.
 
         Args:
             sparql: a SELECT or ASK query.

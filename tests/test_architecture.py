@@ -21,6 +21,7 @@ MAX_LINES, MAX_CLASS_LINES = 400, 250
 
 ROOMS: dict[str, set[str]] = {
     "worldmodel": {"worldmodel"},
+    "worldmodel.rdf": {"worldmodel.rdf", "worldmodel"},
     "exchange.acoustics": {"exchange.acoustics"},
     "exchange": {"exchange", "worldmodel"},
     "exchange.study": {"exchange.study", "exchange"},
@@ -38,7 +39,7 @@ ROOMS: dict[str, set[str]] = {
     "missions.mapping": {"missions.mapping", "missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.runs": {
         "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.social", "remoras.executive",
-        "remoras.functional", "exchange", "exchange.acoustics", "worldmodel",
+        "remoras.functional", "exchange", "exchange.acoustics", "worldmodel", "worldmodel.rdf",
     },
     "missions.sweeps": {
         "missions.sweeps", "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.strategies",

@@ -1,7 +1,7 @@
 """What one vehicle knows of the world: a fixed TBox, a growing set of facts, and merging without conflicts.
 
 ``read_tbox`` compiles an ontology, ``WorldModel`` records and answers, ``merge`` adds what other vehicles sent.
-``rows_of`` and ``models_from`` write world models as a table and read it back; ``worldmodel.sparql.query`` asks
+``rows_of`` and ``models_from`` write world models as a table and read it back; ``worldmodel.rdf.sparql.query`` asks
 them in SPARQL.
 """
 

@@ -17,7 +17,10 @@ from functools import lru_cache
 from exchange.acoustics.bit_errors import Modulation, faded, needed_ebn0, steady
 
 STEP, HALF = 0.25, 12
-"""Step of the tanh-sinh rule, and its points on either side of the middle: errors stay below 2e-7 of the loss."""
+"""Step of the tanh-sinh rule, and its points on either side of the middle.
+
+From -30 to 50 dB errors stay below 1e-13 of the loss for blocks of 64 bits and more, below 1e-3 for shorter ones.
+"""
 
 
 class Fading(Enum):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, Style, Tiles
 from missions.mapping.ground import Ground, grounds_of
+from missions.mapping.objects import SIGHTINGS
 from missions.mapping.sensors import COVERAGE
 
 if TYPE_CHECKING:
@@ -65,9 +66,29 @@ def draw_mapped_cells(axes: Axes, results: RunResults, style: Style) -> str:
     return "Cells are shaded in the colour of the vehicle that mapped them first."
 
 
+def draw_objects(axes: Axes, results: RunResults, style: Style) -> str:
+    """Objects where they lie, with what they are, and a cross for each place at which a classifier saw one."""
+    objects = tomllib.loads(results.manifest["scenario"]).get("object", [])
+    if not objects:
+        return ""
+    seen = results.table(SIGHTINGS.name).to_pylist()
+    seen_m = [one["x_m"] for one in seen], [one["y_m"] for one in seen]
+    axes.scatter(*seen_m, s=5, color=style.black, marker="x", alpha=0.4, linewidths=0.5)
+    axes.scatter([], [], s=12, color=style.black, marker="x", label="seen there")
+    east_m, north_m = zip(*(one["position_m"] for one in objects), strict=True)
+    axes.scatter(east_m, north_m, s=40, marker="D", facecolors="none", edgecolors=style.black, label="object")
+    for one in objects:
+        axes.annotate(
+            one["classification"], one["position_m"], xytext=(5, 4), textcoords="offset points", fontsize="x-small",
+            annotation_clip=True,
+        )  # fmt: skip
+    return f"No vehicle knows where an object lies; n = {len(seen)} sightings."
+
+
 FIGURES: tuple[Declared, ...] = (
     Figure("coverage", "Mapped share of the areas over mission time", draw_coverage, needs=("coverage",)),
     Layer("mapped cells", draw_mapped_cells, needs=("coverage",)),
+    Layer("objects", draw_objects, needs=(SIGHTINGS.name,)),
     Mark("mapping_stopped", "mapping given up"),
     Mark("found", "feature found"),
     Mark("inspected", "find inspected"),

@@ -21,8 +21,8 @@ from remoras.database import VehicleData
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import SELF, Observation, Pose, SensorSettings
 
-CLASSES = ("unknown", "wreck", "pipeline", "anomaly")
-"""What an object may seem to be: the values of ``rm:classification``."""
+CLASSES = ("wreck", "pipeline", "anomaly")
+"""What an object may be, and seem to be: the values of ``rm:classification`` but ``unknown``."""
 SIGHTINGS = Table("sightings", (
     TIME, VEHICLE, Column("object", "str"), Column("classification", "str"), Column("x_m", "float", "m"),
     Column("y_m", "float", "m"),

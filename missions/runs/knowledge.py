@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from missions.errors import OutputError
 from worldmodel import Knowledge
-from worldmodel.sparql import Engine, engine_of
-from worldmodel.sparql import query as ask
-from worldmodel.writing import RdfFormat, canonical_items, written
+from worldmodel.rdf.sparql import Engine, engine_of
+from worldmodel.rdf.sparql import query as ask
+from worldmodel.rdf.writing import RdfFormat, canonical_items, written
 
 if TYPE_CHECKING:
     from missions.runs.results import MemoryResults, Results

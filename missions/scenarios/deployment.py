@@ -39,10 +39,12 @@ def deployment_in(raw: Raw) -> Deployment | None:
     """The same of tables that are not checked yet; None where they are malformed, which is reported elsewhere."""
     communication, vehicles = table_of(raw, "communication"), entries(raw, "vehicle")
     modem = modems().get(str(communication.get("modem")))
-    depths_m = {vehicle.get("slot"): vehicle.get("depth_m", 0.0) for vehicle in vehicles}
+    if not all(type(vehicle.get("slot")) is int for vehicle in vehicles):
+        return None
+    depths_m: dict[int, Any] = {vehicle["slot"]: vehicle.get("depth_m", 0.0) for vehicle in vehicles}
     numbers = [communication.get("range_m"), table_of(raw, "scenario").get("duration_s"), *depths_m.values()]
     nodes: dict[str, Any] = {str(vehicle.get("name")): vehicle.get("slot") for vehicle in vehicles}
-    are_slots = sorted(str(slot) for slot in depths_m) == sorted(map(str, range(len(vehicles))))
+    are_slots = sorted(depths_m) == list(range(len(vehicles)))
     if modem is None or not are_slots or len(nodes) < 2 or not all(map(_is_number, numbers)):
         return None
     range_m, duration_s = numbers[:2]

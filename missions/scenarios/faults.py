@@ -12,14 +12,16 @@ from pydantic_core import PydanticCustomError
 from missions.errors import ConfigurationFault
 from missions.files import shown
 from missions.scenarios.abilities import can_play
+from missions.scenarios.ontologies import words_of
 from missions.scenarios.tables import PointM, Positive, Raw, Sparse, entries, names_of, one_of, table_of
 from remoras.database import AUVDatabase
 from remoras.faults import ANY, HEAD_OF, OF_SENSORS, SLOW_FACTOR, Bias, DeclaredFault, FaultKind, able_to_work
 from remoras.mission import Mission
 from remoras.organisation import Group
-from worldmodel import OntologyError, core_ontology_paths, read_tbox, suggestion
+from worldmodel import OntologyError, suggestion
 
 A_TIME = "a number of seconds, 0 or more, or [earliest, latest]"
+AN_OFFSET = "a number, or [east, north] for a point"
 OF_KIND = {
     "factor": (FaultKind.SLOW,),
     "sensor": OF_SENSORS,
@@ -34,10 +36,14 @@ NOT_OF_JOINS = {
 """Keys that a vehicle which joins late cannot have, and what to do instead."""
 
 
+def _is_finite(value: Any) -> bool:
+    """True for a finite number."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
 def _number(value: Any) -> float | None:
     """A time as a number; None if it is none."""
-    is_time = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    return float(value) if is_time and value >= 0 else None
+    return float(value) if _is_finite(value) and value >= 0 else None
 
 
 def _span_s(value: Any) -> tuple[float, float] | None:
@@ -54,6 +60,14 @@ def _time(value: Any) -> Any:
     """Refuse what is no time, in one message whatever is wrong with it."""
     if value is not None and _span_s(value) is None:
         raise PydanticCustomError("time", "allowed: " + A_TIME)
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _off(value: Any) -> Any:
+    """Refuse what is no offset, in one message whatever is wrong with it."""
+    numbers = value if isinstance(value, list | tuple) and len(value) == 2 else [value]
+    if value is not None and not all(map(_is_finite, numbers)):
+        raise PydanticCustomError("offset", "allowed: " + AN_OFFSET)
     return tuple(value) if isinstance(value, list) else value
 
 
@@ -87,7 +101,7 @@ class FaultTable(Sparse):
         None, description="of kinds sensor and biased: name of the sensor; all of the vehicle if absent"
     )
     attribute: str | None = Field(None, description="of kind biased: attribute of the facts that are off")
-    offset: float | PointM | None = Field(
+    offset: Annotated[float | PointM | None, BeforeValidator(_off)] = Field(
         None, description="of kind biased: what is added to a number, or [east, north] to a point"
     )
 
@@ -251,7 +265,7 @@ def bias_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault
         mission: class of the mission, whose words there are.
     """
     told = [(n, one) for n, one in enumerate(entries(raw, "fault"), 1) if one.get("kind") == FaultKind.BIASED]
-    axes = _axes(mission) if told else {}
+    axes = _axes(raw, mission) if told else {}
     for number, table in told:
         key, attribute, offset = f"fault.{number}", table.get("attribute"), table.get("offset")
         for name, what in (("attribute", "of which attribute readings are off"), ("offset", "by how much")):
@@ -266,10 +280,10 @@ def bias_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault
             yield ConfigurationFault(f"{key}.offset", shown(offset), allowed)
 
 
-def _axes(mission: type[Mission]) -> dict[str, int]:
+def _axes(raw: Raw, mission: type[Mission]) -> dict[str, int]:
     """Of attributes that are numbers and points, by name: how many numbers each has."""
     try:
-        tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary)
+        tbox = words_of(raw, mission)
     except (OntologyError, OSError):
         return {}  # reported elsewhere
     return {attribute.name: len(attribute.fields) for attribute in tbox.attributes if attribute.fields}

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 from pydantic import Field
 
 from missions.errors import ConfigurationFault
+from missions.scenarios.ontologies import words_of
 from missions.scenarios.tables import Positive, Raw, Section, entries, names_of, one_of
 from remoras.mission import Mission
 from remoras.obligations import Obligation
-from worldmodel import OntologyError, core_ontology_paths, read_tbox
+from worldmodel import OntologyError
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
@@ -42,7 +43,7 @@ def obligation_faults(raw: Raw, mission: type[Mission]) -> Iterator[Configuratio
     groups = [group for group in entries(raw, "group") if entries(group, "obligation")]
     if not groups:
         return
-    known = _objectives(mission)
+    known = _objectives(raw, mission)
     for group in groups:
         said: dict[tuple[str, str], int] = {}
         for number, one in enumerate(entries(group, "obligation"), 1):
@@ -55,10 +56,10 @@ def obligation_faults(raw: Raw, mission: type[Mission]) -> Iterator[Configuratio
                 yield ConfigurationFault(f"{key}.objective", f'"{about[1]}"', allowed)
 
 
-def _objectives(mission: type[Mission]) -> list[str]:
-    """Names of the objectives that the vocabulary of a mission has."""
+def _objectives(raw: Raw, mission: type[Mission]) -> list[str]:
+    """Names of the objectives that the ontology of a scenario has."""
     try:
-        tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary)
+        tbox = words_of(raw, mission)
     except (OntologyError, OSError):
         return []  # reported elsewhere
     names = (attribute.name for attribute in tbox.attributes if attribute.name.startswith(PREFIX))

@@ -14,7 +14,7 @@ from remoras.cli.app import Json, command, fail, show_json
 
 if TYPE_CHECKING:
     from missions.runs.results import Results
-    from worldmodel.writing import RdfFormat
+    from worldmodel.rdf.writing import RdfFormat
 
 
 class ExportFormat(StrEnum):

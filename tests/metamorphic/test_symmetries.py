@@ -91,6 +91,17 @@ def test_renaming_vehicles_renames_only(strategy: str, per: float, tmp_path: Pat
         assert found[name] == [renamed(row) for row in rows], name
 
 
+def without_numbers(rows_of: dict[str, list[Any]]) -> dict[str, list[Any]]:
+    """The same tables with names of statuses that say origin and time alone."""
+
+    def plain(value: object) -> object:
+        if isinstance(value, tuple):
+            return tuple(map(plain, value))
+        return re.sub(r"^(\d+@[\d.]+):\d+\.\d+$", r"\1", value) if isinstance(value, str) else value
+
+    return {name: [tuple(map(plain, row)) for row in rows] for name, rows in rows_of.items()}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("header", ["  [[group.role]]", "[[vehicle]]"])
 @pytest.mark.parametrize("strategy", sorted(strategies()))
@@ -98,13 +109,13 @@ def test_the_order_of_tables_changes_nothing(strategy: str, header: str, tmp_pat
     """It fails if jobs or vehicles are taken as the file lists them, where several are as good: slots are given.
 
     The facts of one plan go out together, in the order of the file, and so stand its tasks; which of them a table has
-    first, and what their places are, is not compared.
+    first, and what their places are, is not compared. Names of statuses have numbers of roles, as the file has them.
     """
     text = text_of("mapping-patches")
     other = with_last_first(text, header)
     assert other != text
     assert sorted(other.split()) == sorted(text.split())
-    after, before = (tables(of(one, tmp_path, strategy, 0.5)) for one in (other, text))
+    after, before = (without_numbers(tables(of(one, tmp_path, strategy, 0.5))) for one in (other, text))
     for name in ("items", "organisation"):
         assert sorted(after.pop(name)) == sorted(before.pop(name))
     node, parent = PLANS.column_names.index("node"), PLANS.column_names.index("parent")

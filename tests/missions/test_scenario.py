@@ -382,6 +382,7 @@ def test_a_value_where_a_table_belongs_is_a_fault_and_no_crash(tmp_path: Path, t
     setting = [("--set", f"{table}={wrong}")]
     fine = {
         ("fault", "[]"),
+        ("ban", "[]"),
         ("beacon", "[]"),
         ("role", "[]"),
         ("group_template", "[]"),

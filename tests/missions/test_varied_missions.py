@@ -282,10 +282,10 @@ def test_what_is_not_exchanged_is_not_known(tmp_path: Path):
     """Nobody needs mapped cells: they stay with the vehicle that mapped them."""
     run = run_varied(tmp_path, lambda raw: raw["communication"]["needs"].pop("mappedCell"), "scenario.duration_s=200")
     is_sound(run)
-    mapped_s = {row[0] for row in run.recorder.rows("coverage")}
-    cells = {row[2] for row in run.recorder.knowledge if row[4] == "observed" and row[0] in mapped_s}
-    assert cells
-    assert not [row for row in run.recorder.knowledge if row[2] in cells and row[4] == "received"]
+    kinds = {row[0]: row[7] for row in run.recorder.rows("items") if row[5] == "mappedCell"}
+    assert run.recorder.rows("coverage")
+    assert set(kinds.values()) == {"kept"}
+    assert not [row for row in run.recorder.knowledge if row[2] in kinds]
 
 
 def test_a_mission_without_its_needs_is_refused(tmp_path: Path):

@@ -61,14 +61,15 @@ class Scripted:
     """A channel that does something to every packet on its way."""
 
     channel: Channel
-    decode: Callable[[bytes], Packet]
-    encode: Callable[[Packet], bytes]
+    decode: Callable[[bytes, int], Packet]
+    encode: Callable[[Packet, int], bytes]
     alter: Callable[[Packet], Packet]
 
     def transmit(
         self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
     ) -> list[Arrival]:
-        altered = self.encode(self.alter(self.decode(data)))
+        frame = slot // len(positions_m)
+        altered = self.encode(self.alter(self.decode(data, frame)), frame)
         return [replace(a, data=altered) for a in self.channel.transmit(slot, sender, data, now_s, positions_m)]
 
 
@@ -76,9 +77,9 @@ def scripted(loaded: Scenario, alter: Callable[[Packet], Packet]) -> Scripted:
     setup = resolved(loaded)
     codec = setup.codec
 
-    def encode(packet: Packet) -> bytes:
+    def encode(packet: Packet, frame: int) -> bytes:
         wire = [codec.encode_fragment(fragment, packet.sender) for fragment in packet.fragments]
-        return codec.encode(packet.sender, packet.rows, wire, packet.signals)
+        return codec.encode(packet.sender, packet.rows, wire, packet.signals, frame)
 
     return Scripted(channel_of(setup, seed=1), codec.decode, encode, alter)
 

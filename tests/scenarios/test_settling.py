@@ -14,7 +14,7 @@ from missions.runs.setup import assemble, resolved
 from missions.scenarios import Scenario, load
 from remoras.fleet import Fleet
 from remoras.settling import Settled
-from worldmodel.writing import RdfFormat
+from worldmodel.rdf.writing import RdfFormat
 
 POLICIES = ("ack", "ack-repeat", "m-ack", "mps-ack-repeat")
 CUT = "scenario.duration_s=900"

@@ -35,9 +35,9 @@ from typer.testing import CliRunner
 from remoras.cli import app
 from worldmodel import TYPE_UID, ban_ontology_path, core_ontology_paths, formation_ontology_path, merge, read_tbox
 from worldmodel.owl import ONTOLOGY_FOLDER, graph_of
-from worldmodel.terms import instance_iri
+from worldmodel.rdf.terms import instance_iri
+from worldmodel.rdf.view import as_graph
 from worldmodel.turtle import RM, SIT
-from worldmodel.view import as_graph
 
 owlready2 = pytest.importorskip("owlready2")
 try:

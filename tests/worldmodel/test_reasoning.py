@@ -27,11 +27,11 @@ from worldmodel import (
     read_tbox,
     rows_of,
 )
-from worldmodel.conclusions import CONCLUSIONS
-from worldmodel.patterns import Abox
-from worldmodel.sparql import Engine, query
-from worldmodel.view import as_dataset
-from worldmodel.writing import RdfFormat, canonical_items, written
+from worldmodel.rdf.conclusions import CONCLUSIONS
+from worldmodel.rdf.patterns import Abox
+from worldmodel.rdf.sparql import Engine, query
+from worldmodel.rdf.view import as_dataset
+from worldmodel.rdf.writing import RdfFormat, canonical_items, written
 
 ONTOLOGY = (
     PREFIXES.replace("bad#", "gear#")

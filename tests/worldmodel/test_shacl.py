@@ -36,8 +36,8 @@ from small_fleet import (
 
 from worldmodel import TYPE_UID, Value, ValueKind, merge
 from worldmodel.owl import graph_of
-from worldmodel.terms import instance_iri, term_of
-from worldmodel.view import as_graph
+from worldmodel.rdf.terms import instance_iri, term_of
+from worldmodel.rdf.view import as_graph
 
 pyshacl = pytest.importorskip("pyshacl")
 NEW = first_uid_of(0)

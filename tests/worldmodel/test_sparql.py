@@ -7,7 +7,7 @@ from small_fleet import AREA_DONE, ASV_0, AUV_0, AUV_1, BATTERY, BAY, ban, block
 from test_writing import received
 
 from worldmodel import STATUS, Block, QueryError, merge
-from worldmodel.sparql import Engine, engine_of, query
+from worldmodel.rdf.sparql import Engine, engine_of, query
 
 QUERIES = (
     "SELECT ?x ?a ?v ?t ?by { ?x sit:hasPropertyValue ?f . ?f sit:ofAttribute ?a ; sit:dataValue|sit:linkValue ?v ;"

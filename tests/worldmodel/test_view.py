@@ -34,10 +34,10 @@ from test_reasoning import N_VEHICLES, compiled, fleet
 from worldmodel import TYPE_UID, Block, PropertyValue, QueryError, WorldModel, merge
 from worldmodel.fields import Field
 from worldmodel.owl import graph_of
-from worldmodel.sparql import query
-from worldmodel.terms import RUN, instance_iri, term_of
+from worldmodel.rdf.sparql import query
+from worldmodel.rdf.terms import RUN, instance_iri, term_of
+from worldmodel.rdf.view import as_dataset, as_graph
 from worldmodel.turtle import RM, SIT
-from worldmodel.view import as_dataset, as_graph
 
 
 def facts_of(model: WorldModel) -> set[tuple[Node, Node, Node]]:

@@ -30,11 +30,11 @@ from small_fleet import (
 
 from worldmodel import STATUS, Block, Instance, Knowledge, PropertyValue, Reception, WorldModel, merge
 from worldmodel.owl import graph_of
-from worldmodel.sparql import _term
-from worldmodel.terms import RUN, instance_iri
+from worldmodel.rdf.sparql import _term
+from worldmodel.rdf.terms import RUN, instance_iri
+from worldmodel.rdf.view import as_dataset, as_graph
+from worldmodel.rdf.writing import RdfFormat, canonical_items, knowledge_iri, written
 from worldmodel.turtle import SIT
-from worldmodel.view import as_dataset, as_graph
-from worldmodel.writing import RdfFormat, canonical_items, knowledge_iri, written
 
 OF_RDFLIB = {"jsonld": "json-ld"}
 OF_OXIGRAPH = {

@@ -10,7 +10,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure as Sheet
 
 from missions.figure import Figure, Layer, Mark
-from missions.mapping.figures import FIGURES, draw_coverage, draw_mapped_cells, first_mapped, places
+from missions.mapping.figures import FIGURES, draw_coverage, draw_mapped_cells, draw_objects, first_mapped, places
 
 ROWS = [(10.0, "A", 0, 0), (20.0, "B", 0, 0), (30.0, "B", 1, 0), (40.0, "A", 2, 1)]
 """B maps again what A has mapped: time (s), vehicle, column and row of the cell."""
@@ -93,6 +93,19 @@ def test_places_are_points_to_meet_at_and_areas() -> None:
 
 def test_the_mission_declares_a_figure_a_layer_and_marks() -> None:
     assert [(type(one), getattr(one, "name", None) or one.milestone) for one in FIGURES] == [
-        (Figure, "coverage"), (Layer, "mapped cells"), (Mark, "mapping_stopped"),
+        (Figure, "coverage"), (Layer, "mapped cells"), (Layer, "objects"), (Mark, "mapping_stopped"),
         (Mark, "found"), (Mark, "inspected"),
     ]  # fmt: skip
+
+
+def test_objects_stand_where_they_lie_and_a_cross_where_each_was_seen(axes: Axes) -> None:
+    sightings = pa.table({"x_m": [11.0, 9.0, 41.0], "y_m": [20.0, 21.0, 52.0]})
+    objects = "[[object]]\nposition_m = [10.0, 20.0]\nclassification = 'wreck'\n"
+    seen = SimpleNamespace(manifest={"scenario": objects}, table=lambda name: {"sightings": sightings}[name])
+    assert draw_objects(axes, seen, Style()).endswith("n = 3 sightings.")
+    drawn = [one.get_offsets().tolist() for one in axes.collections]
+    assert drawn == [[[11.0, 20.0], [9.0, 21.0], [41.0, 52.0]], [], [[10.0, 20.0]]]
+    assert [one.get_text() for one in axes.texts] == ["wreck"]
+    assert axes.get_legend_handles_labels()[1] == ["seen there", "object"]
+    none = SimpleNamespace(manifest={"scenario": ""}, table=seen.table)
+    assert draw_objects(Sheet().subplots(), none, Style()) == ""

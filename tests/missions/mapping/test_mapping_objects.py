@@ -148,7 +148,7 @@ def test_a_look_is_as_often_right_as_it_says() -> None:
     assert abs(found["wreck"] - 140) < 26
     assert set(found) == set(CLASSES)
     others = [found[name] for name in CLASSES if name != "wreck"]
-    assert max(others) - min(others) < 4 * math.sqrt(2 * 20)  # 20 of each on average
+    assert max(others) - min(others) < 4 * math.sqrt(2 * 30)  # 30 of each on average
 
 
 def test_the_place_of_a_look_has_the_stated_error() -> None:
@@ -170,4 +170,4 @@ def test_draws_are_keyed() -> None:
 
 
 def test_classes_are_those_of_the_ontology() -> None:
-    assert read_tbox(*core_ontology_paths()).attribute_named("classification").symbols == CLASSES
+    assert read_tbox(*core_ontology_paths()).attribute_named("classification").symbols == ("unknown", *CLASSES)

@@ -49,7 +49,7 @@ COLUMNS = {
     "goal": "time_s, goal_fraction",
     "packets": "slot, time_s, sender, size_bits, items, acks, receivers, lost_by, end_s, arrivals_s, item_uids, "
     "status_uids, signal_roles, signal_addressed, signal_values",
-    "items": "uid, origin, time_s, recorded_s, subject, attribute, value, kind",
+    "items": "uid, origin, time_s, recorded_s, subject, attribute, value, kind, uncertainty",
     "knowledge": "time_s, vehicle, item, origin, event",
     "plans": "time_s, vehicle, group, role, objective, argument, node, parent, task, method, status, "
     "expected_time_s, expected_energy_j",

@@ -1,5 +1,7 @@
 """Tables of bans and of biases that cannot be: one message each, with what is allowed."""
 
+from pathlib import Path
+
 import pytest
 
 from missions.errors import ConfigurationError
@@ -38,3 +40,25 @@ def test_scenarios_without_them_do_not_list_them() -> None:
     text = load("mapping-rendezvous", [("--set", 'fault=[{kind="lost", vehicle="AUV02", at_s=1.0}]')]).model_dump_json()
     for word in ('"ban"', '"object"', '"offset"', '"attribute"'):
         assert word not in text
+
+
+@pytest.mark.parametrize("offset", ['"far"', "[1.0, 2.0, 3.0]", "[nan, 0.0]", "[]", "true"])
+def test_what_is_no_offset_is_refused_in_one_line(offset: str) -> None:
+    with pytest.raises(ConfigurationError) as refused:
+        load("mapping-objects", [("--set", f'fault=[{{{BIAS}, attribute="location", offset={offset}}}]')])
+    (line,) = str(refused.value).splitlines()
+    assert "fault.1.offset" in line
+    assert line.endswith("allowed: a number, or [east, north] for a point")
+
+
+def test_a_bias_may_be_of_an_attribute_that_the_scenario_adds(tmp_path: Path) -> None:
+    path = tmp_path / "own.ttl"
+    path.write_text(
+        "@prefix rm: <https://w3id.org/remoras/marine#> . @prefix owl: <http://www.w3.org/2002/07/owl#> .\n"
+        "@prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> . @prefix xsd: <http://www.w3.org/2001/XMLSchema#> .\n"
+        "rm:leakRate a owl:DatatypeProperty ; rdfs:domain rm:ObjectOfInterest ; rdfs:range xsd:double ;\n"
+        "    rm:minimum 0 ; rm:maximum 500 ; rm:resolution 1 .\n"
+    )
+    own = ("--set", f'worldmodel.ontology=["{path.as_posix()}"]')
+    scenario = load("mapping-objects", [own, ("--set", f'fault=[{{{BIAS}, attribute="leakRate", offset=3.0}}]')])
+    assert scenario.fault[0].attribute == "leakRate"

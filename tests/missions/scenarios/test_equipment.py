@@ -17,7 +17,7 @@ from missions.scenarios import load
 from missions.scenarios.equipment import capabilities_of, parts_of
 from remoras.beliefs import Beliefs
 from worldmodel import core_ontology_paths, read_tbox
-from worldmodel.sparql import query as ask
+from worldmodel.rdf.sparql import query as ask
 
 SCENARIO = "mapping-inspection"
 ROLES = {"Inspectors.InspectionHead", "Inspectors.InspectionMember"}

@@ -50,6 +50,30 @@ def test_its_words_are_known_and_stay_with_the_run(tmp_path: Path) -> None:
     assert "worldmodel" not in plain  # runs without such files keep their ids
 
 
+def test_its_words_may_be_used_in_the_tables_of_the_scenario(tmp_path: Path) -> None:
+    words = """
+m:objectiveWatching a owl:ObjectProperty ; rdfs:domain rm:Role ; rdfs:range rm:RallyPoint .
+m:turbidity a owl:DatatypeProperty ; rdfs:domain rm:Vehicle ; rdfs:range xsd:double ;
+    rm:minimum 0 ; rm:maximum 10 ; rm:resolution 0.1 .
+"""
+    tables = """
+[[fault]]
+vehicle = "AUV01"
+kind = "biased"
+at_s = 10.0
+attribute = "turbidity"
+offset = 1.0
+"""
+    (tmp_path / "mine.ttl").write_text(WORDS + words, encoding="utf-8")
+    path = scenario_in(tmp_path, '["mine.ttl"]', tables)
+    obligation = '[[group.obligation]]\nrole = "Tactician"\nobjective = "Watching"\ndeadline_s = 60.0\n'
+    head, marker, tail = path.read_text(encoding="utf-8").partition("[[group.role]]")
+    path.write_text(f"{head}{obligation}{marker}{tail}", encoding="utf-8")
+    read = load(str(path))
+    assert read.fault[0].attribute == "turbidity"
+    assert [one.objective for group in read.group for one in group.obligation] == ["Watching"]
+
+
 def test_names_are_relative_to_the_scenario_and_of_an_option_to_the_working_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

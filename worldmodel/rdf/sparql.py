@@ -21,11 +21,11 @@ from rdflib.term import Node
 from worldmodel.errors import QueryError, suggestion
 from worldmodel.knowledge import Knowledge
 from worldmodel.owl import graph_of
+from worldmodel.rdf.terms import instance_uid
+from worldmodel.rdf.view import as_dataset, as_graph
+from worldmodel.rdf.writing import RdfFormat, prefixes_of, written
 from worldmodel.store import Store
 from worldmodel.tbox import TBox
-from worldmodel.terms import instance_uid
-from worldmodel.view import as_dataset, as_graph
-from worldmodel.writing import RdfFormat, prefixes_of, written
 
 QueryValue = str | float | bool | None
 """A value of a query's answer."""

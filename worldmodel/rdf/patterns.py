@@ -11,13 +11,12 @@ from itertools import chain
 from rdflib import URIRef
 from rdflib.term import Node
 
-from worldmodel.conclusions import Conclusions
 from worldmodel.facts import Observation
-from worldmodel.heard import RECEIVED, RECEPTION, Receptions
 from worldmodel.knowledge import Knowledge
-from worldmodel.states import LABEL, TYPE, States
-from worldmodel.tbox import TBox, ValueKind
-from worldmodel.terms import (
+from worldmodel.rdf.conclusions import Conclusions
+from worldmodel.rdf.heard import RECEIVED, RECEPTION, Receptions
+from worldmodel.rdf.states import LABEL, TYPE, States
+from worldmodel.rdf.terms import (
     MOST_REMEMBERED,
     Terms,
     fact_iri,
@@ -25,6 +24,7 @@ from worldmodel.terms import (
     instance_uid,
     is_fact,
 )
+from worldmodel.tbox import TBox, ValueKind
 from worldmodel.turtle import SIT
 
 Triple = tuple[Node, Node, Node]

@@ -7,7 +7,7 @@ from rdflib.term import Node
 
 from worldmodel.facts import Observation
 from worldmodel.knowledge import Knowledge, Reception
-from worldmodel.terms import Terms, block_name, fact_iri, is_fact, reception_iri
+from worldmodel.rdf.terms import Terms, block_name, fact_iri, is_fact, reception_iri
 from worldmodel.turtle import SIT
 
 RECEPTION, RECEIVED = SIT.Reception, SIT.received

@@ -10,7 +10,7 @@ from missions.runs.knowledge import export, knowledge, query
 from missions.runs.results import Results, write
 from missions.runs.run import run
 from missions.scenarios import load
-from worldmodel.writing import RdfFormat
+from worldmodel.rdf.writing import RdfFormat
 
 SETTINGS = (
     "scenario.duration_s=400",

@@ -19,13 +19,13 @@ from typing import Any, NamedTuple
 from rdflib import OWL, RDF, RDFS, XSD, Literal, URIRef
 from rdflib.term import Node
 
-from worldmodel.conclusions import CONCLUSIONS
 from worldmodel.knowledge import Knowledge
 from worldmodel.owl import graph_of
-from worldmodel.patterns import Abox, Triple
+from worldmodel.rdf.conclusions import CONCLUSIONS
+from worldmodel.rdf.patterns import Abox, Triple
+from worldmodel.rdf.terms import RUN, instance_iri
 from worldmodel.store import Store
 from worldmodel.tbox import TBox
-from worldmodel.terms import RUN, instance_iri
 from worldmodel.turtle import RM, SIT
 
 ESCAPED = str.maketrans({"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"})

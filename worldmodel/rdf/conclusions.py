@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from rdflib import RDF
 from rdflib.term import Node
 
+from worldmodel.rdf.terms import RUN, Terms
 from worldmodel.store import Store
-from worldmodel.terms import RUN, Terms
 
 CONCLUSIONS = RUN.conclusions
 """Name of the graph of all that follows."""

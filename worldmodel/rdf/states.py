@@ -5,10 +5,10 @@ from collections.abc import Iterator
 from rdflib import RDF, RDFS, Literal, URIRef
 from rdflib.term import Node
 
-from worldmodel.conclusions import Conclusions
+from worldmodel.rdf.conclusions import Conclusions
+from worldmodel.rdf.terms import Terms
 from worldmodel.store import Store
 from worldmodel.tbox import TYPE_UID
-from worldmodel.terms import Terms
 
 TYPE, LABEL = RDF.type, RDFS.label
 

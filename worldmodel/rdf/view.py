@@ -31,13 +31,13 @@ from rdflib import Dataset, Graph, URIRef
 from rdflib import store as rdflib_store
 from rdflib.term import Node
 
-from worldmodel.conclusions import CONCLUSIONS
 from worldmodel.knowledge import Knowledge
 from worldmodel.owl import graph_of
-from worldmodel.patterns import Abox, Triple
+from worldmodel.rdf.conclusions import CONCLUSIONS
+from worldmodel.rdf.patterns import Abox, Triple
+from worldmodel.rdf.terms import RUN, instance_uid
 from worldmodel.store import Store
 from worldmodel.tbox import TBox
-from worldmodel.terms import RUN, instance_uid
 from worldmodel.turtle import RM, SIT
 
 _NO_CONTEXTS: Iterator[None] = iter(())
