@@ -71,7 +71,7 @@ def draw_objects(axes: Axes, results: RunResults, style: Style) -> str:
     objects = tomllib.loads(results.manifest["scenario"]).get("object", [])
     if not objects:
         return ""
-    seen = results.table(SIGHTINGS.name).to_pylist()
+    seen = results.table(SIGHTINGS.name).to_pylist() if results.has(SIGHTINGS.name) else []  # no classifier on board
     seen_m = [one["x_m"] for one in seen], [one["y_m"] for one in seen]
     axes.scatter(*seen_m, s=5, color=style.black, marker="x", alpha=0.4, linewidths=0.5)
     axes.scatter([], [], s=12, color=style.black, marker="x", label="seen there")
@@ -88,7 +88,7 @@ def draw_objects(axes: Axes, results: RunResults, style: Style) -> str:
 FIGURES: tuple[Declared, ...] = (
     Figure("coverage", "Mapped share of the areas over mission time", draw_coverage, needs=("coverage",)),
     Layer("mapped cells", draw_mapped_cells, needs=("coverage",)),
-    Layer("objects", draw_objects, needs=(SIGHTINGS.name,)),
+    Layer("objects", draw_objects),
     Mark("mapping_stopped", "mapping given up"),
     Mark("found", "feature found"),
     Mark("inspected", "find inspected"),

@@ -101,11 +101,14 @@ def test_the_mission_declares_a_figure_a_layer_and_marks() -> None:
 def test_objects_stand_where_they_lie_and_a_cross_where_each_was_seen(axes: Axes) -> None:
     sightings = pa.table({"x_m": [11.0, 9.0, 41.0], "y_m": [20.0, 21.0, 52.0]})
     objects = "[[object]]\nposition_m = [10.0, 20.0]\nclassification = 'wreck'\n"
-    seen = SimpleNamespace(manifest={"scenario": objects}, table=lambda name: {"sightings": sightings}[name])
+    tables = {"sightings": sightings}
+    seen = SimpleNamespace(manifest={"scenario": objects}, has=tables.__contains__, table=tables.__getitem__)
     assert draw_objects(axes, seen, Style()).endswith("n = 3 sightings.")
     drawn = [one.get_offsets().tolist() for one in axes.collections]
     assert drawn == [[[11.0, 20.0], [9.0, 21.0], [41.0, 52.0]], [], [[10.0, 20.0]]]
     assert [one.get_text() for one in axes.texts] == ["wreck"]
     assert axes.get_legend_handles_labels()[1] == ["seen there", "object"]
-    none = SimpleNamespace(manifest={"scenario": ""}, table=seen.table)
+    blind = SimpleNamespace(manifest=seen.manifest, has=lambda name: False)
+    assert draw_objects(Sheet().subplots(), blind, Style()).endswith("n = 0 sightings.")
+    none = SimpleNamespace(manifest={"scenario": ""})
     assert draw_objects(Sheet().subplots(), none, Style()) == ""
