@@ -1,8 +1,8 @@
 """The blocks that have arrived but are not in: those that wait, and those that were refused.
 
 A block that waits has an age. It is dropped when it has waited for longer than ``waiting_s``, or when more than
-``waiting_blocks`` of its origin wait and it came first; then it is forgotten, as if it had never arrived, so that
-its origin may say it again.
+``waiting_blocks`` of its origin wait and it came first; then it is forgotten, so that its origin may say it again.
+The class that it gave an instance is kept in mind: an origin does not change it unless it contradicts itself.
 """
 
 from collections.abc import Callable

@@ -132,7 +132,7 @@ class Holdings(Individuals):
             log.put(sequence, block)
 
     def drop(self, block: Block) -> None:
-        """Be as if a block that waits or was refused had not arrived."""
+        """Let a block that waits or was refused come again."""
         self.arrivals.take(block.guid)
         log, sequence = self._place(block.guid)
         if log is not None:

@@ -67,7 +67,7 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None) -> 
 
 
 def expire(store: Store, now_s: float) -> tuple[Fault, ...]:
-    """Drop the blocks that have waited for too long, as if they had never arrived; return a fault for each.
+    """Drop the blocks that have waited for too long, so that they may come again; return a fault for each.
 
     Args:
         store: the store or world model; its ``waiting_s`` says how long is too long.
