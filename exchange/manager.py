@@ -112,8 +112,9 @@ def heaviest(queue: Sequence[Entry | LatestValue], room_bits: int) -> list[int]:
 
 def _refuse_future(packet: Packet, now_s: float, model: WorldModel) -> None:
     """Refuse a packet with a fact that was observed later than it arrives: it was damaged, or a clock is wrong."""
+    latest_s = model.latest_time_s(now_s)
     for fragment in packet.fragments:
-        if fragment.time_s > model.latest_time_s(now_s):
+        if fragment.time_s > latest_s:
             raise PeerFault(
                 f"a fact of {fragment.time_s:g} s arrives at {now_s:g} s: from the future, beyond a clock "
                 f"tolerance of {model.clock_tolerance_s:g} s"
