@@ -34,8 +34,14 @@ from worldmodel.fusion import Estimate, fused
 from worldmodel.history import History
 from worldmodel.knowledge import Knowledge, Reception
 from worldmodel.merge import expire, merge
-from worldmodel.needs import NOBODY, InformationNeed, Needs, NeedsIndex, Wanted
-from worldmodel.owl import ban_ontology_path, core_ontology_paths, formation_ontology_path, read_tbox
+from worldmodel.needs import NOBODY, PLAIN, InformationNeed, Needs, NeedsIndex, Terms, Wanted
+from worldmodel.owl import (
+    ban_ontology_path,
+    core_ontology_paths,
+    formation_ontology_path,
+    need_ontology_path,
+    read_tbox,
+)
 from worldmodel.pruning import prune, tidy
 from worldmodel.snapshot import Row, models_from, rows_of
 from worldmodel.store import PruneRule
@@ -45,6 +51,7 @@ from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, Va
 __all__ = [
     "EPOCHS",
     "NOBODY",
+    "PLAIN",
     "STATUS",
     "TYPE_UID",
     "Attribute",
@@ -77,6 +84,7 @@ __all__ = [
     "Stated",
     "Subscription",
     "TBox",
+    "Terms",
     "UnknownNameError",
     "Value",
     "ValueKind",
@@ -90,6 +98,7 @@ __all__ = [
     "fused",
     "merge",
     "models_from",
+    "need_ontology_path",
     "prune",
     "read_tbox",
     "rows_of",

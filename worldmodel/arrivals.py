@@ -2,7 +2,7 @@
 
 A block that waits has an age. It is dropped when it has waited for longer than ``waiting_s``, or when more than
 ``waiting_blocks`` of its origin wait and it came first; then it is forgotten, so that its origin may say it again.
-The class that it gave an instance is kept in mind: an origin does not change it unless it contradicts itself.
+Then the class that it gave an instance counts no longer, either (``worldmodel.merge.expire``).
 """
 
 from collections.abc import Callable
@@ -47,6 +47,8 @@ class Arrivals:
         self.refused: dict[Guid, Block] = {}
         self.unreported = NOTHING
         """What a local record set free; the next merge reports it."""
+        self.dropped: list[Block] = []
+        """Blocks that were forgotten, and of which creations are still kept in mind."""
         self.now_s: float | None = None
         """When what is merged now arrived (s); None if nobody said."""
         self.waiting_s = waiting_s

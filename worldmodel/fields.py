@@ -49,6 +49,11 @@ class Grid:
         return round((value - self.start) / self.step)
 
     @property
+    def whole_numbers(self) -> tuple[int, int, int]:
+        """Start, step and denominator: the value at an index is ``(start + index * step) / denominator``."""
+        return self._start, self._step, self._denominator
+
+    @property
     def ratio(self) -> tuple[int, int]:
         """The step as a fraction: of a grid from 0, ``index * numerator / denominator`` is the value at an index."""
         return self._step, self._denominator

@@ -92,6 +92,14 @@ class Holdings(Individuals):
             if count:
                 yield (origin, epoch, first), count
 
+    def items(self) -> Iterator[tuple[Guid, Block | None]]:
+        """Yield the items that have arrived, by origin, epoch and sequence; None for one that is held no longer."""
+        for origin, epoch in sorted(self.logs):
+            log = self.logs[origin, epoch]
+            for sequence in sorted((*range(len(log.blocks)), *log.ahead)):
+                guid = origin, epoch, sequence
+                yield guid, self.arrived(guid)
+
     def state_hash(self) -> str:
         """Return a digest of TBox, common instances and set of items: equal if, and only if, these are.
 

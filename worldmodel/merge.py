@@ -36,6 +36,7 @@ from worldmodel.checks import check_fit, check_form, soundness
 from worldmodel.facts import Block, Change, Fault, FaultCode, Merged
 from worldmodel.revision import Revision
 from worldmodel.store import Store
+from worldmodel.tbox import TYPE_UID
 
 
 def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None) -> Merged:
@@ -69,15 +70,26 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None) -> 
 def expire(store: Store, now_s: float) -> tuple[Fault, ...]:
     """Drop the blocks that have waited for too long, so that they may come again; return a fault for each.
 
+    What they, and those that were crowded out since, said of the classes of instances counts no longer. The next
+    ``merge`` reports what that set free.
+
     Args:
         store: the store or world model; its ``waiting_s`` says how long is too long.
         now_s: the time now (s).
     """
-    limit_s = store.arrivals.waiting_s
-    return tuple(
-        _dropped(store, block, FaultCode.TIMED_OUT, f"what it rests on has not come for {limit_s:g} s")
-        for block in store.arrivals.overdue(now_s)
+    arrivals = store.arrivals
+    faults = tuple(
+        _dropped(store, block, FaultCode.TIMED_OUT, f"what it rests on has not come for {arrivals.waiting_s:g} s")
+        for block in arrivals.overdue(now_s)
     )
+    dropped, arrivals.dropped = arrivals.dropped, []
+    for block in dropped:
+        revision = Revision(store, ())
+        revision.withdraw(block)
+        changes, others = _resettled(store, None, revision)
+        before = arrivals.unreported
+        arrivals.unreported = Merged((*before.changes, *changes), (*before.faults, *others))
+    return faults
 
 
 def enter(store: Store, block: Block, known: Block | None = None) -> Merged:
@@ -168,11 +180,13 @@ def _put(store: Store, block: Block, since_s: float | None) -> Merged:
 def _dropped(store: Store, block: Block, code: FaultCode, detail: str) -> Fault:
     """Forget a block that waits; return the fault that says so."""
     store.drop(block)
+    if any(fact.attribute == TYPE_UID for fact in block.facts):
+        store.arrivals.dropped.append(block)
     return Fault(code, block.origin, detail, block.sequence, block.epoch)
 
 
-def _resettled(store: Store, block: Block, revision: Revision) -> Merged:
-    """Settle what a revision took out, and ``block``; return what is new."""
+def _resettled(store: Store, block: Block | None, revision: Revision) -> Merged:
+    """Settle what a revision took out, and ``block``, if there is one; return what is new."""
     settled = [_settle(store, each, since_s) for each, since_s in revision.loose(block)]
     changes: list[Change] = [change for merged in settled for change in merged.changes]
     faults = [fault for merged in settled for fault in merged.faults]

@@ -4,8 +4,13 @@
 by UID" (Maurelli et al., Multi-robot cooperation, section IV). ``NeedsIndex`` groups the same needs of
 different peers and answers for one fact in two dictionary look-ups, since it enters a need of a class for
 every subclass. Needs that follow from something else answer in its place, see ``Needs``.
+
+Several may need one attribute on different terms. What serves them all goes out: the highest priority, the longest time
+to live, the shortest blackout, the longest queue; newest first, and acknowledged, if anybody asks for it. So nobody is
+served worse for the need of another.
 """
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
@@ -21,11 +26,75 @@ NOBODY: Wanted = (0, 0)
 """Nobody needs a fact."""
 
 
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """How those who need something want it served.
+
+    Attributes:
+        time_to_live_s: age beyond which a value is of no use, and is not said any more (s).
+        blackout_s: least time between two packets of one vehicle with values of this attribute of one instance (s).
+        queue_limit: most items that wait at one vehicle; None for as many as its queue has room for.
+        newest_first: the newest value goes first, else the one that has waited longest.
+        acknowledged: said until all who need it are known to hold it, else said once.
+
+    >>> Terms(time_to_live_s=60.0, blackout_s=90.0)
+    Traceback (most recent call last):
+    worldmodel.errors.NeedError: blackout_s is 90 and time_to_live_s is 60; allowed: a blackout below the time to live
+    """
+
+    time_to_live_s: float = math.inf
+    blackout_s: float = 0.0
+    queue_limit: int | None = None
+    newest_first: bool = False
+    acknowledged: bool = True
+
+    def __post_init__(self) -> None:
+        if not self.time_to_live_s > 0.0:
+            raise NeedError(f"time_to_live_s is {self.time_to_live_s:g}; allowed: above 0")
+        if not 0.0 <= self.blackout_s < self.time_to_live_s:
+            raise NeedError(
+                f"blackout_s is {self.blackout_s:g} and time_to_live_s is {self.time_to_live_s:g}; "
+                "allowed: a blackout below the time to live"
+            )
+        if self.queue_limit is not None and self.queue_limit < 1:
+            raise NeedError(f"queue_limit is {self.queue_limit}; allowed: 1 or more, or None")
+
+    def merged(self, other: "Terms") -> "Terms":
+        """Terms that serve both.
+
+        >>> Terms(blackout_s=9.0, queue_limit=5).merged(Terms(time_to_live_s=60.0, newest_first=True))
+        Terms(time_to_live_s=inf, blackout_s=0.0, queue_limit=None, newest_first=True, acknowledged=True)
+        """
+        if self is other:
+            return self
+        limits = self.queue_limit, other.queue_limit
+        return Terms(
+            max(self.time_to_live_s, other.time_to_live_s),
+            min(self.blackout_s, other.blackout_s),
+            None if None in limits else max(limit for limit in limits if limit is not None),
+            self.newest_first or other.newest_first,
+            self.acknowledged or other.acknowledged,
+        )
+
+
+PLAIN = Terms()
+"""Of no limits, the longest waiting first, and acknowledged."""
+
+
 class Needs(Protocol):
     """Who needs what, as one vehicle believes; the answers may change while the program runs."""
 
     def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
         """Which peers need a fact, and the highest priority among them.
+
+        Args:
+            fact: told of an instance.
+            class_uid: of the class of that instance.
+        """
+        ...
+
+    def terms_of(self, fact: PropertyValue, class_uid: int) -> Terms:
+        """How those who need the fact want it served; ``PLAIN`` if they say nothing of it, or nobody needs it.
 
         Args:
             fact: told of an instance.
@@ -47,6 +116,7 @@ class InformationNeed:
     priority: int
     class_uid: int | None = None
     instance: int | None = None
+    terms: Terms = PLAIN
 
     def __post_init__(self) -> None:
         if (self.class_uid is None) == (self.instance is None):
@@ -64,6 +134,8 @@ class NeedsIndex:
         """Index the needs of each peer (0, 1, ...); raises NeedError when a need names an unknown uid."""
         self._of_class: dict[tuple[int, int], Wanted] = {}
         self._of_instance: dict[tuple[int, int], Wanted] = {}
+        self._terms_of_class: dict[tuple[int, int], Terms] = {}
+        self._terms_of_instance: dict[tuple[int, int], Terms] = {}
         for peer, needs in needs_by_peer.items():
             for need in needs:
                 self._add(tbox, peer, need)
@@ -75,12 +147,14 @@ class NeedsIndex:
         if need.instance is not None:
             key = (need.instance, need.attribute)
             self._of_instance[key] = _together(self._of_instance.get(key, NOBODY), wanted)
+            self._terms_of_instance[key] = need.terms.merged(self._terms_of_instance.get(key, need.terms))
         elif need.class_uid is not None:
             if not 0 <= need.class_uid < len(tbox.classes):
                 raise NeedError(f"peer {peer} needs class {need.class_uid}; allowed: 0..{len(tbox.classes) - 1}")
             for class_uid in tbox.subclasses(need.class_uid):
                 key = (class_uid, need.attribute)
                 self._of_class[key] = _together(self._of_class.get(key, NOBODY), wanted)
+                self._terms_of_class[key] = need.terms.merged(self._terms_of_class.get(key, need.terms))
 
     def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
         """Which peers need a fact, and the highest priority among them.
@@ -92,6 +166,19 @@ class NeedsIndex:
         by_class = self._of_class.get((class_uid, fact.attribute), NOBODY)
         by_instance = self._of_instance.get((fact.subject, fact.attribute))
         return by_class if by_instance is None else _together(by_class, by_instance)
+
+    def terms_of(self, fact: PropertyValue, class_uid: int) -> Terms:
+        """How those who need the fact want it served, all together.
+
+        Args:
+            fact: told of an instance; its value makes no difference here.
+            class_uid: of the class of that instance.
+        """
+        by_class = self._terms_of_class.get((class_uid, fact.attribute))
+        by_instance = self._terms_of_instance.get((fact.subject, fact.attribute))
+        if by_class is None or by_instance is None:
+            return by_class or by_instance or PLAIN
+        return by_class.merged(by_instance)
 
 
 def _together(a: Wanted, b: Wanted) -> Wanted:

@@ -33,6 +33,11 @@ def ban_ontology_path() -> Path:
     return ONTOLOGY_FOLDER / "bans.ttl"
 
 
+def need_ontology_path() -> Path:
+    """Return the Turtle file with the words for needs; it is read where vehicles may state some."""
+    return ONTOLOGY_FOLDER / "needs.ttl"
+
+
 def read_tbox(*files: Path | Source) -> TBox:
     """Compile Turtle files, usually those of the core ontology and a mission's own vocabulary.
 

@@ -49,9 +49,23 @@ class Revision:
         changed = [uid for uid, class_uid in created.items() if store.arrivals.created_as(uid) != class_uid]
         self._question((uid, True) for uid in changed)
 
-    def loose(self, block: Block) -> list[tuple[Block, float | None]]:
+    def withdraw(self, block: Block) -> None:
+        """Let what a block created be created by others, or by nobody, unless it has come again.
+
+        Args:
+            block: that was dropped.
+        """
+        arrivals = self._store.arrivals
+        created = {f.subject: arrivals.created_as(f.subject) for f in block.facts if f.attribute == TYPE_UID}
+        for uid in created:
+            if arrivals.created_by(uid) == block.guid:
+                self._create_anew(uid)
+        self._question((uid, True) for uid, class_uid in created.items() if arrivals.created_as(uid) != class_uid)
+
+    def loose(self, block: Block | None = None) -> list[tuple[Block, float | None]]:
         """Return what is to be settled, ``block`` too, by name, each with since when it waited (s), if it did."""
-        self._loose[block.guid] = (block, None)
+        if block is not None:
+            self._loose[block.guid] = (block, None)
         return [self._loose[guid] for guid in sorted(self._loose)]
 
     def _create_anew(self, uid: int) -> None:

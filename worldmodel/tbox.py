@@ -59,6 +59,7 @@ class Attribute:
     value (of a position, say) is obsolete once a newer one is known, and is not exchanged any more. ``datatype`` is
     the IRI of the datatype of its literals in RDF, empty where its values are IRIs. ``uncertainty`` is the grid of what
     a value may carry: the standard deviation of a NUMBER or POINT, the probability of any other; None for nothing.
+    ``coarse`` are the wider grids of a NUMBER or POINT, if it declares them, see ``worldmodel.coarse``.
     """
 
     uid: int
@@ -72,6 +73,7 @@ class Attribute:
     latest_only: bool = False
     datatype: str = ""
     uncertainty: Field | None = None
+    coarse: tuple[Field, ...] = field(default=(), repr=False)
 
     def encode(self, value: Value) -> tuple[int, ...]:
         """Return the integers that stand for ``value``: one for each field, else one.
@@ -190,6 +192,7 @@ class TBox:
                     excluded[below_a] |= 1 << below_b
                     excluded[below_b] |= 1 << below_a
         table = repr((self.classes, self.attributes, excluded, self.axioms))
+        table += "".join(f"{one.name}: {one.coarse}" for one in self.attributes if one.coarse)
         derived = {
             "hash": int.from_bytes(hashlib.sha256(table.encode()).digest()[:4], "big"),
             "rules": Rules(self.classes, self.attributes, self.axioms),

@@ -12,7 +12,7 @@ range decides the kind:
     a named class                          LINK
 
 ``rm:sigma`` is the step of the standard deviation that a number or point may carry, ``rm:probability`` that of the
-probability of any other value.
+probability of any other value. ``rm:coarseResolution``, which any file may state, is in ``worldmodel.coarse``.
 
 Annotations, and every individual, stay in the graph for SPARQL and for reasoners, and have no effect at run
 time. Any other axiom on a class or attribute is refused. A term is defined in one file alone: ``_DEFINING``
@@ -30,6 +30,7 @@ from rdflib.collection import Collection
 from rdflib.plugins.parsers.notation3 import BadSyntax
 from rdflib.term import Node
 
+from worldmodel.coarse import coarse_fields
 from worldmodel.definitions import DEFINING, Definitions
 from worldmodel.errors import OntologyError, suggestion
 from worldmodel.fields import Field
@@ -40,7 +41,7 @@ RM = Namespace("https://w3id.org/remoras/marine#")
 SIT = Namespace("https://w3id.org/remoras/situation#")
 
 _BOUNDS = (RM.minimum, RM.maximum, RM.resolution)
-_ANNOTATIONS = {*_BOUNDS, RM.unit, RM.latestOnly, RM.sigma, RM.probability}
+_ANNOTATIONS = {*_BOUNDS, RM.unit, RM.latestOnly, RM.sigma, RM.probability, RM.coarseResolution}
 SIGMAS = 64
 """Standard deviations that a value may carry: as many steps of ``rm:sigma``, six bits."""
 _NUMBERS = {XSD.double, XSD.decimal, XSD.integer}
@@ -51,7 +52,7 @@ _DATATYPES = {
     ValueKind.BOOLEAN: str(XSD.boolean),
 }
 _TERMS = (OWL.Class, OWL.DatatypeProperty, OWL.ObjectProperty, OWL.AnnotationProperty, RDF.Property, RDFS.Datatype)
-_DEFINING = {RDF.type, OWL.disjointWith, RDFS.domain, RDFS.range, *DEFINING, *_ANNOTATIONS}
+_DEFINING = {RDF.type, OWL.disjointWith, RDFS.domain, RDFS.range, *DEFINING, *_ANNOTATIONS} - {RM.coarseResolution}
 _NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
 
@@ -303,7 +304,7 @@ class _Reader:
             self.fault(iri, f"its range {self.shown(target)} cannot be stored", _RANGES)
             return None
         if kind not in {ValueKind.NUMBER, ValueKind.POINT}:
-            for annotation in (*_BOUNDS, RM.unit):
+            for annotation in (*_BOUNDS, RM.unit, RM.coarseResolution):
                 if (iri, annotation, None) in self.graph:
                     self.fault(iri, f"{self.shown(annotation)} on a {kind.value}", "bounds of numbers and points")
         owl_type = OWL.ObjectProperty if kind is ValueKind.LINK else OWL.DatatypeProperty
@@ -312,19 +313,18 @@ class _Reader:
         if domain not in self.class_uid:
             return None
         datatype = _DATATYPES.get(kind, str(target) if kind is ValueKind.NUMBER else "")
-        return Attribute(
-            uid,
-            _local_name(iri),
-            str(iri),
-            self.class_uid[domain],
-            kind,
-            fields,
-            range_class,
-            symbols,
-            latest_only,
-            datatype,
-            self._uncertainty(iri, kind, fields),
-        )
+        more = symbols, latest_only, datatype, self._uncertainty(iri, kind, fields), self._coarse(iri, fields)
+        return Attribute(uid, _local_name(iri), str(iri), self.class_uid[domain], kind, fields, range_class, *more)
+
+    def _coarse(self, iri: URIRef, fields: tuple[Field, ...]) -> tuple[Field, ...]:
+        stated = [_python(term) for term in self.graph.objects(iri, RM.coarseResolution)]
+        try:
+            return coarse_fields(fields, stated)
+        except ValueError as error:
+            self.fault(
+                iri, f"rm:coarseResolution: {error}", "one number, some steps of rm:resolution, a part of the range"
+            )
+            return ()
 
     def _uncertainty(self, iri: URIRef, kind: ValueKind, fields: tuple[Field, ...]) -> Field | None:
         """The grid of what values may carry: 64 steps of a standard deviation, all of a probability between 0 and 1."""
