@@ -18,3 +18,7 @@ class PeerFault(ExchangeError):
 
 class DefinitionFault(PeerFault):
     """A packet whose byte of the definition hash is not that of this node."""
+
+
+class SlotConflict(PeerFault):
+    """A packet of another vehicle that speaks under the name of this one."""

@@ -56,8 +56,11 @@ class AckHeader:
     def decode(self, sender: int, frame: int, take: Callable[[int], int]) -> tuple[int, ...]:
         """Rows from the wire; ``take(size_bits)`` gives the next bits. What is not carried is zero."""
         rows = [0] * self._n_nodes
-        for i, j in self._fields[frame % len(self._fields)][sender]:
-            rows[i] |= take(1) << j
+        fields = self._fields[frame % len(self._fields)][sender]
+        bits = take(len(fields))
+        for i, j in reversed(fields):
+            rows[i] |= (bits & 1) << j
+            bits >>= 1
         return tuple(rows)
 
     def n_set(self, sender: int, rows: Sequence[int], frame: int) -> int:

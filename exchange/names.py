@@ -40,13 +40,12 @@ class AttributeNames:
         self.sizes = tuple(self.short_bits if uid in short else self.other_bits for uid in range(n_attributes))
         """By uid, the bits of it."""
 
-    def read(self, take: Callable[[int], int]) -> int:
-        """Return the uid that the next bits name; ``take`` yields so many of them.
+    def uid_of(self, name: int, take: Callable[[int], int]) -> int:
+        """Return the uid that a name of ``short_bits`` stands for, or the bits behind it; ``take`` yields those.
 
         Raises:
             PeerFault: they name none, or by the longer way one that has a short name.
         """
-        name = take(self.short_bits)
         if name < len(self.exchanged):
             return self.exchanged[name]
         if not self.has_others or name > len(self.exchanged):

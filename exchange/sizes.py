@@ -14,7 +14,7 @@ class FieldSize:
     """One line of the size listing.
 
     Attributes:
-        group: `packet`, `fragment`, `fact` or `signal`: the part that the field belongs to.
+        group: `packet`, `fragment`, `fact`, `signal` or `summary`: the part that the field belongs to.
         field: its name, in the order of the wire.
         size_bits: its size.
         note: when it is there, its range or its unit.
@@ -43,16 +43,27 @@ def values_in_words(attribute: Attribute, n_values: Mapping[ValueKind, int]) -> 
 def value_lines(
     attributes: Sequence[Attribute], value_bits: Sequence[int], n_values: Mapping[ValueKind, int]
 ) -> list[FieldSize]:
-    """Lines of the size listing for the values of attributes, and for what values may carry."""
+    """Lines of the size listing for the values of attributes, coarse ones, and what values may carry."""
     values = [
         FieldSize("fact", one.name, bits, values_in_words(one, n_values))
         for one, bits in zip(attributes, value_bits, strict=True)
     ]
-    return values + [
-        FieldSize("fact", f"uncertainty of {one.name}", 1 + one.uncertainty.size_bits, "1 where it carries none")
+    coarse = [
+        FieldSize(
+            "fact", f"{one.name}, coarse", sum(field.size_bits for field in one.coarse), "in its place; a bit says so"
+        )
         for one in attributes
-        if one.uncertainty is not None
+        if one.coarse
     ]
+    return (
+        values
+        + coarse
+        + [
+            FieldSize("fact", f"uncertainty of {one.name}", 1 + one.uncertainty.size_bits, "1 where it carries none")
+            for one in attributes
+            if one.uncertainty is not None
+        ]
+    )
 
 
 def name_fields(names: AttributeNames) -> list[FieldSize]:

@@ -25,8 +25,9 @@ from hypothesis import strategies as st
 from exchange.codec import Codec
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
 from exchange.names import width
-from exchange.packets import Fragment, InfluenceSignal, Packet
+from exchange.packets import Fragment, Head, InfluenceSignal, Packet
 from exchange.policies import ACK, POLICIES, AckPolicy, header_bits
+from exchange.summaries import Summary
 from missions.runs.setup import resolved
 from missions.scenarios.loading import load
 from worldmodel import STATUS, Attribute, Field, OntologyClass, PropertyValue, TBox, Value, ValueKind
@@ -98,13 +99,30 @@ def packets(draw: st.DrawFn) -> tuple[Codec, AckPolicy, int, Packet]:
         tuple(draw(st.lists(fragments(n_nodes), max_size=4))),
         tuple(draw(st.lists(st.builds(InfluenceSignal, st.integers(0, n_nodes), st.integers(-128, 127)), max_size=15))),
         draw(st.integers(0, 3)),
+        summary=tuple(draw(st.lists(summaries(n_nodes), max_size=3))),
     )
     return codec_of(n_nodes, policy.name), policy, n_nodes, packet
 
 
+def summaries(n_nodes: int) -> st.SearchStrategy[Summary]:
+    """Of any origin and epoch, with sequences that the field has room for, and beyond."""
+    highest = st.one_of(st.integers(-1, N_BLOCKS), st.integers(N_BLOCKS, 1 << 20))
+    return st.builds(Summary, st.integers(0, n_nodes - 1), st.integers(0, 3), highest, st.integers(0, 255))
+
+
 def encoded(codec: Codec, packet: Packet) -> bytes:
-    wire = [codec.encode_fragment(fragment, packet.sender, packet.epoch) for fragment in packet.fragments]
-    return codec.encode(packet.sender, packet.rows, wire, packet.signals, epoch=packet.epoch)
+    return codec.encode(
+        packet.sender, packet.rows, packet.fragments, packet.signals, packet.frame, packet.epoch, summary=packet.summary
+    )
+
+
+def on_the_wire(packet: Packet) -> list[Fragment]:
+    """The fragments of a packet in the order of the wire: own ones first, of each origin by sequence."""
+
+    def place(one: Fragment) -> tuple[bool, int, int, int, int]:
+        return is_relayed(one, packet), one.origin, one.epoch, one.sequence, one.index
+
+    return sorted(packet.fragments, key=place)
 
 
 def is_relayed(fragment: Fragment, packet: Packet) -> bool:
@@ -139,7 +157,8 @@ def test_a_packet_arrives_as_it_was_sent(made: tuple[Codec, AckPolicy, int, Pack
     assert (received.sender, received.epoch) == (packet.sender, packet.epoch)
     assert received.rows == bits_sent(packet, policy, n_nodes)
     assert received.signals == packet.signals
-    assert received.fragments == tuple(quantised(fragment) for fragment in packet.fragments)
+    assert received.fragments == tuple(quantised(fragment) for fragment in on_the_wire(packet))
+    assert received.summary == packet.summary
 
 
 @settings(max_examples=100, deadline=None)
@@ -149,7 +168,7 @@ def test_what_is_received_can_be_relayed_without_changing_again(made: tuple[Code
     received = codec.decode(encoded(codec, packet))
     relay = (packet.sender + 1) % n_nodes
     again = codec.decode(encoded(codec, Packet(relay, received.rows, received.fragments, received.signals)))
-    assert again.fragments == received.fragments
+    assert sorted(again.fragments, key=repr) == sorted(received.fragments, key=repr)
 
 
 @pytest.mark.parametrize("kind", list(ValueKind))
@@ -171,7 +190,7 @@ def test_extremes_of_every_field(n_nodes: int):
     ]
     packet = Packet(0, (0,) * n_nodes, tuple(corners), (InfluenceSignal(last, -128), InfluenceSignal(0, 127)), 2)
     received = codec.decode(encoded(codec, packet))
-    assert (received.fragments, received.signals, received.epoch) == (packet.fragments, packet.signals, 2)
+    assert (received.fragments, received.signals, received.epoch) == (tuple(on_the_wire(packet)), packet.signals, 2)
 
 
 def whole_block(told: tuple[PropertyValue, ...]) -> Fragment:
@@ -182,55 +201,97 @@ def whole_block(told: tuple[PropertyValue, ...]) -> Fragment:
 # What is refused ----------------------------------------------------------------------------------
 
 
+def code(codec: Codec, *fragments: Fragment) -> bytes:
+    """The packet in which node 0 says these, in slot 0."""
+    return codec.encode(0, [0] * 4, fragments)
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("mappedCell", 4096.0), ("batteryFraction", -0.2), ("position", (0.0, 10_000.5)), ("classification", 4)],
+    [
+        ("mappedCell", 4095.0),
+        ("mappedCell", 4096.0),
+        ("mappedCell", -1.0),
+        ("batteryFraction", -0.2),
+        ("position", (0.0, 10_000.5)),
+        ("position", (-4e6, 4e6)),
+    ],
 )
-def test_a_value_out_of_range_is_never_sent_as_something_else(name: str, value: Value):
-    """DCCL by default sends 1200 in 0..1000 as 0 without a word."""
+def test_a_value_out_of_range_is_sent_exactly(name: str, value: Value):
+    """DCCL by default sends 1200 in 0..1000 as 0 without a word; 4095 is in range, its 12 ones stand before others."""
     fragment = whole_block((PropertyValue(0, attribute(name), value),))
-    with pytest.raises((ValueError, ConfigurationError), match=r"outside"):
-        codec_of(4).encode_fragment(fragment, 0)
+    (received,) = codec_of(4).decode(code(codec_of(4), fragment)).fragments
+    told = received.facts[0].value
+    assert told == pytest.approx(value)
+    assert code(codec_of(4), received) == code(codec_of(4), fragment)
 
 
-@pytest.mark.parametrize(("name", "value"), [("mappedCell", 4096.0), ("batteryFraction", -0.2)])
-def test_a_value_out_of_range_is_refused_by_the_name_of_its_attribute(name: str, value: float):
+@settings(max_examples=200, deadline=None)
+@given(st.floats(-1e9, 1e9))
+def test_any_number_arrives_as_the_nearest_of_its_grid(value: float):
+    field = TBOX.attributes[POSITION].fields[0]
+    fragment = Fragment(0, STATUS, 0.0, (PropertyValue(0, POSITION, (value, 0.0)),))
+    (received,) = codec_of(4).decode(code(codec_of(4), fragment)).fragments
+    east = received.facts[0].value
+    assert isinstance(east, tuple)
+    assert east[0] == field.grid.value_at(field.grid.index_of(value))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "why"),
+    [
+        ("classification", 4, "outside"),
+        ("mappedCell", float("nan"), "not finite"),
+        ("mappedCell", float("inf"), "not finite"),
+        ("mappedCell", 1e300, "steps"),
+    ],
+)
+def test_what_no_bits_stand_for_is_refused_by_the_name_of_its_attribute(name: str, value: Value, why: str):
     fragment = whole_block((PropertyValue(0, attribute(name), value),))
-    with pytest.raises((ValueError, ConfigurationError), match=name):
-        codec_of(4).encode_fragment(fragment, 0)
+    with pytest.raises(ConfigurationError, match=f"{name}: .*{why}"):
+        code(codec_of(4), fragment)
 
 
 def test_an_instance_without_a_wire_name_is_refused():
     with pytest.raises(ConfigurationError, match="instance 8 has no wire name, 0 to 7 have"):
-        codec_of(4).encode_fragment(whole_block((PropertyValue(8, POSITION, (0.0, 0.0)),)), 0)
+        code(codec_of(4), whole_block((PropertyValue(8, POSITION, (0.0, 0.0)),)))
 
 
-def test_a_time_behind_the_end_of_the_mission_is_refused():
-    with pytest.raises((ValueError, ConfigurationError), match="14401"):
-        codec_of(4).encode_fragment(Fragment(0, 0, 14_401.0, cells(4, 1)), 0)
+@pytest.mark.parametrize("slot_start_s", [0.0, 7.2, 14_400.0, 1e6])
+@pytest.mark.parametrize("time_s", [0.0, 6.9, 7.2, 7.3, 60.0, 14_400.0, 14_401.0, 1e8])
+def test_every_time_is_told_exactly_whenever_it_is_said(slot_start_s: float, time_s: float):
+    fragment = Fragment(0, 0, time_s, cells(4, 1))
+    data = codec_of(4).encode(0, [0] * 4, [fragment], slot_start_s=slot_start_s)
+    assert codec_of(4).decode(data, 0, slot_start_s).fragments == (fragment,)
 
 
-def test_a_vehicle_that_has_used_up_its_sequence_numbers_is_told_so():
-    with pytest.raises(ConfigurationError, match="vehicle 2 has told more than 16384 items"):
-        codec_of(4).encode_fragment(Fragment(2, 1 << 14, 0.0, cells(4, 1)), 0)
+def test_a_time_before_the_mission_is_refused():
+    with pytest.raises(ConfigurationError, match=r"-0\.2 s"):
+        code(codec_of(4), Fragment(0, 0, -0.2, cells(4, 1)))
+
+
+@pytest.mark.parametrize("sequence", [(1 << 14) - 2, (1 << 14) - 1, 1 << 14, 1 << 20])
+def test_a_vehicle_that_tells_more_items_than_expected_takes_more_bits(sequence: int):
+    fragment = Fragment(2, sequence, 0.0, cells(4, 1))
+    assert codec_of(4).decode(code(codec_of(4), fragment)).fragments == (fragment,)
 
 
 def test_what_a_vehicle_keeps_to_itself_has_no_form_on_the_wire():
     with pytest.raises(ConfigurationError, match="block -2 of vehicle 0 is private"):
-        codec_of(4).encode_fragment(Fragment(0, STATUS - 1, 0.0, cells(4, 1)), 0)
+        code(codec_of(4), Fragment(0, STATUS - 1, 0.0, cells(4, 1)))
 
 
 def test_an_item_of_latest_only_attributes_would_be_read_as_a_status():
     position = (PropertyValue(0, POSITION, (0.0, 0.0)),)
     for told, sequence in ((position, 7), (cells(4, 1), STATUS)):
         with pytest.raises(ConfigurationError, match=f"sequence {sequence}: a whole block of latest-only attributes"):
-            codec_of(4).encode_fragment(Fragment(0, sequence, 0.0, told), 0)
+            code(codec_of(4), Fragment(0, sequence, 0.0, told))
 
 
 def test_a_fifth_epoch_has_no_name():
     codec, wanted = codec_of(4), "epoch 4 has no name on the wire; allowed: 0 to 3"
     with pytest.raises(ConfigurationError, match=wanted):
-        codec.encode_fragment(Fragment(0, 0, 0.0, cells(4, 1), epoch=4), 0)
+        code(codec, Fragment(0, 0, 0.0, cells(4, 1), epoch=4))
     with pytest.raises(ConfigurationError, match=wanted):
         codec.encode(0, [0] * 4, [], epoch=4)
 
@@ -238,13 +299,6 @@ def test_a_fifth_epoch_has_no_name():
 def test_a_signal_that_is_no_signed_byte_is_never_sent_as_another():
     with pytest.raises((ValueError, ConfigurationError)):
         codec_of(4).encode(0, [0] * 4, [], [InfluenceSignal(0, 200)])
-
-
-def test_more_fragments_than_can_be_counted_are_refused():
-    codec = codec_of(4)
-    wire = [codec.encode_fragment(Fragment(0, sequence, 0.0, cells(4, 1)), 0) for sequence in range(32)]
-    with pytest.raises((ValueError, ConfigurationError)):
-        codec.encode(0, [0] * 4, wire)
 
 
 # Strangers ----------------------------------------------------------------------------------------
@@ -271,7 +325,7 @@ def with_another_attribute() -> TBox:
 def test_another_definition_is_noticed_within_four_frames(stranger: Codec):
     """A packet has a byte of the hash, by its frame: of four frames at least one is not read, whatever it carries."""
     ours = Codec(TBOX, 8, 4, POLICIES["ack"], N_BLOCKS, DURATION_S)
-    wire = [stranger.encode_fragment(Fragment(0, 0, 0.0, cells(4, 1)), 0)]
+    wire = [Fragment(0, 0, 0.0, cells(4, 1))]
     refused = []
     for frame in range(4):
         for data in (stranger.encode(0, [0] * 5, [], frame=frame), stranger.encode(1, [0] * 5, wire, frame=frame)):
@@ -283,17 +337,40 @@ def test_another_definition_is_noticed_within_four_frames(stranger: Codec):
 
 
 def test_four_frames_carry_the_whole_hash():
-    """The first bytes of the packets of four frames are a CRC-32, and those of the next four the same."""
+    """The first bytes of the packets of four frames are a CRC-32; those of the next four too, crossed with one."""
     codec = Codec(TBOX, 8, 4, POLICIES["ack"], N_BLOCKS, DURATION_S)
     firsts = [codec.encode(0, [0] * 4, [], frame=frame)[0] for frame in range(8)]
     every = tuple(range(len(TBOX.attributes)))  # all are exchanged where none are named
-    shape = TBOX.hash, 8, 4, N_BLOCKS, 3, DURATION_S, 0.1, every  # a vector of acknowledgements has 3 bits
-    assert bytes(firsts) == 2 * zlib.crc32(repr(shape).encode()).to_bytes(4, "big")
+    near_bits = 9  # 30 s are 300 steps
+    shape = TBOX.hash, 8, 4, N_BLOCKS, 3, DURATION_S, 0.1, every, near_bits, 0, False  # a vector of acks has 3 bits
+    hashed = zlib.crc32(repr(shape).encode()).to_bytes(4, "big")
+    assert bytes(firsts) == hashed + bytes(byte ^ 1 for byte in hashed)
+
+
+def test_a_packet_is_of_one_frame_in_1024():
+    """It has the counter of every fourth, but another first byte; after 256 times four, its own again."""
+    codec = codec_of(4)
+    data = codec.encode(1, [0] * 4, [Fragment(1, 0, 0.0, cells(4, 1))], frame=6)
+    for frame in (*range(6), *range(7, 1030)):
+        with pytest.raises(PeerFault):
+            codec.decode(data, frame)
+    assert codec.decode(data, 1030).sender == 1
+
+
+def test_the_head_is_read_before_the_slot_is_known():
+    codec = codec_of(5)
+    data = codec.encode(3, [0] * 5, [], frame=6, epoch=2)
+    assert codec.head(data) == Head(sender=3, epoch=2, frame=2)
+    for short in (b"", data[:1]):
+        with pytest.raises(PeerFault):
+            codec.head(short)
+    with pytest.raises(PeerFault, match="sender 7"):
+        codec.head(b"\xff" * 4)
 
 
 def test_two_vehicles_that_were_built_alike_understand_each_other():
     one, other = (Codec(TBOX, 8, 4, POLICIES["ack"], N_BLOCKS, DURATION_S) for _ in range(2))
-    data = one.encode(3, [0, 0, 0, 0b0101], [one.encode_fragment(Fragment(3, 9, 4.2, cells(4, 2)), 3)])
+    data = one.encode(3, [0, 0, 0, 0b0101], [Fragment(3, 9, 4.2, cells(4, 2))])
     assert other.decode(data) == Packet(3, (0, 0, 0, 0b0101), (Fragment(3, 9, 4.2, cells(4, 2)),))
 
 
@@ -310,7 +387,8 @@ def busy_packet(codec: Codec, n_nodes: int) -> bytes:
         Fragment(0, 700, 14_399.9, every_kind),
         Fragment(1, 4, 99.0, cells(n_nodes, 3), 2, 5),
     )
-    return encoded(codec, Packet(1, (3,) * n_nodes, content, (InfluenceSignal(2, -100), InfluenceSignal(3, 5))))
+    signals = InfluenceSignal(2, -100), InfluenceSignal(3, 5)
+    return encoded(codec, Packet(1, (3,) * n_nodes, content, signals, summary=(Summary(0, 0, 699, 1),)))
 
 
 def survives(codec: Codec, data: bytes) -> bool:
@@ -408,98 +486,157 @@ def test_a_matrix_of_twenty_nodes_does_not_fit_the_smallest_frame():
     assert codec_of(20, "m-ack").overhead_bits > 256
 
 
+def size_of(codec: Codec, *fragments: Fragment, sender: int = 0, slot_start_s: float = 0.0) -> int:
+    """Bits of these fragments in a packet, as its packing adds them up."""
+    packing = codec.packing(sender, 0, 0, slot_start_s, 1 << 20)
+    for fragment in fragments:
+        assert packing.add(fragment)
+    return (1 << 20) - packing.left_bits
+
+
 def test_the_size_of_an_own_observation_of_the_mission():
-    """Head: relayed 1, time ceil(log2 144001) = 18, larger block 1; fact: instance 5, attribute 5 (of 18 that are
-    exchanged), cell 12, follows 1; sequence 11, for at most 300 cells and 1024 items to spare. Together 54 bits; the
-    same record as a DCCL message body takes 68."""
+    """Kind 1, age 1 + 7 (a frame of 7.1 s is 71 steps), instance 5, attribute 5 (of 18 that are exchanged), cell 12,
+    sequence 11, for at most 300 cells and 1024 items to spare: 42 bits. The next of the packet has 1 of sequence."""
     codec = mission_codec()
-    size_bits = (1 + 18 + 1) + (5 + 5 + 12 + 1) + 11
-    assert codec.fragment_bits(Fragment(0, 0, 0.0, cells(4, 1)), relayed=False) == size_bits
-    assert codec.fragment_bits(Fragment(0, 0, 0.0, cells(4, 1))) == size_bits + 2 + 2  # whose it is, of which epoch
+    one, two = (Fragment(0, sequence, 5.0, cells(4, 1)) for sequence in (6, 7))
+    assert size_of(codec, one, slot_start_s=7.0) == 1 + 8 + 5 + 5 + 12 + 11
+    assert size_of(codec, two, one, slot_start_s=7.0) == 2 * (1 + 8 + 5 + 5 + 12) + 11 + 1
+    # relayed: kind 3, origin 2, epoch 2, age 8, whole 1, the fact and one that none follows
+    assert size_of(codec, one, sender=1, slot_start_s=7.0) == 3 + 2 + 2 + 8 + 1 + 22 + 1 + 11
+    # at most: time 2 + 18 instead of an age, and the sequence as behind another
+    assert codec.fragment_bits(one, relayed=False) == 1 + (2 + 18) + 22 + (2 + 11)
+    assert codec.fragment_bits(one) == 3 + 2 + 2 + (2 + 18) + 1 + 22 + 1 + (2 + 11)
 
 
 def test_a_status_has_no_sequence():
-    """A position: head 20, instance and attribute 5 each, 2 * 16, follows 1."""
+    """A position: kind 1, age 8, instance and attribute 5 each, 2 * 16."""
     status = Fragment(0, STATUS, 0.0, (PropertyValue(0, POSITION, (0.0, 0.0)),))
-    assert mission_codec().fragment_bits(status, relayed=False) == (1 + 18 + 1) + (5 + 5 + 32 + 1)
+    assert size_of(mission_codec(), status) == 1 + 8 + 5 + 5 + 32
 
 
 def reference_codec() -> Codec:
-    """For the record by which codecs are compared: 64 classes, 256 instances, 32 attributes, 16 origins, one hour in
-    seconds, places of two coordinates to 0.1 m in a kilometre; a vehicle may tell 4096 items."""
+    """For the record by which codecs are compared, of a fleet of five: 64 classes of 256 instances are 14 bits of
+    subject; 32 attributes, places of two coordinates to 0.1 m in a kilometre, times in seconds of a day; a vehicle may
+    tell 4096 items. Slots of 3.2 s and a guard of 1 s make frames of 21 s."""
     along = Field(0.0, 1000.0, 0.1, "m")
     classes = tuple(OntologyClass(uid, f"c{uid}", f"urn:c{uid}", ()) for uid in range(64))
     attributes = tuple(
         Attribute(uid, f"a{uid}", f"urn:a{uid}", 0, ValueKind.POINT, (along, along), latest_only=uid == 1)
         for uid in range(32)
     )
-    return Codec(TBox(classes, attributes), 256, 16, POLICIES["ack"], 4096, 3600.0, 1.0)
+    return Codec(TBox(classes, attributes), 64 * 256, 5, POLICIES["ack"], 4096, 86_399.0, 1.0, recent_s=21.0)
 
 
 def test_the_record_by_which_codecs_are_compared():
-    """As an item 1 + 12 + 1, 8 + 5 + 28 + 1 and 12 of sequence, DCCL's 68 bits; as a status 56; relayed 4 + 2 more."""
-    codec, place = reference_codec(), (12.3, 45.6)
-    item = Fragment(0, 7, 60.0, (PropertyValue(9, 0, place),))
-    status = Fragment(0, STATUS, 60.0, (PropertyValue(9, 1, place),))
-    for told, size_bits in ((item, 68), (status, 56)):
-        assert codec.encode_fragment(told, 0)[1] == size_bits
-        assert codec.encode_fragment(told, 1)[1] == size_bits + 6
+    """Kind 1, age 1 + 5, subject 14, attribute 5, place 28: 54 bits; sequence 12, or 1 for the next of a packet. The
+    same as a DCCL message body takes 68 bits, of which 4 are of an origin."""
+    codec = reference_codec()
+    items = [Fragment(0, 7 + n, 60.0, (PropertyValue(900, 0, (12.3, 45.6)),)) for n in range(8)]
+    status = Fragment(0, STATUS, 60.0, (PropertyValue(900, 1, (12.3, 45.6)),))
+    assert size_of(codec, status, slot_start_s=70.0) == 54
+    assert size_of(codec, items[0], slot_start_s=70.0) == 54 + 12
+    assert size_of(codec, *items, slot_start_s=70.0) / 8 == 54 + (12 + 7) / 8 <= 60
+    assert codec.head_bits + 3 == 8 + 3 + 2 + 2 + 3 == 18  # hash, sender, epoch, frame, end
+    assert codec.overhead_bits == 18 + 4
 
 
 @pytest.mark.parametrize(("payload_bytes", "at_least"), [(32, 4), (64, 8)])
 def test_observations_per_packet(payload_bytes: int, at_least: int):
-    """A DCCL container of 25 bits and 68 per observation holds 3 in 32 B and 7 in 64 B; the head is no larger here."""
+    """Of a seeded stream of own observations, each some seconds old: a DCCL container of 25 bits and 68 per observation
+    holds 3 in 32 B and 7 in 64 B."""
+    codec, draws = reference_codec(), random.Random(14)
+    sequence, start_s = 0, 60.0
+    for frame in range(200):
+        times_s = sorted(start_s - draws.randrange(21) for _ in range(at_least))
+        said = []
+        for time_s in times_s:
+            place = draws.randrange(10_001) / 10, draws.randrange(10_001) / 10
+            subject, kind = draws.randrange(64 * 256), draws.choice([0, *range(2, 32)])
+            said.append(Fragment(2, sequence, time_s, (PropertyValue(subject, kind, place),)))
+            sequence += 1
+        packing = codec.packing(2, 0, frame, start_s, 8 * payload_bytes - codec.overhead_bits)
+        for fragment in draws.sample(said, at_least):
+            assert packing.add(fragment)
+        data = codec.encode(2, [0b01001] * 5, packing.fragments, (), frame, 0, start_s)
+        assert len(data) <= payload_bytes
+        assert codec.decode(data, frame, start_s).fragments == tuple(said)
+        start_s += 21.0
+
+
+@settings(max_examples=200, deadline=None)
+@given(packets(), st.randoms(use_true_random=False), st.integers(0, 1000))
+def test_sizes_added_up_beforehand_are_those_sent(
+    made: tuple[Codec, AckPolicy, int, Packet], dice: random.Random, frame: int
+):
+    """In whatever order fragments are offered to the packing, at whatever ages; none takes more than its most."""
+    codec, _, _, packet = made
+    start_s = 8.0 * frame
+    size_bits = codec.overhead_bits - codec.header.largest_bits + codec.header.size_bits(packet.sender, frame)
+    size_bits += len(packet.signals) * codec.signal_bits + sum(map(codec.summary_bits, packet.summary))
+    packing = codec.packing(packet.sender, packet.epoch, frame, start_s, 1 << 20)
+    most_bits = 0
+    for fragment in dice.sample(packet.fragments, len(packet.fragments)):
+        assert packing.add(fragment)
+        most_bits += codec.fragment_bits(fragment, is_relayed(fragment, packet))
+    fragments_bits = (1 << 20) - packing.left_bits
+    assert fragments_bits == sum(size for _, size in packing.sizes()) <= most_bits
+    data = codec.encode(
+        packet.sender, packet.rows, packing.fragments, packet.signals, frame, packet.epoch, start_s, packet.summary
+    )
+    assert len(data) == -(-(size_bits + fragments_bits) // 8)
+    received = codec.decode(data, frame, start_s)
+    offered = replace(packet, fragments=tuple(packing.fragments))
+    assert received.fragments == tuple(quantised(fragment) for fragment in on_the_wire(offered))
+
+
+def test_a_packing_takes_what_fits_and_nothing_changes_by_what_does_not():
+    codec = reference_codec()
+    items = [Fragment(0, n, 60.0, (PropertyValue(900, 0, (12.3, 45.6)),)) for n in range(4)]
+    packing = codec.packing(0, 0, 0, 70.0, 54 + 12 + 54)
+    assert packing.add(items[1])
+    assert not packing.add(items[2])  # one bit too little
+    assert (packing.left_bits, packing.fragments) == (54, [items[1]])
+    assert packing.add(replace(items[2], sequence=STATUS, facts=(PropertyValue(900, 1, (12.3, 45.6)),)))
+    assert packing.left_bits == 0
+
+
+def test_the_size_listing_adds_up_to_what_is_sent():
+    """Two cells of an own block, one relayed in parts, a signal, a summary: every field they have is in the listing."""
     codec = mission_codec()
-    assert codec.overhead_bits == 8 + 2 + 2 + 3 + 5 + 4 <= 25
-    size_bits = codec.fragment_bits(Fragment(0, 0, 5.0, cells(4, 1)), relayed=False)
-    n_fit = (8 * payload_bytes - codec.overhead_bits) // size_bits
-    assert n_fit >= at_least
-    own = [codec.encode_fragment(Fragment(0, sequence, 5.0, cells(4, 1)), 0) for sequence in range(n_fit + 1)]
-    assert len(codec.encode(0, [0] * 4, own[:n_fit])) <= payload_bytes < len(codec.encode(0, [0] * 4, own))
-
-
-@settings(max_examples=100, deadline=None)
-@given(packets())
-def test_sizes_asked_for_beforehand_are_those_sent(made: tuple[Codec, AckPolicy, int, Packet]):
-    codec, _, _, packet = made
-    size_bits = codec.overhead_bits + len(packet.signals) * codec.signal_bits
-    for fragment in packet.fragments:
-        size_bits += codec.fragment_bits(fragment, is_relayed(fragment, packet))
-    assert len(encoded(codec, packet)) == -(-size_bits // 8)
-
-
-@settings(max_examples=100, deadline=None)
-@given(packets())
-def test_the_size_listing_adds_up_to_what_is_sent(made: tuple[Codec, AckPolicy, int, Packet]):
-    """Every field that a packet has is in the listing, in as many bits."""
-    codec, _, _, packet = made
     size = {(line.group, line.field): line.size_bits for line in codec.listing()}
-    size_bits = sum(bits for (group, _), bits in size.items() if group == "packet")
-    size_bits += len(packet.signals) * (size["signal", "role"] + size["signal", "value"])
-    for fragment in packet.fragments:
-        size_bits += sum(size["fragment", field] for field in ("relayed", "time", "part of a larger block"))
-        size_bits += 0 if fragment.is_status else size["fragment", "sequence"]
-        if is_relayed(fragment, packet):
-            size_bits += size["fragment", "origin"] + size["fragment", "origin's epoch"]
-        size_bits += size["fragment", "index"] + size["fragment", "count"] if fragment.count > 1 else 0
-        for fact in fragment.facts:
-            size_bits += size["fact", "subject"] + size["fact", "attribute"] + size["fact", "another follows"]
-            size_bits += size["fact", TBOX.attributes[fact.attribute].name]
-            uncertain = size.get(("fact", f"uncertainty of {TBOX.attributes[fact.attribute].name}"), 0)
-            size_bits += uncertain if fact.uncertainty is not None else min(1, uncertain)
-    assert len(encoded(codec, packet)) == -(-size_bits // 8)
+    packet_bits = sum(bits for (group, _), bits in size.items() if group == "packet")
+    one_fact = sum(size["fact", field] for field in ("subject", "attribute", "mappedCell"))
+    own = size["fragment", "own single fact"] + size["fragment", "near age"] + one_fact
+    other = [size["fragment", field] for field in ("own or relayed", "near age", "part of a larger block")]
+    both = sum(other) + 2 * (one_fact + size["fact", "another follows"])
+    relay = sum(size["fragment", field] for field in ("origin", "origin's epoch", "index", "count"))
+    fragments = [
+        Fragment(0, 0, 0.0, cells(4, 1)),
+        Fragment(0, 1, 0.0, cells(4, 2)),
+        Fragment(1, 5, 0.0, cells(4, 2), 0, 2),
+        Fragment(1, 9, 0.0, cells(4, 2), 1, 2),
+    ]
+    sequences = [size["fragment", f"{which} sequence"] for which in ("first", "next", "first", "near")]
+    summary_bits = sum(bits for (group, _), bits in size.items() if group == "summary")
+    signal_bits = sum(bits for (group, _), bits in size.items() if group == "signal")
+    total_bits = packet_bits + own + both + 2 * (both + relay) + sum(sequences) + signal_bits + summary_bits
+    data = codec.encode(0, [0] * 4, fragments, [InfluenceSignal(0, 5)], summary=[Summary(1, 0, 4, 0)])
+    assert len(data) == -(-total_bits // 8)
+    assert summary_bits == codec.summary_bits(Summary(1, 0, 4, 0))
+    assert signal_bits == codec.signal_bits
 
 
 def test_the_listing_says_what_each_field_is_for():
     """The mission of four vehicles: times to 14 400 s in tenths, 21 instances, cells 0 to 4095."""
     lines = {(line.group, line.field): line for line in mission_codec().listing()}
     assert [group for group, _ in lines] == sorted(
-        (g for g, _ in lines), key=["packet", "fragment", "fact", "signal"].index
+        (g for g, _ in lines), key=["packet", "fragment", "fact", "signal", "summary"].index
     )
     assert {name for group, name in lines if group == "fact"} >= {a.name for a in TBOX.attributes}
     assert lines["packet", "acknowledgements"].size_bits == 3
     assert lines["packet", "acknowledgements"].note == "policy ack"
-    assert lines["fragment", "time"].note == "0 to 14400.1 s, steps of 0.1 s"
+    assert lines["fragment", "near age"].note == "below 12.8 s, steps of 0.1 s"
+    assert lines["fragment", "time"].note == "of any other time, from 0 to 14400.1 s; more bits beyond"
     assert lines["fact", "subject"].note == "one of 21 instances"
     assert lines["fact", "mappedCell"].size_bits == 12
     assert lines["fact", "mappedCell"].note.startswith("0 to 4095")
@@ -521,7 +658,7 @@ def test_a_header_may_differ_from_frame_to_frame():
     rows = [0, 0b1101, 0, 0]
     for frame, heard in ((0, 0b1101), (1, 0), (6, 0b1101)):
         received = codec.decode(codec.encode(1, rows, [], [InfluenceSignal(0, 5)], frame), frame)
-        assert received == Packet(1, (0, heard, 0, 0), (), (InfluenceSignal(0, 5),))
+        assert received == Packet(1, (0, heard, 0, 0), (), (InfluenceSignal(0, 5),), frame=frame)
 
 
 # Values that carry an uncertainty -----------------------------------------------------------------
@@ -533,8 +670,6 @@ def test_an_uncertainty_comes_out_as_it_went_in_and_costs_a_bit_where_there_is_n
     sizes = []
     for uncertainty in (None, 0.5, 2.0, 32.0):
         fragment = Fragment(0, 0, 0.0, (PropertyValue(0, location, (1.0, 2.0), uncertainty),))
-        bits, size_bits = codec.encode_fragment(fragment, 0)
-        data = codec.encode(0, [0] * 4, [(bits, size_bits)])
-        assert codec.decode(data, 0).fragments == (fragment,)
-        sizes.append(size_bits)
+        assert codec.decode(code(codec, fragment), 0).fragments == (fragment,)
+        sizes.append(size_of(codec, fragment))
     assert [size - sizes[0] for size in sizes] == [0, 6, 6, 6]

@@ -26,7 +26,7 @@ def test_every_attribute_is_read_as_it_was_written(data: st.DataObject, n: int) 
     names = AttributeNames(n, exchanged)
     for uid in range(n):
         take = Taker(names.names[uid], names.sizes[uid])
-        assert names.read(take) == uid
+        assert names.uid_of(take(names.short_bits), take) == uid
         assert take.left == 0
 
 
@@ -50,4 +50,4 @@ def test_more_attributes_cost_those_nothing_that_are_exchanged() -> None:
 def test_names_of_nothing_are_a_peers_fault(bits: int, size: int) -> None:
     names = AttributeNames(6, exchanged=(0, 4))  # 0, 1, then 2 for others; 3 is free
     with pytest.raises(PeerFault, match="is not in the TBox"):
-        names.read(Taker(bits, size))
+        names.uid_of((taker := Taker(bits, size))(names.short_bits), taker)

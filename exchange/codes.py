@@ -1,0 +1,147 @@
+"""Numbers of a width that suits nearly all of them, and any other number exactly.
+
+A number that does not fit its width is never cut: all ones stand before its rest, which is as long as it needs to be.
+Each number has one form, and the decoder refuses any other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from exchange.bits import Reader
+from exchange.errors import ConfigurationError, PeerFault
+
+Bits = tuple[int, int]
+"""A number and its size in bits."""
+Take = Callable[[int], int]
+"""Gives the next bits of a packet, so many."""
+
+LENGTH_BITS = 6
+LARGEST = 1 << 50
+"""No number beyond this, above or below zero: the steps of a grid can still be told apart in a double."""
+NEAR_STEP_BITS = 4
+NEAR_STEPS = 1 << NEAR_STEP_BITS
+FAR_AGE_BITS = 3
+"""A far age has so many bits more than a near one."""
+
+
+def rest_of(number: int) -> Bits:
+    """A number of 0 and more in as many bits as it needs: its length first.
+
+    >>> rest_of(0), rest_of(5)
+    ((0, 6), (10, 8))
+    """
+    n_bits = (number + 1).bit_length() - 1
+    return n_bits << n_bits | number + 1 - (1 << n_bits), LENGTH_BITS + n_bits
+
+
+def read_rest(take: Take) -> int:
+    """The number that comes next; raises PeerFault beyond the largest."""
+    n_bits = take(LENGTH_BITS)
+    number = (1 << n_bits) + take(n_bits) - 1
+    if number > LARGEST:
+        raise PeerFault(f"number {number} is too large")
+    return number
+
+
+def natural(number: int, width_bits: int) -> Bits:
+    """A number of 0 and more: in its width, or behind so many ones what it has above them.
+
+    >>> natural(5, 3), natural(7, 3), natural(9, 3)
+    ((5, 3), (448, 9), (899, 10))
+    """
+    ones = (1 << width_bits) - 1
+    if number < ones:
+        return number, width_bits
+    if number > LARGEST:
+        raise ConfigurationError(f"number {number} cannot be sent; allowed: 0 to {LARGEST}")
+    rest, size_bits = rest_of(number - ones)
+    return ones << size_bits | rest, width_bits + size_bits
+
+
+def read_natural(take: Take, width_bits: int) -> int:
+    """The number that comes next, as ``natural`` writes it."""
+    number = take(width_bits)
+    return number if number != (1 << width_bits) - 1 else number + read_rest(take)
+
+
+def whole(number: int, width_bits: int) -> Bits:
+    """A number of either sign: in its width as long as it is 0 and more, else behind ones with a bit for its sign."""
+    ones = (1 << width_bits) - 1
+    if 0 <= number < ones:
+        return number, width_bits
+    if not -LARGEST <= number <= LARGEST:
+        raise ConfigurationError(f"{number} steps cannot be sent; allowed: {-LARGEST} to {LARGEST}")
+    rest, size_bits = rest_of(number - ones if number >= 0 else -number - 1)
+    return ((ones << 1 | (number < 0)) << size_bits) | rest, width_bits + 1 + size_bits
+
+
+def read_beyond(take: Take, width_bits: int) -> int:
+    """The number behind the ones that ``whole`` writes for what does not fit its width."""
+    is_below = take(1)
+    rest = read_rest(take)
+    return -rest - 1 if is_below else rest + (1 << width_bits) - 1
+
+
+def step(before: int, number: int, width_bits: int) -> Bits:
+    """A sequence by the one before it: 1 bit for the next, 6 for the same or one of 15 further, else itself.
+
+    >>> [step(40, number, 12)[1] for number in (41, 40, 56, 57, 39)]
+    [1, 6, 6, 14, 14]
+    """
+    ahead = number - before
+    if ahead == 1:
+        return 0, 1
+    if 0 <= ahead <= NEAR_STEPS:
+        return 0b10 << NEAR_STEP_BITS | (ahead - 1 if ahead else 0), 2 + NEAR_STEP_BITS
+    bits, size_bits = natural(number, width_bits)
+    return 0b11 << size_bits | bits, 2 + size_bits
+
+
+def read_further(take: Take, before: int, width_bits: int) -> int:
+    """The sequence that comes next, as ``step`` writes one that is not the next, behind its first bit.
+
+    Raises:
+        PeerFault: a shorter form says the same.
+    """
+    if not take(1):
+        near = take(NEAR_STEP_BITS)
+        return before + near + 1 if near else before
+    number = read_natural(take, width_bits)
+    if 0 <= number - before <= NEAR_STEPS:
+        raise PeerFault(f"sequence {number} has a shorter form behind {before}")
+    return number
+
+
+def age(base: int, index: int, near_bits: int, width_bits: int) -> Bits:
+    """The index of a time, by how far it lies before a base: near, far, or itself.
+
+    >>> [age(1000, index, 5, 12)[1] for index in (1000, 969, 968, 713, 712, 1001)]
+    [6, 6, 10, 10, 14, 14]
+    """
+    ago = base - index
+    near = 1 << near_bits
+    if 0 <= ago < near:
+        return ago, 1 + near_bits
+    far_bits = near_bits + FAR_AGE_BITS
+    if 0 <= ago < near + (1 << far_bits):
+        return 0b10 << far_bits | ago - near, 2 + far_bits
+    bits, size_bits = natural(index, width_bits)
+    return 0b11 << size_bits | bits, 2 + size_bits
+
+
+def read_age(reader: Reader, base: int, near_bits: int, width_bits: int) -> int:
+    """The index that comes next, as ``age`` writes it; raises PeerFault if a shorter form says the same."""
+    take = reader.take
+    index = base - take(1 + near_bits)
+    if index <= base - (1 << near_bits):  # the first bit was set
+        reader.left += near_bits
+        if not take(1):
+            index = base - (1 << near_bits) - take(near_bits + FAR_AGE_BITS)
+        else:
+            index = read_natural(take, width_bits)
+            if 0 <= base - index < (1 << near_bits) + (1 << near_bits + FAR_AGE_BITS):
+                raise PeerFault(f"time {index} has a shorter form at {base}")
+    if index < 0:
+        raise PeerFault(f"a time {-index} steps before the mission began")
+    return index

@@ -1,0 +1,223 @@
+"""Facts as bits: subject, attribute, value, and the uncertainty of a value that carries one.
+
+A number takes ``ceil(log2((max - min) / resolution + 1))`` bits, the rule of DCCL. One outside its range, or the one
+whose bits are all ones, stands exactly behind these, see ``exchange.codes``: nothing is ever sent as something else.
+If an attribute declares a coarse grid, a bit before the value says whether it is a number of steps of that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from functools import lru_cache
+
+from exchange.bits import Reader
+from exchange.codes import LARGEST, Bits, read_beyond, whole
+from exchange.errors import ConfigurationError, PeerFault
+from exchange.names import AttributeNames, width
+from exchange.sizes import FieldSize, name_fields, value_lines
+from exchange.uncertainties import read_uncertainty, uncertainty_of
+from worldmodel import Attribute, Field, PropertyValue, TBox, Value, ValueKind
+from worldmodel.coarse import is_coarse
+
+CACHED = 4096
+"""Sets of facts whose bits are remembered: a relay says what its origin said."""
+
+
+class FactCodec:
+    """Encodes and decodes facts for one fleet.
+
+    Args:
+        tbox: the compiled TBox that every vehicle carries.
+        n_instances: instance uids 0..n_instances-1 can be told apart.
+        exchanged: uids of the attributes that get short names; None for all.
+    """
+
+    def __init__(self, tbox: TBox, n_instances: int, exchanged: Collection[int] | None) -> None:
+        self._attributes = tbox.attributes
+        self.n_instances = n_instances
+        self.subject_bits = width(n_instances)
+        self.names = AttributeNames(len(tbox.attributes), exchanged)
+        self._short, self._n_short = self.names.exchanged, len(self.names.exchanged)
+        self.prefix_bits = self.subject_bits + self.names.short_bits
+        self._short_mask = (1 << self.names.short_bits) - 1
+        self.latest_only = frozenset(attribute.uid for attribute in tbox.attributes if attribute.latest_only)
+        self._n_values = {ValueKind.LINK: n_instances, ValueKind.TYPE: len(tbox.classes)}
+        self._counts = [self._count_of(attribute) for attribute in tbox.attributes]
+        self._value_bits = [
+            sum(field.size_bits for field in attribute.fields) if attribute.fields else width(count)
+            for attribute, count in zip(tbox.attributes, self._counts, strict=True)
+        ]
+        self.of_all = lru_cache(maxsize=CACHED)(self._of_all)
+        """``of_all(facts) -> (bits, size_bits)`` of several, each with a bit that says whether another follows."""
+
+    def _count_of(self, attribute: Attribute) -> int:
+        """How many values an attribute without numbers has; 0 for one with numbers."""
+        if attribute.fields:
+            return 0
+        return self._n_values.get(attribute.kind) or len(attribute.symbols) or 2
+
+    @property
+    def n_attributes(self) -> int:
+        """Attributes that can be named."""
+        return len(self._attributes)
+
+    def attribute(self, uid: int) -> Attribute:
+        """The attribute with that uid."""
+        return self._attributes[uid]
+
+    def count(self, uid: int) -> int:
+        """How many values an attribute has that has no numbers; 0 for one with numbers."""
+        return self._counts[uid]
+
+    def value_bits(self, uid: int) -> int:
+        """Bits of a value of an attribute, where it is in range."""
+        return self._value_bits[uid]
+
+    def listing(self) -> list[FieldSize]:
+        """Fields of a fact in the order of the wire."""
+        return [
+            FieldSize("fact", "subject", self.subject_bits, f"one of {self.n_instances} instances"),
+            *name_fields(self.names),
+            *value_lines(self._attributes, self._value_bits, self._n_values),
+            FieldSize("fact", "another follows", 1, "of all but own single facts"),
+        ]
+
+    def forget(self) -> None:
+        """Forget the bits of facts that are remembered."""
+        self.of_all.cache_clear()
+
+    # To bits -------------------------------------------------------------------------------------
+
+    def _of_all(self, facts: Sequence[PropertyValue]) -> Bits:
+        bits, size_bits = 0, 0
+        for fact in facts:
+            fact_bits, fact_size = self.of_one(fact)
+            bits = (bits << fact_size | fact_bits) << 1 | 1
+            size_bits += fact_size + 1
+        return bits & ~1, size_bits
+
+    def of_one(self, fact: PropertyValue) -> Bits:
+        """``(bits, size_bits)`` of a fact; raises ConfigurationError for what has no form on the wire."""
+        subject, uid, value, sigma = fact
+        if not 0 <= subject < self.n_instances:
+            raise ConfigurationError(f"instance {subject} has no wire name, 0 to {self.n_instances - 1} have")
+        attribute = self._attributes[uid]
+        bits = subject << self.names.sizes[uid] | self.names.names[uid]
+        size_bits = self.subject_bits + self.names.sizes[uid]
+        if attribute.fields:
+            value_bits, value_size = _numbers(attribute.name, attribute.fields, value)
+            if attribute.coarse:
+                value_bits, value_size = _by_detail(attribute, value, value_bits, value_size)
+        else:
+            value_bits, value_size = self._choice(attribute, value), self._value_bits[uid]
+        bits, size_bits = bits << value_size | value_bits, size_bits + value_size
+        if attribute.uncertainty is not None:
+            uncertain, uncertain_bits = uncertainty_of(attribute, fact)
+            return bits << uncertain_bits | uncertain, size_bits + uncertain_bits
+        if sigma is not None:
+            raise ConfigurationError(f"{attribute.name}: its values carry no uncertainty, not {sigma}")
+        return bits, size_bits
+
+    def _choice(self, attribute: Attribute, value: Value) -> int:
+        """The number of a value of those that an attribute may have."""
+        try:
+            (number,) = attribute.encode(value)
+        except ValueError as error:
+            raise ConfigurationError(f"{attribute.name}: {error}") from None
+        if number >= self._counts[attribute.uid]:
+            raise ConfigurationError(f"{attribute.name}: {number} is outside 0..{self._counts[attribute.uid] - 1}")
+        return number
+
+    # From bits -----------------------------------------------------------------------------------
+
+    def read_all(self, reader: Reader) -> tuple[PropertyValue, ...]:
+        """Facts until none follows."""
+        facts = [self.read_one(reader)]
+        while reader.take(1):
+            facts.append(self.read_one(reader))
+        return tuple(facts)
+
+    def read_one(self, reader: Reader) -> PropertyValue:
+        """The fact that comes next; raises PeerFault if it cannot be one."""
+        return self.read_named(reader, reader.take(self.prefix_bits))
+
+    def read_named(self, reader: Reader, word: int) -> PropertyValue:
+        """The fact whose value comes next, and whose first ``prefix_bits`` have been read.
+
+        Raises:
+            PeerFault: it cannot be one.
+        """
+        take, names = reader.take, self.names
+        subject, name = word >> names.short_bits, word & self._short_mask
+        uid = self._short[name] if name < self._n_short else names.uid_of(name, take)
+        if subject >= self.n_instances:
+            raise PeerFault(f"instance {subject} is not one of {self.n_instances}")
+        attribute = self._attributes[uid]
+        value: Value
+        if not attribute.fields:
+            number = take(self._value_bits[uid])
+            if number >= self._counts[uid]:
+                raise PeerFault(f"{attribute.name}: {number} of {self._counts[uid]}")
+            value = bool(number) if attribute.kind is ValueKind.BOOLEAN else number
+        else:
+            fields = attribute.coarse if attribute.coarse and take(1) else attribute.fields
+            value = self._read_point(reader, *fields) if len(fields) == 2 else _read_number(reader, fields[0])
+        if attribute.uncertainty is None:
+            return tuple.__new__(PropertyValue, (subject, uid, value, None))
+        return PropertyValue(subject, uid, value, read_uncertainty(attribute, take))
+
+    @staticmethod
+    def _read_point(reader: Reader, east: Field, north: Field) -> tuple[float, float]:
+        """The place that comes next; both numbers at once, unless one stands behind ones."""
+        north_bits = north.size_bits
+        both_bits = east.size_bits + north_bits
+        both, ones = reader.take(both_bits), (1 << north_bits) - 1
+        x, y = both >> north_bits, both & ones
+        if y != ones and x != (1 << east.size_bits) - 1:
+            return (east.grid.value_at(x), north.grid.value_at(y))
+        reader.left += both_bits
+        return (_read_number(reader, east), _read_number(reader, north))
+
+
+def _by_detail(attribute: Attribute, value: Value, fine_bits: int, fine_size: int) -> Bits:
+    """``(bits, size_bits)`` of a number or a place behind a bit that says whether it is on the coarse grid."""
+    if not is_coarse(attribute, value):
+        return fine_bits, 1 + fine_size
+    bits, size_bits = _numbers(attribute.name, attribute.coarse, value)
+    return 1 << size_bits | bits, 1 + size_bits
+
+
+def _numbers(name: str, fields: Sequence[Field], value: Value) -> Bits:
+    """``(bits, size_bits)`` of a number or a place, wherever it lies."""
+    values = value if isinstance(value, tuple) else (value,)
+    if len(values) != len(fields):
+        raise ConfigurationError(f"{name}: {value!r} has not {len(fields)} numbers")
+    bits, size_bits = 0, 0
+    try:
+        for field, one in zip(fields, values, strict=True):
+            if type(one) is not float:
+                _refuse_no_number(name, one)
+            steps, width_bits = round((one - field.minimum) / field.resolution), field.size_bits  # ``Grid.index_of``
+            if 0 <= steps < field.n_values - 1:  # as ``whole`` has it
+                bits, size_bits = bits << width_bits | steps, size_bits + width_bits
+                continue
+            if abs(steps) > LARGEST:
+                raise ConfigurationError(f"{name}: {one} is more than {LARGEST} steps of {field.resolution:g} away")
+            more, more_bits = whole(steps, width_bits)
+            bits, size_bits = bits << more_bits | more, size_bits + more_bits
+    except (ValueError, OverflowError):
+        raise ConfigurationError(f"{name}: {value} is not finite") from None
+    return bits, size_bits
+
+
+def _refuse_no_number(name: str, value: object) -> None:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError(f"{name}: {value!r} is not a number")
+
+
+def _read_number(reader: Reader, field: Field) -> float:
+    size_bits = field.size_bits
+    steps = reader.take(size_bits)
+    if steps == (1 << size_bits) - 1:
+        steps = read_beyond(reader.take, size_bits)
+    return field.grid.value_at(steps)

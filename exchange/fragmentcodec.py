@@ -1,0 +1,272 @@
+"""Fragments as bits: whose they are, their age, their facts, and their place in the sequence of their origin.
+
+What a fragment takes depends on the packet: its age on the slot, its sequence on the one before it of the same origin
+and epoch. The layout stands at the top of ``exchange.codec``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from operator import attrgetter
+
+from exchange import codes
+from exchange.bits import Reader
+from exchange.codes import Bits
+from exchange.errors import ConfigurationError, PeerFault
+from exchange.factcodec import FactCodec
+from exchange.names import width
+from exchange.packets import Fragment
+from exchange.sizes import FieldSize
+from worldmodel import STATUS, Field, PropertyValue
+
+EPOCH_BITS = 2
+EPOCHS = 1 << EPOCH_BITS
+INDEX_BITS = 4
+LONGEST_KIND_BITS = 3
+"""Bits that say that a fragment comes, of the kinds with the most."""
+OWN_BITS, RELAYED_BITS = (0b100, 3), (0b101, 3)
+
+Life = tuple[int, int]
+"""An origin and its epoch."""
+Before = dict[Life, int]
+"""The last sequence of each origin and epoch in a packet so far."""
+
+
+def refuse_epoch(epoch: int) -> None:
+    """Raise ConfigurationError if the epoch has no name."""
+    if not 0 <= epoch < EPOCHS:
+        raise ConfigurationError(f"epoch {epoch} has no name on the wire; allowed: 0 to {EPOCHS - 1}")
+
+
+_BY_SEQUENCE = attrgetter("sequence", "index")
+_BY_ORIGIN = attrgetter("origin", "epoch", "sequence", "index")
+
+
+def in_order(fragments: Iterable[Fragment], sender: int, epoch: int) -> list[Fragment]:
+    """Fragments by origin, epoch and sequence, own ones first: the order of the wire."""
+    own: list[Fragment] = []
+    relayed: list[Fragment] = []
+    for one in fragments:
+        (own if one.origin == sender and one.epoch == epoch else relayed).append(one)
+    own.sort(key=_BY_SEQUENCE)
+    relayed.sort(key=_BY_ORIGIN)
+    return own + relayed
+
+
+class FragmentCodec:
+    """Encodes and decodes the fragments of packets.
+
+    Args:
+        facts: encodes and decodes facts.
+        n_nodes: of the fleet.
+        n_items: how many items one vehicle is expected to tell in one epoch.
+        duration_s: latest expected time of an observation.
+        time_resolution_s: step of these times.
+        recent_s: age up to which a time takes the fewest bits.
+    """
+
+    def __init__(
+        self,
+        facts: FactCodec,
+        n_nodes: int,
+        n_items: int,
+        duration_s: float,
+        time_resolution_s: float,
+        recent_s: float,
+    ) -> None:
+        self.facts = facts
+        self.n_nodes = n_nodes
+        self.node_bits = width(n_nodes)
+        self.sequence_bits = width(n_items)
+        self.time = Field(0.0, duration_s, time_resolution_s, "s")
+        self._time_bits = self.time.size_bits
+        self._step_s, self._time_at = time_resolution_s, self.time.grid.value_at
+        self.near_bits = min(self._time_bits, width(max(2, round(recent_s / time_resolution_s) + 1)))
+        self._near = 1 << self.near_bits
+        self._single_bits, self._prefix_mask = 1 + self.near_bits + facts.prefix_bits, (1 << facts.prefix_bits) - 1
+
+    def base_of(self, slot_start_s: float) -> int:
+        """The step of time from which ages count in a slot: nothing that was observed before has a negative age."""
+        return int(slot_start_s / self.time.resolution) + 1
+
+    def most_bits(self, fragment: Fragment, relayed: bool) -> int:
+        """The most bits that a fragment takes in whatever packet."""
+        size = 2 + codes.natural(self.time.grid.index_of(fragment.time_s), self._time_bits)[1]
+        size += 0 if fragment.is_status else 2 + codes.natural(fragment.sequence, self.sequence_bits)[1]
+        if not relayed and fragment.count == 1 and len(fragment.facts) == 1:
+            return 1 + size + self.facts.of_one(fragment.facts[0])[1]
+        size += LONGEST_KIND_BITS + 1 + (2 * INDEX_BITS if fragment.count > 1 else 0)
+        size += self.node_bits + EPOCH_BITS if relayed else 0
+        return size + self.facts.of_all(fragment.facts)[1]
+
+    def listing(self) -> tuple[FieldSize, ...]:
+        """Fields of a fragment in the order of the wire, but for its facts."""
+        part, step_s, near = "if part of a larger block", self.time.resolution, 1 << self.near_bits
+        far = near + (near << codes.FAR_AGE_BITS)
+        far_bits = 2 + self.near_bits + codes.FAR_AGE_BITS
+        other_times = f"of any other time, from 0 to {self.time.maximum:g} s; more bits beyond"
+        return (
+            FieldSize("fragment", "own single fact", 1, "a whole block of the sender's own"),
+            FieldSize("fragment", "own or relayed", OWN_BITS[1], "any other"),
+            FieldSize("fragment", "origin", self.node_bits, "if relayed"),
+            FieldSize("fragment", "origin's epoch", EPOCH_BITS, "if relayed"),
+            FieldSize("fragment", "near age", 1 + self.near_bits, f"below {near * step_s:g} s, steps of {step_s:g} s"),
+            FieldSize("fragment", "far age", far_bits, f"below {far * step_s:g} s"),
+            FieldSize("fragment", "time", 2 + self._time_bits, other_times),
+            FieldSize("fragment", "part of a larger block", 1, "of all but own single facts"),
+            FieldSize("fragment", "index", INDEX_BITS, part),
+            FieldSize("fragment", "count", INDEX_BITS, part),
+            FieldSize("fragment", "first sequence", self.sequence_bits, "of an origin, if an item; more bits beyond"),
+            FieldSize("fragment", "next sequence", 1, "one more than the one before it"),
+            FieldSize("fragment", "near sequence", 2 + codes.NEAR_STEP_BITS, f"up to {codes.NEAR_STEPS} more"),
+            FieldSize("fragment", "other sequence", 2 + self.sequence_bits),
+        )
+
+    # To bits -------------------------------------------------------------------------------------
+
+    def encode(self, fragment: Fragment, sender: int, epoch: int, base: int) -> Bits:
+        """``(bits, size_bits)`` of a fragment without its sequence, as ``sender`` says it in its epoch.
+
+        Args:
+            fragment: of a block that is not private.
+            sender: node that speaks; ``epoch`` is its own.
+            base: of the slot, see ``base_of``.
+
+        Raises:
+            ConfigurationError: what has no form on the wire.
+        """
+        facts, count = fragment.facts, fragment.count
+        sequence = fragment.sequence
+        is_single = count == 1 and len(facts) == 1
+        is_status = facts[0].attribute in self.facts.latest_only if is_single else self._is_status(facts, count)
+        if sequence < STATUS or (sequence == STATUS) != is_status:
+            raise _nameless(fragment)
+        if not 0 <= fragment.epoch < EPOCHS:
+            refuse_epoch(fragment.epoch)
+        time = round(fragment.time_s / self._step_s)  # as ``Grid.index_of`` of a grid from 0
+        if time < 0:
+            raise ConfigurationError(f"a fact of {fragment.time_s} s: times are counted from the mission's beginning")
+        is_own = fragment.origin == sender and fragment.epoch == epoch
+        if is_own and is_single:
+            bits, size_bits = self.facts.of_one(facts[0])
+            if 0 <= base - time < self._near:  # as ``codes.age`` has it
+                return base - time << size_bits | bits, self.near_bits + 2 + size_bits
+            age, age_bits = codes.age(base, time, self.near_bits, self._time_bits)
+            return age << size_bits | bits, 1 + age_bits + size_bits
+        age, age_bits = codes.age(base, time, self.near_bits, self._time_bits)
+        if is_own:
+            bits, size_bits = OWN_BITS
+        else:
+            if not 0 <= fragment.origin < self.n_nodes:
+                raise ConfigurationError(f"origin {fragment.origin} is not one of {self.n_nodes} nodes")
+            bits = (RELAYED_BITS[0] << self.node_bits | fragment.origin) << EPOCH_BITS | fragment.epoch
+            size_bits = RELAYED_BITS[1] + self.node_bits + EPOCH_BITS
+        bits = (bits << age_bits | age) << 1 | (count > 1)
+        size_bits += age_bits + 1
+        if count > 1:
+            bits = (bits << INDEX_BITS | fragment.index) << INDEX_BITS | count - 1
+            size_bits += 2 * INDEX_BITS
+        facts_bits, facts_size = self.facts.of_all(facts)
+        return bits << facts_size | facts_bits, size_bits + facts_size
+
+    def encode_sequence(self, sequence: int, before: int | None) -> Bits:
+        """``(bits, size_bits)`` of the sequence of an item, by the one before it of the same origin and epoch."""
+        if before is None:
+            return codes.natural(sequence, self.sequence_bits)
+        return codes.step(before, sequence, self.sequence_bits)
+
+    def encode_all(
+        self, fragments: Iterable[Fragment], sender: int, epoch: int, base: int
+    ) -> list[tuple[Fragment, int, int]]:
+        """The fragments of one packet in the order of the wire, each with its bits and their number."""
+        before: Before = {}
+        found: list[tuple[Fragment, int, int]] = []
+        for fragment in in_order(fragments, sender, epoch):
+            bits, size_bits = self.encode(fragment, sender, epoch, base)
+            sequence = fragment.sequence
+            if sequence != STATUS:
+                life = fragment.origin, fragment.epoch
+                last = before.get(life)
+                if last is not None and sequence == last + 1:  # as ``codes.step`` has it
+                    bits, size_bits = bits << 1, size_bits + 1
+                else:
+                    more, more_bits = self.encode_sequence(sequence, last)
+                    bits, size_bits = bits << more_bits | more, size_bits + more_bits
+                before[life] = sequence
+            found.append((fragment, bits, size_bits))
+        return found
+
+    def _is_status(self, facts: Sequence[PropertyValue], count: int) -> bool:
+        """True if a fragment is a status: a whole block of latest-only attributes."""
+        return count == 1 and self.facts.latest_only.issuperset([fact.attribute for fact in facts])
+
+    # From bits -----------------------------------------------------------------------------------
+
+    def read_life(self, reader: Reader) -> Life:
+        """Origin and epoch that come next; raises PeerFault if there is no such node."""
+        origin = reader.take(self.node_bits)
+        if origin >= self.n_nodes:
+            raise PeerFault(f"origin {origin} is not one of {self.n_nodes} nodes")
+        return origin, reader.take(EPOCH_BITS)
+
+    def _read_time(self, reader: Reader, base: int) -> float:
+        return self._time_at(codes.read_age(reader, base, self.near_bits, self._time_bits))
+
+    def _read_sequence(self, reader: Reader, life: Life, before: Before) -> int:
+        last = before.get(life)
+        if last is None:
+            sequence = codes.read_natural(reader.take, self.sequence_bits)
+        elif not reader.bit():
+            sequence = last + 1
+        else:
+            sequence = codes.read_further(reader.take, last, self.sequence_bits)
+        before[life] = sequence
+        return sequence
+
+    def read_single(self, reader: Reader, own: Life, base: int, before: Before) -> Fragment:
+        """The own fragment that comes next, a whole block of a single fact.
+
+        Args:
+            reader: behind the bit that says so.
+            own: the sender and its epoch.
+            base: of the slot.
+            before: last sequences; brought up to date.
+        """
+        facts = self.facts
+        word = reader.take(self._single_bits)  # a near age and the names of subject and attribute at once
+        index = base - (word >> facts.prefix_bits)
+        if base - index < self._near and index >= 0:
+            time_s, fact = self._time_at(index), facts.read_named(reader, word & self._prefix_mask)
+        else:
+            reader.left += self._single_bits
+            time_s, fact = self._read_time(reader, base), facts.read_one(reader)
+        if fact.attribute in facts.latest_only:
+            return Fragment(own[0], STATUS, time_s, (fact,), 0, 1, own[1])
+        return Fragment(own[0], self._read_sequence(reader, own, before), time_s, (fact,), 0, 1, own[1])
+
+    def read_other(self, reader: Reader, own: Life, base: int, before: Before) -> Fragment:
+        """The fragment of any other kind that comes next; the same arguments."""
+        is_relayed = reader.take(1)
+        life = self.read_life(reader) if is_relayed else own
+        time_s = self._read_time(reader, base)
+        index, count = 0, 1
+        if reader.take(1):
+            index = reader.take(INDEX_BITS)
+            count = reader.take(INDEX_BITS) + 1
+            if count < 2 or index >= count:
+                raise PeerFault(f"fragment {index} of {count}")
+        facts = self.facts.read_all(reader)
+        if life == own and (is_relayed or (count == 1 and len(facts) == 1)):
+            raise PeerFault("an own fragment in a longer form than it has")
+        sequence = STATUS if self._is_status(facts, count) else self._read_sequence(reader, life, before)
+        return Fragment(life[0], sequence, time_s, facts, index, count, life[1])
+
+
+def _nameless(fragment: Fragment) -> ConfigurationError:
+    """What is wrong with the sequence of a fragment that has no name on the wire."""
+    if fragment.sequence < STATUS:
+        return ConfigurationError(f"block {fragment.sequence} of vehicle {fragment.origin} is private: not to be sent")
+    return ConfigurationError(
+        f"sequence {fragment.sequence}: a whole block of latest-only attributes is a status, and has {STATUS}; "
+        "any other is an item, and has 0 or more"
+    )
