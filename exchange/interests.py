@@ -10,15 +10,16 @@ set aside it holds as others believe; if it comes to need it, it takes it from t
 
 from __future__ import annotations
 
-from bisect import insort
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from exchange.ack import Words
-from exchange.codec import Codec
-from exchange.ledger import Entry, Ledger
-from exchange.packets import ItemUid
-from worldmodel import Block, Needs, PropertyValue, WorldModel
+from exchange.ledger import ADDRESSED_SHARE, Entry, Ledger
+from exchange.packets import Fragment, ItemUid
+from exchange.queue import Queue
+from exchange.reasons import Expired, Expiry
+from exchange.values import Waiting
+from worldmodel import PLAIN, Block, Needs, PropertyValue, Terms, WorldModel
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +29,13 @@ class Renewal:
     Attributes:
         blocks: heard before and set aside, of use now; items: that completed them.
         settled: items that all who need them are believed to hold now.
+        unneeded: items that waited until now and that nobody needs any more.
     """
 
     blocks: tuple[Block, ...] = ()
     items: tuple[ItemUid, ...] = ()
     settled: tuple[ItemUid, ...] = ()
+    unneeded: tuple[Expiry, ...] = ()
 
 
 class Interests:
@@ -43,101 +46,185 @@ class Interests:
         model: own world model, which knows the classes of instances.
         needs: of all nodes, this one among them.
         ledger: of this node, where it is noted who has no need of an item.
-        codec: makes the wire form of what is sent.
+        queue: takes what this node has to say.
+        size_bits: about the size of a fragment on the wire.
         selective: True if this node neither keeps nor passes on what it has no need of.
     """
 
-    def __init__(self, me: int, model: WorldModel, needs: Needs, ledger: Ledger, codec: Codec, selective: bool) -> None:
+    def __init__(
+        self,
+        me: int,
+        model: WorldModel,
+        needs: Needs,
+        ledger: Ledger,
+        queue: Queue,
+        size_bits: Callable[[Fragment], int],
+        selective: bool,
+    ) -> None:
         self._me = me
         self._model = model
         self._needs = needs
         self._ledger = ledger
-        self._codec = codec
+        self._queue = queue
+        self._size_bits = size_bits
         self._selective = selective
         self._may_send: list[int] = []
-        self.open: list[int] = []
-        """Columns of the items that this node goes on sending, by item UID."""
+        self._sendable = 0  # the same, as an item set
+        self._addressed: set[int] = set()  # columns of items that wait for those to whom they are addressed
         self._aside: list[tuple[Block, ItemUid]] = []
+        self._undecided: dict[int, None] = {}  # columns of items about instances whose class is not known yet
 
     def of(self, facts: Iterable[PropertyValue]) -> tuple[int, int]:
         """Nodes (bit word) that need any of the facts, and the highest priority among them."""
         nodes, priority = 0, 0
         facts = tuple(facts)
         for fact in facts:
-            instance = self._model.instance(fact.subject)
-            if instance is None:  # announced by this very block
-                announced = next((f.value for f in facts if f.subject == fact.subject and f.attribute == 0), 0)
-                class_uid = int(announced) if isinstance(announced, int) else 0
-            else:
-                class_uid = instance.class_uid
-            word, value = self._needs.priority_of(fact, class_uid)
+            word, value = self._needs.priority_of(fact, self._class_of(fact, facts))
             nodes |= word
             priority = max(priority, value)
         return nodes, priority
 
-    def of_others(self, facts: Iterable[PropertyValue]) -> tuple[int, int]:
-        """The same without this node, which tells itself nothing."""
-        nodes, priority = self.of(facts)
-        return nodes & ~(1 << self._me), priority
+    def terms_of(self, facts: tuple[PropertyValue, ...]) -> Terms:
+        """Terms that serve all who need any of the facts; of what nobody needs, nothing is asked."""
+        terms: Terms | None = None
+        for fact in facts:
+            class_uid = self._class_of(fact, facts)
+            if self._needs.priority_of(fact, class_uid)[0]:
+                of_fact = self._needs.terms_of(fact, class_uid)
+                terms = of_fact if terms is None else terms.merged(of_fact)
+        return terms or PLAIN
+
+    def _class_of(self, fact: PropertyValue, block: tuple[PropertyValue, ...]) -> int:
+        instance = self._model.instance(fact.subject)
+        if instance is not None:
+            return instance.class_uid
+        # announced by this very block
+        announced = next((f.value for f in block if f.subject == fact.subject and f.attribute == 0), 0)
+        return int(announced) if isinstance(announced, int) else 0
 
     # What is sent --------------------------------------------------------------------------------
 
-    def take(self, column: int) -> None:
+    def take(self, column: int, now_s: float) -> None:
         """Take an item that this node may send, new to it."""
         self._may_send.append(column)
+        self._sendable |= 1 << column
         if self._judge(column):
-            self._send(column)
+            self._send(column, now_s)
+
+    def take_status(self, block: Block) -> None:
+        """Let the newest value of a status wait in place of the older one; one that nobody needs does not wait."""
+        nodes, priority = self.of(block.facts)
+        fragment = Fragment(block.origin, block.sequence, block.time_s, block.facts, epoch=block.epoch)
+        if nodes & ~(1 << self._me):
+            self._queue.take_status(fragment, priority, self._size_bits(fragment), self.terms_of(block.facts))
+        else:
+            self._queue.drop_status((block.facts[0].subject, block.facts[0].attribute), block.time_s)
+
+    def decide(self, believes: Words, now_s: float) -> None:
+        """Judge again the items about instances that were not known when they came in, and may be now.
+
+        Args:
+            believes: item set that each node is believed to hold.
+            now_s: the time (s).
+        """
+        undecided, self._undecided = self._undecided, {}
+        for column in undecided:
+            if self._judge(column) and self._is_lacked(column, believes):
+                self._send(column, now_s)
+
+    def adopt(self, columns: Iterable[int], believes: Words, now_s: float) -> None:
+        """Send items, from now on, that this node was not to send, where anybody lacks them.
+
+        Args:
+            columns: of the items.
+            believes: item set that each node is believed to hold.
+            now_s: the time (s).
+        """
+        for column in columns:
+            if not self._sendable >> column & 1:
+                self._may_send.append(column)
+                self._sendable |= 1 << column
+                if self._judge(column) and self._is_lacked(column, believes):
+                    self._send(column, now_s)
 
     def settle(self, done: int, believes: Words) -> tuple[ItemUid, ...]:
-        """Close the open items among those ``done``, which all who need them are believed to hold.
+        """Close the open items among those ``done``, which all who need them are believed to hold; by UID.
 
         Args:
             believes: item set that each node is believed to hold.
         """
-        ledger = self._ledger
-        settled = tuple(ledger.uid(column) for column in self.open if done >> column & 1)
-        if settled:
-            self.open = [column for column in self.open if not done >> column & 1]
-        ledger.note_heard(self.open, believes)
-        return settled
+        settled = list(self._ledger.columns(self._queue.open & done))
+        for column in settled:
+            self._queue.drop(column)
+            self._addressed.discard(column)
+        for column in [one for one in self._addressed if self._ledger.ease(one, believes)]:
+            self._addressed.discard(column)
+            entry = self._ledger.entries[column]
+            self._queue.revalue(column, entry.priority, self.terms_of(entry.about))
+        return tuple(sorted(self._ledger.uid(column) for column in settled))
 
-    def renew(self, believes: Words) -> Renewal:
+    def renew(self, believes: Words, now_s: float) -> Renewal:
         """Judge all items anew: who needs what has changed.
 
         Args:
             believes: item set that each node is believed to hold.
+            now_s: the time (s).
         """
-        before, self.open = set(self.open), []
+        before = self._queue.open
         settled: list[ItemUid] = []
+        unneeded: list[Expiry] = []
         for column in self._may_send:
-            entry, was_open = self._ledger.entries[column], column in before
-            priority = entry.priority
-            if not self._judge(column):
-                continue
-            if self._is_lacked(column, believes):
-                if was_open:
-                    entry.priority = priority  # it may be lower, see ``Ledger.note_heard``
-                self._send(column)
+            entry, was_open = self._ledger.entries[column], bool(before >> column & 1)
+            is_needed = self._judge(column)
+            if is_needed and self._is_lacked(column, believes):
+                if not was_open:
+                    entry.is_eased = False
+                    self._send(column, now_s)
+                    continue
+                if entry.is_eased:
+                    entry.priority = max(1, entry.priority // ADDRESSED_SHARE)
+                self._queue.revalue(column, entry.priority, self.terms_of(entry.about))
             elif was_open:
-                settled.append(self._ledger.uid(column))
+                self._queue.drop(column)
+                self._addressed.discard(column)
+                if is_needed:
+                    settled.append(self._ledger.uid(column))
+                else:
+                    unneeded.append(Expiry(entry.fragment.uid, Expired.NOT_NEEDED, now_s - entry.fragment.time_s))
         blocks, items = self._taken_up()
-        return Renewal(tuple(blocks), tuple(items), tuple(settled))
+        return Renewal(tuple(blocks), tuple(items), tuple(settled), tuple(unneeded))
 
-    def _send(self, column: int) -> None:
+    def reopen(self, done: int, now_s: float) -> None:
+        """Send again what is lacked now and was settled before: a peer has lost it, or is there again.
+
+        Args:
+            done: item set that all who need them are believed to hold.
+            now_s: the time (s).
+        """
+        for column in self._ledger.columns(self._sendable & ~(done | self._queue.open)):
+            self._send(column, now_s)
+
+    def _send(self, column: int, now_s: float) -> None:
         entry = self._ledger.entries[column]
-        if not entry.size_bits:
-            entry.bits, entry.size_bits = self._codec.encode_fragment(entry.fragment, self._me, self._model.epoch)
-        insort(self.open, column, key=self._ledger.uid)
+        fragment = entry.fragment
+        if entry.waiting is None:
+            entry.waiting = Waiting(entry.priority, fragment.time_s, now_s)
+        entry.waiting.priority = entry.priority
+        if entry.addressed:
+            self._addressed.add(column)
+        terms = self.terms_of(entry.about)
+        self._queue.take(column, fragment, entry.waiting, self._size_bits(fragment), terms, now_s)
 
     def _judge(self, column: int) -> bool:
         """Note who needs an item; True if anybody else does."""
         entry, item = self._ledger.entries[column], 1 << column
         nodes, entry.priority = self._judged(entry)
+        if not nodes and any(self._class_of(fact, entry.about) == 0 for fact in entry.about):
+            self._undecided[column] = None
         for peer in range(len(self._ledger.unneeded)):
-            if nodes >> peer & 1 or peer == self._me:
-                self._ledger.unneeded[peer] &= ~item
-            else:
-                self._ledger.unneeded[peer] |= item
+            is_unneeded = not nodes >> peer & 1 and peer != self._me
+            if is_unneeded != bool(self._ledger.unneeded[peer] & item):
+                self._ledger.unneeded[peer] ^= item
         return bool(nodes)
 
     def _judged(self, entry: Entry) -> tuple[int, int]:
@@ -151,7 +238,7 @@ class Interests:
 
     def _is_lacked(self, column: int, believes: Words) -> bool:
         """True if a node that needs an item is not believed to hold it."""
-        unneeded = self._ledger.unneeded
+        unneeded = self._ledger.spared
         return any(not (believes[node] | unneeded[node]) >> column & 1 for node in range(len(unneeded)))
 
     # What is kept --------------------------------------------------------------------------------

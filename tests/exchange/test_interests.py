@@ -6,7 +6,7 @@ import pytest
 from fleet_radio import MAPPED_CELL, Fleet, bay
 
 from exchange.policies import POLICIES
-from worldmodel import PropertyValue, Wanted, merge
+from worldmodel import PLAIN, PropertyValue, Terms, Wanted, merge
 
 
 class Team:
@@ -18,6 +18,9 @@ class Team:
     def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
         return (sum(1 << node for node in self.nodes), 1) if fact.attribute == MAPPED_CELL else (0, 0)
 
+    def terms_of(self, fact: PropertyValue, class_uid: int) -> Terms:
+        return PLAIN
+
 
 def knows(fleet: Fleet, node: int, cell: int) -> bool:
     return any(one.value == cell for one in fleet.models[node].history(bay(fleet.n_nodes), MAPPED_CELL))
@@ -26,7 +29,7 @@ def knows(fleet: Fleet, node: int, cell: int) -> bool:
 def regroup(fleet: Fleet) -> None:
     """Every node hears of the change at once, and merges what it takes up."""
     for model, manager in zip(fleet.models, fleet.managers, strict=True):
-        merge(model, manager.renew().blocks)
+        merge(model, manager.renew(fleet.now_s).blocks)
 
 
 def test_what_is_overheard_without_need_is_set_aside_and_taken_up_once_it_is_needed() -> None:
@@ -73,7 +76,7 @@ def test_nobody_goes_on_sending_to_who_needs_it_no_more() -> None:
     fleet.pass_frames(3)
     assert fleet.n_open == 1
     team.nodes.discard(2)
-    assert fleet.managers[0].renew().settled == (uid,)
+    assert fleet.managers[0].renew(fleet.now_s).settled == (uid,)
     assert fleet.n_open == 0
 
 
@@ -115,7 +118,7 @@ def test_views_that_differ_do_no_harm_once_they_agree(policy: str, seed: int) ->
         fleet.maps(draws.randrange(4), frame)
         node = draws.randrange(4)
         views[node].nodes = {one for one in range(4) if draws.random() < 0.6}
-        merge(fleet.models[node], fleet.managers[node].renew().blocks)
+        merge(fleet.models[node], fleet.managers[node].renew(fleet.now_s).blocks)
         fleet.pass_frames(1)
     needing = {one for one in range(4) if draws.random() < 0.6}
     for view in views:

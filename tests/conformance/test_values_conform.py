@@ -1,0 +1,43 @@
+"""Every shipped value rule keeps to the seam; the check finds each way of not doing so."""
+
+import pytest
+from nonconforming_values import Counting, Disordered, Endless, Meddling, Nameless, Overtaking
+from value_conformance import check
+
+from exchange.values import VALUE_RULES, Moment, ValueRule, Waiting
+
+
+@pytest.mark.parametrize("name", sorted(VALUE_RULES))
+@pytest.mark.parametrize("seed", range(5))
+def test_a_shipped_rule_conforms(name: str, seed: int) -> None:
+    assert VALUE_RULES[name].name == name
+    check(VALUE_RULES[name], seed)
+
+
+def test_a_rule_that_knows_no_order_conforms() -> None:
+    class Unordered:
+        name = "unordered"
+
+        def place(self, waiting: Waiting) -> None:
+            return None
+
+        def value(self, waiting: Waiting, moment: Moment) -> float:
+            return (moment.now_s - waiting.since_s) % 7.0
+
+    check(Unordered())
+
+
+@pytest.mark.parametrize(
+    ("rule", "fault"),
+    [
+        (Nameless(), "name is empty"),
+        (Endless(), "not a finite number"),
+        (Counting(), "another answer the second time"),
+        (Meddling(), "changes what it is asked about"),
+        (Disordered(), "the higher rank and the lower value"),
+        (Overtaking(), "the higher rank and the lower value"),
+    ],
+)
+def test_a_rule_that_breaks_the_seam_is_found(rule: ValueRule, fault: str) -> None:
+    with pytest.raises(AssertionError, match=fault):
+        check(rule)

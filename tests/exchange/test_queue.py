@@ -1,0 +1,310 @@
+"""The queue of a vehicle: it chooses as `selection.select` does, is bounded, and says why something is not said."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from exchange.packets import Fragment
+from exchange.queue import Queue
+from exchange.reasons import Expired, Unsaid
+from exchange.selection import select
+from exchange.values import VALUE_RULES, Waiting
+from worldmodel import STATUS, PropertyValue, Terms
+
+SIZE_BITS = 60
+BATTERY = 9
+
+
+class FixedRoom:
+    """A packet in which a fragment takes as many bits as the test says."""
+
+    def __init__(self, left_bits: int, size_bits: dict[int, int] | None = None) -> None:
+        self.left_bits = left_bits
+        self.sizes = size_bits or {}
+        self.n_asked = 0
+
+    def add(self, fragment: Fragment) -> bool:
+        self.n_asked += 1
+        size_bits = self.sizes.get(fragment.facts[0].subject, SIZE_BITS)
+        if size_bits > self.left_bits:
+            return False
+        self.left_bits -= size_bits
+        return True
+
+
+def item(column: int, time_s: float = 0.0, attribute: int = 3) -> Fragment:
+    """An item whose subject is its column."""
+    return Fragment(0, column, time_s, (PropertyValue(column, attribute, True),))
+
+
+def status(number: int, time_s: float = 0.0) -> Fragment:
+    """A status whose subject is its number."""
+    return Fragment(0, STATUS, time_s, (PropertyValue(number, BATTERY, 0.5),))
+
+
+def take(queue: Queue, column: int, priority: int = 1, terms: Terms | None = None, time_s: float = 0.0) -> Waiting:
+    waiting = Waiting(priority, time_s, time_s)
+    queue.take(column, item(column, time_s), waiting, SIZE_BITS, terms or Terms(), time_s)
+    return waiting
+
+
+def said(queue: Queue, n_items: int, now_s: float = 0.0) -> list[int]:
+    """Columns of what goes into a packet with room for so many."""
+    return [one.column for one in queue.choose(FixedRoom(n_items * SIZE_BITS), now_s)]
+
+
+# As the study chooses -----------------------------------------------------------------------------
+
+EVENTS = st.lists(
+    st.one_of(
+        st.tuples(st.just("take"), st.integers(1, 9), st.sampled_from([30, 60, 60, 90])),
+        st.tuples(st.just("status"), st.integers(0, 3), st.integers(1, 9)),
+        st.tuples(st.just("drop"), st.integers(0, 30), st.just(0)),
+        st.tuples(st.just("return"), st.integers(0, 30), st.just(0)),
+        st.tuples(st.just("revalue"), st.integers(0, 30), st.integers(1, 9)),
+        st.tuples(st.just("slot"), st.integers(0, 400), st.just(0)),
+    ),
+    max_size=60,
+)
+
+
+class Selected:
+    """The queue as it would be if `select` looked at all candidates in every own slot: items by UID, then statuses."""
+
+    def __init__(self) -> None:
+        self.items: dict[int, list[int]] = {}  # by column: weight, priority, size
+        self.open: set[int] = set()
+        self.status: dict[int, list[int]] = {}  # by number: weight, priority, waits
+
+    def slot(self, capacity_bits: int) -> list[tuple[int, int]]:
+        rows = [(column, self.items[column]) for column in sorted(self.open)]
+        names = [(0, column) for column, _ in rows] + [(1, number) for number in self.status]
+        weights = [row[0] for _, row in rows] + [row[0] for row in self.status.values()]
+        priorities = [row[1] for _, row in rows] + [row[1] for row in self.status.values()]
+        sizes = [row[2] for _, row in rows] + [SIZE_BITS] * len(self.status)
+        eligible = [1] * len(rows) + [row[2] for row in self.status.values()]
+        chosen = [0] * len(weights)
+        n_chosen = select(weights, priorities, sizes, eligible, capacity_bits, chosen)
+        for (kind, which), weight in zip(names, weights, strict=True):
+            (self.status if kind else self.items)[which][0] = weight
+        found = [names[position] for position in chosen[:n_chosen]]
+        for kind, which in found:
+            if kind:
+                self.status[which][2] = 0
+        return found
+
+
+@given(EVENTS)
+def test_it_chooses_what_select_chooses(events: list[tuple[str, int, int]]) -> None:
+    """Items and statuses come, go, come back and change their priority between own slots of any room."""
+    queue, expected, waiting = Queue(), Selected(), dict[int, Waiting]()
+    for event, what, more in events:
+        if event == "take":
+            column = len(expected.items)
+            waiting[column] = Waiting(what)
+            queue.take(column, item(column), waiting[column], more)
+            expected.items[column] = [0, what, more]
+            expected.open.add(column)
+        elif event == "status":
+            queue.take_status(status(what), more, SIZE_BITS)
+            row = expected.status.setdefault(what, [0, more, 1])
+            row[1:] = [more, 1]
+        elif event == "drop" and what in expected.open:
+            queue.drop(what)
+            expected.open.discard(what)
+        elif event == "return" and what in expected.items and what not in expected.open:
+            queue.take(what, item(what), waiting[what], expected.items[what][2])
+            expected.open.add(what)
+        elif event == "revalue" and what in expected.open:
+            queue.revalue(what, more, Terms())
+            expected.items[what][1] = more
+        elif event == "slot":
+            sizes = {column: row[2] for column, row in expected.items.items()}
+            room = FixedRoomByUid(what, sizes)
+            chosen = queue.choose(room, 0.0)
+            found = [(1, one.fragment.facts[0].subject) if one.column < 0 else (0, one.column) for one in chosen]
+            assert found == expected.slot(what)
+
+
+class FixedRoomByUid(FixedRoom):
+    """Statuses have a size of their own."""
+
+    def add(self, fragment: Fragment) -> bool:
+        size_bits = SIZE_BITS if fragment.is_status else self.sizes[fragment.sequence]
+        if size_bits > self.left_bits:
+            return False
+        self.left_bits -= size_bits
+        return True
+
+
+def test_a_slot_looks_at_what_it_sends_and_no_further() -> None:
+    """10,000 of three priorities wait and eight go: each of three lines may be looked past four times."""
+    queue = Queue()
+    for column in range(10_000):
+        take(queue, column, 1 + column % 3)
+    room = FixedRoom(8 * SIZE_BITS)
+    assert len(queue.choose(room, 0.0)) == 8
+    assert room.n_asked <= 8 + 3 * 4
+
+
+@pytest.mark.parametrize("name", sorted(VALUE_RULES))
+def test_by_every_rule_all_get_their_turn_where_nothing_is_acknowledged(name: str) -> None:
+    """Six candidates, room for two, thirty slots of 10 s: none is left out by a rule that goes by the time waited."""
+    queue, gone = Queue(VALUE_RULES[name]), set[int]()
+    for column in range(6):
+        take(queue, column, 1 + column % 2)
+    for slot in range(30):
+        gone.update(said(queue, 2, 10.0 * (slot + 1)))
+    assert gone == set(range(6))
+
+
+# Terms --------------------------------------------------------------------------------------------
+
+
+def test_what_is_older_than_its_time_to_live_is_not_said_any_more() -> None:
+    queue = Queue()
+    take(queue, 0, terms=Terms(time_to_live_s=60.0))
+    take(queue, 1)
+    assert said(queue, 2, 60.0) == [0, 1]
+    assert said(queue, 2, 60.5) == [1]
+    (expiry,) = queue.take_expired()
+    assert (expiry.uid, expiry.reason, expiry.latency_s) == (item(0).uid, Expired.TIME_TO_LIVE, 60.5)
+    take(queue, 0)
+    assert said(queue, 2, 61.0) == [1]
+
+
+def test_in_a_blackout_nothing_about_the_same_goes() -> None:
+    queue = Queue()
+    terms = Terms(blackout_s=30.0)
+    fragments = [Fragment(0, n, 0.0, (PropertyValue(5, 3, float(n)),)) for n in range(2)]
+    queue.take(0, fragments[0], Waiting(1), SIZE_BITS, terms)
+    assert said(queue, 9, 100.0) == [0]
+    queue.take(1, fragments[1], Waiting(1), SIZE_BITS, terms)
+    assert said(queue, 9, 129.0) == []
+    assert queue.unsaid == {Unsaid.BLACKOUT: 2}
+    assert queue.why_unsaid(item(1).uid, 129.0) is Unsaid.BLACKOUT
+    assert said(queue, 9, 130.0) == [0, 1]
+
+
+def test_of_a_need_the_newest_may_go_first() -> None:
+    queue, terms = Queue(), Terms(newest_first=True)
+    for column in range(4):
+        take(queue, column, terms=terms, time_s=float(column))
+    assert [said(queue, 1, 10.0 + slot) for slot in range(2)] == [[3], [3]]
+    queue.drop(3)
+    assert said(queue, 1, 12.0) == [2]
+
+
+def test_those_of_which_the_newest_goes_first_take_turns_with_others_as_one() -> None:
+    """Ten of the one need and one of the other, alike urgent: every second packet is of each."""
+    queue, terms = Queue(), Terms(newest_first=True)
+    for column in range(10):
+        take(queue, column, terms=terms, time_s=float(column))
+    take(queue, 10)
+    turns = [said(queue, 1, 20.0 + slot)[0] == 10 for slot in range(6)]
+    assert sum(turns) == 3
+
+
+def test_what_is_not_acknowledged_is_said_once() -> None:
+    queue = Queue()
+    take(queue, 0, terms=Terms(acknowledged=False))
+    take(queue, 1)
+    assert [said(queue, 9), said(queue, 9)] == [[0, 1], [1]]
+    assert [(one.uid, one.reason) for one in queue.take_expired()] == [(item(0).uid, Expired.SAID_ONCE)]
+
+
+# Bounds -------------------------------------------------------------------------------------------
+
+
+def test_a_full_queue_lets_the_last_wait_outside_and_loses_nothing() -> None:
+    queue = Queue(limit=3)
+    for column in range(5):
+        take(queue, column)
+    assert len(queue) == 3
+    assert [(one.uid.sequence, one.reason, one.comes_back) for one in queue.take_expired()] == [
+        (3, Expired.OVERFLOW, True),
+        (4, Expired.OVERFLOW, True),
+    ]
+    assert queue.open == 0b11111
+    assert sorted(said(queue, 9)) == [0, 1, 2]
+    assert queue.why_unsaid(item(4).uid, 0.0) is Unsaid.OVERFLOW
+    for column in (0, 1, 3):
+        queue.drop(column)
+    assert sorted(said(queue, 9)) == [2, 4]
+    assert len(queue) == 2
+
+
+def test_the_more_urgent_takes_the_place_of_the_less_urgent() -> None:
+    queue = Queue(limit=2)
+    for column, priority in enumerate([1, 1, 5, 1]):
+        take(queue, column, priority)
+    assert sorted(said(queue, 9)) == [0, 2]
+
+
+def test_a_need_has_a_limit_of_its_own() -> None:
+    queue, terms = Queue(), Terms(queue_limit=2, newest_first=True, acknowledged=False)
+    for column in range(4):
+        take(queue, column, terms=terms, time_s=float(column))
+    assert [(one.uid.sequence, one.reason) for one in queue.take_expired()] == [
+        (0, Expired.OVERFLOW),
+        (1, Expired.OVERFLOW),
+    ]
+    assert said(queue, 9, 9.0) == [3, 2]
+
+
+def test_stale_entries_are_cleared_away() -> None:
+    """1000 items come and are settled while one of another priority keeps the packet: no line keeps them."""
+    queue = Queue()
+    for column in range(1000):
+        take(queue, column)
+        queue.drop(column)
+    assert sum(len(line._entries) for line in queue._lines._lines.values()) < 40
+
+
+# Reasons ------------------------------------------------------------------------------------------
+
+
+def test_each_candidate_that_does_not_go_has_its_reason() -> None:
+    """Of seven: one covert, one too large while a lighter one goes, one said before, four of lower value."""
+    queue = Queue()
+    assert said(queue, 1) == []
+    assert queue.unsaid == {Unsaid.NOTHING_OPEN: 1}
+    take(queue, 0, 9)
+    assert said(queue, 1) == [0]
+    for column, priority in enumerate([50, 30, 8, 8, 8, 8], 1):
+        queue.take(column, item(column), Waiting(priority), 200 if column == 1 else SIZE_BITS)
+    chosen = queue.choose(FixedRoom(SIZE_BITS, {1: 200}), 0.0, above=8)
+    assert [one.column for one in chosen] == [2]
+    assert queue.unsaid == {Unsaid.COVERT: 4, Unsaid.TOO_LARGE: 1, Unsaid.WAITING: 1}
+    assert queue.why_unsaid(item(0).uid, 0.0, 8) is Unsaid.WAITING
+    assert queue.why_unsaid(item(3).uid, 0.0, 8) is Unsaid.COVERT
+    assert queue.why_unsaid(item(3).uid, 0.0) is Unsaid.LOWER_VALUE
+    assert queue.why_unsaid(item(2).uid, 0.0) is None
+
+
+def test_a_newer_status_takes_the_place_of_the_older_one() -> None:
+    queue = Queue()
+    queue.take_status(status(4, 1.0), 2, SIZE_BITS)
+    queue.take_status(status(4, 3.0), 2, SIZE_BITS)
+    (expiry,) = queue.take_expired()
+    assert (expiry.uid, expiry.reason, expiry.latency_s) == (status(4, 1.0).status_uid, Expired.SUPERSEDED, 2.0)
+    assert [one.fragment.time_s for one in queue.choose(FixedRoom(600), 5.0)] == [3.0]
+    assert queue.choose(FixedRoom(600), 6.0) == []
+
+
+def test_a_rule_that_knows_no_order_is_asked_of_each() -> None:
+    class Odd:
+        name = "odd"
+
+        def place(self, waiting: Waiting) -> None:
+            return None
+
+        def value(self, waiting: Waiting, moment: object) -> float:
+            return math.sin(waiting.priority)
+
+    queue = Queue(Odd())
+    for column, priority in enumerate([3, 4, 2, 5]):
+        take(queue, column, priority)
+    assert said(queue, 2) == [2, 0]
