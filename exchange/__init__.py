@@ -1,10 +1,11 @@
 """TDMA exchange of world knowledge between vehicles, over acoustic links that lose packets.
 
 The kernels stand here: `ack` (who holds what), `policies`, `selection`, `packets`, `codec`, `blocks`, `ledger`,
-`interests` (who needs what), `schedule`, and `manager`, which a vehicle runs. `exchange.acoustics` has the sea;
-`exchange.study` compares policies.
+`interests` (who needs what), `queue` (what waits to be said), `schedule`, and `manager`, which a vehicle runs.
+`exchange.acoustics` has the sea; `exchange.study` compares policies.
 
-The names below are promised to stay. Each is loaded when it is first used; none of them needs Numba or NumPy.
+The names below are promised to stay. Each is loaded when it is first used; none of them needs Numba, and NumPy only
+those of `exchange.batch`: `Observations`, `encode_observations`, `decode_observations`.
 """
 
 from importlib import import_module
@@ -12,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from exchange.ack import Acknowledgement
+    from exchange.batch import Observations, decode_observations, encode_observations
     from exchange.codec import Codec
     from exchange.errors import ConfigurationError, ExchangeError
-    from exchange.manager import ExchangeManager, Reception, Transmission
-    from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet, StatusUid
+    from exchange.manager import ExchangeManager
+    from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet, Reception, StatusUid, Transmission
     from exchange.policies import ACKNOWLEDGEMENTS, POLICIES, AckPolicy, header_bits, policy_named
     from exchange.schedule import TdmaSchedule
     from exchange.sizes import FieldSize
@@ -33,11 +35,14 @@ __all__ = [
     "Fragment",
     "InfluenceSignal",
     "ItemUid",
+    "Observations",
     "Packet",
     "Reception",
     "StatusUid",
     "TdmaSchedule",
     "Transmission",
+    "decode_observations",
+    "encode_observations",
     "header_bits",
     "policy_named",
 ]
@@ -45,11 +50,14 @@ __all__ = [
 _MODULE_OF = {
     **dict.fromkeys(("ACKNOWLEDGEMENTS", "POLICIES", "AckPolicy", "header_bits", "policy_named"), "policies"),
     "Acknowledgement": "ack",
+    **dict.fromkeys(("Observations", "decode_observations", "encode_observations"), "batch"),
     "Codec": "codec",
     "FieldSize": "sizes",
     **dict.fromkeys(("ConfigurationError", "ExchangeError"), "errors"),
-    **dict.fromkeys(("ExchangeManager", "Reception", "Transmission"), "manager"),
-    **dict.fromkeys(("Fragment", "InfluenceSignal", "ItemUid", "Packet", "StatusUid"), "packets"),
+    "ExchangeManager": "manager",
+    **dict.fromkeys(
+        ("Fragment", "InfluenceSignal", "ItemUid", "Packet", "Reception", "StatusUid", "Transmission"), "packets"
+    ),
     "TdmaSchedule": "schedule",
 }
 

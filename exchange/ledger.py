@@ -6,12 +6,15 @@ keeps its meaning for good.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from exchange.ack import Words
+from exchange.blocks import whole
 from exchange.packets import Fragment, ItemUid
-from worldmodel import PropertyValue
+from exchange.values import Waiting
+from worldmodel import Block, PropertyValue
+from worldmodel.facts import Guid
 
 ADDRESSED_SHARE = 10
 """An item that those hold to whom it is addressed is needed so many times less by others."""
@@ -22,17 +25,16 @@ class Entry:
     """One item as this node sees it; of one that it does not send, the fragment is all.
 
     ``about`` are the facts by which it is judged who needs it: of its whole block, where this node knows that.
-    ``bits``/``size_bits`` is its wire form, relayed or own. ``addressed`` are the peers (bit word) to which this node
-    addresses it, beside those that need it.
+    ``addressed`` are the peers (bit word) to which this node addresses it, beside those that need it; ``is_eased`` says
+    that these hold it, so that it is needed less by others. ``waiting`` is what it is valued by.
     """
 
     fragment: Fragment
     about: tuple[PropertyValue, ...]
-    bits: int = 0
-    size_bits: int = 0
     priority: int = 0
-    weight: int = 0
     addressed: int = 0
+    is_eased: bool = False
+    waiting: Waiting | None = None
 
 
 class Ledger:
@@ -42,9 +44,19 @@ class Ledger:
         self._column_of: dict[ItemUid, int] = {}
         self.entries: list[Entry] = []
         self.origins = [0] * n_nodes
-        """Item set that originated at each node."""
+        """Item set that each node has recorded in the life that it is in: these it holds."""
+        self._epochs = [0] * n_nodes
+        self._parts: dict[Guid, list[int]] = {}  # columns of each block
+        self._ends: dict[tuple[int, int], int] = {}  # of each origin and epoch: behind the highest sequence
         self.unneeded = [0] * n_nodes
         """Item set, of those that this node may send, that each peer has no need of."""
+        self.away = 0
+        """Peers whose needs are not waited for, one bit each."""
+
+    @property
+    def spared(self) -> list[int]:
+        """Item set that each peer need not be told now: it has no need of it, or is away."""
+        return [-1 if self.away >> node & 1 else items for node, items in enumerate(self.unneeded)]
 
     def __contains__(self, uid: ItemUid) -> bool:
         return uid in self._column_of
@@ -70,26 +82,61 @@ class Ledger:
         column = len(self.entries)
         self._column_of[entry.fragment.uid] = column
         self.entries.append(entry)
-        self.origins[entry.fragment.origin] |= 1 << column
+        origin, epoch, sequence = guid = entry.fragment.block.guid
+        self._parts.setdefault(guid, []).append(column)
+        self._ends[origin, epoch] = max(self._ends.get((origin, epoch), 0), sequence + 1)
+        if epoch == self._epochs[origin]:
+            self.origins[origin] |= 1 << column
         return column
 
-    def note_heard(self, columns: Iterable[int], believes: Words) -> None:
-        """See which of the items all peers hold to which they are addressed: others need them less.
+    def begin(self, node: int, epoch: int) -> None:
+        """A node is in another life: it holds the items that it has recorded in this one, as far as is known."""
+        self._epochs[node] = epoch
+        uids = [(column, entry.fragment.uid) for column, entry in enumerate(self.entries)]
+        self.origins[node] = sum(1 << column for column, uid in uids if (uid.origin, uid.epoch) == (node, epoch))
+
+    def parts_of(self, guid: Guid) -> Sequence[int]:
+        """Columns of the parts of a block, as far as they are known."""
+        return self._parts.get(guid, ())
+
+    def is_whole(self, guid: Guid) -> bool:
+        """True if every part of a block is known."""
+        parts = self.parts_of(guid)
+        return bool(parts) and len(parts) == self.entries[parts[0]].fragment.count
+
+    def block(self, guid: Guid) -> Block:
+        """A block of which every part is known."""
+        fragments = [self.entries[column].fragment for column in self.parts_of(guid)]
+        return whole(sorted(fragments, key=lambda one: one.index))
+
+    def blocks_from(self, life: tuple[int, int], first: int, end: int) -> Iterator[int]:
+        """The sequences of an origin and epoch, from the first on and before the end, of which anything is known."""
+        for sequence in range(first, min(end, self._ends.get(life, 0))):
+            if (*life, sequence) in self._parts:
+                yield sequence
+
+    def ease(self, column: int, believes: Words) -> bool:
+        """See whether all peers hold an item to which it is addressed: others need it less. True if so from now on.
 
         Args:
-            columns: of items that this node goes on sending.
+            column: of the item.
             believes: item set that each node is believed to hold.
         """
-        for column in columns:
-            entry = self.entries[column]
-            peers = [peer for peer in range(len(self.unneeded)) if entry.addressed >> peer & 1]
-            if peers and all(believes[peer] >> column & 1 for peer in peers):
-                entry.addressed = 0
-                entry.priority = max(1, entry.priority // ADDRESSED_SHARE)
+        entry = self.entries[column]
+        peers = [peer for peer in range(len(self.unneeded)) if entry.addressed >> peer & 1]
+        if not peers or not all(believes[peer] >> column & 1 for peer in peers):
+            return False
+        entry.addressed, entry.is_eased = 0, True
+        entry.priority = max(1, entry.priority // ADDRESSED_SHARE)
+        return True
+
+    def columns(self, items: int) -> Iterator[int]:
+        """Columns of an item set, in order."""
+        while items:
+            lowest = items & -items
+            yield lowest.bit_length() - 1
+            items ^= lowest
 
     def uids(self, items: int) -> Iterator[ItemUid]:
         """UIDs of an item set, by column."""
-        while items:
-            lowest = items & -items
-            yield self.uid(lowest.bit_length() - 1)
-            items ^= lowest
+        return map(self.uid, self.columns(items))

@@ -6,9 +6,9 @@ calls nobody back.
 The slot of the cooperation paper (section IV, "Selecting information to be shared"), step by step:
 ``interests`` asks who needs an item (1, 2); new candidates enter through ``offer`` and acknowledgement
 timers are one frame, so every item sent in the last frame is a candidate again (3); items that all
-interested peers are believed to hold are dropped (4); ``selection.select`` raises weights, sorts and
-fills the packet (5, 6, 7). Who is believed to hold what, and until when an item is sent, is the business of ``ack``;
-who sends it that of the policy.
+interested peers are believed to hold are dropped (4); ``queue`` raises weights, sorts and fills the packet as
+``selection.select`` does (5, 6, 7). Who is believed to hold what, and until when an item is sent, is the business of
+``ack``; who sends it that of the policy.
 
 Two kinds of information are told apart by the TBox. An attribute of which only the latest value
 matters (a vehicle's position) is a *status*: its newest value waits in the same weighted queue, is said once
@@ -19,95 +19,31 @@ is acknowledged.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
 
 from exchange import ack
-from exchange.blocks import Assembly, fragments_of, whole
-from exchange.codec import MAX_FRAGMENTS_PER_PACKET, MAX_SIGNALS, Codec
+from exchange.blocks import fragments_of
+from exchange.codec import Codec
 from exchange.definitions import Definitions
-from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
+from exchange.errors import ConfigurationError, DefinitionFault, PeerFault, SlotConflict
+from exchange.holders import Holders
 from exchange.interests import Interests, Renewal
 from exchange.ledger import Entry, Ledger
-from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet, StatusUid
-from exchange.policies import AckPolicy, may_send
+from exchange.lines import STATUS_COLUMN
+from exchange.links import PeerLinks
+from exchange.listening import Listener
+from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet, Reception, Transmission
+from exchange.peers import USUAL_UPKEEP, Peers, Upkeep
+from exchange.policies import AckPolicy
+from exchange.queue import Queue
 from exchange.schedule import TdmaSchedule
-from exchange.selection import select
-from worldmodel import Block, Change, Needs, PropertyValue, Stated, WorldModel
+from exchange.values import ADDITIVE, ValueRule
+from worldmodel import Change, Needs, PropertyValue, Stated, WorldModel
+from worldmodel.facts import Guid
 
+SUMMARY_SHARE = 4
+"""Summaries that are due take one part in this many of a packet at most."""
 SIGNAL_SHARE = 4
 """A packet keeps one part in this many for influence signals; fragments are cut to fit the rest."""
-
-
-@dataclass(slots=True)
-class LatestValue:
-    """The newest value of an attribute of which only the latest matters; ``fragment`` is None once it is said."""
-
-    priority: int
-    weight: int = 0
-    fragment: Fragment | None = None
-    bits: int = 0
-    size_bits: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class Transmission:
-    """What a vehicle says in one slot, and what it decided in doing so.
-
-    ``items`` are repeated until they are acknowledged, ``status`` are said this once. ``fragments`` has (attribute of
-    the first fact, size_bits) of each of both; the rest of ``size_bits`` beside ``signals_bits`` is the header.
-    """
-
-    slot: int
-    data: bytes
-    size_bits: int
-    items: tuple[ItemUid, ...]
-    n_acks: int
-    fragments: tuple[tuple[int, int], ...] = ()
-    signals_bits: int = 0
-    status: tuple[StatusUid, ...] = ()
-    signals: tuple[InfluenceSignal, ...] = ()
-
-
-class Reception(NamedTuple):
-    """What one packet brought.
-
-    ``blocks`` are whole and new to this vehicle, or contradict what it has under the same name, ready to be merged;
-    ``signals`` are the influence signals of ``sender``; ``beliefs`` lists (peer, item) pairs that are believed from
-    now on; ``settled`` lists items that all interested peers are now believed to hold; ``aside`` are those whose
-    block this vehicle has no need of, which are not among ``items``; ``fault`` tells why a packet was refused, else
-    None; ``is_stranger`` if that makes its sender one of another definition.
-    """
-
-    slot: int
-    sender: int
-    blocks: tuple[Block, ...] = ()
-    signals: tuple[InfluenceSignal, ...] = ()
-    items: tuple[ItemUid, ...] = ()
-    beliefs: tuple[tuple[int, ItemUid], ...] = ()
-    settled: tuple[ItemUid, ...] = ()
-    aside: tuple[Fragment, ...] = ()
-    fault: str | None = None
-    is_stranger: bool = False
-
-
-def heaviest(queue: Sequence[Entry | LatestValue], room_bits: int) -> list[int]:
-    """Positions of the candidates that go into the packet; the weights of all are brought up to date."""
-    weights = [candidate.weight for candidate in queue]
-    chosen = [0] * len(queue)
-    n_chosen = select(
-        weights,
-        [candidate.priority for candidate in queue],
-        [candidate.size_bits for candidate in queue],
-        [1] * len(queue),
-        room_bits,
-        chosen,
-    )
-    for position in chosen[MAX_FRAGMENTS_PER_PACKET:n_chosen]:  # there is no room for their number
-        weights[position] = queue[position].weight + queue[position].priority
-    for candidate, weight in zip(queue, weights, strict=True):
-        candidate.weight = weight
-    return chosen[: min(n_chosen, MAX_FRAGMENTS_PER_PACKET)]
 
 
 def _refuse_future(packet: Packet, now_s: float, model: WorldModel) -> None:
@@ -121,17 +57,12 @@ def _refuse_future(packet: Packet, now_s: float, model: WorldModel) -> None:
             )
 
 
-def _contradiction(fragment: Fragment, ledger: Ledger, assembly: Assembly) -> Block | None:
-    """The block by which a known item has other content than before, if it has and the block is whole."""
-    known = ledger.fragment(fragment.uid)
-    if known is None or known == fragment:
-        return None
-    if fragment.count != known.count:
-        return assembly.add(fragment)
-    found = [ledger.fragment(fragment.uid._replace(part=part)) for part in range(fragment.count)]
-    found[fragment.index] = fragment
-    parts = [part for part in found if part is not None]
-    return whole(parts)._replace(time_s=fragment.time_s) if len(parts) == fragment.count else None
+def _own_slot(schedule: TdmaSchedule, me: int, now_s: float) -> int:
+    """The slot of this vehicle that opens; raises ConfigurationError if it is that of another."""
+    slot = schedule.slot_at(now_s)
+    if schedule.owner(slot) != me:
+        raise ConfigurationError(f"slot {slot} at {now_s} s belongs to node {schedule.owner(slot)}, not to node {me}")
+    return slot
 
 
 class ExchangeManager:
@@ -145,6 +76,9 @@ class ExchangeManager:
         needs: which nodes need what, with priorities; ``renew`` is called when they have changed.
         carrier_evidence: take a peer that carries an item as holding it.
         selective: neither keep nor pass on items that this vehicle has no need of.
+        value: rule by which the queue compares what waits.
+        queue_limit: most items that wait in it; None for no limit.
+        upkeep: what is done for peers that were away or begin anew.
 
     Raises:
         ConfigurationError: the header and one signal do not fit ``payload_bits``.
@@ -161,6 +95,9 @@ class ExchangeManager:
         needs: Needs,
         carrier_evidence: bool = True,
         selective: bool = False,
+        value: ValueRule = ADDITIVE,
+        queue_limit: int | None = None,
+        upkeep: Upkeep = USUAL_UPKEEP,
     ) -> None:
         self._me = me
         self._model = model
@@ -169,8 +106,7 @@ class ExchangeManager:
         self._codec = codec
         self._schedule = schedule
         self._kind = policy.acknowledgement
-        self._repeat = policy.repeat
-        self._carrier_evidence = carrier_evidence
+        self._upkeep = upkeep
         self._room_bits = payload_bits - codec.overhead_bits
         self._signal_room_bits = max(codec.signal_bits, self._room_bits // SIGNAL_SHARE)
         if self._room_bits < 2 * codec.signal_bits:
@@ -181,9 +117,17 @@ class ExchangeManager:
         self._n_nodes = schedule.n_nodes
         self._state = ack.new_state(self._n_nodes)
         self._ledger = Ledger(self._n_nodes)
-        self._interests = Interests(me, model, needs, self._ledger, codec, selective)
-        self._assembly = Assembly()
-        self._status: dict[tuple[int, int], LatestValue] = {}  # by (subject, attribute)
+        self.queue = Queue(value, queue_limit)
+        """What waits to be said, why it was not said, and what is said no more."""
+        self._interests = Interests(me, model, needs, self._ledger, self.queue, codec.fragment_bits, selective)
+        self._peers = Peers(me, self._n_nodes, self._state, self._kind)
+        self._holders = Holders(me, self._state, self._ledger, self._peers, codec.summary_bits)
+        if self._epoch:
+            self._holders.begin(me, self._epoch)
+        self._listener = Listener(
+            me, model, self._state, self._ledger, self._interests, self._holders, self._peers, policy,
+            carrier_evidence, upkeep.summaries,
+        )  # fmt: skip
         self._signals: tuple[InfluenceSignal, ...] = ()
         self._n_signals_said = 0
         self._next_slot = 0  # first slot that has not been opened
@@ -200,13 +144,21 @@ class ExchangeManager:
         for change in changes:
             block = change.block
             if block.is_status:
-                self._take_status(block)
+                self._interests.take_status(block)
                 continue
             room_bits = self._room_bits - self._signal_room_bits
             for fragment in fragments_of(block, room_bits, self._codec.fragment_bits):
-                self._register(Entry(fragment, block.facts, addressed=sum(1 << peer for peer in addressed)))
+                entry = Entry(fragment, block.facts, addressed=sum(1 << peer for peer in addressed))
+                self._listener.register(entry, block.time_s)
                 items.append(fragment)
+            self._holders.complete(block.guid)
         return tuple(items)
+
+    def resume(self, now_s: float) -> None:
+        """Take up what the world model holds, after a restart with its memory; who holds it is to be learned anew."""
+        self._listener.resume(self._room_bits - self._signal_room_bits, self._codec.fragment_bits, now_s)
+        self._interests.adopt(self._holders.orphans(), self._state.believes, now_s)
+        self._holders.telling.urge()
 
     def is_of_use(self, facts: Iterable[Stated]) -> bool:
         """True if these facts have an attribute that is exchanged, whoever needs it now."""
@@ -217,23 +169,12 @@ class ExchangeManager:
         whole = Fragment(self._me, 0, 0.0, tuple(PropertyValue(*fact) for fact in facts))
         return self._codec.fragment_bits(whole) <= self._room_bits - self._signal_room_bits
 
-    def _take_status(self, block: Block) -> None:
-        fragment = Fragment(block.origin, block.sequence, block.time_s, block.facts, epoch=block.epoch)
-        key = block.facts[0].subject, block.facts[0].attribute
-        interested, priority = self._interests.of_others(block.facts)
-        if not interested:
-            self._status.pop(key, None)
-            return
-        status = self._status.setdefault(key, LatestValue(priority))
-        status.fragment = fragment
-        status.bits, status.size_bits = self._codec.encode_fragment(fragment, self._me, self._epoch)
-
     def offer_signals(self, signals: Sequence[InfluenceSignal]) -> None:
         """Influence signals for the next own slot; those of an earlier call are forgotten.
 
         Of more than fit, a part is said, another one in the next slot.
         """
-        most = min(MAX_SIGNALS, self._signal_room_bits // self._codec.signal_bits)
+        most = self._signal_room_bits // self._codec.signal_bits
         first = self._n_signals_said % len(signals) if len(signals) > most else 0
         self._signals = (*signals[first:], *signals[:first])[:most]
         self._n_signals_said += len(self._signals)
@@ -242,87 +183,91 @@ class ExchangeManager:
         """Take in a packet that arrives at ``now_s``; a bad one is counted, never raised, nor acknowledged."""
         slot = self._schedule.slot_of_arrival(now_s)
         sender, frame = self._schedule.owner(slot), self._frame(slot)
-        self._open_slots_through(slot)
         try:
-            if sender == self._me:
-                raise PeerFault("a packet in this vehicle's own slot")
-            packet = self._codec.decode(data, frame)
-            if packet.sender != sender:
-                raise PeerFault(f"node {packet.sender} speaks in the slot of node {sender}")
+            head = self._codec.head(data)
+            slot = self._schedule.slot_named(head.sender, head.frame, now_s)
+            sender, frame = head.sender, self._frame(slot)
+            packet = self._codec.decode(data, frame, self._schedule.start_s(slot))
+            self._refuse_other_slot(slot, now_s)
             self._definitions.agree(sender, frame)
             _refuse_future(packet, now_s, self._model)
+            met = self._peers.meet(sender, packet.epoch, frame)
         except PeerFault as fault:
             self.n_faults += 1
             is_stranger = isinstance(fault, DefinitionFault) and self._definitions.differ(sender, frame)
-            return Reception(slot, sender, fault=str(fault), is_stranger=is_stranger)
-        return self._absorb(packet, slot)
-
-    def _absorb(self, packet: Packet, slot: int) -> Reception:
-        blocks: list[Block] = []
-        content = 0
-        new_items: list[ItemUid] = []
-        aside: list[Fragment] = []
-        for fragment in packet.fragments:
-            if fragment.is_status:
-                blocks.append(fragment.block)
-                continue
-            column = self._ledger.column(fragment.uid)
-            if column is None:
-                column = self._register(Entry(fragment, fragment.facts))
-                block = self._assembly.add(fragment)
-                if block is not None and not self._interests.keeps(block, fragment.uid):
-                    aside.append(fragment)
-                    block = None
-                else:
-                    new_items.append(fragment.uid)
-                if block is not None:
-                    blocks.append(block)
-            elif (other := _contradiction(fragment, self._ledger, self._assembly)) is not None:
-                is_in = self._model.arrived(other.guid) is not None
-                blocks += [other] if is_in or self._interests.keeps(other, fragment.uid) else []
-            content |= 1 << column
-        state = self._state
-        before = [state.believes[peer] for peer in range(self._n_nodes)]
-        frame, origins = self._frame(slot), self._ledger.origins
-        ack.absorb(
-            self._kind, self._carrier_evidence, state, self._n_nodes, frame, self._me, packet.sender, packet.rows,
-            (content,), origins,
-        )  # fmt: skip
-        beliefs = tuple(
-            (peer, uid)
-            for peer in range(self._n_nodes)
-            if peer != self._me and (gained := state.believes[peer] & ~before[peer])
-            for uid in self._ledger.uids(gained)
-        )
-        settled: tuple[ItemUid, ...] = ()
-        if beliefs:
-            done = ack.settled(state, self._n_nodes, self._ledger.unneeded, 0)
-            settled = self._interests.settle(done, state.believes)
-        new, unneeded = tuple(new_items), tuple(aside)
-        return Reception(slot, packet.sender, tuple(blocks), packet.signals, new, beliefs, settled, unneeded)
-
-    def renew(self) -> Renewal:
-        """Judge all items anew: who needs what has changed."""
-        return self._interests.renew(self._state.believes)
-
-    def packet_to_send(self, now_s: float) -> Transmission:
-        """The packet for the own slot that opens at ``now_s``."""
-        slot = self._schedule.slot_at(now_s)
-        if self._schedule.owner(slot) != self._me:
-            owner = self._schedule.owner(slot)
-            raise ConfigurationError(f"slot {slot} at {now_s} s belongs to node {owner}, not to node {self._me}")
+            conflict = sender if isinstance(fault, SlotConflict) and self._holders.doubt(sender, frame) else None
+            return Reception(slot, sender, fault=str(fault), is_stranger=is_stranger, conflict=conflict)
         self._open_slots_through(slot)
+        is_second = self._peers.conflicts(sender, slot, data)
+        return self._listener.listen(packet, slot, self._next_slot, met, is_second, now_s)
+
+    def _refuse_other_slot(self, slot: int, now_s: float) -> None:
+        """Refuse a packet that cannot have been sent in the slot that it names, or can no more be heeded."""
+        schedule, sender = self._schedule, self._schedule.owner(slot)
+        if not schedule.may_arrive(slot, now_s, self._model.clock_tolerance_s):
+            raise PeerFault(f"a packet of node {sender} of slot {slot} arrives in slot {schedule.slot_at(now_s)}")
+        if sender == self._me:
+            raise SlotConflict("another speaks as this vehicle")
+        if slot + self._n_nodes < self._next_slot:
+            raise PeerFault(f"a packet of node {sender} of slot {slot} arrives when its next slot is open")
+        own = slot - (slot - self._me) % self._n_nodes  # the last own slot before it
+        if own >= self._next_slot and schedule.start_s(own) > now_s:
+            raise PeerFault(f"a packet of slot {slot} arrives before the own slot {own} is open")
+
+    def give_up(self, guids: Iterable[Guid]) -> None:
+        """The world model has forgotten these blocks, so that they may come again: peers are told that they lack."""
+        self._holders.give_up(guids)
+
+    def links(self, peer: int) -> PeerLinks:
+        """What the links from and to a peer lose, as far as this vehicle can tell."""
+        return self._peers.links(peer)
+
+    def renew(self, now_s: float) -> Renewal:
+        """Judge all items anew: who needs what has changed."""
+        return self._interests.renew(self._state.believes, now_s)
+
+    def keep_silent(self, now_s: float) -> int:
+        """Let the own slot that opens at ``now_s`` pass without a packet; returns its number."""
+        slot = _own_slot(self._schedule, self._me, now_s)
+        self._open_slots_through(slot)
+        self.queue.keep_silent(now_s)
+        self._signals = ()
+        return slot
+
+    def packet_to_send(self, now_s: float, above: float = 0) -> Transmission:
+        """The packet for the own slot that opens at ``now_s``.
+
+        Args:
+            now_s: the time (s).
+            above: only items and statuses of a higher priority go.
+        """
+        slot = _own_slot(self._schedule, self._me, now_s)
+        self._open_slots_through(slot)
+        self._interests.decide(self._state.believes, now_s)
         signals = self._signals
         frame = self._frame(slot)
+        parked = self._peers.speak(slot, self._upkeep.parking)
+        if self._ledger.away != self._peers.away:
+            self._ledger.away = self._peers.away
+            self._listener.settle() if parked else self._listener.reopen(now_s)
+        for origin, epoch, _ in self._listener.assembly.overdue(frame):
+            self._holders.telling.urge((origin, epoch))
+        telling, size_of = self._holders.telling, self._codec.summary_bits
+        summary = telling.urgent(self._room_bits // SUMMARY_SHARE) if self._upkeep.summaries else ()
         spared_bits = self._codec.header.largest_bits - self._codec.header.size_bits(self._me, frame)
         signals_bits = len(signals) * self._codec.signal_bits
-        columns, said = self._choose(self._room_bits + spared_bits - signals_bits)
+        start_s, room_bits = self._schedule.start_s(slot), self._room_bits + spared_bits - signals_bits
+        packing = self._codec.packing(self._me, self._epoch, frame, start_s, room_bits - sum(map(size_of, summary)))
+        chosen = self.queue.choose(packing, now_s, above)
+        columns = [one.column for one in chosen if one.column != STATUS_COLUMN]
+        if self._upkeep.summaries and not summary:
+            summary = telling.spare(packing.left_bits)
         content = sum(1 << column for column in columns)
         items = tuple(self._ledger.uid(column) for column in columns)
         rows = [0] * self._n_nodes
-        ack.compose(self._kind, self._state, self._n_nodes, frame, self._me, (content,), rows)
-        wire = [(bits, size_bits) for _, bits, size_bits in said]
-        data = self._codec.encode(self._me, rows, wire, signals, frame, self._epoch)
+        stated = 0 if self._peers.is_doubted(self._me, frame) else content
+        ack.compose(self._kind, self._state, self._n_nodes, frame, self._me, (stated,), rows)
+        data = self._codec.encode(self._me, rows, packing.fragments, signals, frame, self._epoch, start_s, summary)
         self._signals = ()
         return Transmission(
             slot,
@@ -330,31 +275,18 @@ class ExchangeManager:
             8 * len(data),
             items,
             self._codec.header.n_set(self._me, rows, frame),
-            tuple((fragment.facts[0].attribute, size_bits) for fragment, _, size_bits in said),
+            packing.sizes(),
             signals_bits,
-            tuple(fragment.status_uid for fragment, _, _ in said if fragment.is_status),
+            tuple(one.fragment.status_uid for one in chosen if one.column == STATUS_COLUMN),
             signals,
+            summary,
+            sum(map(size_of, summary)),
+            parked,
         )
-
-    def _choose(self, room_bits: int) -> tuple[list[int], list[tuple[Fragment, int, int]]]:
-        """By the weighted queue: columns of the items; of all that is said, status too, its wire form (bits, size)."""
-        queue: list[Entry | LatestValue] = [self._ledger.entries[column] for column in self._interests.open]
-        queue += [status for status in self._status.values() if status.fragment is not None]
-        columns: list[int] = []
-        said: list[tuple[Fragment, int, int]] = []
-        for position in heaviest(queue, room_bits):
-            candidate = queue[position]
-            if candidate.fragment is not None:
-                said.append((candidate.fragment, candidate.bits, candidate.size_bits))
-            if isinstance(candidate, LatestValue):
-                candidate.fragment = None
-            else:
-                columns.append(self._interests.open[position])
-        return columns, said
 
     def holds(self, uid: ItemUid) -> bool:
         """True if this vehicle holds the item."""
-        return uid in self._ledger
+        return uid in self._ledger or self._holders.own.has((uid.origin, uid.epoch), uid.sequence)
 
     def believes(self, peer: int, uid: ItemUid) -> bool:
         """True if this vehicle believes that ``peer`` holds the item."""
@@ -364,15 +296,7 @@ class ExchangeManager:
     @property
     def n_open(self) -> int:
         """Items that this vehicle goes on sending."""
-        return len(self._interests.open)
-
-    def _register(self, entry: Entry) -> int:
-        column = self._ledger.add(entry)
-        item = 1 << column
-        self._state.believes[self._me] |= item
-        if may_send(self._repeat, item, self._ledger.origins[self._me]):
-            self._interests.take(column)
-        return column
+        return self.queue.open.bit_count()
 
     def _frame(self, slot: int) -> int:
         """Number of the TDMA frame of a slot."""

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from exchange.errors import ConfigurationError
 
+FRAMES_TOLD = 4
+"""A packet tells the number of its frame modulo this."""
 GRACE_S = 1e-6
 """A packet over the whole range may arrive this much into the next slot, by rounding."""
 
@@ -59,6 +61,25 @@ class TdmaSchedule:
         if now_s >= self.start_s(slot + 1):  # the division may round either way at a boundary
             return slot + 1
         return slot if now_s >= self.start_s(slot) else slot - 1
+
+    def slot_named(self, sender: int, frame: int, arrival_s: float) -> int:
+        """The slot of ``sender`` in a frame of which only the number modulo 4 is known: that nearest to an arrival.
+
+        >>> TdmaSchedule(4, 1.5, 0.5).slot_named(sender=1, frame=2, arrival_s=51.0)
+        25
+        """
+        first, period = frame % FRAMES_TOLD * self.n_nodes + sender, FRAMES_TOLD * self.n_nodes
+        lap = round((arrival_s / self.slot_s - first - 0.5) / period)
+        return first + max(0, lap) * period
+
+    def may_arrive(self, slot: int, arrival_s: float, tolerance_s: float) -> bool:
+        """True if a packet that was sent in a slot can be complete at a time, with clocks so far apart.
+
+        However far they may be: what comes a frame early or late, such as a packet played again, is of another slot.
+        """
+        tolerance_s = min(tolerance_s, (self.frame_s - self.slot_s) / 2.0) + GRACE_S
+        start_s = self.start_s(slot)
+        return start_s - tolerance_s <= arrival_s <= start_s + self.slot_s + tolerance_s
 
     def slot_of_arrival(self, now_s: float) -> int:
         """The slot in which a packet was sent that is complete at ``now_s``: at a boundary, the one before it."""

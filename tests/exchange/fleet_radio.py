@@ -5,8 +5,10 @@ from functools import cache
 from pathlib import Path
 
 from exchange.codec import Codec
-from exchange.manager import ExchangeManager, Reception, Transmission
-from exchange.packets import ItemUid
+from exchange.manager import ExchangeManager
+from exchange.packets import Fragment, ItemUid, Reception, Transmission
+from exchange.packing import Packing
+from exchange.peers import USUAL_UPKEEP, Upkeep
 from exchange.policies import POLICIES, AckPolicy
 from exchange.schedule import TdmaSchedule
 from worldmodel import (
@@ -63,6 +65,25 @@ def codec_of(n_nodes: int, policy: str | AckPolicy = "ack") -> Codec:
     return Codec(TBOX, len(instances(n_nodes)), n_nodes, chosen, N_BLOCKS, DURATION_S)
 
 
+class OneSizePacking(Packing):
+    """Room for fragments that all take the most bits that a fragment may take: the study knows one size of an item."""
+
+    def size_bits(self, fragment: Fragment) -> int:
+        return self._codec.most_bits(fragment, relayed=True)
+
+
+class OneSizeCodec(Codec):
+    """Of packets whose fragments take less than is counted for them."""
+
+    def packing(self, sender: int, epoch: int, frame: int, slot_start_s: float, room_bits: int) -> Packing:
+        return OneSizePacking(self, sender, epoch, frame, slot_start_s, room_bits)
+
+
+def one_size_codec(n_nodes: int, policy: AckPolicy = POLICIES["ack"]) -> OneSizeCodec:
+    """The codec of a fleet whose packets count one size for each fragment."""
+    return OneSizeCodec(TBOX, len(instances(n_nodes)), n_nodes, policy, N_BLOCKS, DURATION_S)
+
+
 def needs(peers: Sequence[int], priorities: dict[int, int] | None = None) -> NeedsIndex:
     """The same needs for every one of ``peers``: {attribute: priority}."""
     wanted = PRIORITIES if priorities is None else priorities
@@ -82,11 +103,13 @@ class Fleet:
         who_needs: Needs | Sequence[Needs] | None = None,
         lost: Callable[[int, int, int], bool] = lambda slot, sender, receiver: False,
         selective: bool = False,
+        codec: Codec | None = None,
+        upkeep: Upkeep = USUAL_UPKEEP,
     ) -> None:
         self.n_nodes = n_nodes
         self.payload_bytes = payload_bytes
         self.schedule = TdmaSchedule(n_nodes, SLOT_S - 0.5, 0.5)
-        self.codec = codec_of(n_nodes, policy)
+        self.codec = codec or codec_of(n_nodes, policy)
         self.lost = lost
         self.models = [
             WorldModel(TBOX, node, instances(n_nodes), n_origins=n_nodes, run_time_instances_per_origin=0)
@@ -103,6 +126,7 @@ class Fleet:
                 who_needs[node] if isinstance(who_needs, Sequence) else who_needs or needs(range(n_nodes)),
                 carrier_evidence,
                 selective,
+                upkeep=upkeep,
             )
             for node, model in enumerate(self.models)
         ]

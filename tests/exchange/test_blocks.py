@@ -15,7 +15,7 @@ from worldmodel import Block, PropertyValue
 N_NODES = 4
 CODEC = codec_of(N_NODES)
 HEAD_BITS = CODEC.fragment_bits(Fragment(0, 0, 0.0, (), 0, 2))
-"""A relayed part of a larger block, without facts: 1 + 2 + 2 + 18 + 1 + 4 + 4 + 14 = 46 bits."""
+"""A relayed part of a larger block, without facts: at most 3 + 2 + 2 + 20 + 1 + 4 + 4 + 16 = 52 bits."""
 
 facts = st.one_of(
     st.integers(0, 4095).map(lambda cell: PropertyValue(bay(N_NODES), MAPPED_CELL, float(cell))),
@@ -75,13 +75,13 @@ def test_parts_of_two_blocks_are_kept_apart():
 
 
 def test_a_fact_larger_than_a_packet_is_refused_with_both_sizes():
-    """A cell takes 3 (of 8 instances) + 6 (of 49 attributes) + 12 + 1 = 22 bits, behind a head of 46."""
-    with pytest.raises(ConfigurationError, match="one fact needs 68 bits, a packet has room for 67"):
-        fragments_of(block_of_cells(N_NODES, 2), 67, CODEC.fragment_bits)
+    """A cell takes 3 (of 8 instances) + 6 (of 49 attributes) + 12 + 1 = 22 bits, behind a head of 52."""
+    with pytest.raises(ConfigurationError, match="one fact needs 74 bits, a packet has room for 73"):
+        fragments_of(block_of_cells(N_NODES, 2), 73, CODEC.fragment_bits)
 
 
 def test_a_block_of_too_many_parts_is_refused_with_their_number():
-    """One cell of 22 bits to a part of 46 + 22: 16 cells just go, 17 do not."""
+    """One cell of 22 bits to a part of 52 + 22: 16 cells just go, 17 do not."""
     capacity_bits = HEAD_BITS + 22
     assert len(fragments_of(block_of_cells(N_NODES, MAX_FRAGMENTS), capacity_bits, CODEC.fragment_bits)) == 16
     with pytest.raises(ConfigurationError, match="a block of 17 facts needs 17 fragments, 16 are allowed"):

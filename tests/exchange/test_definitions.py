@@ -21,8 +21,7 @@ def heard_of(codec: Codec, n_frames: int) -> Fleet:
     """A fleet of which node 1 hears, in the slots of node 0, somebody with that codec, with an item in every packet."""
     fleet = Fleet(3)
     for frame in range(n_frames):
-        wire = [codec.encode_fragment(Fragment(0, frame, 0.0, cells(3, 1)), 0)]
-        data = codec.encode(0, [0] * 3, wire, frame=frame)
+        data = codec.encode(0, [0] * 3, [Fragment(0, frame, 0.0, cells(3, 1))], frame=frame)
         fleet.deliver(1, data, fleet.schedule.start_s(3 * frame) + 1.0)
     return fleet
 

@@ -25,8 +25,9 @@ from worldmodel import STATUS, Fault, FaultCode, PropertyValue, WorldModel, merg
 
 
 def packet_of(fleet: Fleet, sender: int, *fragments: Fragment, frame: int = 0, epoch: int = 0) -> bytes:
-    wire = [fleet.codec.encode_fragment(fragment, sender, epoch) for fragment in fragments]
-    return fleet.codec.encode(sender, [0] * fleet.n_nodes, wire, frame=frame, epoch=epoch)
+    start_s = fleet.schedule.start_s(frame * fleet.n_nodes + sender)
+    rows = [0] * fleet.n_nodes
+    return fleet.codec.encode(sender, rows, fragments, frame=frame, epoch=epoch, slot_start_s=start_s)
 
 
 def heard(fleet: Fleet, receiver: int, *fragments: Fragment, frame: int = 0) -> tuple[Fault, ...]:
@@ -154,8 +155,9 @@ def test_a_coarse_clock_makes_no_sound_fact_one_of_the_future():
     for time_s, is_refused in ((10.0, False), (20.0, True)):
         model = WorldModel(TBOX, 1, instances(2), 10.0, n_origins=2, clock_tolerance_s=0.0)
         manager = ExchangeManager(1, model, codec, fleet.schedule, POLICIES["ack"], 512, needs(range(2)))
-        wire = [codec.encode_fragment(Fragment(0, 0, time_s, cells(2, 1)), 0)]
-        reception = manager.receive(codec.encode(0, [0, 0], wire, frame=2), 9.0)
+        fragment = Fragment(0, 0, time_s, cells(2, 1))
+        data = codec.encode(0, [0, 0], [fragment], frame=2, slot_start_s=fleet.schedule.start_s(4))
+        reception = manager.receive(data, 9.0)
         assert (reception.fault is not None) == is_refused
         assert (merge(model, reception.blocks, 9.0).faults, model.digest()) == (
             (),
@@ -218,7 +220,5 @@ def test_a_vehicle_passes_on_what_it_said_in_an_earlier_epoch_under_that_epoch()
     fleet = Fleet(2)
     restarted(fleet, 0, epoch=2)
     old = Fragment(0, 5, 0.0, cells(2, 1), epoch=1)
-    bits = fleet.codec.encode_fragment(old, 0, 2)[1]
-    assert bits == fleet.codec.fragment_bits(old)  # as relayed: origin and epoch stand beside it
     decoded = fleet.codec.decode(packet_of(fleet, 0, old, epoch=2))
     assert (decoded.epoch, decoded.fragments) == (2, (old,))

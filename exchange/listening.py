@@ -1,0 +1,241 @@
+"""What a vehicle makes of a sound packet: items and blocks, who holds what, and what its sender has to catch up."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from exchange import ack
+from exchange.blocks import Assembly, fragments_of, whole
+from exchange.holders import Holders
+from exchange.interests import Interests
+from exchange.ledger import Entry, Ledger
+from exchange.packets import Fragment, ItemUid, Met, Packet, Reception
+from exchange.peers import Peers
+from exchange.policies import AckPolicy, may_send
+from worldmodel import Block, WorldModel
+
+
+def _contradiction(fragment: Fragment, ledger: Ledger, assembly: Assembly, frame: int) -> Block | None:
+    """The block by which a known item has other content than before, if it has and the block is whole."""
+    known = ledger.fragment(fragment.uid)
+    if known is None or known == fragment:
+        return None
+    if fragment.count != known.count:
+        return assembly.add(fragment, frame)
+    found = [ledger.fragment(fragment.uid._replace(part=part)) for part in range(fragment.count)]
+    found[fragment.index] = fragment
+    parts = [part for part in found if part is not None]
+    return whole(parts)._replace(time_s=fragment.time_s) if len(parts) == fragment.count else None
+
+
+@dataclass(slots=True)
+class _Taken:
+    """What the fragments of a packet brought; ``content`` is the set of items, known ones too, if they are as known.
+
+    ``is_ambiguous`` if two vehicles have told different things under the name of one of them.
+    """
+
+    content: int = 0
+    blocks: list[Block] = field(default_factory=list)
+    items: list[ItemUid] = field(default_factory=list)
+    aside: list[Fragment] = field(default_factory=list)
+    is_ambiguous: bool = False
+
+
+class Listener:
+    """Takes in what one vehicle hears.
+
+    Args:
+        me: own node index.
+        model: own world model, read only.
+        state: of the acknowledgements of this node.
+        ledger, interests, holders, peers: of this node.
+        policy: the same at every vehicle.
+        carrier_evidence: take a peer that carries an item as holding it.
+        heeds_summaries: believe summary vectors.
+    """
+
+    def __init__(
+        self,
+        me: int,
+        model: WorldModel,
+        state: ack.AckState,
+        ledger: Ledger,
+        interests: Interests,
+        holders: Holders,
+        peers: Peers,
+        policy: AckPolicy,
+        carrier_evidence: bool,
+        heeds_summaries: bool,
+    ) -> None:
+        self._me = me
+        self._model = model
+        self._ledger = ledger
+        self._interests = interests
+        self._holders = holders
+        self._peers = peers
+        self._state = state
+        self._n_nodes = len(ledger.origins)
+        self._kind = policy.acknowledgement
+        self._repeat = policy.repeat
+        self._carrier_evidence = carrier_evidence
+        self._heeds_summaries = heeds_summaries
+        self.assembly = Assembly()
+
+    def register(self, entry: Entry, now_s: float) -> int:
+        """Hold an item that is new here, and send it if this vehicle is to; returns its column."""
+        column = self._ledger.add(entry)
+        self._holders.take(column)
+        if may_send(self._repeat, 1 << column, self._ledger.origins[self._me]):
+            self._interests.take(column, now_s)
+        return column
+
+    def listen(self, packet: Packet, slot: int, next_slot: int, met: Met, is_second: bool, now_s: float) -> Reception:
+        """Learn from a sound packet what it tells, who holds what, and whether its sender needs to catch up.
+
+        Args:
+            packet: heard.
+            slot: in which it was sent.
+            next_slot: the first that is not open yet.
+            met: what is known of its sender.
+            is_second: True if another packet of its sender was heard in the same slot.
+            now_s: the time (s).
+        """
+        state, frame, sender = self._state, slot // self._n_nodes, packet.sender
+        conflict = self._twin(packet, frame, is_second)
+        begun = self._lives_told(packet)
+        for node, epoch in begun:
+            self._holders.begin(node, epoch)
+        before = [state.believes[peer] for peer in range(self._n_nodes)]
+        taken = self._take_in(packet, frame, now_s)
+        lacked: list[int] = []
+        if taken.is_ambiguous or self._peers.is_doubted(sender, frame):  # neither acknowledged nor heeded
+            state.believes[self._me] |= taken.content
+        else:
+            heeded = self._peers.heed(packet, slot, next_slot)
+            ack.absorb(
+                self._kind, self._carrier_evidence, state, self._n_nodes, frame, self._me, sender, heeded,
+                (taken.content,), self._ledger.origins,
+            )  # fmt: skip
+            for summary in packet.summary if self._heeds_summaries else ():
+                if summary.life not in self._holders.telling.silenced:
+                    lacked += self._holders.note(sender, summary)
+                    if not self._repeat:
+                        self._interests.adopt(self._holders.orphans(summary.life), state.believes, now_s)
+        if begun or met is Met.BACK:
+            self._catch_up(now_s)
+        elif lacked:
+            self.reopen(now_s)
+        gained = [state.believes[peer] & ~before[peer] for peer in range(self._n_nodes)]
+        gained[self._me] = 0
+        beliefs = tuple((peer, uid) for peer in range(self._n_nodes) for uid in self._ledger.uids(gained[peer]))
+        settled = self.settle() if beliefs else ()
+        return Reception(
+            slot, sender, tuple(taken.blocks), packet.signals, tuple(taken.items), beliefs, settled, tuple(taken.aside),
+            met=met, conflict=conflict,
+        )  # fmt: skip
+
+    def resume(self, room_bits: int, size_bits: Callable[[Fragment], int], now_s: float) -> None:
+        """Take up what the world model holds.
+
+        Args:
+            room_bits: of a packet for one fragment.
+            size_bits: of a fragment.
+            now_s: the time (s).
+        """
+        for guid, block in self._model.items():
+            self._holders.complete(guid)
+            if block is not None:
+                for fragment in fragments_of(block, room_bits, size_bits):
+                    self.register(Entry(fragment, block.facts), now_s)
+
+    def _twin(self, packet: Packet, frame: int, is_second: bool) -> int | None:
+        """The name under which two vehicles speak, if this packet is the first to show it."""
+        noticed: list[tuple[int, bool]] = [(packet.sender, False)] if is_second else []
+        if self._is_misquoted(packet):
+            noticed.append((self._me, False))
+        lives = {(node, epoch) for node, epoch in enumerate(self._peers.epochs)}
+        noticed += [(one.origin, True) for one in packet.summary if one.is_alarm and one.life in lives]
+        new = [node for node, by_alarm in noticed if self._holders.doubt(node, frame, by_alarm)]
+        return new[0] if new else None
+
+    def _is_misquoted(self, packet: Packet) -> bool:
+        """True if a packet has items or summaries of this vehicle's life that it never told: another speaks as it."""
+        own, n_told = (self._me, self._model.epoch), self._model.next_sequence
+        if any(one.life == own and one.beyond(n_told) for one in packet.summary):
+            return True
+        return any(map(self._is_misquote, packet.fragments))
+
+    def _is_misquote(self, fragment: Fragment) -> bool:
+        """True for an item under the name of this vehicle, in its life, that it never told."""
+        own = (fragment.origin, fragment.epoch) == (self._me, self._model.epoch) and not fragment.is_status
+        return own and self._ledger.fragment(fragment.uid) != fragment
+
+    def _lives_told(self, packet: Packet) -> list[tuple[int, int]]:
+        """Nodes that are in another life than was known, by the packet's head and by items that are new here."""
+        told = {packet.sender: packet.epoch}
+        for one in packet.fragments:
+            is_newer = one.origin not in told and one.origin != self._me and one.epoch > self._peers.epochs[one.origin]
+            if is_newer and not one.is_status and one.uid not in self._ledger:
+                told[one.origin] = one.epoch
+        return [(node, epoch) for node, epoch in told.items() if epoch != self._peers.epochs[node]]
+
+    def _take_in(self, packet: Packet, frame: int, now_s: float) -> _Taken:
+        """Take in the fragments of a packet."""
+        taken, silenced = _Taken(), self._holders.telling.silenced
+        for fragment in packet.fragments:
+            if fragment.is_status:
+                taken.blocks.append(fragment.block)
+                continue
+            uid, guid = fragment.uid, fragment.block.guid
+            column = self._ledger.column(uid)
+            if self._is_misquote(fragment):
+                taken.is_ambiguous = True
+                continue
+            if column is None:
+                column = self.register(Entry(fragment, fragment.facts), now_s)
+                known = [self._ledger.entries[part].fragment for part in self._ledger.parts_of(guid)]
+                block = self.assembly.add(fragment, frame, known)
+                if block is not None:
+                    self._holders.complete(guid)
+                if block is not None and not self._interests.keeps(block, uid):
+                    taken.aside.append(fragment)
+                    block = None
+                else:
+                    taken.items.append(uid)
+                if block is not None:
+                    taken.blocks.append(block)
+                taken.content |= 1 << column
+            elif guid[:2] in silenced and self._ledger.fragment(uid) != fragment:
+                taken.is_ambiguous = True
+            elif (other := _contradiction(fragment, self._ledger, self.assembly, frame)) is not None:
+                is_in = self._model.arrived(other.guid) is not None
+                taken.blocks += [other] if is_in or self._interests.keeps(other, uid) else []
+            elif self._ledger.fragment(uid) == fragment:
+                taken.content |= 1 << column
+                if (again := self._holders.come_again(guid)) is not None:
+                    taken.blocks.append(again)
+                    taken.items += [self._ledger.uid(part) for part in self._ledger.parts_of(guid)]
+        return taken
+
+    def _catch_up(self, now_s: float) -> None:
+        """A peer that was away, or begins anew, is there: it is told what it lacks, and what is held here."""
+        self._ledger.away = self._peers.away
+        if not self._repeat:
+            self._interests.adopt(self._holders.orphans(), self._state.believes, now_s)
+        self.reopen(now_s)
+        self._holders.telling.urge()
+
+    def reopen(self, now_s: float) -> None:
+        """Send again what was settled and is lacked by somebody now."""
+        self._interests.reopen(self._done, now_s)
+
+    def settle(self) -> tuple[ItemUid, ...]:
+        """Close the items that all who need them, and are there, are believed to hold."""
+        return self._interests.settle(self._done, self._state.believes)
+
+    @property
+    def _done(self) -> int:
+        """Item set that all who need them, and are there, are believed to hold."""
+        return ack.settled(self._state, self._n_nodes, self._ledger.spared, 0)

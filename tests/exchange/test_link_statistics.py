@@ -1,0 +1,120 @@
+"""What a vehicle makes out of its links: estimates near the true loss, both ways, and silence that is no loss."""
+
+import math
+import random
+
+import pytest
+from fleet_radio import Fleet
+
+from exchange.links import KEPT, SHORTEST_SILENCE, UNLIKELY, Estimate
+from exchange.peers import Upkeep
+
+N_EFFECTIVE = (1.0 + KEPT) / (1.0 - KEPT)
+"""Samples of equal weight that tell as much as very many whose weights fall by ``KEPT``: 127."""
+
+
+def sea(loss: dict[tuple[int, int], float], seed: int, n_frames: int) -> Fleet:
+    draws = random.Random(seed)
+    fleet = Fleet(3, lost=lambda slot, sender, receiver: draws.random() < loss[sender, receiver])
+    fleet.pass_frames(n_frames)
+    return fleet
+
+
+BERNOULLI = {(a, b): 0.3 for a in range(3) for b in range(3) if a != b}
+MATRIX = {(0, 1): 0.1, (1, 0): 0.6, (0, 2): 0.4, (2, 0): 0.2, (1, 2): 0.05, (2, 1): 0.5}
+
+
+@pytest.mark.parametrize("loss", [BERNOULLI, MATRIX], ids=["bernoulli", "matrix"])
+def test_estimates_lie_within_four_standard_errors_of_the_true_loss(loss: dict[tuple[int, int], float]):
+    """Each has as much to go by as 127 packets; of the way out only those count of which an answer was heard."""
+    fleet = sea(loss, 1, 600)
+    for me, manager in enumerate(fleet.managers):
+        for peer in {0, 1, 2} - {me}:
+            links = manager.links(peer)
+            for link, true in ((links.incoming, loss[peer, me]), (links.outgoing, loss[me, peer])):
+                assert link.p_loss is not None
+                assert link.n > 200
+                assert abs(link.p_loss - true) < 4.0 * math.sqrt(true * (1.0 - true) / N_EFFECTIVE)
+
+
+def test_the_two_ways_of_a_link_are_told_apart():
+    fleet = sea(MATRIX, 2, 600)
+    links = fleet.managers[0].links(1)
+    assert links.incoming.p_loss > 0.4
+    assert links.outgoing.p_loss < 0.25
+
+
+def test_the_silence_that_is_taken_for_absence_follows_from_the_loss():
+    """At a loss p it is the least n with p^n below 0.001, with the prior counted in: 2 packets, one of them lost."""
+    for p_percent in (0, 20, 40, 80):
+        estimate = Estimate()
+        for _ in range(10):
+            estimate.add(p_percent, 100 - p_percent)
+        p_loss = estimate.link.p_loss
+        silence = estimate.longest_silence
+        assert silence == SHORTEST_SILENCE or p_loss ** (silence - 1) > UNLIKELY / 4
+    assert Estimate().longest_silence == 10
+
+
+def test_absence_is_no_loss():
+    """A peer that was away for 200 frames and is back loses no more than before."""
+    fleet = Fleet(3)
+    fleet.pass_frames(50)
+    fleet.lost = lambda slot, sender, receiver: 2 in (sender, receiver)
+    fleet.pass_frames(200)
+    fleet.lost = lambda slot, sender, receiver: False
+    fleet.pass_frames(10)
+    assert fleet.managers[0].links(2).incoming.p_loss == 0.0
+
+
+# Parked -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("parking", [True, False])
+def test_nobody_waits_for_what_is_away_and_it_catches_up(parking: bool):
+    """With the cause taken out, all that is observed meanwhile stays open."""
+    fleet = Fleet(4, "ack-repeat", upkeep=Upkeep(parking=parking))
+    fleet.pass_frames(5)
+    fleet.lost = lambda slot, sender, receiver: 3 in (sender, receiver)
+    fleet.pass_frames(20)
+    uids = [fleet.maps(0, cell) for cell in range(6)]
+    fleet.pass_frames(15)
+    assert (fleet.managers[0].n_open == 0) == parking
+    assert any(3 in sent.parked for sent in fleet.said) == parking
+    fleet.lost = lambda slot, sender, receiver: False
+    fleet.pass_frames(12)
+    assert all(fleet.managers[3].holds(uid) for uid in uids)
+    assert [manager.n_open for manager in fleet.managers] == [0] * 4
+    assert fleet.false_beliefs == []
+
+
+def test_who_hears_nobody_parks_nobody():
+    """It cannot tell whether all others are gone or it is deaf: it goes on saying what it has to say."""
+    fleet = Fleet(3, lost=lambda slot, sender, receiver: receiver == 0)
+    fleet.pass_frames(40)
+    uid = fleet.maps(0, 1)
+    fleet.pass_frames(3)
+    assert fleet.managers[0].n_open == 1
+    assert all(manager.holds(uid) for manager in fleet.managers[1:])
+    assert not any(sent.parked for sent in fleet.said if sent.slot % 3 == 0)
+
+
+# Summaries ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("summaries", [True, False])
+def test_a_summary_ends_what_is_settled_when_acknowledgements_are_lost(summaries: bool):
+    """Node 1 hears all; of its answers every second is lost, always the one behind an item. Without summaries node 0
+    says the item until an answer comes through; with them the next packet with room tells."""
+
+    def lost(slot: int, sender: int, receiver: int) -> bool:
+        return sender == 1 and slot // 2 % 2 == 0
+
+    fleet = Fleet(2, lost=lost, upkeep=Upkeep(summaries=summaries))
+    uid = fleet.maps(0, 1)
+    fleet.pass_slot()
+    fleet.pass_slot()
+    assert not fleet.managers[0].believes(1, uid)
+    fleet.managers[0].queue.drop(0)  # it says nothing more: an acknowledgement of the first packet can come no more
+    fleet.pass_frames(3)
+    assert fleet.managers[0].believes(1, uid) == summaries
