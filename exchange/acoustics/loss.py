@@ -22,6 +22,8 @@ DRIFTS = 6
 """`trial` of the draws that say in which direction a vehicle takes itself to be off."""
 LOOKS = 7
 """`trial` of the draws that say what a look at an object of the sea shows."""
+CLOCKS = 8
+"""`trial` of the draws that say how far clocks are off, and how fast they drift."""
 
 _LOW_64 = 0xFFFF_FFFF_FFFF_FFFF
 _LOW_37 = (1 << 37) - 1

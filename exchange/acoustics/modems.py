@@ -27,7 +27,8 @@ class Modem:
         band_khz: lower and upper end of the band.
         modulation: how bits are written.
         source_level_db: dB re 1 uPa at 1 m; None where nobody says.
-        receive_w: power while it listens; None where nobody says. Runs count it into ``hotel_w`` of the vehicles.
+        receive_w: power while it listens; None where nobody says. Runs count it if ``communication.count_listening``
+            is set; else the ``hotel_w`` of the vehicles has it.
         unverified: names of those numbers above that no source was found for: estimates.
         equipment: class of the ontology that it is of.
     """

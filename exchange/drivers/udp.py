@@ -1,0 +1,179 @@
+"""UDP in place of a modem: a datagram to each peer for every packet, on one machine.
+
+A datagram is ``RMR1``, the time at which the slot opened (s of the mission, a big-endian double) and the packet. Modems
+need time to transmit and the network has none, so a packet counts as heard when a modem would have ended it.
+"""
+
+from __future__ import annotations
+
+import errno
+import math
+import select
+import socket
+import struct
+import time
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+
+from exchange.drivers.seam import Heard, Paced
+from exchange.errors import ConfigurationError
+
+Address = tuple[str, int]
+"""IPv4 address of a host, and a port."""
+HEAD = struct.Struct(">4sd")
+MAGIC = b"RMR1"
+LARGEST_BYTES = 65_507
+"""What one datagram holds."""
+MOST_AT_ONCE = 64
+"""Datagrams that one call gives: a flood does not keep a node from its own slots."""
+
+
+def address_of(text: str, option: str) -> Address:
+    """The address that ``HOST:PORT`` is.
+
+    Args:
+        text: as the user gave it.
+        option: that it was given with, for messages.
+
+    Raises:
+        ConfigurationError: it is none.
+    """
+    host, colon, port = text.rpartition(":")
+    try:
+        if not colon or not host or not port.isascii() or not port.isdigit() or int(port) > 65_535:
+            raise ValueError
+        return socket.gethostbyname(host), int(port)
+    except (OSError, ValueError):  # UnicodeError, of a name that cannot be one, is a ValueError
+        raise ConfigurationError(
+            f"{option} {text}: allowed is HOST:PORT with a host that is known and a port up to 65535, such as "
+            "127.0.0.1:47000"
+        ) from None
+
+
+class Socket:
+    """A UDP port of this machine.
+
+    Args:
+        address: to listen on; port 0 is any that is free.
+
+    Raises:
+        ConfigurationError: it is in use, or no address of this machine.
+    """
+
+    def __init__(self, address: Address = ("127.0.0.1", 0)) -> None:
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._socket.bind(address)
+        except OSError as error:
+            self._socket.close()
+            given = f"--bind {address[0]}:{address[1]}"
+            if error.errno == errno.EADDRINUSE:
+                raise ConfigurationError(
+                    f"{given}: in use by another program; choose another port, or 0 for any that is free"
+                ) from None
+            raise ConfigurationError(f"{given}: {error.strerror}; allowed are addresses of this machine") from None
+        self._socket.setblocking(False)
+
+    @property
+    def address(self) -> Address:
+        """Where it is reached."""
+        host, port = self._socket.getsockname()
+        return host, port
+
+    def wait(self, wait_s: float) -> bool:
+        """True as soon as there is a datagram; False after so many seconds without."""
+        return bool(select.select([self._socket], [], [], wait_s)[0])
+
+    def take(self) -> tuple[bytes, Address] | None:
+        """The next datagram and who sent it; None if there is none, or the last one that was sent found nobody."""
+        try:
+            data, sender = self._socket.recvfrom(LARGEST_BYTES)
+        except OSError:
+            return None
+        return data, (sender[0], sender[1])
+
+    def put(self, data: bytes, to: Address) -> None:
+        """Send a datagram; that nobody is there does not matter."""
+        with suppress(OSError):
+            self._socket.sendto(data, to)
+
+    def close(self) -> None:
+        """Free the port."""
+        self._socket.close()
+
+    def heard_start_s(self, peers: Iterable[Address], wait_s: float, speed: float) -> float | None:
+        """When the mission of the peers began, by ``time.monotonic``; None if none is heard so long.
+
+        Args:
+            peers: whom to believe.
+            wait_s: how long to listen, in seconds of the machine.
+            speed: seconds of the mission in a second.
+        """
+        known, until_s = frozenset(peers), time.monotonic() + wait_s
+        while self.wait(max(0.0, until_s - time.monotonic())):
+            found = self.take()
+            if found is not None and found[1] in known and (opened := _opened(found[0])) is not None:
+                return time.monotonic() - opened[0] / speed
+        return None
+
+
+def _opened(datagram: bytes) -> tuple[float, bytes] | None:
+    """When the slot of a packet opened, and the packet; None if the datagram is not of ours."""
+    if len(datagram) <= HEAD.size:
+        return None
+    magic, sent_s = HEAD.unpack_from(datagram)
+    return (sent_s, datagram[HEAD.size :]) if magic == MAGIC and math.isfinite(sent_s) else None
+
+
+class UdpDriver:
+    """Packets by UDP to peers that are known by their addresses; others are not listened to.
+
+    Args:
+        port: to send from and to listen on; closed with the driver.
+        peers: addresses of all others.
+        pace: what time of the mission it is.
+        air_s: how long a modem takes for so many bits (s).
+
+    Attributes:
+        n_strange: datagrams of strangers, and such as are no packets.
+    """
+
+    def __init__(self, port: Socket, peers: Iterable[Address], pace: Paced, air_s: Callable[[int], float]) -> None:
+        self._port = port
+        self._peers = tuple(peers)
+        self._pace = pace
+        self._air_s = air_s
+        self._is_open = True
+        self.n_strange = 0
+
+    def send(self, data: bytes, now_s: float) -> None:
+        """Send the packet to each peer; nothing after it was closed."""
+        if self._is_open:
+            datagram = HEAD.pack(MAGIC, now_s) + data
+            for peer in self._peers:
+                self._port.put(datagram, peer)
+
+    def receive(self, until_s: float) -> list[Heard]:
+        """The packets of peers that have come; at ``until_s`` none."""
+        while self._is_open and self._port.wait(self._pace.wait_s(until_s)):
+            if heard := self._taken():
+                return heard
+        return []
+
+    def _taken(self) -> list[Heard]:
+        heard: list[Heard] = []
+        for _ in range(MOST_AT_ONCE):
+            if (found := self._port.take()) is None:
+                break
+            opened = _opened(found[0]) if found[1] in self._peers else None
+            if opened is None:
+                self.n_strange += 1
+                continue
+            sent_s, data = opened
+            heard.append(Heard(data, min(sent_s, self._pace.now_s) + self._air_s(8 * len(data))))
+        return heard
+
+    def close(self) -> None:
+        """Free the port."""
+        self._is_open = False
+        self._port.close()

@@ -1,0 +1,52 @@
+"""The drivers that come with the package keep to the seam, and the checks find those that do not."""
+
+import time
+
+import driver_conformance as conformance
+import pytest
+
+from exchange.drivers import AT_ONCE, Ether, Heard, MemoryDriver, Paced, Socket, UdpDriver
+
+
+def air_s(size_bits: int) -> float:
+    return size_bits / 640.0
+
+
+def in_memory() -> conformance.Pair:
+    ether = Ether(air_s)
+    return ether.driver(), ether.driver(), AT_ONCE
+
+
+def over_udp() -> conformance.Pair:
+    one, other, pace = Socket(), Socket(), Paced(time.monotonic())
+    return UdpDriver(one, [other.address], pace, air_s), UdpDriver(other, [one.address], pace, air_s), pace
+
+
+class Deaf(MemoryDriver):
+    """Hears nothing."""
+
+    def receive(self, until_s: float) -> list[Heard]:
+        return []
+
+
+class Cutting(MemoryDriver):
+    """Leaves out the last byte."""
+
+    def receive(self, until_s: float) -> list[Heard]:
+        return [Heard(heard.data[:-1], heard.time_s) for heard in super().receive(until_s)]
+
+
+@pytest.mark.parametrize("make", [in_memory, over_udp])
+def test_shipped_drivers_conform(make) -> None:
+    conformance.check(make)
+
+
+@pytest.mark.parametrize("kind", [Deaf, Cutting])
+def test_others_are_found_out(kind: type[MemoryDriver]) -> None:
+    def make() -> conformance.Pair:
+        one, other, pace = in_memory()
+        other.__class__ = kind
+        return one, other, pace
+
+    with pytest.raises(AssertionError, match="never heard"):
+        conformance.check(make)

@@ -1,0 +1,97 @@
+"""Half duplex and collisions: spans of time at each receiver, from the geometry of the packets."""
+
+import math
+
+import pytest
+
+from exchange.acoustics.channel import Arrival, BroadcastChannel
+from exchange.acoustics.collisions import Collisions
+from exchange.acoustics.link import Bernoulli
+from exchange.acoustics.loss import uniform
+from exchange.acoustics.modems import modems
+from exchange.schedule import TdmaSchedule
+
+LENGTH_S = 1.0
+
+
+def sent(air: Collisions, slot: int, sender: int, at_s: float, delays_s: dict[int, float]) -> list[bool]:
+    """Which receivers lose a packet of 1 s, by all that is known when it sets out."""
+    arrivals = [Arrival(receiver, at_s + LENGTH_S + delay_s, b"") for receiver, delay_s in delays_s.items()]
+    return [one.collided for one in air.send(slot, sender, at_s, at_s + LENGTH_S, arrivals)[0]]
+
+
+def test_packets_that_overlap_at_a_receiver_are_both_lost_there_alone() -> None:
+    air = Collisions()
+    first = air.send(0, 0, 0.0, 1.0, [Arrival(2, 1.5, b""), Arrival(3, 1.1, b"")])[0]
+    # 1 sends from 1.2 to 2.2: from 1.3 on at 2, where 0 is heard until 1.5; from 1.4 on at 3, where 0 is over at 1.1
+    second, lost = air.send(1, 1, 1.2, 2.2, [Arrival(2, 2.3, b""), Arrival(3, 2.4, b"")])
+    assert [one.collided for one in first] == [True, False]
+    assert [one.collided for one in second] == [True, False]
+    assert {(one.sender, one.arrival.receiver) for one in lost} == {(0, 2), (1, 2)}
+
+
+def test_who_sends_does_not_hear_whether_it_began_before_or_begins_while_it_hears() -> None:
+    air = Collisions()
+    assert sent(air, 0, 0, 0.0, {1: 0.9}) == [False]
+    # 1 begins at 1.5, while it hears 0 from 0.9 to 1.9
+    _, lost = air.send(1, 1, 1.5, 2.5, [])
+    assert [(one.slot, one.arrival.receiver) for one in lost] == [(0, 1)]
+    # 1 sends until 2.5: what comes from 2.4 on is lost, what comes from 2.5 on is not
+    assert sent(air, 2, 2, 2.2, {1: 0.2}) == [True]
+    air = Collisions()
+    air.send(1, 1, 1.5, 2.5, [])
+    assert sent(air, 2, 2, 2.2, {1: 0.3}) == [False]
+
+
+def test_packets_that_touch_do_not_meet() -> None:
+    air = Collisions()
+    assert sent(air, 0, 0, 0.0, {2: 0.5}) == [False]
+    assert sent(air, 1, 1, 1.3, {2: 0.2}) == [False]  # from 1.5 on, when 0 is over
+
+
+@pytest.mark.parametrize("p_loss", [0.0, 0.3])
+def test_throughput_of_slots_is_what_the_links_do_not_lose(p_loss: float) -> None:
+    """Every slot has one packet, a receiver hears 1 - p of them; ends of slots touch, and nothing meets."""
+    modem = modems()["nanomodem-v3"]
+    schedule = TdmaSchedule.for_range(4, modem.packet_s(modem.payload_bits), 1000.0, 1500.0)
+    channel = BroadcastChannel(modem, Bernoulli(p_loss), seed=5, range_m=1000.0)
+    places = [(0.0, 0.0), (1000.0, 0.0), (500.0, 800.0), (10.0, 0.0)]
+    air, heard, sent_by_others = Collisions(), 0, 0
+    data = bytes(modem.payload_bits // 8)
+    for slot in range(4000):
+        sender, at_s = schedule.owner(slot), schedule.start_s(slot)
+        arrivals = channel.transmit(slot, sender, data, at_s, places)
+        hearings, lost = air.send(slot, sender, at_s, at_s + schedule.packet_s, arrivals)
+        assert lost == []
+        heard += len(hearings)
+        sent_by_others += 3
+    share = heard / sent_by_others
+    assert abs(share - (1.0 - p_loss)) <= 4.0 * math.sqrt(p_loss * (1.0 - p_loss) / sent_by_others)
+
+
+@pytest.mark.parametrize("load", [0.25, 0.5, 1.0])
+def test_throughput_of_pure_aloha_is_that_of_theory(load: float) -> None:
+    """N nodes send one packet of length 1 each per frame of T, at random within each; a receiver hears them all.
+
+    A packet survives if none of the other N - 1 begins within 1 s of it: each begins in that span of 2 s with
+    probability 2/T, whatever its frame, save that the two spans of one node's neighbouring frames are not independent,
+    which matters only within 1 s of a frame's border. So packets are judged that begin 1 s or more from it:
+    S/G = (1 - 2/T)^(N-1), which tends to e^(-2G) with N = G T.
+    """
+    n_nodes, frames = 20, 3000
+    frame_s = n_nodes * LENGTH_S / load
+    air, judged = Collisions(), []
+    for frame in range(frames):
+        starts = sorted((uniform(7, 99, frame, node, 0) * frame_s, node) for node in range(n_nodes))
+        for begins_s, node in starts:
+            at_s = frame * frame_s + begins_s
+            (one,), _ = air.send(frame, node, at_s, at_s + LENGTH_S, [Arrival(n_nodes, at_s + LENGTH_S, b"")])
+            if LENGTH_S <= begins_s <= frame_s - LENGTH_S:
+                judged.append(one)
+    expected = (1.0 - 2.0 / frame_s) ** (n_nodes - 1)
+    share = sum(not one.collided for one in judged) / len(judged)
+    # packets of one frame are not independent: frames are, so the error is at most that of one packet per collision
+    # group; twice the binomial one bounds it, as packets are lost in twos
+    error = 2.0 * math.sqrt(expected * (1.0 - expected) / len(judged))
+    assert abs(share - expected) < 4.0 * error
+    assert abs(expected - math.exp(-2.0 * load)) < 0.05

@@ -1,0 +1,100 @@
+"""UDP in place of a modem: addresses, ports, strangers, and when a packet counts as heard."""
+
+import socket
+import time
+
+import pytest
+
+from exchange.drivers import Paced, Socket, UdpDriver, address_of
+from exchange.drivers.udp import HEAD, MAGIC
+from exchange.errors import ConfigurationError
+
+AIR_S = 0.25
+FAR_S = 1e6
+"""The mission began so long ago (s): all that is sent now is past."""
+
+
+def pair() -> tuple[UdpDriver, Socket, Paced]:
+    """A driver, the port of its only peer, and its pace."""
+    own, peer, pace = Socket(), Socket(), Paced(time.monotonic() - FAR_S)
+    return UdpDriver(own, [peer.address], pace, lambda size_bits: AIR_S), peer, pace
+
+
+def waiting(driver: UdpDriver, pace: Paced) -> list[tuple[bytes, float]]:
+    return [tuple(heard) for heard in driver.receive(pace.now_s + 2.0)]
+
+
+def test_a_port_in_use_is_one_line_with_a_remedy() -> None:
+    taken = Socket()
+    address = taken.address
+    with pytest.raises(
+        ConfigurationError, match=r"--bind 127.0.0.1:\d+: in use by another program; choose another port"
+    ):
+        Socket(address)
+    taken.close()
+    Socket(address).close()
+
+
+def test_an_address_of_another_machine_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match="allowed are addresses of this machine"):
+        Socket(("192.0.2.1", 0))  # of the block that stands for examples (RFC 5737): nobody has it
+
+
+@pytest.mark.parametrize(
+    "text", ["", "47000", ":47000", "127.0.0.1:", "127.0.0.1:70000", "127.0.0.1:-1", "a" * 300 + ":1"]
+)
+def test_what_is_no_address_is_refused(text: str) -> None:
+    with pytest.raises(ConfigurationError, match=r"--bind .*allowed is HOST:PORT"):
+        address_of(text, "--bind")
+
+
+def test_a_packet_is_heard_when_a_modem_would_have_ended_it() -> None:
+    driver, peer, pace = pair()
+    peer.put(HEAD.pack(MAGIC, 700.0) + b"data", driver._port.address)
+    assert waiting(driver, pace) == [(b"data", 700.0 + AIR_S)]
+
+
+def test_a_slot_that_opens_in_the_future_is_heard_now() -> None:
+    """A peer whose clock is wrong does not fill the queue of events with what is far away."""
+    driver, peer, pace = pair()
+    peer.put(HEAD.pack(MAGIC, 10.0 * FAR_S) + b"data", driver._port.address)
+    ((_, time_s),) = waiting(driver, pace)
+    assert FAR_S <= time_s <= pace.now_s + AIR_S
+
+
+@pytest.mark.parametrize(
+    "datagram",
+    [b"", b"RMR1", HEAD.pack(MAGIC, 1.0), HEAD.pack(b"RMR2", 1.0) + b"x", HEAD.pack(MAGIC, float("nan")) + b"x"],
+)
+def test_what_is_no_packet_is_counted_and_passed_over(datagram: bytes) -> None:
+    driver, peer, pace = pair()
+    peer.put(datagram, driver._port.address)
+    peer.put(HEAD.pack(MAGIC, 1.0) + b"good", driver._port.address)
+    assert [data for data, _ in waiting(driver, pace) or waiting(driver, pace)] == [b"good"]
+    assert driver.n_strange == 1
+
+
+def test_strangers_are_not_listened_to() -> None:
+    driver, _, pace = pair()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+        stranger.sendto(HEAD.pack(MAGIC, 1.0) + b"data", driver._port.address)
+        assert driver.receive(pace.now_s + 0.2) == []
+    assert driver.n_strange == 1
+
+
+def test_a_peer_that_is_not_there_does_not_matter() -> None:
+    driver, peer, pace = pair()
+    peer.close()
+    for _ in range(3):
+        driver.send(b"data", pace.now_s)
+        assert driver.receive(pace.now_s) == []
+
+
+def test_the_start_is_told_by_the_first_packet_that_is_heard() -> None:
+    """At ten times real time a slot that opened at 50 s lies 5 s behind the start of the mission."""
+    listener, peer = Socket(), Socket()
+    assert listener.heard_start_s([peer.address], 0.01, 10.0) is None
+    peer.put(HEAD.pack(MAGIC, 50.0) + b"data", listener.address)
+    start_s = listener.heard_start_s([peer.address], 5.0, 10.0)
+    assert start_s is not None
+    assert 5.0 <= time.monotonic() - start_s < 6.0
