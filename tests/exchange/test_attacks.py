@@ -1,0 +1,250 @@
+"""Attacks on the exchange, one by one: what a single cause would do to the beliefs and the knowledge of vehicles."""
+
+import random
+from collections.abc import Iterator
+
+import pytest
+from fleet_radio import AREA_DONE
+from storm import Storm
+from storm_lives import DOUBLED, HEARD, LOST, Aired, Fate, chances, damaged, late, replayed
+from storm_vehicles import AREA, creates, maps, storm_of
+
+from exchange.policies import POLICIES
+from worldmodel import TYPE_UID
+
+EVERY_POLICY = pytest.mark.parametrize("policy", sorted(POLICIES))
+
+
+def busy(storm: Storm, frames: int, fates: Iterator[Fate]) -> None:
+    """Every vehicle that lives maps a cell in each round."""
+    for _ in range(frames):
+        for life in storm.all_alive():
+            maps(storm, life, len(life.parts) + 1000 * life.is_twin)
+        storm.run_frames(1, fates)
+        storm.check()
+
+
+# The channel --------------------------------------------------------------------------------------
+
+
+@EVERY_POLICY
+def test_losses_and_doubles_make_no_false_belief_and_nothing_is_lost(policy: str):
+    storm = storm_of(4, policy, payload_bytes=32)
+    busy(storm, 20, chances(1, (0.4, LOST), (0.2, DOUBLED)))
+    storm.calm(30)
+    storm.check_agreement()
+    storm.check_rest()
+
+
+@EVERY_POLICY
+@pytest.mark.parametrize(
+    "slots",
+    [1.0, 3.0, 4.0, 16.0, *(pytest.param(slots, marks=pytest.mark.slow) for slots in (2.0, 5.0, 8.0, 12.0, 32.0))],
+)
+def test_an_old_packet_makes_no_false_belief(policy: str, slots: float):
+    """One packet in three comes again so much later, one in ten only then."""
+    storm = storm_of(4, policy, payload_bytes=32)
+    busy(storm, 20, chances(2, (0.2, LOST), (0.3, replayed(slots)), (0.1, late(slots))))
+    storm.calm(30)
+    storm.check_agreement()
+    storm.check_rest()
+
+
+def test_one_s_own_packet_heard_again_is_refused():
+    storm = storm_of(3)
+    maps(storm, 0, 1)
+    said = storm.lives[0].manager.packet_to_send(0.0)
+    echo = Aired(storm.lives[1], 0, said.data, ())
+    for late_s in (1.0, 2.5, 4.5, 7.0, 25.0):
+        storm.now_s = late_s
+        assert storm._hear(storm.lives[0], echo, said.data).fault is not None
+
+
+@EVERY_POLICY
+def test_damage_is_noticed(policy: str):
+    """One to three bits flip in a fifth of the packets; a checksum of 32 bits lets none of these pass."""
+    draws = random.Random(3)
+
+    def fates() -> Iterator[Fate]:
+        while True:
+            n_flips = draws.randint(1, 3) if draws.random() < 0.2 else 0
+            yield damaged(*(draws.randrange(1 << 16) for _ in range(n_flips)))
+
+    storm = storm_of(4, policy, payload_bytes=64, crc_bits=32)
+    busy(storm, 20, fates())
+    storm.calm(30)
+    storm.check_agreement()
+
+
+# What is needed ------------------------------------------------------------------------------------
+
+
+def test_a_relay_passes_on_what_came_before_the_instance_that_it_is_about():
+    """Vehicle 0 creates an area and tells of it in one packet. Vehicle 2 hears it from vehicle 1 alone."""
+    storm = storm_of(3, "ack-repeat")
+    creates(storm, 0)
+    storm.run_frames(30, (fate for _ in range(30) for fate in (HEARD, LOST, HEARD, HEARD, HEARD, HEARD)))
+    storm.check_agreement()
+
+
+# Deaths and restarts ------------------------------------------------------------------------------
+
+
+@EVERY_POLICY
+@pytest.mark.parametrize("keeps", [False, True])
+def test_a_restarted_vehicle_is_heard_and_told_all(policy: str, keeps: bool):
+    """Twenty items each before, twenty of its own after; there are no losses. No false belief at any time."""
+    storm = storm_of(4, policy)
+    for cell in range(20):
+        for node in range(4):
+            maps(storm, node, 100 * node + cell)
+    storm.calm(20)
+    storm.restart(2, keeps)
+    told = [maps(storm, 2, 500 + cell)[0] for cell in range(20)]
+    for _ in range(60):
+        storm.run_frames(1)
+        storm.check()
+    storm.calm(0)
+    storm.check_agreement()
+    storm.check_rest()
+    for node in (0, 1, 3):
+        assert all(storm.lives[node].model.has_arrived((uid.origin, uid.epoch, uid.sequence)) for uid in told)
+
+
+@EVERY_POLICY
+def test_restarts_under_loss_make_no_false_belief(policy: str):
+    """Each vehicle restarts once, with and without its memory in turn; half of the packets are lost."""
+    storm = storm_of(4, policy, payload_bytes=32)
+    fates = chances(4, (0.5, LOST), (0.1, DOUBLED))
+    for node in range(4):
+        busy(storm, 6, fates)
+        maps(storm, node, *range(8))
+        storm.run(5, fates)
+        storm.restart(node, keeps=node % 2 == 0)
+    busy(storm, 10, fates)
+    storm.calm(60)
+    storm.check_agreement(of_all=POLICIES[policy].repeat)
+    storm.check_rest()
+
+
+@EVERY_POLICY
+def test_a_part_that_was_in_no_store_is_not_believed_to_be_held(policy: str):
+    """Vehicle 1 has the first part of a block and has acknowledged it, when it restarts with its memory.
+
+    It knows much of another vehicle too, which it tells of first or last.
+    """
+    for much in (0, 1, 2):
+        storm = storm_of(3, policy, payload_bytes=24)
+        for cell in range(12 if much else 0):
+            maps(storm, much, 100 + cell)
+        storm.run_frames(20)
+        maps(storm, 0, *range(12))
+        storm.run_frames(1)
+        assert not storm.lives[1].is_whole((0, 0, storm.lives[0].model.next_sequence - 1))
+        storm.restart(1, keeps=True)
+        for _ in range(30):
+            storm.run(1)
+            storm.check()
+        storm.calm(20)
+        storm.check_agreement()
+        storm.check_rest()
+
+
+@EVERY_POLICY
+def test_a_packet_of_the_life_before_makes_no_false_belief(policy: str):
+    """It arrives when the new life has been heard."""
+    storm = storm_of(4, policy, payload_bytes=32)
+    fates = chances(5, (0.3, LOST), (0.3, replayed(9.0)), (0.2, replayed(5.0)))
+    for _ in range(3):
+        busy(storm, 5, fates)
+        storm.restart(1)
+    busy(storm, 5, fates)
+    storm.calm(60)
+
+
+def test_one_that_is_cut_off_holds_up_nobody():
+    """Its items are not kept open for it without end: what others hold is settled, and it catches up later."""
+    storm = storm_of(4, "mps-ack-repeat", payload_bytes=32)
+    busy(storm, 5, chances(6, (0.4, LOST)))
+    storm.die(3)
+    busy(storm, 80, chances(7, (0.4, LOST)))
+    storm.calm(60)
+    storm.check_rest()
+    storm.start(3, keeps=True)
+    storm.calm(60)
+    storm.check_agreement()
+    storm.check_rest()
+
+
+def test_who_joins_late_is_told_all():
+    for policy in ("ack", "mps-ack-repeat"):
+        storm = storm_of(4, policy, absent=(3,))
+        busy(storm, 15, chances(8, (0.3, LOST)))
+        storm.start(3)
+        storm.calm(60)
+        storm.check_agreement()
+        storm.check_rest()
+
+
+# Two of one number --------------------------------------------------------------------------------
+
+
+@EVERY_POLICY
+def test_two_that_use_one_number_are_noticed(policy: str):
+    """Each of the others hears now one of them and now the other. All report it, and then believe nothing false."""
+    storm = storm_of(4, policy)
+    storm.run_frames(2)
+    storm.add_twin(1)
+    busy(storm, 20, chances(9, (0.3, LOST)))
+    assert all(life.has_noticed for life in storm.all_alive())
+    assert storm.false_beliefs() == []
+
+
+# Clocks -------------------------------------------------------------------------------------------
+
+
+def refused_share(offset_s: float) -> float:
+    """Share of the receptions that one of four with a wrong clock causes to be refused; sound needs 30 to 500 ms."""
+    storm = storm_of(4, "ack", offsets_s=(offset_s, 0.0, 0.0, 0.0))
+    storm.travel_s = 1.55
+    busy(storm, 25, chances(10))
+    return len(storm.faults) / (25 * 12)
+
+
+@pytest.mark.parametrize("offset_s", [-0.1, 0.1, 0.4, -0.4, 0.9])
+def test_a_clock_that_is_wrong_costs_no_reception(offset_s: float):
+    assert refused_share(offset_s) == 0.0
+
+
+# Half a block -------------------------------------------------------------------------------------
+
+
+def test_half_a_block_is_given_up_and_asked_for_again():
+    """Only the first part of a block comes through before its origin falls silent for long."""
+    storm = storm_of(3, "ack", payload_bytes=24)
+    maps(storm, 0, *range(8))
+    storm.run(1)
+    storm.die(0)
+    storm.run_frames(200)
+    storm.start(0, keeps=True)
+    storm.calm(80)
+    storm.check_agreement()
+    storm.check_rest()
+
+
+def test_what_waits_too_long_is_given_up_and_comes_again():
+    """Vehicle 0 creates an area, of which vehicle 1 tells. Vehicle 2 never hears vehicle 0, until it has dropped what 1
+    told: a frame lasts 6 s, and a block waits for 120 s. Vehicle 1 believed that 2 held it."""
+    storm = storm_of(3, "ack")
+    uid = storm.lives[0].model.new_instance_uid()
+    storm.record(0, (uid, TYPE_UID, AREA))
+    storm.run_frames(1, [HEARD, LOST])
+    storm.record(1, (uid, AREA_DONE, 1))
+    for _ in range(40):
+        storm.run(1, [HEARD, LOST])
+        storm.run(2)
+        storm.check()
+    assert storm.lives[2].gave_up
+    storm.calm(40)
+    storm.check_agreement()
+    storm.check_rest()
