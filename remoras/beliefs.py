@@ -7,10 +7,11 @@ the latest in the vehicle's world model; links are given by the name of their ta
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Set
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import Any, NamedTuple, cast
 
+from remoras.detail import Detail
 from remoras.sensor import SELF, Observation
 from worldmodel import (
     TYPE_UID,
@@ -67,10 +68,12 @@ class Beliefs:
 
     Args:
         model: its world model.
+        detail: how finely it records now.
     """
 
-    def __init__(self, model: WorldModel) -> None:
+    def __init__(self, model: WorldModel, detail: Detail | None = None) -> None:
         self.model = model
+        self._detail = detail
         self._tbox: TBox = model.tbox
         self._uids: dict[str, int] = {}
         self._slots: dict[Key, tuple[int, Attribute]] = {}
@@ -79,6 +82,16 @@ class Beliefs:
         self._bans = model.banned
         self.n_told = 0
         """It grows whenever what ``values`` gives changes."""
+
+    # Into the world model ------------------------------------------------------------------------
+
+    def record(self, facts: Sequence[Fact], now_s: float, private: bool) -> Change:
+        """Record what the vehicle found out itself, as finely as it records now; see ``WorldModel.record``."""
+        return self.model.record(facts if self._detail is None else self._detail.of(facts), now_s, private)
+
+    def detailed(self, attribute: int, value: float) -> Any:
+        """A number as coarse as it would be recorded now, by the uid of its attribute."""
+        return value if self._detail is None else self._detail.of([(self.model.owner, attribute, value)])[0][2]
 
     # From the world model ------------------------------------------------------------------------
 

@@ -7,6 +7,7 @@ order in which they were put in. Nothing else decides, so two runs are alike in 
 from __future__ import annotations
 
 import heapq
+import math
 from enum import IntEnum
 from typing import Generic, TypeVar
 
@@ -39,6 +40,11 @@ class Clock(Generic[Event]):
         self.now_s = 0.0
         self._heap: list[tuple[float, int, int, Event]] = []
         self._sequence = 0
+
+    @property
+    def next_s(self) -> float:
+        """Time of the next event (s), infinite without one."""
+        return self._heap[0][0] if self._heap else math.inf
 
     def schedule(self, time_s: float, priority: int, event: Event) -> None:
         """Let ``event`` come out at ``time_s``.

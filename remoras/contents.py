@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from enum import Enum
 
-from exchange.manager import Transmission
+from exchange.packets import Transmission
 from remoras.strategy import JOB_DONE, OBJECTIVE, Declaration
 from worldmodel import Attribute, TBox
 

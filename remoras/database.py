@@ -29,8 +29,9 @@ class VehicleData:
         transit_speed_mps, survey_speed_mps: speeds on the way and while working.
         turn_rate_radps, acceleration_mps2: limits of the control.
         energy_j: battery capacity.
-        hotel_w, drag_w_per_mps3: power = hotel_w + drag_w_per_mps3 * speed^3.
-        transmit_j_per_bit: energy of the modem for each bit it sends.
+        hotel_w, drag_w_per_mps3: power = hotel_w + drag_w_per_mps3 * speed^3; of a modem that counts, listening too.
+        transmit_j_per_bit, transmit_j_per_packet: energy of the modem for each bit it sends, and for what it sends
+            before the bits of a packet.
         playable_roles: roles it is able to play: ``Role`` of any group, or ``Group.Role``.
         sensors: settings of its sensors, in the order of the scenario.
         speed_factor: how much faster it really is than its data, in one run; 1 in what the fleet knows.
@@ -54,6 +55,7 @@ class VehicleData:
     playable_roles: tuple[str, ...]
     sensors: tuple[SensorSettings, ...] = ()
     speed_factor: float = 1.0
+    transmit_j_per_packet: float = 0.0
 
     def can_play(self, group: str, role: str) -> bool:
         """True if it is able to play that role of the group."""

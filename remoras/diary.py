@@ -42,15 +42,16 @@ class Diary:
         """The vehicle itself has taken or left roles."""
         self._recorder.roles.extend((now_s, self._me, one.group, one.role, event) for one in roles)
 
-    def founded(self, organisation: Organisation, objectives: Iterable[Objective]) -> None:
-        """What was agreed before the mission, by nobody in particular."""
+    def founded(self, organisation: Organisation, objectives: Iterable[Objective], began_s: float) -> None:
+        """What was agreed before the mission, by nobody in particular; it counts for the vehicle since it began."""
+        self.roles(began_s, organisation.roles_of(self._me), "assigned")
         roles = sorted(organisation.assignments, key=lambda one: (one.group, one.role, self._node[one.vehicle]))
         asked = [Request("", Act.ASSIGN, one.group, one.role, one.vehicle) for one in roles]
         asked += [
             Request("", Act.OBJECTIVE, one.group, one.role, objective=one.name, argument=one.argument)
             for one in objectives
         ]
-        self.rulings(0.0, [Ruling(one, Outcome.SUCCESS) for one in asked])
+        self.rulings(began_s, [Ruling(one, Outcome.SUCCESS) for one in asked])
 
     def rulings(self, now_s: float, rulings: Iterable[Ruling]) -> None:
         """What became of requests to change the organisation, in the view of the vehicle; refusals are faults too."""

@@ -39,6 +39,7 @@ class FaultKind(StrEnum):
     SENSOR = "sensor"
     JOINS = "joins"
     BIASED = "biased"
+    RESTARTS = "restarts"
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +74,7 @@ class DeclaredFault:
         factor: what a slow vehicle's speeds are multiplied by.
         sensor: which sensor is dead or biased; all of them if None.
         bias: of kind biased: by how much, and of which attribute.
+        keeps_memory: of kind restarts: True if the vehicle still knows then what it knew.
     """
 
     kind: FaultKind
@@ -83,6 +85,7 @@ class DeclaredFault:
     factor: float = SLOW_FACTOR
     sensor: str | None = None
     bias: Bias | None = None
+    keeps_memory: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +99,7 @@ class Fault:
         factor: what a slow vehicle's speeds are multiplied by.
         sensors: names of the sensors that are dead or biased.
         bias: of kind biased: by how much, and of which attribute.
+        keeps_memory: of kind restarts: True if the vehicle still knows then what it knew.
     """
 
     kind: FaultKind
@@ -105,6 +109,7 @@ class Fault:
     factor: float = SLOW_FACTOR
     sensors: tuple[str, ...] = ()
     bias: Bias | None = None
+    keeps_memory: bool = False
 
     @property
     def span_s(self) -> tuple[float, float]:
@@ -123,12 +128,16 @@ class Fault:
                 return f"{', '.join(self.sensors)}, {how_long}"
             case FaultKind.JOINS:
                 return f"away {how_long}"
+            case FaultKind.RESTARTS:
+                return f"off {how_long}, {MEMORY_KEPT if self.keeps_memory else MEMORY_LOST}"
             case FaultKind.BIASED if self.bias is not None:
                 off = ", ".join(f"{one:g}" for one in self.bias.offset)
                 return f"{', '.join(self.sensors)}: {self.bias.attribute} off by {off}, {how_long}"
         return how_long
 
 
+MEMORY_KEPT, MEMORY_LOST = "memory kept", "memory lost"
+"""Ends of the detail in the table of faults of a vehicle that restarts."""
 OVER = "over"
 """Detail in the table of faults when a fault is over."""
 
@@ -139,7 +148,7 @@ class Condition:
 
     Attributes:
         is_there: False before it joins; it is then no obstacle either.
-        is_running: False while it is lost; lost_for_good: it will not come back.
+        is_running: False while it is lost or off; lost_for_good: it will not come back.
         is_mute: nobody hears it; is_deaf: it hears nobody.
         speed_factor: what its speeds are multiplied by.
         dead_sensors: names of the sensors that yield nothing; biases: of the others.
@@ -171,7 +180,7 @@ class Condition:
         kinds = {fault.kind for fault in holding}
         return cls(
             is_there=FaultKind.JOINS not in kinds,
-            is_running=FaultKind.LOST not in kinds,
+            is_running=kinds.isdisjoint((FaultKind.LOST, FaultKind.RESTARTS)),
             lost_for_good=any(fault.kind is FaultKind.LOST and math.isinf(fault.until_s) for fault in holding),
             is_mute=FaultKind.MUTE in kinds,
             is_deaf=FaultKind.DEAF in kinds,
@@ -187,7 +196,7 @@ OF_SENSORS = (FaultKind.SENSOR, FaultKind.BIASED)
 """Kinds that befall sensors."""
 SOUND = Condition()
 """The condition of a vehicle without faults."""
-NOT_HEARING = (FaultKind.LOST, FaultKind.DEAF, FaultKind.JOINS)
+NOT_HEARING = (FaultKind.LOST, FaultKind.DEAF, FaultKind.JOINS, FaultKind.RESTARTS)
 
 
 def hears_throughout(faults: Iterable[Fault], vehicle: str, from_s: float, until_s: float) -> bool:
@@ -248,7 +257,8 @@ def drawn(
         data = database[_name(one, seed, stream, nth, database, organisation)]
         if at_s < min(duration_s, one.until_s) or one.kind is FaultKind.JOINS:
             sensors = _sensors(data, one.sensor) if one.kind in OF_SENSORS else ()
-            found.append(Fault(one.kind, data.name, at_s, one.until_s, one.factor, sensors, one.bias))
+            of = one.until_s, one.factor, sensors, one.bias, one.keeps_memory
+            found.append(Fault(one.kind, data.name, at_s, *of))
     return tuple(sorted(found, key=lambda f: (f.span_s[0], database[f.vehicle].node, _kind_number(f.kind), f.at_s)))
 
 

@@ -13,18 +13,22 @@ from dataclasses import dataclass
 import mesa
 
 from exchange.acoustics.channel import Arrival, Channel
+from exchange.acoustics.collisions import Hearing
 from exchange.acoustics.modems import Modem
 from exchange.schedule import TdmaSchedule
 from remoras.avoidance import SEPARATION_M
 from remoras.bans import Ban, word
 from remoras.clock import Clock, Priority
-from remoras.faults import OVER, Condition, Fault, hears_throughout
+from remoras.faults import OVER, Condition, Fault, FaultKind
 from remoras.holders import HolderCount
 from remoras.mission import Truth
+from remoras.needs import StatedNeed
 from remoras.obligations import Obligations
+from remoras.own_clock import OwnClock
 from remoras.plugins import broken_promise
 from remoras.recorder import Recorder
 from remoras.separation import Separation
+from remoras.traffic import FrameEnds, SlotOpens, Traffic
 from remoras.vehicle import Vehicle
 from remoras.view import ReadOnlyFleet
 
@@ -47,20 +51,6 @@ def rare_collections() -> Iterator[None]:
 
 
 @dataclass(frozen=True, slots=True)
-class SlotOpens:
-    """The TDMA slot ``number`` starts."""
-
-    number: int
-
-
-@dataclass(frozen=True, slots=True)
-class FrameEnds:
-    """A round of consultation is over; ``number`` counts frames."""
-
-    number: int
-
-
-@dataclass(frozen=True, slots=True)
 class FaultChanges:
     """A fault begins to hold, or is over."""
 
@@ -76,7 +66,28 @@ class BanChanges:
     begins: bool
 
 
-Event = SlotOpens | FrameEnds | FaultChanges | BanChanges | Arrival
+@dataclass(frozen=True, slots=True)
+class NeedChanges:
+    """A vehicle comes to need something, or needs it no more."""
+
+    need: StatedNeed
+    begins: bool
+
+
+Event = SlotOpens | FrameEnds | FaultChanges | BanChanges | NeedChanges | Hearing
+
+
+def _schedule(clock: Clock[Event], bans: Sequence[Ban], needs: Sequence[StatedNeed], duration_s: float) -> None:
+    """Let bans and needs be said, and taken back, at their times; a need that begins with the mission is agreed."""
+    for ban in bans:
+        clock.schedule(ban.at_s, Priority.FAULT, BanChanges(ban, True))
+        if ban.until_s <= duration_s:
+            clock.schedule(ban.until_s, Priority.FAULT, BanChanges(ban, False))
+    for need in needs:
+        if need.from_s > 0.0:
+            clock.schedule(need.from_s, Priority.FAULT, NeedChanges(need, True))
+        if need.until_s <= duration_s:
+            clock.schedule(need.until_s, Priority.FAULT, NeedChanges(need, False))
 
 
 class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
@@ -95,6 +106,9 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         separation_m: distance that vehicles in one depth layer are to keep.
         obligations: that heads judge; None without any.
         bans: that persons order.
+        make_anew: makes a vehicle of this model that begins anew now, of the one that it was.
+        clocks: of the vehicles, by node; exact ones if empty.
+        needs: that vehicles state during the mission.
     """
 
     def __init__(
@@ -111,6 +125,9 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         separation_m: float = SEPARATION_M,
         obligations: Obligations | None = None,
         bans: Sequence[Ban] = (),
+        make_anew: Callable[[Fleet, Vehicle, Fault], Vehicle] | None = None,
+        clocks: Sequence[OwnClock] = (),
+        needs: Sequence[StatedNeed] = (),
     ) -> None:
         super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
         self.vehicles = tuple(make_vehicles(self))
@@ -130,6 +147,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self.holders = HolderCount()
         self._separation = Separation(self.vehicles, separation_m)
         self._obligations = obligations
+        self._make_anew = make_anew
         self._faults = tuple(faults)
         self._holding: dict[str, list[Fault]] = {vehicle.name: [] for vehicle in self.vehicles}
         for fault in self._faults:
@@ -137,12 +155,10 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             self.clock.schedule(from_s, Priority.FAULT, FaultChanges(fault, True))
             if until_s <= duration_s:
                 self.clock.schedule(until_s, Priority.FAULT, FaultChanges(fault, False))
-        for ban in bans:
-            self.clock.schedule(ban.at_s, Priority.FAULT, BanChanges(ban, True))
-            if ban.until_s <= duration_s:
-                self.clock.schedule(ban.until_s, Priority.FAULT, BanChanges(ban, False))
-        self.clock.schedule(0.0, Priority.SLOT, SlotOpens(0))
-        self.clock.schedule(schedule.frame_s, Priority.CONSULTATION, FrameEnds(1))
+        _schedule(self.clock, bans, needs, duration_s)
+        self.clocks = tuple(clocks) or tuple(OwnClock() for _ in self.vehicles)
+        self._astray = {node for node, clock in enumerate(self.clocks) if not clock.is_exact}
+        self.traffic = Traffic(channel, modem, schedule, self.clock, self.clocks, self._faults)
 
     @property
     def now_s(self) -> float:
@@ -158,7 +174,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         dt_s = self.tick_s if now_s > 0.0 else 0.0
         neighbours = self._separation.look()
         for vehicle in self.vehicles:
-            vehicle.step(now_s, dt_s, neighbours.get(vehicle.data.node, ()))
+            vehicle.step(self._clock_of(vehicle).reads(now_s), dt_s, neighbours.get(vehicle.data.node, ()))
             self._share_at_once(vehicle, now_s)
         self._record(now_s)
         self.recorder.faults.extend(self._separation.conflicts(now_s))
@@ -213,73 +229,62 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
     def _handle(self, event: Event) -> None:
         now_s = self.clock.now_s
         match event:
-            case Arrival(receiver=node, data=data):
-                self._deliver(node, data, now_s)
+            case Hearing(arrival=Arrival(receiver=node, data=data), collided=collided):
+                if not collided:
+                    self._deliver(node, data, now_s)
             case SlotOpens(number=slot):
                 self._transmit(slot, now_s)
-                self.clock.schedule(self.schedule.start_s(slot + 1), Priority.SLOT, SlotOpens(slot + 1))
             case FaultChanges(fault=fault, begins=begins):
                 self._befall(fault, begins, now_s)
-            case BanChanges(ban=ban, begins=begins):
-                self._say(ban, begins, now_s)
-            case FrameEnds(number=frame):
+            case BanChanges() | NeedChanges():
+                self._let_say(event, now_s)
+            case FrameEnds(number=frame, node=None):
                 for vehicle in self.vehicles:
-                    vehicle.consult(now_s)
-                    self._share_at_once(vehicle, now_s)
+                    if vehicle.data.node not in self._astray:
+                        self._consult(vehicle, now_s)
                 self.holders.compare([(v.name, v.social.organisation) for v in self.vehicles if v.is_alive])
                 self._observe(now_s)
-                next_s = self.schedule.start_s((frame + 1) * self.schedule.n_nodes)
-                self.clock.schedule(next_s, Priority.CONSULTATION, FrameEnds(frame + 1))
+                self.traffic.await_frame(frame + 1)
+            case FrameEnds(number=frame, node=int(node)):
+                self._consult(self.vehicles[node], now_s)
+                self.traffic.await_frame(frame + 1, node)
+
+    def _consult(self, vehicle: Vehicle, now_s: float) -> None:
+        vehicle.consult(self._clock_of(vehicle).reads(now_s))
+        if vehicle.timekeeper is not None and vehicle.is_alive:
+            vehicle.timekeeper.record()
+        self._share_at_once(vehicle, now_s)
+
+    def _clock_of(self, vehicle: Vehicle) -> OwnClock:
+        return self.clocks[vehicle.data.node]
 
     def _transmit(self, slot: int, now_s: float) -> None:
-        sender = self.vehicles[self.schedule.owner(slot)]
-        sent = sender.speak(now_s)
+        shown_s = self.traffic.opened(slot, now_s)
+        if shown_s is None:
+            return
+        node = self.schedule.owner(slot)
+        sender = self.vehicles[node]
+        sent = sender.speak(shown_s)
         self._share_at_once(sender, now_s)
-        if sent is None:
-            return
-        end_s = now_s + self.modem.packet_s(sent.size_bits)
-        positions = [vehicle.functional.motion.position_m for vehicle in self.vehicles]
-        arrivals = self.channel.transmit(slot, sender.data.node, sent.data, now_s, positions)
-        if self._faults:
-            arrivals = self._heard(sender, arrivals, now_s)
-        others = [vehicle for vehicle in self.vehicles if vehicle is not sender and vehicle.is_alive]
-        arrival_s = {arrival.receiver: arrival.time_s for arrival in arrivals}
-        received = [vehicle for vehicle in others if vehicle.data.node in arrival_s]
-        for arrival in arrivals:
-            self.clock.schedule(arrival.time_s, Priority.ARRIVAL, arrival)
-        self.recorder.packets.append(
-            (
-                slot,
-                now_s,
-                sender.name,
-                sent.size_bits,
-                len(sent.items),
-                sent.n_acks,
-                [vehicle.name for vehicle in received],
-                [vehicle.name for vehicle in others if vehicle.data.node not in arrival_s],
-                end_s,
-                [arrival_s[vehicle.data.node] for vehicle in received],
-                [str(uid) for uid in sent.items],
-                [str(uid) for uid in sent.status],
-                *sender.radio.signals_of(sent),
-            )
-        )
+        if sent is not None:
+            self.traffic.carry(slot, sender, sent, self.vehicles, self.recorder)
+        if sender.timekeeper is not None and sender.timekeeper.set_clock():
+            self.traffic.await_slot(node)
 
-    def _heard(self, sender: Vehicle, arrivals: Sequence[Arrival], now_s: float) -> list[Arrival]:
-        """Arrivals at those who are able to hear the packet from its start to its end; none from a mute sender."""
-        if sender.condition.is_mute:
-            return []
-        names = [vehicle.name for vehicle in self.vehicles]
-        return [one for one in arrivals if hears_throughout(self._faults, names[one.receiver], now_s, one.time_s)]
-
-    def _say(self, ban: Ban, begins: bool, now_s: float) -> None:
-        """Let a vehicle ban another or take that back, as a person at its console wishes; one not alive cannot."""
-        issuer = next(one for one in self.vehicles if one.name == ban.issuer)
-        if not issuer.is_alive:
-            self.recorder.faults.append((now_s, ban.issuer, "ban not said", ban.vehicle))
-            return
-        issuer.conclude([word(issuer.beliefs, ban.vehicle, ban.from_s if begins else None)], now_s)
-        self._share_at_once(issuer, now_s)
+    def _let_say(self, event: BanChanges | NeedChanges, now_s: float) -> None:
+        """Let a vehicle ban another, as a person at its console wishes, or say what it needs; one not alive cannot."""
+        name = event.ban.issuer if isinstance(event, BanChanges) else event.need.vehicle
+        vehicle = next(one for one in self.vehicles if one.name == name)
+        if isinstance(event, NeedChanges):
+            said = event.need.facts() if event.begins else event.need.taken_back()
+            facts = [vehicle.beliefs.fact(*fact) for fact in said]
+        else:
+            facts = [word(vehicle.beliefs, event.ban.vehicle, event.ban.from_s if event.begins else None)]
+        if vehicle.is_alive:
+            vehicle.conclude(facts, self._clock_of(vehicle).reads(now_s))
+        elif isinstance(event, BanChanges):
+            self.recorder.faults.append((now_s, name, "ban not said", event.ban.vehicle))
+        self._share_at_once(vehicle, now_s)
 
     def _befall(self, fault: Fault, begins: bool, now_s: float) -> None:
         """Let a fault hold from now on, or no longer; others of the vehicle hold as they did."""
@@ -289,11 +294,21 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             holding.append(fault)
         else:
             holding.remove(fault)
+            if fault.kind is FaultKind.RESTARTS and self._make_anew is not None and not vehicle.functional.exhausted:
+                vehicle = self._replace(vehicle, self._make_anew(self, vehicle, fault))
         vehicle.suffer(Condition.under(holding))
         self.recorder.faults.append((now_s, fault.vehicle, fault.kind.value, fault.detail if begins else OVER))
 
+    def _replace(self, old: Vehicle, new: Vehicle) -> Vehicle:
+        """Let a vehicle take the place of what it was before it began anew."""
+        self.vehicles = tuple(new if one is old else one for one in self.vehicles)
+        self._separation.vehicles = self.vehicles
+        self.view = ReadOnlyFleet.of(self.vehicles)
+        old.remove()
+        return new
+
     def _deliver(self, node: int, data: bytes, now_s: float) -> None:
-        reception = self.vehicles[node].hear(data, now_s)
+        reception = self.vehicles[node].hear(data, self.clocks[node].reads(now_s))
         if reception is not None:
             for peer, uid in reception.beliefs:
                 if not self.vehicles[peer].radio.manager.holds(uid):
@@ -304,7 +319,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         if sender.radio.is_bound and (blocks := sender.radio.told()):
             for vehicle in self.vehicles:
                 if vehicle is not sender:
-                    vehicle.learn(sender.name, blocks, now_s)
+                    vehicle.learn(sender.name, blocks, self._clock_of(vehicle).reads(now_s))
 
     # What is so ----------------------------------------------------------------------------------
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
+from exchange.links import PeerLinks
 from remoras.work import NOTHING_KNOWN, Known, Point
 
 
@@ -41,6 +42,7 @@ class Peers:
         positions_m: last position known of each vehicle, by name; headings_rad: from the last two of them.
         heard_s: when a packet of each was last heard; who was never heard is missing.
         last_news_s: when a contribution to the mission was last heard of.
+        links: what the links from and to each peer lose, as far as it can be told.
         unheard: peers that are not known to have heard of roles which this vehicle gave out, and these roles.
     """
 
@@ -48,6 +50,7 @@ class Peers:
     headings_rad: dict[str, float] = field(default_factory=dict)
     heard_s: dict[str, float] = field(default_factory=dict)
     last_news_s: float = -math.inf
+    links: Mapping[str, PeerLinks] = field(default_factory=dict)
     unheard: Mapping[str, Collection[str]] = field(default_factory=dict)
 
     def saw(self, name: str, position_m: Point) -> None:

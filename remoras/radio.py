@@ -8,22 +8,32 @@ roles that this vehicle gave out, and records the walk of every item.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
-from exchange.manager import ExchangeManager, Reception, Transmission
-from exchange.packets import Fragment, InfluenceSignal, ItemUid, name_of
+from exchange.manager import ExchangeManager
+from exchange.packets import Fragment, InfluenceSignal, ItemUid, Reception, Transmission, name_of
 from remoras.beliefs import Beliefs, Fact
+from remoras.contacts import Contacts
 from remoras.contents import BitCount
+from remoras.covert import Covert, least_priority
+from remoras.deliveries import note_acknowledged, note_expired, note_slot
+from remoras.jumps import Jumps
 from remoras.organisation import Group, Organisation
 from remoras.picture import Peers
 from remoras.recorder import Recorder
 from remoras.social.needs import GroupNeeds
+from remoras.social.stated_needs import NeedsInForce
 from remoras.strategy import Declaration
-from worldmodel import STATUS, Block, Change, PropertyValue, TBox, merge, tidy
+from worldmodel import STATUS, Block, Change, FaultCode, PropertyValue, TBox, merge, tidy
 from worldmodel.snapshot import uncertainty_as_text
 
 JOB = "Job"
 """Class of the core ontology; what a peer says of a job is news of the mission."""
+SUSPECTED = "suspected position"
+"""Kind of the faults by which a position was set aside; the name of the status ends the detail."""
+GIVEN_UP = frozenset({FaultCode.TIMED_OUT, FaultCode.CROWDED_OUT})
+"""Faults by which the world model forgets a block that it had."""
 STRANGER = "its packets are refused: it uses another TBox or other field widths, or one was damaged on the way"
 
 
@@ -68,7 +78,9 @@ class Radio:
         beliefs: of this vehicle, into whose world model blocks are merged.
         peers: the part of the picture that is written here and nowhere else.
         recorder: takes the rows of items, signals and faults.
-        needs: by which the manager judges, where they follow from groups.
+        needs: by which the manager judges, where they may change.
+        top_speeds_mps: of the vehicles by node, by which positions that cannot be are told.
+        covert: times in which it hears, but does not send all.
     """
 
     def __init__(
@@ -80,9 +92,12 @@ class Radio:
         beliefs: Beliefs,
         peers: Peers,
         recorder: Recorder,
-        needs: GroupNeeds | None = None,
+        needs: NeedsInForce | GroupNeeds | None = None,
+        top_speeds_mps: Mapping[int, float] = MappingProxyType({}),
+        covert: Iterable[Covert] = (),
     ) -> None:
         self.manager = manager
+        self._contacts = Contacts(names, beliefs.model.owner, manager)
         self._needs = needs
         self.communicates = declaration.communicates
         self.influences = declaration.influences
@@ -95,6 +110,7 @@ class Radio:
         self._peers = peers
         self._recorder = recorder
         self._position = beliefs.model.tbox.attribute_named("position").uid
+        self._jumps = Jumps(self._position, top_speeds_mps)
         self._news = _news_attributes(beliefs.model.tbox)
         self._bits = BitCount(beliefs.model.tbox, declaration, recorder.bits)
         self._signalling = {
@@ -102,6 +118,7 @@ class Radio:
             for group in groups
             for role in group.roles
         }
+        self._covert = tuple(covert)
         self._unheard: dict[tuple[str, ItemUid], set[str]] = {}  # by vehicle and item: roles given out in the item
 
     def record_into(self, recorder: Recorder) -> None:
@@ -113,6 +130,7 @@ class Radio:
         model = self._beliefs.model
         for fault in tidy(model, now_s):
             self._record_fault(now_s, f"dropped block: {fault.code}", fault.detail)
+            self.manager.give_up([fault.guid])
         if not model.arrivals.waiting and not self._lacking:
             return
         lacking = {one.uid: one for one in model.lacking(now_s)}
@@ -160,10 +178,7 @@ class Radio:
                 self._note_unheard()
 
     def signals_of(self, sent: Transmission) -> tuple[list[str], list[str], list[int]]:
-        """Influence signals of a packet: role that each speaks of, role that it addresses, value, -128..127.
-
-        One that addresses several roles comes once for each.
-        """
+        """Influence signals of a packet, one for each role addressed: role spoken of, role addressed, -128..127."""
         roles, addressed, values = [], [], []
         for signal in sent.signals:
             group, role, to = self._signalling[signal.role]
@@ -173,26 +188,29 @@ class Radio:
                 values.append(signal.value)
         return roles, addressed, values
 
-    def speak(self, signals: Iterable[tuple[tuple[str, str], int]], now_s: float) -> Transmission:
-        """The packet for this vehicle's slot, which opens now.
-
-        Args:
-            signals: satisfaction -128..127 by (group, role).
-        """
+    def speak(self, signals: Iterable[tuple[tuple[str, str], int]], now_s: float) -> Transmission | None:
+        """The packet for the own slot, with satisfactions -128..127 by (group, role); None while it keeps silent."""
+        above, queue = least_priority(self._covert, now_s), self.manager.queue
+        if above > 0 and not queue.has_above(above):
+            note_slot(self._recorder, self._me, queue, self.manager.keep_silent(now_s), now_s)
+            return None
         offered = []
         for (group, role), value in signals:
             self._recorder.satisfaction.append((now_s, self._me, group, role, value))
             offered.append(InfluenceSignal(self._beliefs.uid(f"{group}.{role}"), value))
-        if offered:
+        if offered and above == 0:
             self.manager.offer_signals(offered)
-        sent = self.manager.packet_to_send(now_s)
+        sent = self.manager.packet_to_send(now_s, above)
         self._bits.add(sent)
+        note_slot(self._recorder, self._me, queue, sent.slot, now_s)
+        self._contacts.sent(sent, now_s, self._recorder)
+        self._peers.links = self._contacts.links
         return sent
 
     def told(self) -> tuple[Block, ...]:
         """What this vehicle has told since it was asked last, under a strategy that is a bound; else nothing."""
-        told, self._told = tuple(self._told), []
-        return told
+        told, self._told = self._told, []
+        return tuple(told)
 
     # In ------------------------------------------------------------------------------------------
 
@@ -204,8 +222,11 @@ class Radio:
     def hear(self, data: bytes, now_s: float) -> HeardPacket:
         """Take in a packet."""
         reception = self.manager.receive(data, now_s)
+        self._contacts.heard(reception, now_s, self._recorder)
         if reception.fault is not None:
             self._record_fault(now_s, "bad packet", reception.fault)
+            said = self._names[reception.sender], reception.slot, reception.fault
+            self._recorder.refused.append((now_s, self._me, *said))
             if reception.is_stranger:
                 self._record_fault(now_s, "another definition", f"{self._names[reception.sender]}: {STRANGER}")
             return HeardPacket(reception)
@@ -218,30 +239,43 @@ class Radio:
             for peer, uid in reception.beliefs:
                 self._unheard.pop((self._names[peer], uid), None)
             self._note_unheard()
-        for uid in reception.settled:
-            self._record_item(now_s, uid, "acknowledged")
+        note_acknowledged(self._recorder, self._names, self._beliefs.model, reception.settled, now_s)
         emitter = self._names[reception.sender]
         self._peers.heard_s[emitter] = now_s
-        changes = self._merged(reception.blocks, now_s)
+        changes = self._merged(self._likely(reception.blocks, now_s), now_s)
         known = self._signalling
         signals = tuple([(known[one.role], one.value) for one in reception.signals if one.role in known])
         return HeardPacket(reception, emitter, changes, signals)
+
+    def _likely(self, blocks: Iterable[Block], now_s: float) -> list[Block]:
+        """The blocks without those by which a peer has jumped; these are told of, and set aside."""
+        likely: list[Block] = []
+        for block in blocks:
+            jump = self._jumps.suspected(block) if block.is_status else None
+            if jump is None:
+                likely.append(block)
+            else:
+                far = f"{jump.distance_m:.0f} m from where it was {jump.after_s:g} s before; {name_of(block)}"
+                self._record_fault(now_s, SUSPECTED, f"{self._names[block.origin]}: {far}")
+        return likely
 
     def regroup(self, organisation: Organisation, now_s: float) -> tuple[Change, ...]:
         """Tell and keep what this view of the organisation asks for; what was set aside and is needed now goes in."""
         if self._needs is None or not self._needs.renew(organisation):
             return ()
-        renewal = self.manager.renew()
+        renewal = self.manager.renew(now_s)
         for uid in renewal.items:
             self._record_item(now_s, uid, "received")
-        for uid in renewal.settled:
-            self._record_item(now_s, uid, "acknowledged")
+        note_acknowledged(self._recorder, self._names, self._beliefs.model, renewal.settled, now_s)
+        note_expired(self._recorder, self._me, renewal.unneeded, now_s)
         return self._merged(renewal.blocks, now_s)
 
     def _merged(self, blocks: Sequence[Block], now_s: float) -> tuple[Change, ...]:
         merged = merge(self._beliefs.model, blocks, now_s)
         for fault in merged.faults:
             self._record_fault(now_s, f"refused block: {fault.code}", fault.detail)
+            if fault.code in GIVEN_UP:
+                self.manager.give_up([fault.guid])
         for change in merged.changes:
             self._note_news(change.block.facts, now_s)
         return merged.changes
@@ -252,7 +286,9 @@ class Radio:
             self._peers.last_news_s = now_s
 
     def note(self, changes: Iterable[Change]) -> None:
-        """Keep the newest positions, whoever said them."""
+        """Keep the newest positions, whoever said them, and see whether anybody has stated a need."""
+        if isinstance(self._needs, NeedsInForce):
+            self._needs.note(changes)
         for change in changes:
             for fact in change.new_latest:
                 if fact.attribute == self._position:

@@ -113,9 +113,10 @@ PACKETS = Table("packets", (
     Column("items", "int"), Column("acks", "int"), Column("receivers", "list"), Column("lost_by", "list"),
     Column("end_s", "float", "s"), Column("arrivals_s", "floats", "s"), Column("item_uids", "list"),
     Column("status_uids", "list"), Column("signal_roles", "list"), Column("signal_addressed", "list"),
-    Column("signal_values", "ints", "-128..127"),
+    Column("signal_values", "ints", "-128..127"), Column("collided_at", "list"),
 ))  # fmt: skip
-"""What was sent from ``time_s`` to ``end_s``. ``arrivals_s`` has when each of ``receivers`` had heard all of it. Item
+"""What was sent from ``time_s`` to ``end_s``. ``arrivals_s`` has when each of ``receivers`` had heard all of it. Those
+of ``lost_by`` lost it on its way, those of ``collided_at`` to another packet, or to one that they were sending. Item
 and status uids are those of ``ITEMS``. An influence signal has one entry in each of the last three columns for every
 role that it addresses (``Group.Role``; empty if it addresses none)."""
 KNOWLEDGE = Table("knowledge", (
@@ -140,6 +141,15 @@ text: names of instances, classes and symbols, numbers, true or false, ``POINT (
 the standard deviation of numbers and points and the probability of any other value, empty where it carries none."""
 MEMBERSHIP = Table("membership", (TIME, VEHICLE, Column("peer", "str"), Column("event", "str")))
 """Peers that a vehicle takes for absent from then on, and for present again."""
+PEERS = Table("peers", (TIME, VEHICLE, Column("peer", "str"), Column("event", "str")))
+"""What a radio noticed of a peer: parked (silent for longer than loss explains, so what it needs is not waited for),
+heard again, begins anew (it has another epoch), slot conflict (two speak under its name)."""
+LINKS = Table("links", (
+    TIME, VEHICLE, Column("peer", "str"), Column("direction", "str"), Column("p_loss", "float", "1"),
+    Column("n", "int"),
+))  # fmt: skip
+"""Loss of the links from and to each peer as a vehicle estimates it, every few TDMA frames: incoming by the packets
+that it missed, outgoing by the acknowledgements that it heard. ``n`` packets were looked at; the latest count most."""
 PLANS = Table("plans", (
     TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("objective", "str"),
     Column("argument", "str"), Column("node", "int"), Column("parent", "int"), Column("task", "str"),
@@ -153,10 +163,13 @@ dropped (the plan has the task no longer). What an elementary task is expected t
 can tell."""
 FAULTS = Table("faults", (TIME, VEHICLE, Column("kind", "str"), Column("detail", "str")))
 """What went wrong, and what befell a vehicle."""
+REFUSED = Table("refused", (TIME, VEHICLE, Column("sender", "str"), Column("slot", "int"), Column("reason", "str")))
+"""Packets that arrived at a vehicle and were refused by it. Sender and slot are as the packet says, if that can be
+read; else those by the time of its arrival."""
 
 TABLES = (
     TRAJECTORIES, ROLES, MEMBERSHIP, ORGANISATION, ACTIVITIES, DECISIONS, SATISFACTION, PACKETS, KNOWLEDGE,
-    ITEMS, PLANS, FAULTS,
+    ITEMS, PLANS, PEERS, LINKS, FAULTS, REFUSED,
 )  # fmt: skip
 """Tables of every run."""
 
@@ -165,6 +178,7 @@ ADDED = {
     "organisation": frozenset({"issuer", "act", "objective", "argument", "outcome"}),
     "packets": frozenset({
         "end_s", "arrivals_s", "item_uids", "status_uids", "signal_roles", "signal_addressed", "signal_values",
+        "collided_at",
     }),
 }  # fmt: skip
 """Columns that older tables lack, by table."""
@@ -200,7 +214,10 @@ class Recorder:
         self.knowledge = self._rows["knowledge"]
         self.items = self._rows["items"]
         self.plans = self._rows["plans"]
+        self.peers = self._rows["peers"]
+        self.links = self._rows["links"]
         self.faults = self._rows["faults"]
+        self.refused = self._rows["refused"]
 
     def declare(self, table: Table) -> None:
         """Take rows of another table, too; what is declared alike several times is declared once.

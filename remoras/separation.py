@@ -73,10 +73,13 @@ class Separation:
     Args:
         vehicles: of the fleet, in the order of the nodes.
         separation_m: distance that two vehicles in one layer are to keep.
+
+    Attributes:
+        vehicles: the same, to be replaced where one begins anew.
     """
 
     def __init__(self, vehicles: Sequence[Moving], separation_m: float) -> None:
-        self._vehicles = vehicles
+        self.vehicles = vehicles
         self._separation_m = separation_m
         self._layers = in_layers([vehicle.data.depth_m for vehicle in vehicles])
         self._pairs: list[tuple[int, int]] = []
@@ -90,7 +93,7 @@ class Separation:
         self._pairs = []
         seen: dict[int, list[Neighbour]] = {}
         for layer in self._layers:
-            alive = [index for index in layer if self._vehicles[index].is_alive]
+            alive = [index for index in layer if self.vehicles[index].is_alive]
             if len(alive) > 1:
                 self._look_in(alive, seen)
         return seen
@@ -98,7 +101,7 @@ class Separation:
     def _look_in(self, layer: Iterable[int], seen: dict[int, list[Neighbour]]) -> None:
         """Add what the vehicles of a layer see of each other, in the order of the nodes."""
         squares: dict[tuple[int, int], list[int]] = {}
-        motions = {index: self._vehicles[index].functional.motion for index in layer}
+        motions = {index: self.vehicles[index].functional.motion for index in layer}
         for index, motion in motions.items():
             squares.setdefault((int(motion.x_m // SONAR_M), int(motion.y_m // SONAR_M)), []).append(index)
         near: list[tuple[int, int]] = []
@@ -113,7 +116,7 @@ class Separation:
             dx_m, dy_m = b.x_m - a.x_m, b.y_m - a.y_m
             if dx_m * dx_m + dy_m * dy_m > SONAR_M * SONAR_M:
                 continue
-            of_one, of_other = self._vehicles[one].data, self._vehicles[other].data
+            of_one, of_other = self.vehicles[one].data, self.vehicles[other].data
             if abs(of_one.depth_m - of_other.depth_m) > SAME_DEPTH_M:
                 continue
             self._pairs.append((one, other))
@@ -130,10 +133,10 @@ class Separation:
             return []
         before, self._conflicts = self._conflicts, frozenset(pair for pair in self._pairs if self._are_too_near(*pair))
         return [
-            (now_s, self._vehicles[one].data.name, CONFLICT, self._vehicles[other].data.name)
+            (now_s, self.vehicles[one].data.name, CONFLICT, self.vehicles[other].data.name)
             for one, other in sorted(self._conflicts - before)
         ]
 
     def _are_too_near(self, one: int, other: int) -> bool:
-        a, b = self._vehicles[one].functional.motion, self._vehicles[other].functional.motion
+        a, b = self.vehicles[one].functional.motion, self.vehicles[other].functional.motion
         return math.hypot(b.x_m - a.x_m, b.y_m - a.y_m) < self._separation_m - TOLERANCE_M

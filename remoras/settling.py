@@ -10,9 +10,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from exchange.packets import name_of
-from remoras.clock import Priority
-from remoras.fleet import BanChanges, FaultChanges, Fleet, FrameEnds, SlotOpens
+from remoras.fleet import Fleet
+from remoras.own_clock import RecorderByClock
 from remoras.recorder import SETTLING, Recorder
+from remoras.traffic import Hearing, SlotOpens
 from remoras.vehicle import Vehicle
 
 
@@ -32,21 +33,22 @@ def settle(fleet: Fleet, settle_s: float) -> Settled:
     """
     began_s, record = fleet.now_s, Recorder()
     fleet.recorder.declare(SETTLING)
-    for vehicle in fleet.vehicles:
-        vehicle.radio.record_into(record)
+    for vehicle, clock in zip(fleet.vehicles, fleet.clocks, strict=True):
+        vehicle.radio.record_into(record if clock.is_exact else RecorderByClock(record, clock))
     while not _is_settled(fleet):
         event = fleet.clock.next_before(began_s + settle_s)
         if event is None:
             break
         if isinstance(event, SlotOpens):
             _speak(fleet, event.number)
-        elif not isinstance(event, FrameEnds | FaultChanges | BanChanges):
-            _hear(fleet.vehicles[event.receiver], event.data, fleet.now_s, record)
+        elif isinstance(event, Hearing) and not event.collided:
+            _hear(fleet, event, record)
     complete = _is_settled(fleet)
     for vehicle in fleet.vehicles:
         vehicle.radio.record_into(fleet.recorder)
     fleet.recorder.rows(SETTLING.name).extend(record.knowledge)
     fleet.recorder.faults.extend(record.faults)
+    fleet.recorder.refused.extend(record.refused)
     return Settled((fleet.now_s if complete else began_s + settle_s) - began_s, complete)
 
 
@@ -60,23 +62,21 @@ def _speaks(vehicle: Vehicle) -> bool:
 
 
 def _speak(fleet: Fleet, slot: int) -> None:
-    now_s, schedule = fleet.now_s, fleet.schedule
-    fleet.clock.schedule(schedule.start_s(slot + 1), Priority.SLOT, SlotOpens(slot + 1))
-    sender = fleet.vehicles[schedule.owner(slot)]
-    if not _speaks(sender):
+    shown_s = fleet.traffic.opened(slot, fleet.now_s)
+    sender = fleet.vehicles[fleet.schedule.owner(slot)]
+    if shown_s is None or not _speaks(sender):
         return
-    sent = sender.radio.manager.packet_to_send(now_s)
-    if sender.condition.is_mute:
-        return
-    positions = [vehicle.functional.motion.position_m for vehicle in fleet.vehicles]
-    for arrival in fleet.channel.transmit(slot, sender.data.node, sent.data, now_s, positions):
-        fleet.clock.schedule(arrival.time_s, Priority.ARRIVAL, arrival)
+    sent = sender.radio.manager.packet_to_send(shown_s)
+    if not sender.condition.is_mute:
+        fleet.traffic.carry(slot, sender, sent, fleet.vehicles, None)
 
 
-def _hear(vehicle: Vehicle, data: bytes, now_s: float, record: Recorder) -> None:
+def _hear(fleet: Fleet, hearing: Hearing, record: Recorder) -> None:
+    arrival, now_s = hearing.arrival, fleet.now_s
+    vehicle = fleet.vehicles[arrival.receiver]
     if not vehicle.is_alive or vehicle.condition.is_deaf:
         return
-    heard = vehicle.radio.hear(data, now_s)
+    heard = vehicle.radio.hear(arrival.data, fleet.clocks[arrival.receiver].reads(now_s))
     vehicle.beliefs.note()
     for block in heard.reception.blocks:
         if block.is_status:

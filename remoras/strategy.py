@@ -24,6 +24,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from exchange.links import PeerLinks
 from remoras.authority import Authority
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
@@ -107,6 +108,7 @@ class Situation:
         unheard: peers that have not acknowledged roles which this vehicle stated they play, and these roles by
             ``Group.Role``.
         calls: by peer, how dissatisfied it is by its last influence signal, above 0 to 1; contented ones are missing.
+        links: by peer, what the links from and to it lose, as far as this vehicle can tell.
     """
 
     now_s: float
@@ -117,6 +119,7 @@ class Situation:
     heard_s: Mapping[str, float]
     unheard: Mapping[str, Collection[str]] = field(default_factory=dict)
     calls: Mapping[str, float] = field(default_factory=dict)
+    links: Mapping[str, PeerLinks] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import mesa
 
-from exchange.manager import Reception, Transmission
+from exchange.packets import Reception, Transmission
 from remoras.activities import ActivitySet, ActivityType, Objective
 from remoras.attraction import NO_PULLS
 from remoras.avoidance import Neighbour
@@ -29,12 +29,14 @@ from remoras.diary import Diary
 from remoras.errors import PluginError
 from remoras.executive.layer import ExecutiveLayer
 from remoras.faults import SOUND, Condition
-from remoras.functional.layer import FunctionalLayer
+from remoras.functional.layer import FunctionalLayer, embody
 from remoras.functional.sensing import Sensed
 from remoras.radio import Radio
 from remoras.recorder import Recorder
 from remoras.social.layer import Consulted, Review, SocialLayer
+from remoras.timekeeping import Timekeeper
 from worldmodel import Block, Change, WorldModelError
+from worldmodel.remembering import remember
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +58,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         radio: what it speaks and hears with.
         beliefs: its world model, by names.
         recorder: takes the rows.
+        began_s: when it began; later than 0 if it begins anew, see ``go_on``.
+        timekeeper: compares its clock with its peers'; None where all clocks are right.
     """
 
     def __init__(
@@ -66,8 +70,11 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         radio: Radio,
         beliefs: Beliefs,
         recorder: Recorder,
+        began_s: float = 0.0,
+        timekeeper: Timekeeper | None = None,
     ) -> None:
         super().__init__(model)
+        self.timekeeper = timekeeper
         self.data = data
         self.name = data.name
         self.social, self.executive, self.functional = layers.social, layers.executive, layers.functional
@@ -82,8 +89,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         self._next_decision_s = 0.0
         self._resigned = False
         self._weighed: tuple[ActivitySet, ...] = ()
-        self._diary.roles(0.0, self.social.organisation.roles_of(self.name), "assigned")
-        self._diary.founded(self.social.organisation, self.social.objectives.values())
+        self._diary.founded(self.social.organisation, self.social.objectives.values(), began_s)
         self._adopt()
 
     @property
@@ -150,7 +156,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self._resigned = True
             self.conclude(self.social.standing.resign(), now_s)
         if decision.has(ActivityType.PLANNING) and self.social.planner.is_due:
-            self._plan(now_s)
+            _plan(self, now_s)
         self.conclude(self.social.findings(functional.believed), now_s, not self.social.standing.is_cut_off)
 
     def _note_what_is_done(self, perceptions: Sequence[Perception], now_s: float) -> bool:
@@ -175,14 +181,6 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self._diary.fault(now_s, "cannot", str(objective))
             self.conclude(facts, now_s)
         return bool(facts)
-
-    def _plan(self, now_s: float) -> None:
-        deliberation = self.social.plan_missions()
-        for no_plan in deliberation.impossible:
-            self._diary.fault(now_s, "no plan", str(no_plan.task))
-        facts, told = deliberation.facts, not self.social.standing.is_cut_off
-        for part in [facts] if self.radio.manager.fits(facts) else deliberation.parts:
-            self.conclude(part, now_s, told)
 
     # Consultation --------------------------------------------------------------------------------
 
@@ -241,16 +239,16 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             return None
         node = self.data.node
         self.conclude([(node, self._position, self.functional.believed.position_m)], now_s)
-        battery = round(max(0.0, self.functional.picture.body.battery), 2)
+        battery = self.beliefs.detailed(self._battery, round(max(0.0, self.functional.picture.body.battery), 2))
         if self.beliefs.model.value(node, self._battery) != battery:
             self.conclude([(node, self._battery, battery)], now_s)
         if self.radio.is_bound:
             return None
         influences = self.radio.influences and self.executive.decision.has(ActivityType.COMMUNICATION)
-        signals = self.executive.signals() if influences else ()
-        sent = self.radio.speak(signals, now_s)
-        self.functional.transmitted(sent.size_bits)
-        self._note_exhaustion(now_s)
+        sent = self.radio.speak(self.executive.signals() if influences else (), now_s)
+        if sent is not None:
+            self.functional.transmitted(sent.size_bits)
+            self._note_exhaustion(now_s)
         return sent
 
     def hear(self, data: bytes, now_s: float) -> Reception | None:
@@ -261,6 +259,9 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         if reception.fault is not None:
             return reception
         self._consider(changes, now_s)
+        if self.timekeeper is not None:
+            known_m, own_m = self.functional.picture.peers.positions_m, self.functional.believed.position_m
+            self.timekeeper.heard(reception, 8 * len(data), now_s, own_m, known_m.get(emitter))
         organisation = self.social.organisation
         for (group, role, addressed), value in signals:
             if organisation.is_member(self.name, group) and organisation.is_member(emitter, group):
@@ -281,7 +282,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         """Record facts that the vehicle found out itself and, if they are to be told, offer them to the others."""
         if facts:
             private = not self.radio.tells(facts, told)
-            self._share(self.beliefs.model.record(facts, now_s, private), now_s, told)
+            self._share(self.beliefs.record(facts, now_s, private), now_s, told)
 
     def _share(self, change: Change, now_s: float, told: bool = True) -> None:
         self.radio.tell(change, self.social.addressed, now_s)
@@ -303,9 +304,37 @@ def _recorded(sensed: Sensed, vehicle: Vehicle, now_s: float) -> Change:
     observation = biased(sensed.observation, sensed.sensor, vehicle.condition.biases, beliefs.model.tbox)
     try:
         facts = beliefs.facts_of(observation)
-        return beliefs.model.record(facts, now_s, private=not vehicle.radio.tells(facts))
+        return beliefs.record(facts, now_s, private=not vehicle.radio.tells(facts))
     except (WorldModelError, TypeError, ValueError) as error:
         hint = "; the mission's instances_found_per_vehicle says how many" if observation.found else ""
         raise PluginError(
             f"sensor {sensed.sensor} of {vehicle.name}: its observation cannot be recorded: {error}{hint}"
         ) from error
+
+
+def _plan(vehicle: Vehicle, now_s: float) -> None:
+    """Plan the missions of a vehicle's groups, and tell what comes of it."""
+    deliberation = vehicle.social.plan_missions()
+    for no_plan in deliberation.impossible:
+        vehicle._diary.fault(now_s, "no plan", str(no_plan.task))
+    facts, told = deliberation.facts, not vehicle.social.standing.is_cut_off
+    for part in [facts] if vehicle.radio.manager.fits(facts) else deliberation.parts:
+        vehicle.conclude(part, now_s, told)
+
+
+def go_on(vehicle: Vehicle, before: Vehicle, now_s: float, remembers: bool) -> None:
+    """Let a vehicle that begins anew be where it was; what it remembers counts as if it were heard now.
+
+    Args:
+        vehicle: that knows nothing yet.
+        before: what it was.
+        now_s: the time now.
+        remembers: False if its memory is lost.
+    """
+    vehicle._next_decision_s = before._next_decision_s
+    embody(vehicle.functional, before.functional)
+    vehicle._adopt()
+    if remembers:
+        changes = remember(vehicle.beliefs.model, before.beliefs.model, now_s).changes
+        vehicle.radio.manager.resume(now_s)
+        vehicle._consider(changes, now_s)

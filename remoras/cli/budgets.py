@@ -13,17 +13,18 @@ import typer
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli import completion
 from remoras.cli.app import Format, Json, command, fail, show_json
-from remoras.cli.runs import Settings
+from remoras.cli.runs import Seed, Settings
 from remoras.cli.tables import on_terminal, show_table
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
-    from visualisation.reach import Reach
+    from visualisation.reach import Drawn, Reach
 
 DEFAULT_RANGES = "250,500,1000,2000,3000,4000,5000,6000,8000,10000"
 DRAWN = 200
 """Ranges at which the lines of the figure are computed."""
 COLUMNS = ("modem", "range / m", "loss / dB", "SNR / dB", "Eb/N0 / dB", "delivered", "by frame")
+DRAWN_COLUMNS = ("drawn", "95 %")
 
 
 def ranges_of(text: str) -> tuple[float, ...]:
@@ -50,6 +51,10 @@ def link_budget(
         str | None, typer.Option(metavar="NAMES", help="Modem profiles, commas between; the scenario's if left out.")
     ] = None,
     ranges: Annotated[str, typer.Option(metavar="METRES", help="Ranges of the table.")] = DEFAULT_RANGES,
+    draws: Annotated[
+        int, typer.Option(min=0, max=1_000_000, metavar="N", help="Packets to draw for each modem and range; slow.")
+    ] = 0,
+    seed: Seed = 1,
     settings: Settings = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for the figure, its caption and its CSV.")
@@ -63,18 +68,35 @@ def link_budget(
     from missions.scenarios import load
 
     ranges_m = ranges_of(ranges)
+    _refuse_other_channels(settings or ())
     overrides = [("link-budget", "channel.name=acoustic"), *(("--set", setting) for setting in settings or ())]
     chosen = (
         [[]] if modem is None else [[("--modem", f"communication.modem={one.strip()}")] for one in modem.split(",")]
     )
     scenarios = [load(name, [*overrides, *more]) for more in chosen]
     reaches = [_reach(scenario, ranges_m) for scenario in scenarios]
+    if draws:
+        reaches = [
+            one._replace(drawn=_drawn(scenario, ranges_m, draws, seed))
+            for one, scenario in zip(reaches, scenarios, strict=True)
+        ]
     if out is not None:
-        _draw(scenarios, ranges_m[-1], out, file_format.value, as_json)
+        _draw(scenarios, reaches, ranges_m[-1], out, file_format.value, as_json)
     if as_json:
-        show_json([{"modem": one.modem, **point._asdict()} for one in reaches for point in one.points])
+        show_json([_as_json(one, number) for one in reaches for number in range(len(one.points))])
     else:
         _print(reaches)
+
+
+def _refuse_other_channels(settings: Sequence[str]) -> None:
+    """End the command if a setting names a channel: it tells of one alone."""
+    from missions.document import key_parts
+
+    for setting in settings:
+        key, _, value = setting.partition("=")
+        if key_parts(key.strip()) in (["channel"], ["channel", "name"]) and value.strip(" \"'") != "acoustic":
+            allowed = "link-budget tells of the channel acoustic alone; allowed: its keys, such as channel.spreading=2"
+            fail(f"--set {cut(setting, LONGEST_VALUE)}: {allowed}")
 
 
 def _reach(scenario: Scenario, ranges_m: Sequence[float]) -> Reach:
@@ -100,7 +122,36 @@ def _reach(scenario: Scenario, ranges_m: Sequence[float]) -> Reach:
     return Reach(modem.name, modem.range_m, math.ceil(modem.payload_bytes / modem.frame_bytes), points)
 
 
-def _draw(scenarios: Sequence[Scenario], furthest_m: float, out: Path, file_format: str, as_json: bool) -> None:
+def _drawn(scenario: Scenario, ranges_m: Sequence[float], n_packets: int, seed: int) -> tuple[Drawn, ...]:
+    """What came of packets that were drawn on the channel of a scenario."""
+    from exchange.acoustics.acoustic import AcousticChannel
+    from exchange.acoustics.drawn import n_arrived
+    from missions.scenarios.deployment import deployment_of
+    from visualisation.reach import Drawn
+
+    channel, deployment = scenario.channel.settings(), deployment_of(scenario)
+    assert isinstance(channel, AcousticChannel)
+    found = n_arrived(channel.links(deployment), deployment.modem, ranges_m, n_packets, seed)
+    return tuple(Drawn(range_m, n_packets, n) for range_m, n in zip(ranges_m, found, strict=True))
+
+
+def _as_json(reach: Reach, number: int) -> dict[str, object]:
+    """One line of the table as data; with the packets that were drawn, if any were."""
+    found: dict[str, object] = {"modem": reach.modem, **reach.points[number]._asdict()}
+    if reach.drawn:
+        drawn = reach.drawn[number]
+        found |= {"n_drawn": drawn.n_packets, "drawn": drawn.delivered, "drawn_95": drawn.interval}
+    return found
+
+
+def _draw(
+    scenarios: Sequence[Scenario],
+    reaches: Sequence[Reach],
+    furthest_m: float,
+    out: Path,
+    file_format: str,
+    as_json: bool,
+) -> None:
     from visualisation import files
     from visualisation.reach import contents
 
@@ -111,19 +162,28 @@ def _draw(scenarios: Sequence[Scenario], furthest_m: float, out: Path, file_form
         f"salinity {channel.salinity_psu:g}, shipping {channel.shipping:g}, wind {channel.wind_mps:g} m/s, "
         f"fading: {channel.fading}."
     )
-    drawn = contents([_reach(scenario, lines_m) for scenario in scenarios], sea, file_format)
+    lines = [
+        _reach(scenario, lines_m)._replace(drawn=one.drawn) for scenario, one in zip(scenarios, reaches, strict=True)
+    ]
+    drawn = contents(lines, sea, file_format)
     print(*files.write(out, drawn), sep="\n", file=sys.stderr if as_json else sys.stdout)
+
+
+def _share(drawn: Drawn) -> tuple[str, str]:
+    low, high = drawn.interval
+    return f"{drawn.delivered:.4f}", f"{low:.4f}-{high:.4f}"
 
 
 def _print(reaches: Sequence[Reach]) -> None:
     """A line for every modem and range."""
     rows = [
         (one.modem, f"{p.range_m:g}", f"{p.transmission_loss_db:.1f}", f"{p.snr_db:.1f}", f"{p.ebn0_db:.1f}",
-         f"{p.delivered:.3f}", f"{p.frames_delivered:.3f}")
-        for one in reaches for p in one.points
+         f"{p.delivered:.3f}", f"{p.frames_delivered:.3f}", *(_share(one.drawn[n]) if one.drawn else ()))
+        for one in reaches for n, p in enumerate(one.points)
     ]  # fmt: skip
+    columns = (*COLUMNS, *(DRAWN_COLUMNS if any(one.drawn for one in reaches) else ()))
     if on_terminal():
-        show_table(COLUMNS, rows, "full packets that arrive whole, and frame by frame", COLUMNS[1:])
+        show_table(columns, rows, "full packets that arrive whole, and frame by frame", columns[1:])
         return
-    for row in [COLUMNS, *rows]:
+    for row in [columns, *rows]:
         print(f"{row[0]:<16}", *(f"{value:>10}" for value in row[1:]))

@@ -333,5 +333,5 @@ def _not_available(name: str) -> None:
         raise typer.Exit(USAGE)
 
 
-for _name in ("stress", "node", "swarm"):
+for _name in ("stress",):
     _not_available(_name)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 from remoras.activities import ActivitySet, ActivityType
@@ -138,7 +138,7 @@ class FunctionalLayer:
 
     def transmitted(self, size_bits: int) -> None:
         """Account for the energy of a packet."""
-        self.motion.energy_j += size_bits * self.data.transmit_j_per_bit
+        self.motion.energy_j += self.data.transmit_j_per_packet + size_bits * self.data.transmit_j_per_bit
         self._check_energy()
 
     def _check_energy(self) -> None:
@@ -311,3 +311,14 @@ class FunctionalLayer:
         if not sound:
             raise self._broken(index, "reference", REFERENCE, reference)
         return reference
+
+
+def embody(layer: FunctionalLayer, before: FunctionalLayer) -> None:
+    """Let a vehicle that begins anew be where it was, with the energy and the navigation that it had."""
+    for one in fields(Motion):
+        setattr(layer.motion, one.name, getattr(before.motion, one.name))
+    layer.exhausted = before.exhausted
+    if before._navigation is not None:
+        layer._navigation = before._navigation
+        layer._guidance.error_m = layer._navigation.error_m
+        layer.believed = _shifted(layer.motion, layer._navigation.error_m)

@@ -43,11 +43,11 @@ class Agreement:
     meets_after: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     supervisors: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     at_sea: Mapping[str, Group] = field(default_factory=dict)
+    groups: tuple[Group, ...] = field(init=False)
+    """All groups that there may be."""
 
-    @property
-    def groups(self) -> tuple[Group, ...]:
-        """All groups that there may be."""
-        return (*self.organisation.groups.values(), *self.at_sea.values())
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "groups", (*self.organisation.groups.values(), *self.at_sea.values()))
 
 
 def agree(

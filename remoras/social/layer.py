@@ -289,7 +289,7 @@ class SocialLayer:
         if self.strategy.declaration.influences:
             self._picture.groups.awaited = {name: one.awaited(self.me, now_s) for name, one in work.items()}
         unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.standing.absent}
-        for said in self._negotiation.negotiate(now_s, work, peers.heard_s, unheard, calls, self.missions):
+        for said in self._negotiation.negotiate(now_s, work, peers.heard_s, unheard, calls, self.missions, peers.links):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in said.facts)
             facts = self.standing.in_place_of_the_absent(self._beliefs.fact(*fact) for fact in said.facts)
             facts += aims(said.facts, self.objectives.values(), self._founding, self._beliefs, self._mission)

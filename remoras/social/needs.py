@@ -35,7 +35,7 @@ from remoras.bans import BANNED_FROM
 from remoras.organisation import Group, Organisation
 from remoras.social.negotiation import ROLE_ATTRIBUTES
 from remoras.social.succession import HEAD_TERM, HEADED_BY
-from worldmodel import NOBODY, PropertyValue, TBox, Wanted
+from worldmodel import NOBODY, PLAIN, PropertyValue, TBox, Terms, Wanted
 
 Path = tuple[str, str]
 """Group and role, or group and group."""
@@ -157,6 +157,10 @@ class GroupNeeds:
         """Which nodes need a fact, and how urgent it is; its attribute says the latter."""
         priority = self._priorities.get(fact.attribute)
         return NOBODY if priority is None else (self._nodes(fact), priority)
+
+    def terms_of(self, fact: PropertyValue, class_uid: int) -> Terms:
+        """How they want it served: as plain needs are."""
+        return PLAIN
 
     def _nodes(self, fact: PropertyValue) -> int:
         subject, of, now = fact.subject, self._subjects, self._now

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 
+from exchange.links import PeerLinks
 from remoras.authority import Rules
 from remoras.beliefs import Beliefs
 from remoras.organisation import Group, Organisation
@@ -172,6 +173,7 @@ class Negotiation:
         unheard: Mapping[str, Collection[str]],
         calls: Mapping[str, float],
         missions: Collection[str],
+        links: Mapping[str, PeerLinks],
     ) -> list[Statement]:
         """End of a round: what this vehicle states to organise its groups.
 
@@ -182,6 +184,7 @@ class Negotiation:
             unheard: peers that have not acknowledged roles they were given, and these roles.
             calls: how dissatisfied peers are, by their influence signals.
             missions: groups of which the mission is known; of others there is nothing to divide yet.
+            links: what the links from and to each peer lose.
 
         Raises:
             PluginError: the strategy raises, or answers with something else than a move.
@@ -198,7 +201,8 @@ class Negotiation:
             if group not in missions:
                 holding.append(group)
                 continue
-            situation = Situation(now_s, self._round, work[group], self._rally_m[group], heard, heard_s, unheard, calls)
+            at_m, about = self._rally_m[group], (heard, heard_s, unheard, calls, links)
+            situation = Situation(now_s, self._round, work[group], at_m, *about)
             move = ask(self._strategy, negotiator, situation)
             statements += move.statements
             self.silent = self.silent or move.silent

@@ -72,7 +72,7 @@ def test_roles_begin_and_cease_to_drive_and_activities_are_those_of_the_choice()
 def test_what_was_agreed_before_is_written_by_node_and_by_nobody_in_particular() -> None:
     recorder = Recorder()
     roles = [RoleAssignment("Operational", "LeftWinger", name) for name in ("AUV01", "AUV02")]
-    Diary("AUV01", NAMES, recorder).founded(Organisation.of([GROUP], roles), [EXPLORING])
+    Diary("AUV01", NAMES, recorder).founded(Organisation.of([GROUP], roles), [EXPLORING], 0.0)
     winger = ("Operational", "LeftWinger")
     assert recorder.organisation == [
         (0.0, "AUV01", "AUV02", *winger, "assigned", "", "assign", "", "", "success"),

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from samples import GROUPS, LEADER, WORKER, auv, database
 
 from exchange.acoustics import loss
+from missions.runs.assembly import assemble, faults_in
 from missions.runs.run import Run, run
-from missions.runs.setup import assemble, faults_in, resolved
+from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.database import AUVDatabase
 from remoras.faults import ANY, SOUND, Condition, DeclaredFault, Fault, FaultKind, drawn, hears_throughout

@@ -8,7 +8,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from missions.runs.setup import assemble, resolved
+from missions.runs.assembly import assemble
+from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.fleet import Fleet
 from remoras.radio import Signalling

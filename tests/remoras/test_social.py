@@ -10,7 +10,8 @@ from itertools import permutations
 
 import pytest
 
-from missions.runs.setup import assemble, resolved
+from missions.runs.assembly import assemble
+from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.activities import Objective
 from remoras.fleet import Fleet

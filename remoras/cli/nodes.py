@@ -1,0 +1,236 @@
+"""Commands that run vehicles in processes of their own: node, swarm, replay-log."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from remoras.cli.app import FAILED, Json, command, fail, show_json
+from remoras.cli.runs import ScenarioName, Seed, Settings
+
+if TYPE_CHECKING:
+    from exchange.drivers.udp import Address
+    from missions.nodes.alone import Plan
+    from missions.nodes.node import Outcome
+    from missions.scenarios.scenario import Scenario
+
+SETTLE_S = 300.0
+"""Time for which the exchange goes on after the vehicles have stopped, unless the user says otherwise."""
+LISTEN_FRAMES = 2.0
+"""For how many TDMA frames a node that was told no start listens whether the mission is under way."""
+
+Speed = Annotated[float, typer.Option(metavar="X", help="Seconds of the mission in a second: 1 is real time.")]
+Until = Annotated[
+    float | None, typer.Option(metavar="T", help="Vehicles stop to act at T s; at scenario.duration_s if left out.")
+]
+Settle = Annotated[float, typer.Option(metavar="S", help="For S s more they only exchange what is still open.")]
+Logs = Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for the log of every packet, VEHICLE.jsonl.")]
+Drop = Annotated[float, typer.Option(metavar="P", help="Share of the packets that is lost at each receiver.")]
+Double = Annotated[float, typer.Option(metavar="P", help="Share of the other packets that is heard twice.")]
+
+
+@command(
+    "node", "remoras node mapping-rendezvous AUV00 --bind 127.0.0.1:47001 --peers ASV00=127.0.0.1:47000 --speed 20"
+)
+def node(
+    scenario: ScenarioName,
+    vehicle: Annotated[str, typer.Argument(metavar="VEHICLE", help="Which vehicle of the scenario this is.")],
+    bind: Annotated[
+        str, typer.Option(metavar="HOST:PORT", help="Where it listens; port 0 is any that is free.")
+    ] = "127.0.0.1:0",
+    peers: Annotated[
+        str, typer.Option(metavar="NAME=HOST:PORT,...", help="Where the others listen; who is not named is not heard.")
+    ] = "",
+    speed: Speed = 1.0,
+    start: Annotated[
+        float | None,
+        typer.Option(metavar="T", help="When the mission begins, by Python's time.monotonic(); see the how-to."),
+    ] = None,
+    epoch: Annotated[
+        int, typer.Option(min=0, metavar="N", help="How often it has begun anew, if it was ended and is started again.")
+    ] = 0,
+    seed: Seed = 1,
+    until: Until = None,
+    settle: Settle = SETTLE_S,
+    drop: Drop = 0.0,
+    double: Double = 0.0,
+    settings: Settings = None,
+    out: Logs = None,
+    as_json: Json = False,
+) -> None:
+    """Run one vehicle of a scenario in this process; it speaks and hears by UDP.
+
+    Without --start it listens first: if a peer speaks, it joins the mission of that peer, else its own begins.
+    """
+    from dataclasses import replace
+
+    from exchange.drivers.seam import Paced
+    from exchange.drivers.udp import Socket, UdpDriver, address_of
+    from missions.nodes.alone import alone
+    from missions.nodes.logs import Log
+    from missions.nodes.node import Mishaps, Node
+
+    _check(speed, settle, drop, double)
+    loaded, plan = _plan(scenario, vehicle, settings, seed, until, settle)
+    plan = replace(plan, epoch=epoch)
+    others = _peers(peers, vehicle, [one.name for one in loaded.vehicle])
+    own = alone(plan)
+    port = Socket(address_of(bind, "--bind"))
+    host, number = port.address
+    print(f"remoras: {vehicle} listens on {host}:{number}", file=sys.stderr)
+    begun_s = start
+    if begun_s is None and others:
+        begun_s = port.heard_start_s(others, LISTEN_FRAMES * own.setup.schedule.frame_s / speed, speed)
+    pace = Paced(now_by_machine() if begun_s is None else begun_s, speed)
+    if pace.now_s > own.setup.schedule.slot_s:
+        plan = replace(plan, begins_s=pace.now_s)
+        own = alone(plan)
+        print(f"remoras: {vehicle} joins at {plan.begins_s:.1f} s of the mission", file=sys.stderr)
+    log = None if out is None else Log(out, plan)
+    driver = UdpDriver(port, others, pace, own.setup.modem.packet_s)
+    found = Node(own, driver, pace, log, Mishaps(drop, double)).run()
+    if as_json:
+        show_json(found.as_json())
+        return
+    _print_outcomes([found])
+
+
+def now_by_machine() -> float:
+    """The clock by which starts are given (s)."""
+    import time
+
+    return time.monotonic()
+
+
+@command("swarm", "remoras swarm mapping-rendezvous --until 600 --speed 100 --drop 0.4 --double 0.1 --out dive")
+def swarm(
+    scenario: ScenarioName,
+    vehicles: Annotated[
+        str, typer.Option(metavar="NAME,...", help="Which vehicles to start; all of them if left out.")
+    ] = "",
+    port: Annotated[
+        int, typer.Option(min=0, metavar="N", help="Port of the first vehicle, the next follow; 0: any that are free.")
+    ] = 0,
+    speed: Speed = 1.0,
+    seed: Seed = 1,
+    until: Until = None,
+    settle: Settle = SETTLE_S,
+    drop: Drop = 0.0,
+    double: Double = 0.0,
+    settings: Settings = None,
+    out: Logs = None,
+    as_json: Json = False,
+) -> None:
+    """Run the vehicles of a scenario in processes of their own, and say whether they know the same at the end."""
+    from missions.nodes.logs import refuse_written
+    from missions.nodes.node import Outcome
+    from missions.nodes.swarm import plans_of
+    from missions.nodes.swarm import swarm as run_swarm
+
+    _check(speed, settle, drop, double)
+    given = [name for name in vehicles.split(",") if name]
+    loaded, plan = _plan(scenario, given[0] if given else None, settings, seed, until, settle)
+    plans = [_known(loaded, plan, name) for name in given]
+    plans = plans or plans_of(plan, [one.name for one in sorted(loaded.vehicle, key=lambda one: one.slot)])
+    if out is not None:
+        for one in plans:
+            refuse_written(out, one)
+
+    plans[0].setup()  # what is wrong with it is told before processes start
+
+    def begun(pids: dict[str, int]) -> None:
+        who = ", ".join(f"{name} (process {pid})" for name, pid in pids.items())
+        print(f"remoras: {who}; {plan.end_s / speed:.0f} s to go", file=sys.stderr)
+
+    found = run_swarm(loaded.scenario.name, plans, speed, (drop, double), out, port, begun)
+    if as_json:
+        show_json(found.as_json())
+    else:
+        _print_outcomes([Outcome(**one) for one in found.vehicles])
+        print("all who are there know the same" if found.equal else "they do not know the same; let --settle be longer")
+    for name, why in found.ended.items():
+        print(f"remoras: {name}: {why}", file=sys.stderr)
+    if found.ended or not found.equal:
+        raise typer.Exit(FAILED)
+
+
+@command("replay-log", "remoras replay-log dive/AUV00.jsonl")
+def replay_log(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="Log that node or swarm has written.")],
+    as_json: Json = False,
+) -> None:
+    """Let the vehicle of a log hear again what it heard, without sockets, and compare what it says bit by bit."""
+    from dataclasses import asdict
+
+    from missions.nodes.logs import play, read_log
+
+    found = play(read_log(log))
+    if as_json:
+        show_json(asdict(found))
+    elif found.difference:
+        print(f"{found.vehicle} differs from its log: {found.difference}")
+    else:
+        print(
+            f"{found.vehicle}: {found.packets_sent} packets sent as in the log, {found.packets_heard} heard; "
+            f"state {found.state_hash[:16]}"
+        )
+    if found.difference:
+        raise typer.Exit(FAILED)
+
+
+def _check(speed: float, settle: float, drop: float, double: float) -> None:
+    """Refuse numbers that cannot be."""
+    if not 0.0 < speed <= 1e6:
+        fail(f"--speed {speed:g}: allowed is more than 0, up to 1000000")
+    if not 0.0 <= settle <= 1e9:
+        fail(f"--settle {settle:g}: allowed are 0 and more seconds")
+    for option, share in (("--drop", drop), ("--double", double)):
+        if not 0.0 <= share <= 1.0:
+            fail(f"{option} {share:g}: allowed is a share, 0 to 1")
+
+
+def _plan(
+    scenario: str, vehicle: str | None, settings: list[str] | None, seed: int, until: float | None, settle: float
+) -> tuple[Scenario, Plan]:
+    """The scenario of a name or file, and the plan of a vehicle of it, by default the first."""
+    from missions.files import SCENARIO, file_of, shipped
+
+    file_of(SCENARIO, scenario, shipped())
+    from missions.nodes.alone import Plan
+    from missions.scenarios import load
+
+    loaded = load(scenario, [("--set", setting) for setting in settings or []])
+    return loaded, Plan.of(loaded, vehicle or loaded.vehicle[0].name, seed, until, settle)
+
+
+def _known(scenario: Scenario, plan: Plan, name: str) -> Plan:
+    """The plan of another vehicle of the scenario."""
+    from missions.nodes.alone import Plan
+
+    return Plan.of(scenario, name, plan.seed, plan.until_s, plan.end_s - plan.until_s)
+
+
+def _peers(text: str, vehicle: str, names: list[str]) -> list[Address]:
+    """Addresses of the peers."""
+    from exchange.drivers.udp import address_of
+    from remoras.cli.app import one_of
+
+    found: dict[str, Address] = {}
+    for given in filter(None, text.split(",")):
+        name, _, address = given.partition("=")
+        one_of("--peers", name, [one for one in names if one != vehicle])
+        found[name] = address_of(address, f"--peers {name}")
+    return list(found.values())
+
+
+def _print_outcomes(outcomes: list[Outcome]) -> None:
+    print("vehicle       sent  heard   lost  twice refused  items   open  state             behind by")
+    for one in outcomes:
+        print(
+            f"{one.vehicle:<12} {one.packets_sent:>5} {one.packets_heard:>6} {one.packets_lost:>6} "
+            f"{one.packets_doubled:>6} {one.packets_refused:>7} {one.items:>6} {one.open:>6}  {one.state_hash[:16]}  "
+            f"{one.late_s:>6.1f} s"
+        )

@@ -1,0 +1,56 @@
+"""What a radio writes of its peers: who is away, who began anew, who shares a name, and what the links lose."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from exchange.links import PeerLinks
+from exchange.manager import ExchangeManager
+from exchange.packets import Met, Reception, Transmission
+from remoras.recorder import Recorder
+
+LINK_FRAMES = 8
+"""TDMA frames from one row of a link to the next."""
+EVENTS = {Met.BACK: "heard again", Met.NEW_LIFE: "begins anew"}
+SLOT_CONFLICT = "slot conflict"
+
+
+class Contacts:
+    """Rows of one vehicle about its peers.
+
+    Args:
+        names: of all vehicles, in the order of the nodes.
+        me: own node.
+        manager: of the vehicle.
+    """
+
+    def __init__(self, names: Sequence[str], me: int, manager: ExchangeManager) -> None:
+        self._names = names
+        self._me = me
+        self._manager = manager
+
+    @property
+    def links(self) -> dict[str, PeerLinks]:
+        """What the links from and to each peer lose, by its name."""
+        peers = (node for node in range(len(self._names)) if node != self._me)
+        return {self._names[node]: self._manager.links(node) for node in peers}
+
+    def sent(self, sent: Transmission, now_s: float, recorder: Recorder) -> None:
+        """Write who is parked from now on, and now and then how the links are."""
+        me = self._names[self._me]
+        for node in sent.parked:
+            recorder.peers.append((now_s, me, self._names[node], "parked"))
+        if sent.slot // len(self._names) % LINK_FRAMES == LINK_FRAMES - 1:
+            for name, links in self.links.items():
+                for direction, link in links._asdict().items():
+                    if link.n:
+                        recorder.links.append((now_s, me, name, direction, link.p_loss, link.n))
+
+    def heard(self, reception: Reception, now_s: float, recorder: Recorder) -> None:
+        """Write what a packet shows of its sender."""
+        me, rows = self._names[self._me], recorder.peers
+        if reception.met in EVENTS:
+            rows.append((now_s, me, self._names[reception.sender], EVENTS[reception.met]))
+        if reception.conflict is not None:
+            rows.append((now_s, me, self._names[reception.conflict], SLOT_CONFLICT))
+            recorder.faults.append((now_s, me, SLOT_CONFLICT, f"another speaks as {self._names[reception.conflict]}"))

@@ -1,0 +1,76 @@
+"""Positions that cannot be: a peer is farther from where it was than it can have gone.
+
+A report is suspected if its distance from the last one exceeds ``SLACK_M`` and ``MARGIN`` times what the peer's top
+speed allows for the time between them; the margin is for faster vehicles than their data say and for currents, the
+slack for what a fix corrects and for rounding. It is set aside. If the next one fits it, not the one before, both were
+right and the one before was wrong. So a flipped bit costs one report, and a true jump is believed one report later.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from worldmodel import Block
+
+SLACK_M = 50.0
+"""What a report may be off in any case."""
+MARGIN = 2.0
+"""How many times farther than by its top speed a vehicle may seem to have gone."""
+
+
+class Report(NamedTuple):
+    """Where a vehicle said it was at a time."""
+
+    time_s: float
+    x_m: float
+    y_m: float
+
+
+class Jump(NamedTuple):
+    """A suspected report: how far it is from the last one (m), and how much later (s)."""
+
+    distance_m: float
+    after_s: float
+
+
+class Jumps:
+    """Watches what peers say of their own positions.
+
+    Args:
+        position: uid of the attribute.
+        top_speeds_mps: of each vehicle, by its uid; of others nothing is suspected.
+
+    >>> from worldmodel import PropertyValue
+    >>> jumps = Jumps(3, {1: 2.0})
+    >>> def said(time_s, x_m): return Block(1, -1, time_s, (PropertyValue(1, 3, (x_m, 0.0)),))
+    >>> [jumps.suspected(said(7.0 * n, x_m)) for n, x_m in enumerate((0.0, 500.0, 14.0, 21.0))]
+    [None, Jump(distance_m=500.0, after_s=7.0), None, None]
+    >>> [jumps.suspected(said(7.0 * n, x_m)) is None for n, x_m in enumerate((0.0, 900.0, 910.0), 4)]
+    [True, False, True]
+    """
+
+    def __init__(self, position: int, top_speeds_mps: Mapping[int, float]) -> None:
+        self._position = position
+        self._top_speeds_mps = top_speeds_mps
+        self._last: dict[int, Report] = {}
+        self._aside: dict[int, Report] = {}
+
+    def suspected(self, block: Block) -> Jump | None:
+        """The jump that a status makes of a vehicle, if it is one that no vehicle makes; it is to be set aside."""
+        fact = next((one for one in block.facts if one.attribute == self._position), None)
+        if fact is None or fact.subject != block.origin or fact.subject not in self._top_speeds_mps:
+            return None
+        now = Report(block.time_s, *fact.value)  # type: ignore[misc]
+        last, aside = self._last.get(fact.subject), self._aside.pop(fact.subject, None)
+        if last is None or self._fits(fact.subject, last, now) or (aside and self._fits(fact.subject, aside, now)):
+            self._last[fact.subject] = now
+            return None
+        self._aside[fact.subject] = now
+        return Jump(math.dist(last[1:], now[1:]), now.time_s - last.time_s)
+
+    def _fits(self, vehicle: int, one: Report, other: Report) -> bool:
+        """True if the vehicle can have made both reports."""
+        reach_m = SLACK_M + MARGIN * self._top_speeds_mps[vehicle] * abs(other.time_s - one.time_s)
+        return math.dist(one[1:], other[1:]) <= reach_m

@@ -1,0 +1,249 @@
+"""One vehicle without its fleet, as it is in a process, or in a hull, of its own.
+
+It is the vehicle of the fleet, stepped by its own clock: motion ticks, TDMA frames, its own slots, and the packets that
+are heard. Of the others it knows what packets say and nothing else: its obstacle sonar sees nobody.
+
+All comes from one queue of events, so what it says is a pure function of its scenario, seed and start, and of the
+packets heard with their times. That is why a log of these repeats it (``missions.nodes.logs``).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import mesa
+
+from exchange.packets import Reception, Transmission
+from exchange.schedule import TdmaSchedule
+from remoras.bans import Ban, word
+from remoras.beliefs import Fact
+from remoras.clock import Clock, Priority
+from remoras.faults import OVER, Condition, Fault, FaultKind
+from remoras.needs import StatedNeed
+from remoras.recorder import Recorder
+from remoras.vehicle import Vehicle
+
+
+@dataclass(frozen=True, slots=True)
+class Times:
+    """When things happen in the life of a vehicle by itself.
+
+    Attributes:
+        tick_s: length of a motion tick.
+        begins_s: when it is there; before that it neither moves, speaks nor hears.
+        until_s: when it stops to act: from then on it stands still, and its exchange goes on.
+    """
+
+    tick_s: float
+    begins_s: float
+    until_s: float
+
+
+class Sent(NamedTuple):
+    """A packet and when its slot opened (s)."""
+
+    time_s: float
+    packet: Transmission
+
+
+@dataclass(frozen=True, slots=True)
+class _Tick:
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class _SlotOpens:
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class _FrameEnds:
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class _FaultChanges:
+    fault: Fault
+    begins: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Says:
+    what: Ban | StatedNeed
+    begins: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Arrives:
+    data: bytes
+
+
+_Event = _Tick | _SlotOpens | _FrameEnds | _FaultChanges | _Says | _Arrives
+
+
+class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
+    """A vehicle by itself.
+
+    Args:
+        make_vehicle: makes the vehicle of this model.
+        make_anew: makes one that begins anew now, of the one that it was.
+        schedule: TDMA.
+        recorder: takes the rows of this vehicle.
+        times: when it acts.
+        faults: what befalls it in this run.
+        bans: that a person orders at its console.
+        needs: that it states during the mission.
+
+    Attributes:
+        n_refused: packets that were heard and not taken.
+    """
+
+    def __init__(
+        self,
+        make_vehicle: Callable[[Solo], Vehicle],
+        make_anew: Callable[[Solo, Vehicle, Fault], Vehicle],
+        schedule: TdmaSchedule,
+        recorder: Recorder,
+        times: Times,
+        faults: Sequence[Fault] = (),
+        bans: Sequence[Ban] = (),
+        needs: Sequence[StatedNeed] = (),
+    ) -> None:
+        super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
+        self._clock: Clock[_Event] = Clock()
+        self._horizon_s = 0.0
+        self._make_anew = make_anew
+        self._schedule = schedule
+        self._times = times
+        self.recorder = recorder
+        self.vehicle = make_vehicle(self)
+        self.n_refused = 0
+        self._holding: list[Fault] = []
+        if times.begins_s > 0.0:
+            faults = (Fault(FaultKind.JOINS, self.vehicle.name, times.begins_s), *faults)
+        for fault in faults:
+            from_s, until_s = fault.span_s
+            self._at(from_s, Priority.FAULT, _FaultChanges(fault, True))
+            self._at(until_s, Priority.FAULT, _FaultChanges(fault, False))
+        for ban in bans:
+            self._at(ban.at_s, Priority.FAULT, _Says(ban, True))
+            self._at(ban.until_s, Priority.FAULT, _Says(ban, False))
+        for need in needs:
+            if need.from_s > 0.0:  # else it was agreed before the mission
+                self._at(need.from_s, Priority.FAULT, _Says(need, True))
+            self._at(need.until_s, Priority.FAULT, _Says(need, False))
+        self._at(0.0, Priority.MOTION, _Tick(0))
+        self._at(schedule.frame_s, Priority.CONSULTATION, _FrameEnds(1))
+        node = self.vehicle.data.node
+        self._clock.schedule(schedule.start_s(node), Priority.SLOT, _SlotOpens(node))
+
+    @property
+    def now_s(self) -> float:
+        """Time of the mission (s)."""
+        return self._clock.now_s
+
+    @property
+    def horizon_s(self) -> float:
+        """All that happens before this time (s) is over: a packet is heard then, or later."""
+        return self._horizon_s
+
+    @property
+    def next_s(self) -> float:
+        """When something happens next (s); its own slots never end."""
+        return self._clock.next_s
+
+    def hear(self, data: bytes, time_s: float) -> float:
+        """Let a packet be heard, at a time or as soon after it as can be; returns when that is (s)."""
+        time_s = max(time_s, self._horizon_s)
+        self._clock.schedule(time_s, Priority.ARRIVAL, _Arrives(data))
+        return time_s
+
+    def advance(self, until_s: float) -> list[Sent]:
+        """Do all that is due before ``until_s``; returns what was said meanwhile."""
+        said: list[Sent] = []
+        while (event := self._clock.next_before(until_s, Priority.FAULT)) is not None:
+            sent = self._handle(event, self._clock.now_s)
+            if sent is not None:
+                said.append(Sent(self._clock.now_s, sent))
+        self._horizon_s = max(self._horizon_s, until_s)
+        return said
+
+    def _at(self, time_s: float, priority: Priority, event: _Event) -> None:
+        """Let something happen, unless the vehicle has stopped to act by then."""
+        if time_s < self._times.until_s:
+            self._clock.schedule(time_s, priority, event)
+
+    def _handle(self, event: _Event, now_s: float) -> Transmission | None:
+        match event:
+            case _Arrives(data=data):
+                reception = self._hear(data, now_s)
+                self.n_refused += reception is not None and reception.fault is not None
+            case _SlotOpens(number=slot):
+                slot += self._schedule.n_nodes
+                self._clock.schedule(self._schedule.start_s(slot), Priority.SLOT, _SlotOpens(slot))
+                return self._speak(now_s)
+            case _Tick(number=number):
+                self.vehicle.step(now_s, self._times.tick_s if number else 0.0, ())
+                self._at((number + 1) * self._times.tick_s, Priority.MOTION, _Tick(number + 1))
+            case _FrameEnds(number=frame):
+                self.vehicle.consult(now_s)
+                end_s = self._schedule.start_s((frame + 1) * self._schedule.n_nodes)
+                self._at(end_s, Priority.CONSULTATION, _FrameEnds(frame + 1))
+            case _FaultChanges(fault=fault, begins=begins):
+                self._befall(fault, begins, now_s)
+            case _Says(what=what, begins=begins):
+                if self.vehicle.is_alive:
+                    self.vehicle.conclude(self._facts(what, begins), now_s)
+        return None
+
+    def _facts(self, what: Ban | StatedNeed, begins: bool) -> list[Fact]:
+        """What the vehicle says of a ban or a need of its own as that begins, or is taken back."""
+        beliefs = self.vehicle.beliefs
+        if isinstance(what, Ban):
+            return [word(beliefs, what.vehicle, what.from_s if begins else None)]
+        return [beliefs.fact(*fact) for fact in (what.facts() if begins else what.taken_back())]
+
+    def _speak(self, now_s: float) -> Transmission | None:
+        """What is said in an own slot that opens now; a vehicle that has stopped says what is still open."""
+        vehicle = self.vehicle
+        if now_s < self._times.until_s:
+            sent = vehicle.speak(now_s)
+        elif vehicle.is_alive and vehicle.radio.communicates and not vehicle.social.is_silent:
+            sent = vehicle.radio.speak((), now_s)
+        else:
+            return None
+        return None if vehicle.condition.is_mute else sent
+
+    def _hear(self, data: bytes, now_s: float) -> Reception | None:
+        """What a packet brings; a vehicle that has stopped only takes it in."""
+        vehicle = self.vehicle
+        if vehicle.condition.is_deaf:
+            return None
+        if now_s < self._times.until_s:
+            return vehicle.hear(data, now_s)
+        if not vehicle.is_alive:
+            return None
+        heard = vehicle.radio.hear(data, now_s)
+        vehicle.beliefs.note()
+        return heard.reception
+
+    def _befall(self, fault: Fault, begins: bool, now_s: float) -> None:
+        """Let a fault hold from now on, or no longer; others of the vehicle hold as they did."""
+        if begins:
+            self._holding.append(fault)
+        else:
+            self._holding.remove(fault)
+            if fault.kind is FaultKind.RESTARTS and not self.vehicle.functional.exhausted:
+                before, self.vehicle = self.vehicle, self._make_anew(self, self.vehicle, fault)
+                before.remove()
+        self.vehicle.suffer(Condition.under(self._holding))
+        detail = fault.detail if begins else OVER
+        self.recorder.faults.append((now_s, self.vehicle.name, fault.kind.value, detail))
+
+
+def just_after(time_s: float) -> float:
+    """The least time later than ``time_s``: what happens then is over when a vehicle has advanced to it."""
+    return math.nextafter(time_s, math.inf)

@@ -1,0 +1,42 @@
+"""Positions that cannot be: what is suspected, what is believed in the end, and what is left alone."""
+
+import pytest
+
+from remoras.jumps import MARGIN, SLACK_M, Jumps
+from worldmodel import STATUS, Block, PropertyValue
+
+POSITION, PEER, SPEED_MPS, FRAME_S = 3, 1, 2.0, 7.0
+REACH_M = SLACK_M + MARGIN * SPEED_MPS * FRAME_S
+"""78 m: as far as a peer may seem to have gone from one report to the next."""
+
+
+def said(frame: int, x_m: float, subject: int = PEER, origin: int = PEER) -> Block:
+    return Block(origin, STATUS, FRAME_S * frame, (PropertyValue(subject, POSITION, (x_m, 0.0)),))
+
+
+def suspected(*blocks: Block) -> list[bool]:
+    jumps = Jumps(POSITION, {PEER: SPEED_MPS})
+    return [jumps.suspected(one) is not None for one in blocks]
+
+
+@pytest.mark.parametrize(("beyond_m", "is_suspected"), [(0.0, False), (0.1, True)])
+def test_the_reach_is_that_of_the_top_speed_and_its_margins(beyond_m: float, is_suspected: bool) -> None:
+    assert suspected(said(0, 0.0), said(1, REACH_M + beyond_m)) == [False, is_suspected]
+
+
+def test_one_wrong_report_is_set_aside_and_the_next_true_one_counts() -> None:
+    assert suspected(said(0, 0.0), said(1, 512.0), said(2, 20.0), said(3, 30.0)) == [False, True, False, False]
+
+
+def test_a_second_report_that_fits_the_first_confirms_it() -> None:
+    """It was carried off, or its first report was the wrong one."""
+    assert suspected(said(0, 900.0), said(1, 0.0), said(2, 10.0), said(3, 20.0)) == [False, True, False, False]
+
+
+def test_two_wrong_reports_that_do_not_fit_each_other_confirm_nothing() -> None:
+    assert suspected(said(0, 0.0), said(1, 512.0), said(2, 1024.0), said(3, 40.0)) == [False, True, True, False]
+
+
+def test_what_others_say_of_it_and_what_is_no_vehicle_is_left_alone() -> None:
+    blocks = [said(0, 0.0, origin=2), said(1, 900.0, origin=2), said(0, 0.0, subject=7), said(1, 900.0, subject=7)]
+    assert suspected(*blocks) == [False] * 4

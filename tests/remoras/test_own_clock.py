@@ -1,0 +1,105 @@
+"""Clocks of vehicles: what they show, what slots make of it, and how a fleet keeps together."""
+
+import pytest
+
+from exchange.offsets import Offsets
+from missions.errors import ConfigurationError
+from missions.runs.assembly import assemble
+from missions.runs.setup import resolved
+from missions.scenarios import load
+from remoras.fleet import Fleet
+from remoras.own_clock import OwnClock, RecorderByClock
+from remoras.recorder import TIME, Column, Recorder, Table
+
+
+def run(*options: str, until_s: float = 400.0) -> Fleet:
+    """`mapping-rendezvous` without losses, for that long."""
+    settings = [("--channel", "channel.name=perfect"), *(("--set", one) for one in options)]
+    fleet = assemble(resolved(load("mapping-rendezvous", settings)), seed=1)
+    while fleet.now_s < until_s:
+        fleet.step()
+    return fleet
+
+
+def heard(fleet: Fleet) -> int:
+    """Packets that arrived."""
+    return sum(len(row[6]) for row in fleet.recorder.packets)
+
+
+def collided(fleet: Fleet) -> int:
+    """Packets that were lost to others."""
+    return sum(len(row[-1]) for row in fleet.recorder.packets)
+
+
+def test_a_clock_shows_its_offset_and_its_drift_and_never_less_than_nothing() -> None:
+    clock = OwnClock(-0.5, 100.0)
+    assert clock.reads(0.0) == 0.0
+    assert clock.reads(1000.0) == pytest.approx(1000.0 - 0.5 + 0.1)
+    assert clock.true_time_s(clock.reads(1000.0)) == pytest.approx(1000.0)
+    exact = OwnClock()
+    assert all(exact.reads(t) == t == exact.true_time_s(t) for t in (0.1, 1 / 3, 12345.678))
+
+
+def test_rows_of_a_vehicle_get_the_true_time() -> None:
+    table = Table("looks", (Column("depth_m", "float", "m"), TIME))
+    whole, clock = Recorder([table]), OwnClock(2.0)
+    own = RecorderByClock(whole, clock)
+    own.rows("looks").append((5.0, clock.reads(1 / 3)))
+    own.items.append(("u", "A", clock.reads(7.0), clock.reads(7.0), "s", "a", "v", "kept", ""))
+    assert whole.rows("looks") == [(5.0, 1 / 3)]
+    assert whole.items == [("u", "A", 9.0, 7.0, "s", "a", "v", "kept", "")]  # what it observed, it observed at 9 s
+
+
+def test_clocks_without_error_change_nothing() -> None:
+    plain, with_clocks = run(), run("communication.clocks.offset_s=0")
+    assert plain.recorder.packets == with_clocks.recorder.packets
+    assert plain.recorder.knowledge == with_clocks.recorder.knowledge
+    assert plain.recorder.items == with_clocks.recorder.items
+
+
+def test_a_tenth_of_a_second_costs_no_packet() -> None:
+    fleet = run("vehicle.AUV01.clock.offset_s=0.1")
+    assert heard(fleet) == 3 * len(fleet.recorder.packets) > 0
+    assert fleet.recorder.refused == []
+    assert fleet.n_false_beliefs == 0
+
+
+def test_slots_that_are_too_short_for_the_clocks_let_packets_collide_and_the_guard_prevents_it() -> None:
+    # 1 s is more than the guard of 0.67 s, so packets of AUV01 run into those of the slot before
+    fleet = run("vehicle.AUV01.clock.offset_s=1.0")
+    assert collided(fleet) > 0
+    assert fleet.n_false_beliefs == 0
+    guarded = run("vehicle.AUV01.clock.offset_s=1.0", "communication.clocks.apart_s=1.0")
+    assert collided(guarded) == 0
+    assert heard(guarded) == 3 * len(guarded.recorder.packets) > 0
+
+
+def test_discipline_keeps_a_drifting_fleet_together() -> None:
+    drifting = "communication.clocks.drift_ppm=2000"  # 0.8 s each in 400 s
+    apart, kept = run(drifting), run(drifting, "communication.clocks.discipline=true")
+    spread_s = [max(ahead) - min(ahead) for ahead in ([c.ahead_s(400.0) for c in f.clocks] for f in (apart, kept))]
+    assert spread_s[0] > 0.3
+    # in the 7 s of a frame clocks part by 4000 ppm, 28 ms; the median looks back 5 frames and half is taken at once
+    assert spread_s[1] < 0.2
+    assert kept.n_false_beliefs == 0
+
+
+def test_one_clock_that_is_wrong_comes_to_the_others() -> None:
+    mine, other = Offsets(4), Offsets(4)
+    for _ in range(5):
+        for peer in (1, 2, 3):
+            mine.note(peer, 1.0)  # all others are behind
+        for peer, lead_s in ((1, 0.0), (2, 0.0), (3, -1.0)):  # one of three is ahead
+            other.note(peer, lead_s)
+    assert mine.correction_s() == -0.5
+    assert other.correction_s() == 0.0
+
+
+def test_a_guard_below_what_range_and_clocks_need_is_refused() -> None:
+    with pytest.raises(
+        ConfigurationError, match=r"communication.guard_s\) = 0.7: 0.9667 s or more: .* leave the key out"
+    ):
+        load(
+            "mapping-rendezvous",
+            [("--set", "communication.guard_s=0.7"), ("--set", "communication.clocks.apart_s=0.3")],
+        )
