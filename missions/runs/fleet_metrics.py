@@ -21,9 +21,9 @@ from remoras.separation import SAME_DEPTH_M, TOLERANCE_M
 if TYPE_CHECKING:
     from missions.runs.run import Run
 
-DISABLING = frozenset({FaultKind.LOST, FaultKind.MUTE, FaultKind.DEAF, FaultKind.SENSOR})
+DISABLING = frozenset({FaultKind.LOST, FaultKind.MUTE, FaultKind.DEAF, FaultKind.SENSOR, FaultKind.RESTARTS})
 """Kinds of faults after which others have to take over."""
-ABSENT = frozenset({FaultKind.LOST.value, FaultKind.JOINS.value, "energy"})
+ABSENT = frozenset({FaultKind.LOST.value, FaultKind.JOINS.value, FaultKind.RESTARTS.value, "energy"})
 """Kinds of rows in ``faults`` from which on a vehicle is in nobody's way, until they are over."""
 
 

@@ -19,17 +19,19 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from exchange.packets import guid_of
 from missions.errors import OutputError
-from missions.runs.rebuilt import blocks_of, fill, gave_up_s, tidied_s
+from missions.runs.rebuilt import blocks_of, fill, formed, gave_up_s, left_over, lives_of, memories, tidied_s
 from missions.runs.receptions import Senders
-from missions.runs.setup import Setup, world_model
+from missions.runs.setup import Setup
+from missions.runs.worlds import world_model
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fused
-from remoras.organisation import Group, Organisation, RoleAssignment
+from remoras.organisation import Organisation, RoleAssignment
+from remoras.radio import SUSPECTED
 from remoras.recorder import ADDED, ITEMS, KNOWLEDGE, MEMBERSHIP, ORGANISATION, PACKETS, SETTLING
-from remoras.social.agreement import Agreement
 from remoras.social.membership import acted_on
 from remoras.social.planning import missions_of
 from worldmodel import (
+    STATUS,
     Block,
     Observation,
     PropertyValue,
@@ -193,7 +195,8 @@ class Memory:
         self._names = world_model(setup, 0)
         self._faults = results.table("faults").to_pylist()
         self._results = results
-        self._known_s: dict[str, list[tuple[float, Block, tuple[str, ...]]]] = {name: [] for name in setup.database}
+        self._lives = {name: lives_of(self._faults, name) for name in setup.database}
+        self._known_s: dict[str, list[_Held]] = {name: [] for name in setup.database}
         self._read(results)
 
     @cached_property
@@ -213,25 +216,30 @@ class Memory:
         if not isinstance(at_s, Real) or not 0.0 <= at_s <= self._end_s:
             given = at_s if isinstance(at_s, Real) else repr(at_s)
             raise OutputError(f"at_s is {given}; allowed: 0 to {self._end_s}, the end of the run")
-        model = world_model(setup, setup.database[vehicle].node)
-        known = ((since_s, block) for since_s, block, _ in self._known_s[vehicle])
+        life = next(one for one in reversed(self._lives[vehicle]) if one.from_s <= at_s)
+        model = world_model(setup, setup.database[vehicle].node, life.epoch)
+        held = [one for one in self._known_s[vehicle] if one.until_s > at_s]
+        known = ((one.since_s, one.block) for one in held)
         frame_ends_s = tidied_s(self._faults, vehicle, setup.schedule, self._mission_s) if model.pruning else []
         fill(model, known, at_s, gave_up_s(self._faults, vehicle), frame_ends_s)
-        past = {table: [row for row in rows[vehicle] if row["time_s"] <= at_s] for table, rows in self._views.items()}
+        past = {
+            table: [row for row in rows[vehicle] if life.from_s <= row["time_s"] <= at_s]
+            for table, rows in self._views.items()
+        }
         changes = past[ORGANISATION]
-        played = _left_over(
+        played = left_over(
             (RoleAssignment(row["group"], row["role"], row["peer"]), row["event"] == "assigned")
             for row in changes
             if row["event"] in ("assigned", "left")
         )
-        groups, given = _formed(setup.agreement, changes)
+        groups, given = formed(setup.agreement, changes)
         said: dict[str, list[str]] = {}
         for row in given:
             if not row["role"]:
                 said.setdefault(row["group"], []).append(row["argument"])
         missions = missions_of(groups.values(), said)
         organisation = Organisation(groups, played)
-        absent = _left_over((row["peer"], row["event"] == "absent") for row in past[MEMBERSHIP])
+        absent = left_over((row["peer"], row["event"] == "absent") for row in past[MEMBERSHIP])
         is_cut_off = absent == set(setup.database) - {vehicle}
         arguments = {(row["group"], row["role"], row["objective"]): row["argument"] for row in given if row["role"]}
         return Known(
@@ -250,8 +258,8 @@ class Memory:
         """When and from whom a vehicle received what its world model holds of others."""
         setup, statuses = self._setup, set(model.statuses())
         nodes, is_bound = setup.nodes, setup.strategy.declaration.is_bound
-        for since_s, block, items in self._known_s[vehicle]:
-            if block.origin == nodes[vehicle] or since_s > at_s:
+        for since_s, block, items, until_s in self._known_s[vehicle]:
+            if block.origin == nodes[vehicle] or not since_s <= at_s < until_s:
                 continue
             sender = self._senders.sender(vehicle, items, since_s)
             told_by = block.origin if is_bound else None if sender is None else nodes[sender]
@@ -263,30 +271,46 @@ class Memory:
     # Reading -------------------------------------------------------------------------------------
 
     def _read(self, results: Results | MemoryResults) -> None:
-        """Put blocks together again, and see since when each vehicle has them."""
+        """Put blocks together again, and see since when each vehicle has them, and until it lost its memory."""
         setup = self._setup
         exhausted_s = {row["vehicle"]: row["time_s"] for row in self._faults if row["kind"] == "energy"}
-        received: dict[str, dict[str, float]] = defaultdict(dict)  # by item and vehicle
+        received: dict[str, dict[str, list[float]]] = defaultdict(lambda: defaultdict(list))  # by item and vehicle
         for table in (KNOWLEDGE.name, SETTLING.name):
             for row in results.table(table).to_pylist() if results.has(table) else ():
                 if row["event"] == "received":
-                    received[row["item"]][row["vehicle"]] = row["time_s"]
+                    received[row["item"]][row["vehicle"]].append(row["time_s"])
         told = [self._told(rows) for rows in blocks_of(results.table(ITEMS.name).to_pylist())]
         statuses = self._heard_statuses(results, told, exhausted_s)
         is_bound = setup.strategy.declaration.is_bound
         for number, (block, origin, recorded_s, kind, items) in enumerate(told):
-            self._known_s[origin].append((recorded_s, block, items))
-            heard = [statuses.get(number, received[items[0]])] if block.is_status else [received[uid] for uid in items]
+            self._hold(origin, [[recorded_s]], block, items)
+            heard = [received[uid] for uid in items]
+            if block.is_status:
+                heard = [{name: [at_s] for name, at_s in statuses[number].items()}] if number in statuses else heard[:1]
             for name, data in setup.database.items():
-                if name == origin or kind == "kept":
+                if kind == "kept" or (name == origin and (is_bound or block.is_status)):
                     continue
                 if is_bound:
                     order = (recorded_s, block.origin) < (exhausted_s.get(name, math.inf), data.node)
-                    since_s = recorded_s if order else math.inf
+                    times_s = [[recorded_s] if order else []]
                 else:
-                    since_s = max(of_item.get(name, math.inf) for of_item in heard)
-                if since_s < math.inf:
-                    self._known_s[name].append((since_s, block, items))
+                    times_s = [of_item.get(name, []) for of_item in heard]
+                self._hold(name, times_s, block, items)
+
+    def _hold(self, name: str, times_s: Iterable[Sequence[float]], block: Block, items: tuple[str, ...]) -> None:
+        """Note since when a vehicle had a block, in each span of its memory in which it heard all items of it.
+
+        Args:
+            name: of the vehicle.
+            times_s: when it heard each of the items.
+            block: of these items; items: their names.
+        """
+        for from_s, until_s in memories(self._lives[name]):
+            heard_s = [[time_s for time_s in of_item if from_s <= time_s < until_s] for of_item in times_s]
+            if all(heard_s):
+                since_s = max(map(min, heard_s))
+                again_s = [time_s for time_s in heard_s[0] if time_s > since_s]  # it was given up and came again
+                self._known_s[name] += [_Held(one_s, block, items, until_s) for one_s in (since_s, *again_s)]
 
     def _heard_statuses(
         self, results: Results | MemoryResults, told: Sequence[_Told], exhausted_s: Mapping[str, float]
@@ -302,6 +326,11 @@ class Memory:
             if one.block.is_status:
                 recorded[one.items[0]].append(number)
         bad = {(row["vehicle"], row["time_s"]) for row in self._faults if row["kind"] == "bad packet"}
+        aside = {  # by vehicle, time and name
+            (row["vehicle"], row["time_s"], row["detail"].rpartition("; ")[2])
+            for row in self._faults
+            if row["kind"] == SUSPECTED
+        }
         found: dict[int, dict[str, float]] = {}
         for row in results.table(PACKETS.name).to_pylist():
             heard_s = {
@@ -310,17 +339,29 @@ class Memory:
                 if at_s <= exhausted_s.get(name, math.inf) and (name, at_s) not in bad
             }
             for uid in row["status_uids"]:
-                found[max(n for n in recorded[uid] if told[n].recorded_s <= row["time_s"])] = heard_s
+                of_uid = {name: at_s for name, at_s in heard_s.items() if (name, at_s, uid) not in aside}
+                found[max(n for n in recorded[uid] if told[n].recorded_s <= row["time_s"])] = of_uid
         return found
 
     def _told(self, rows: Sequence[Row]) -> _Told:
         """A block of the rows of its facts."""
         first, model = rows[0], self._names
         origin, epoch, sequence = guid_of(first["uid"])
+        if sequence == STATUS:  # its name says by whom it is and when, not in which life
+            epoch = max(life.epoch for life in self._lives[first["origin"]] if life.from_s <= first["recorded_s"])
         facts = tuple(fact_of(model, row) for row in rows)
         block = Block(origin, sequence, model.quantise_time(first["time_s"]), facts, epoch)
         items = tuple(dict.fromkeys(row["uid"] for row in rows))
         return _Told(block, first["origin"], first["recorded_s"], first["kind"], items)
+
+
+class _Held(NamedTuple):
+    """A block that a vehicle knew: since when, by which items, and until it lost its memory."""
+
+    since_s: float
+    block: Block
+    items: tuple[str, ...]
+    until_s: float
 
 
 class _Told(NamedTuple):
@@ -338,29 +379,6 @@ def _by_vehicle(results: Results | MemoryResults, table: str) -> dict[str, list[
     for row in results.table(table).to_pylist():
         found[row["vehicle"]].append(row)
     return found
-
-
-def _left_over(events: Iterable[tuple[T, bool]]) -> frozenset[T]:
-    """What was put in (True) and has not been taken out (False) since."""
-    found: set[T] = set()
-    for one, is_in in events:
-        (found.add if is_in else found.discard)(one)
-    return frozenset(found)
-
-
-def _formed(agreement: Agreement, changes: Iterable[Row]) -> tuple[dict[str, Group], list[Row]]:
-    """Groups that there are after changes of the organisation, and what they were given since they were formed last."""
-    groups, given = dict(agreement.organisation.groups), list[Row]()
-    for row in changes:
-        name = row["group"]
-        if row["event"] in ("formed", "dissolved"):
-            groups.pop(name, None)
-            given = [one for one in given if one["group"] != name or not one["issuer"]]
-            if row["event"] == "formed":
-                groups[name] = agreement.at_sea[name]
-        elif row["event"] == "given":
-            given.append(row)
-    return groups, given
 
 
 def _uid(model: WorldModel, name: str) -> int:

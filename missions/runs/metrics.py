@@ -8,6 +8,7 @@ import statistics
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from exchange.reasons import Expired
 from missions.metric import NOT_APPLICABLE, Absent, Better, Metric, collected
 from missions.runs.fleet_metrics import closest_approach_m, conflicts, idle_s, recovery_time_s
 from missions.runs.organisation_metrics import (
@@ -17,9 +18,10 @@ from missions.runs.organisation_metrics import (
     n_violated_obligations,
     view_divergence,
 )
-from missions.scenarios.parts import mission_class, transmit_j_per_bit
+from missions.scenarios.parts import mission_class, modem_energy
 from missions.scenarios.scenario import Scenario
 from remoras.contents import Content
+from remoras.deliveries import DELIVERIES
 from remoras.recorder import Recorder
 
 if TYPE_CHECKING:
@@ -47,14 +49,33 @@ def bits_of(content: Content) -> Callable[[Run], int]:
 
 
 def modem_energy_j(run: Run) -> float:
-    """Energy, of that of the vehicles, that the modems sent with."""
-    return round(n_bits(run) * transmit_j_per_bit(run.scenario), 2)
+    """Energy, of that of the vehicles, that the modems sent with, and listened with if that is counted."""
+    modem = modem_energy(run.scenario)
+    sent_j = n_bits(run) * modem.transmit_j_per_bit + len(run.recorder.packets) * modem.transmit_j_per_packet
+    return round(sent_j + (modem.listening_w * _powered_s(run) if modem.listening_w else 0.0), 2)
+
+
+def _powered_s(run: Run) -> float:
+    """Time that vehicles had power, all together: the ticks in which they used any."""
+    used_j: dict[str, float] = {}
+    n_ticks = 0
+    for _, vehicle, _, _, _, _, energy_j, _ in run.recorder.trajectories:
+        n_ticks += energy_j > used_j.get(vehicle, energy_j)
+        used_j[vehicle] = energy_j
+    return n_ticks * run.scenario.scenario.tick_s
+
+
+def observations_per_min(run: Run) -> float:
+    """Items of others that a vehicle received in a minute, as a mean over vehicles and mission."""
+    n_received = sum(event == "received" for *_, event in run.recorder.knowledge)
+    minutes = run.end_s / 60.0
+    return round(n_received / len(run.scenario.vehicle) / minutes, 4) if minutes else 0.0
 
 
 def delivery_ratio(run: Run) -> float | None:
-    """Packets received among all (packet, receiver) pairs; None if nothing was sent."""
+    """Packets received among all (packet, receiver) pairs, those that collided too; None if nothing was sent."""
     received = sum(len(row[6]) for row in run.recorder.packets)
-    lost = sum(len(row[7]) for row in run.recorder.packets)
+    lost = sum(len(row[7]) + len(row[-1]) for row in run.recorder.packets)
     return received / (received + lost) if received + lost else None
 
 
@@ -138,6 +159,14 @@ def is_settled(run: Run) -> bool | Absent:
     return NOT_APPLICABLE if run.settled is None else run.settled.complete
 
 
+def n_expired(run: Run) -> int | Absent:
+    """How often a vehicle let go of an item or status that was too old or had no room; only if a need says how."""
+    if not any(one.ttl_s is not None or one.queue_limit is not None for one in run.scenario.need):
+        return NOT_APPLICABLE
+    lost = (Expired.TIME_TO_LIVE.value, Expired.OVERFLOW.value)
+    return sum(1 for row in run.recorder.rows(DELIVERIES.name) if row[3] == "expired" and row[4] in lost)
+
+
 CORE_METRICS = (
     Metric("mission_time_s", "s", LOWER, "mission time", lambda run: round(run.end_s, 4), True, censored=True),
     Metric("completed", "", HIGHER, "success rate", lambda run: run.completed, headline=True),
@@ -149,6 +178,10 @@ CORE_METRICS = (
     Metric("n_bytes", "B", LOWER, "bytes", lambda run: n_bits(run) // 8, headline=True),
     *(Metric(f"bits_{one.value}", "bit", LOWER, f"{one.value} sent", bits_of(one)) for one in Content),
     Metric("delivery_ratio", "", HIGHER, "delivery ratio", delivery_ratio),
+    Metric(
+        "observations_per_min", "1/min", HIGHER, "observations received", observations_per_min,
+        note="Observations of others that a vehicle received, each once, in the mean over vehicles.",
+    ),
     Metric("mean_latency_s", "s", LOWER, "latency", mean_latency_s, note=NEVER_RECEIVED),
     Metric("p95_latency_s", "s", LOWER, "95 % latency", p95_latency_s, note=NEVER_RECEIVED),
     Metric(
@@ -175,6 +208,7 @@ CORE_METRICS = (
     ),
     Metric("n_refused_acts", "", Better.NEITHER, "refused acts", n_refused_acts),
     Metric("n_violated_obligations", "", LOWER, "violated obligations", n_violated_obligations),
+    Metric("n_expired", "", LOWER, "expired", n_expired, note="Too old, or no room in the queue."),
     Metric("idle_s", "s", LOWER, "idle time", idle_s, note="Mean over the vehicles that are able to do a job."),
     Metric(
         "recovery_time_s", "s", LOWER, "recovery time", recovery_time_s, censored=True,

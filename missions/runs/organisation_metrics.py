@@ -21,7 +21,7 @@ from remoras.wellformed import Malformed, faults_of
 if TYPE_CHECKING:
     from missions.runs.run import Run
 
-AWAY = frozenset({FaultKind.LOST, FaultKind.JOINS})
+AWAY = frozenset({FaultKind.LOST, FaultKind.JOINS, FaultKind.RESTARTS})
 """Kinds of faults during which a vehicle is out of the mission."""
 RoleKey = tuple[str, str]
 

@@ -2,23 +2,53 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import count, takewhile
 from operator import itemgetter
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 
 from exchange.packets import guid_of
 from exchange.schedule import TdmaSchedule
-from remoras.faults import OVER, FaultKind
+from remoras.faults import MEMORY_KEPT, OVER, FaultKind
+from remoras.organisation import Group
+from remoras.social.agreement import Agreement
 from worldmodel import Block, FaultCode, WorldModel, merge, tidy
 
+T = TypeVar("T")
 Row = Mapping[str, Any]
 GAVE_UP = frozenset({f"dropped block: {FaultCode.TIMED_OUT}", f"refused block: {FaultCode.CROWDED_OUT}"})
 """Kinds of faults by which a vehicle forgot blocks that it had heard; see ``remoras.radio``."""
 
-AWAY = frozenset({FaultKind.LOST.value, FaultKind.JOINS.value, "energy"})
+AWAY = frozenset({FaultKind.LOST.value, FaultKind.JOINS.value, FaultKind.RESTARTS.value, "energy"})
 """Kinds of rows in ``faults`` from which on a vehicle does nothing, until they are over."""
+
+
+class Life(NamedTuple):
+    """A life of a vehicle.
+
+    Attributes:
+        from_s: when it began.
+        epoch: how many there were before.
+        remembers: True if it began with what the vehicle had known.
+    """
+
+    from_s: float
+    epoch: int
+    remembers: bool
+
+
+def lives_of(faults: Iterable[Row], vehicle: str) -> list[Life]:
+    """The lives of a vehicle, by the table ``faults``."""
+    lives, remembers = [Life(0.0, 0, False)], False
+    for row in faults:
+        if (row["vehicle"], row["kind"]) == (vehicle, FaultKind.RESTARTS.value):
+            if row["detail"] == OVER:
+                lives.append(Life(row["time_s"], len(lives), remembers))
+            else:
+                remembers = row["detail"].endswith(MEMORY_KEPT)
+    return lives
 
 
 def gave_up_s(faults: Iterable[Row], vehicle: str) -> list[float]:
@@ -102,3 +132,32 @@ def _goes_on(block: Sequence[Row], row: Row) -> bool:
         first["subject"],
         first["attribute"],
     )
+
+
+def memories(lives: Sequence[Life]) -> Iterator[tuple[float, float]]:
+    """From when to when a vehicle kept in mind what it heard; a restart with its memory ends nothing."""
+    begins_s = [life.from_s for life in lives if not life.remembers]
+    yield from zip(begins_s, [*begins_s[1:], math.inf], strict=True)
+
+
+def left_over(events: Iterable[tuple[T, bool]]) -> frozenset[T]:
+    """What was put in (True) and has not been taken out (False) since."""
+    found: set[T] = set()
+    for one, is_in in events:
+        (found.add if is_in else found.discard)(one)
+    return frozenset(found)
+
+
+def formed(agreement: Agreement, changes: Iterable[Row]) -> tuple[dict[str, Group], list[Row]]:
+    """Groups that there are after changes of the organisation, and what they were given since they were formed last."""
+    groups, given = dict(agreement.organisation.groups), list[Row]()
+    for row in changes:
+        name = row["group"]
+        if row["event"] in ("formed", "dissolved"):
+            groups.pop(name, None)
+            given = [one for one in given if one["group"] != name or not one["issuer"]]
+            if row["event"] == "formed":
+                groups[name] = agreement.at_sea[name]
+        elif row["event"] == "given":
+            given.append(row)
+    return groups, given

@@ -7,7 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from exchange.acoustics.channel import Channel
-from missions.runs.setup import Setup, assemble, resolved
+from missions.runs.assembly import assemble
+from missions.runs.setup import Setup, resolved
 from missions.scenarios.scenario import Scenario
 from remoras.fleet import Fleet
 from remoras.mission import Milestone, Mission

@@ -12,9 +12,10 @@ import pyarrow as pa
 import tomli_w
 
 from missions.errors import OutputError
+from missions.runs.assembly import assemble
 from missions.runs.results import RUN_ID
 from missions.runs.run import Run, result_of, settled_of
-from missions.runs.setup import Setup, assemble
+from missions.runs.setup import Setup
 from missions.runs.summary import identity
 from missions.runs.tables import arrow_table
 from remoras.recorder import PACKETS, Row

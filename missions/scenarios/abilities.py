@@ -28,11 +28,13 @@ class Gear:
         default_sensor: kind of a sensor whose table does not say.
         capabilities: classes of the ontology that a vehicle is of by what it carries, from its table.
         is_class: whether the ontology has a class of that name.
+        listening_w: what its modem takes all the time on top of ``hotel_w``.
     """
 
     default_sensor: str = ""
     capabilities: Callable[[Raw], Collection[str]] = _none
     is_class: Callable[[str], bool] = bool
+    listening_w: float = 0.0
 
 
 def can_play(vehicle: Raw, group: Any, role: Any) -> bool:
@@ -100,7 +102,7 @@ def lacking(vehicle: Raw, role: Raw, gear: Gear) -> Iterator[str]:
     for key, offered in (
         ("speed_mps", _number(vehicle, "transit_speed_mps")),
         ("depth_m", _number(vehicle, "depth_limit_m")),
-        ("endurance_s", endurance_s(vehicle)),
+        ("endurance_s", endurance_s(vehicle, gear.listening_w)),
     ):
         if (asked := _number(requires, key, math.nan)) > offered:
             yield f"{key} {offered:g}, not {asked:g}"
@@ -108,10 +110,10 @@ def lacking(vehicle: Raw, role: Raw, gear: Gear) -> Iterator[str]:
         yield "no social layer"
 
 
-def endurance_s(vehicle: Raw) -> float:
+def endurance_s(vehicle: Raw, listening_w: float = 0.0) -> float:
     """How long its battery lasts at survey speed; infinite where nothing draws from it."""
     speed_mps = _number(vehicle, "survey_speed_mps")
-    power_w = _number(vehicle, "hotel_w") + _number(vehicle, "drag_w_per_mps3") * speed_mps**3
+    power_w = _number(vehicle, "hotel_w") + listening_w + _number(vehicle, "drag_w_per_mps3") * speed_mps**3
     return _number(vehicle, "energy_j") / power_w if power_w > 0.0 else math.inf
 
 

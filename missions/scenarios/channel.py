@@ -6,6 +6,7 @@ Which settings there are is said by the models themselves: see ``exchange.acoust
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,7 +17,14 @@ from pydantic import BaseModel, ConfigDict, Field, SerializationInfo, Validation
 from exchange.acoustics.acoustic import AcousticChannel
 from exchange.acoustics.channel import Blackout
 from exchange.acoustics.link import LinkModel, Transmission
-from exchange.acoustics.models import ChannelModel, Deployment, GilbertElliottChannel, MatrixChannel, OfVehicle
+from exchange.acoustics.models import (
+    ChannelModel,
+    Deployment,
+    GilbertElliottChannel,
+    MatrixChannel,
+    OfVehicle,
+    SettingFault,
+)
 from exchange.acoustics.shipped import CHANNELS
 from exchange.acoustics.trace import TraceChannel, TraceError
 from missions.errors import ConfigurationError, ConfigurationFault
@@ -249,6 +257,8 @@ def _setting_faults(name: str, model: type[ChannelModel], channel: Raw, raw: Raw
         found = list(model.faults(given))
         if not found and deployment is not None and not any(_value_faults(model, given)):
             found += _settings(model, given).misfits(deployment)
+        if wrong := [one for one in found if not isinstance(one, SettingFault)]:
+            raise TypeError(f"expected SettingFaults, not {wrong[0]!r}")
         for key, value, allowed in found:
             yield ConfigurationFault(f"channel.{key}", value, allowed)
         if name not in CHANNELS and deployment is not None:
@@ -282,6 +292,10 @@ def _trial_faults(
         per = settings.mean_per(deployment)
         if isinstance(per, bool) or not isinstance(per, int | float) or not 0.0 <= per <= 1.0:
             yield ConfigurationFault("channel.name", f'"{name}"', f"mean_per must be a number from 0 to 1, not {per!r}")
+        speed_mps = settings.sound_speed_mps(deployment)
+        if speed_mps is not None and not _is_speed(speed_mps):
+            allowed = f"sound_speed_mps must be None or a finite number above 0, not {speed_mps!r}"
+            yield ConfigurationFault("channel.name", f'"{name}"', allowed)
         link = settings.link_model(deployment, 0)
         if not callable(getattr(link, "p_loss", None)):
             allowed = f"link_model must return an object with p_loss(packet, receiver, range_m), not {link!r}"
@@ -291,8 +305,14 @@ def _trial_faults(
     except ConfigurationError as error:
         yield from error.faults
     except Exception as error:  # it is somebody else's class: anything may be wrong with it
-        allowed = f"link_model and mean_per must take every scenario, but raised {type(error).__name__}: {error}"
+        hooks = "link_model, mean_per and sound_speed_mps"
+        allowed = f"{hooks} must take every scenario, but raised {type(error).__name__}: {error}"
         yield ConfigurationFault("channel.name", f'"{name}"', allowed)
+
+
+def _is_speed(speed_mps: Any) -> bool:
+    """True for a finite number above 0."""
+    return isinstance(speed_mps, int | float) and not isinstance(speed_mps, bool) and 0.0 < speed_mps < math.inf
 
 
 def _vehicle_faults(

@@ -10,6 +10,7 @@ import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 
+from exchange.acoustics.modems import FILE as MODEMS
 from exchange.acoustics.modems import modems
 from missions.errors import ConfigurationFault
 from missions.scenarios.bans import ban_faults
@@ -20,15 +21,17 @@ from missions.scenarios.formation import formation_faults
 from missions.scenarios.hooks import hook_faults
 from missions.scenarios.information import information_faults
 from missions.scenarios.knowledge import knowledge_faults
+from missions.scenarios.needs import need_faults, of_faults
 from missions.scenarios.obligations import obligation_faults
 from missions.scenarios.ontologies import ontology_faults, words_of
 from missions.scenarios.organisation_checks import organisation_faults
 from missions.scenarios.parts import database_of, groups_of, strategy_named
-from missions.scenarios.policy import policy_faults
+from missions.scenarios.policy import key_faults, policy_faults
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.sea import current_faults
 from missions.scenarios.starts import start_faults
 from missions.scenarios.tables import Raw, bounds_of, entries, names_of, one_of, point_of, table_of, text_of
+from missions.scenarios.values import value_faults
 from remoras.errors import PluginError, StrategyError
 from remoras.executive.satisfaction import DecisionConstants
 from remoras.mission import Mission
@@ -59,7 +62,7 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     if mission is not None:
         faults += [*_needs(raw, mission), *_missions(raw, mission), *formation_faults(raw, mission)]
         faults += [*obligation_faults(raw, mission), *knowledge_faults(raw, mission), *ontology_faults(raw, mission)]
-        faults += [*bias_faults(raw, mission), *ban_faults(raw), *_own_faults(raw, mission)]
+        faults += [*bias_faults(raw, mission), *ban_faults(raw), *need_faults(raw, mission), *_own_faults(raw, mission)]
         faults += equipment_faults(raw, mission)
     return faults
 
@@ -111,7 +114,7 @@ def job_faults(scenario: Scenario, mission: type[Mission]) -> list[Configuration
     groups = {group.name: group for group in groups_of(scenario)}
     declared = [table.declared() for table in scenario.fault]
     draws = draw_faults(declared, database_of(scenario, mission), groups)
-    return [*_role_jobs(scenario, mission, jobs), *_order_of(jobs), *draws]
+    return [*_role_jobs(scenario, mission, jobs), *_order_of(jobs), *draws, *of_faults(scenario, made)]
 
 
 def _role_jobs(scenario: Scenario, mission: type[Mission], jobs: Mapping[str, Job]) -> Iterator[ConfigurationFault]:
@@ -234,7 +237,14 @@ def outside_faults(raw: Raw, places_m: Iterable[tuple[str, tuple[float, float]]]
 def _choices(raw: Raw) -> Iterator[ConfigurationFault]:
     communication = table_of(raw, "communication")
     yield from one_of("communication.modem", communication.get("modem"), list(modems()))
+    modem = modems().get(str(communication.get("modem")))
+    counts = communication.get("count_listening") is True and "receive_power_w" not in communication
+    if counts and modem is not None and modem.receive_w is None:
+        allowed = f"the profile {modem.name} in {MODEMS} has no receive_w; set communication.receive_power_w (W)"
+        yield ConfigurationFault("communication.count_listening", "true", allowed)
     yield from policy_faults(raw)
+    yield from key_faults(raw)
+    yield from value_faults(raw)
     name = table_of(raw, "strategy").get("name")
     if not isinstance(name, str):
         return
@@ -265,7 +275,8 @@ def _needs(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     for name in needs:
         for fault in one_of(f"communication.needs.{name}", name, known):
             yield ConfigurationFault(fault.key, "", f"no attribute of the ontology; {fault.allowed}")
-    missing = [name for name in mission.needs if name not in needs]
+    listed = {*needs, *(table.get("attribute") for table in entries(raw, "need"))}
+    missing = [name for name in mission.needs if name not in listed]
     if missing:
         allowed = f"missing: {', '.join(missing)}; without them nobody learns what the mission needs"
         yield ConfigurationFault("communication.needs", "", allowed)

@@ -54,7 +54,15 @@ def gear_of(raw: Raw, mission: type[Mission] | None) -> Gear:
         tbox = tbox_of()
         return tbox is not None and any(one.name == name for one in tbox.classes)
 
-    return Gear(next(iter(kinds), ""), capabilities, is_class)
+    return Gear(next(iter(kinds), ""), capabilities, is_class, _listening_w(table_of(raw, "communication")))
+
+
+def _listening_w(communication: Raw) -> float:
+    """Receive power that counts, of a table that is not checked yet."""
+    given, modem = communication.get("receive_power_w"), modems().get(str(communication.get("modem")))
+    if isinstance(given, int | float):
+        return float(given)
+    return modem.receive_w or 0.0 if modem is not None and communication.get("count_listening") is True else 0.0
 
 
 def parts_of(vehicle: Raw, modem: object, kinds: Mapping[str, type[SensorSettings]]) -> list[Part]:

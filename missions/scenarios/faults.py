@@ -27,6 +27,7 @@ OF_KIND = {
     "sensor": OF_SENSORS,
     "attribute": (FaultKind.BIASED,),
     "offset": (FaultKind.BIASED,),
+    "memory": (FaultKind.RESTARTS,),
 }
 """Keys that have an effect for some kinds only."""
 NOT_OF_JOINS = {
@@ -34,6 +35,8 @@ NOT_OF_JOINS = {
     "until_s": "a vehicle that has joined stays; leave until_s out, or add a fault of kind lost",
 }
 """Keys that a vehicle which joins late cannot have, and what to do instead."""
+MOST_RESTARTS = 3
+"""A vehicle may begin anew so often in a run: packets have names for four of its lives."""
 
 
 def _is_finite(value: Any) -> bool:
@@ -74,12 +77,13 @@ def _off(value: Any) -> Any:
 class FaultTable(Sparse):
     """One ``[[fault]]``."""
 
-    UNSAID = frozenset({"attribute", "offset"})
+    UNSAID = frozenset({"attribute", "offset", "memory"})
 
-    kind: Literal["lost", "mute", "deaf", "slow", "sensor", "joins", "biased"] = Field(
+    kind: Literal["lost", "mute", "deaf", "slow", "sensor", "joins", "biased", "restarts"] = Field(
         description="what befalls the vehicle. lost: it does nothing any more; mute: nobody hears it; deaf: it hears "
         "nobody; slow: its speeds are multiplied by factor; sensor: its sensor yields nothing; joins: it is not there "
-        "before at_s; biased: what its sensor reads of attribute is off by offset"
+        "before at_s; biased: what its sensor reads of attribute is off by offset; restarts: it is off from at_s "
+        "on and begins anew at until_s"
     )
     vehicle: str = Field(
         description="name of the vehicle; any: drawn among those that have a sensor or are able to play a role with a "
@@ -104,6 +108,11 @@ class FaultTable(Sparse):
     offset: Annotated[float | PointM | None, BeforeValidator(_off)] = Field(
         None, description="of kind biased: what is added to a number, or [east, north] to a point"
     )
+    memory: Literal["kept", "lost"] | None = Field(
+        None,
+        description="of kind restarts: whether the vehicle still knows what it knew; lost if absent. It has its roles "
+        "and work back from the others",
+    )
 
     def declared(self) -> DeclaredFault:
         """The fault as a value."""
@@ -116,6 +125,7 @@ class FaultTable(Sparse):
             SLOW_FACTOR if self.factor is None else self.factor,
             self.sensor,
             self._bias,
+            self.memory == "kept",
         )
 
     @property
@@ -198,6 +208,13 @@ def _when(key: str, table: Raw) -> Iterator[ConfigurationFault]:
         allowed = f"missing: {A_TIME}" + ("" if joins else "; or give rate_per_h")
         yield ConfigurationFault(f"{key}.at_s", "", allowed)
     span_s, until_s = _span_s(table.get("at_s")), _number(table.get("until_s"))
+    if table.get("kind") == FaultKind.RESTARTS:
+        if "until_s" not in table:
+            yield ConfigurationFault(f"{key}.until_s", "", "missing: when the vehicle begins anew")
+        if rated and not timed:
+            yield ConfigurationFault(
+                f"{key}.rate_per_h", shown(table["rate_per_h"]), "a vehicle restarts at a time: give at_s"
+            )
     if joins and span_s is not None and span_s[0] <= 0.0:
         allowed = "must be above 0: a vehicle that is there from the start does not join"
         yield ConfigurationFault(f"{key}.at_s", shown(table["at_s"]), allowed)
@@ -293,6 +310,8 @@ def _twice(told: Sequence[tuple[str, Raw]]) -> Iterator[ConfigurationFault]:
     """A vehicle that joins twice, or may be lost again before it has come back."""
     for number, (key, table) in enumerate(told):
         kind, vehicle = table.get("kind"), table.get("vehicle")
+        if kind == FaultKind.RESTARTS and isinstance(vehicle, str):
+            yield from _restarts(key, table, [one for _, one in told[:number]])
         if kind not in (FaultKind.LOST, FaultKind.JOINS) or not isinstance(vehicle, str) or vehicle == ANY:
             continue
         for other_key, other in told[:number]:
@@ -306,6 +325,18 @@ def _twice(told: Sequence[tuple[str, Raw]]) -> Iterator[ConfigurationFault]:
                 continue
             yield ConfigurationFault(f"{key}.vehicle", f'"{vehicle}"', allowed)
             break
+
+
+def _restarts(key: str, table: Raw, before: Sequence[Raw]) -> Iterator[ConfigurationFault]:
+    """A vehicle that restarts too often, or while it is off."""
+    vehicle = table.get("vehicle")
+    others = [one for one in before if (one.get("kind"), one.get("vehicle")) == (FaultKind.RESTARTS, vehicle)]
+    if len(others) >= MOST_RESTARTS:
+        allowed = f"restarts for the {len(others) + 1}th time: {MOST_RESTARTS} times are allowed in a run"
+        yield ConfigurationFault(f"{key}.vehicle", f'"{vehicle}"', allowed)
+    elif any(_overlap(table, one) for one in others):
+        allowed = "restarts while it is off already; one has to be over by its until_s before the other"
+        yield ConfigurationFault(f"{key}.vehicle", f'"{vehicle}"', allowed)
 
 
 def _overlap(one: Raw, other: Raw) -> bool:

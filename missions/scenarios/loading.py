@@ -20,6 +20,7 @@ from missions.files import SCENARIO, shipped
 from missions.scenarios.abilities import with_abilities
 from missions.scenarios.channel import leave_aside
 from missions.scenarios.checks import cross_faults, job_faults
+from missions.scenarios.clocks import guard_faults
 from missions.scenarios.copies import with_copies
 from missions.scenarios.deployment import with_trace_found
 from missions.scenarios.equipment import gear_of
@@ -28,6 +29,7 @@ from missions.scenarios.ontologies import with_ontologies
 from missions.scenarios.organisation import specified
 from missions.scenarios.organisation_file import ORGANISATION, with_organisation
 from missions.scenarios.parts import mission_class, sensor_kind, sensor_settings
+from missions.scenarios.policy import with_key_found
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.starts import with_starts_apart
 from missions.scenarios.tables import Raw, entries, table_of
@@ -67,6 +69,7 @@ def resolved(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> S
     faults += [fault for option, text in others if (fault := _override(raw, option, text)) is not None]
     faults += leave_aside(own_channel, raw, options)
     raw = with_trace_found(raw, Path() if {"channel.file", "channel"} & options.keys() else Path(document.path).parent)
+    raw = with_key_found(raw, Path() if "communication.key_file" in options else Path(document.path).parent)
     worded, more = with_ontologies(raw, Path() if ONTOLOGIES in options else Path(document.path).parent)
     faults += more
     copies = with_copies(with_starts_apart(worded))
@@ -82,7 +85,7 @@ def resolved(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> S
     known = {(fault.key, fault.given) for fault in faults}
     faults += [fault for fault in cross_faults(tables, mission) if (fault.key, fault.given) not in known]
     if not faults and scenario is not None and mission is not None:
-        faults += job_faults(scenario, mission)
+        faults += [*job_faults(scenario, mission), *guard_faults(scenario)]
     if faults or scenario is None:
         raise document.error(copies.attributed(specification.attributed(faults)), options)
     return scenario.model_copy(update={"fleet": None, "organisation": None})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
@@ -159,27 +159,49 @@ def sensor_settings(
         return error
 
 
-def vehicle_data(
-    table: VehicleTable, kinds: Mapping[str, type[SensorSettings]], transmit_j_per_bit: float = 0.0
-) -> VehicleData:
-    """Static data of a vehicle from its table."""
+class ModemEnergy(NamedTuple):
+    """What a modem takes.
+
+    Attributes:
+        transmit_j_per_bit: for each bit that it sends: its power while it sends over its bit rate.
+        transmit_j_per_packet: for what it sends before the bits.
+        listening_w: all the time, on top of that; 0 where the ``hotel_w`` of the vehicles has it.
+    """
+
+    transmit_j_per_bit: float = 0.0
+    transmit_j_per_packet: float = 0.0
+    listening_w: float = 0.0
+
+
+def vehicle_data(table: VehicleTable, kinds: Mapping[str, type[SensorSettings]], modem: ModemEnergy) -> VehicleData:
+    """Static data of a vehicle from its table; what its modem takes while it listens is part of its ``hotel_w``."""
     sensors = tuple(s for t in table.sensor if isinstance(s := sensor_settings(t, kinds), SensorSettings))
     fields = {
         **table.model_dump(include=set(VehicleData.__dataclass_fields__)),
         "playable_roles": table.playable_roles or (),
     }
-    return VehicleData(**fields, node=table.slot, transmit_j_per_bit=transmit_j_per_bit, sensors=sensors)
+    fields["hotel_w"] = table.hotel_w + modem.listening_w
+    return VehicleData(
+        **fields,
+        node=table.slot,
+        transmit_j_per_bit=modem.transmit_j_per_bit,
+        transmit_j_per_packet=modem.transmit_j_per_packet,
+        sensors=sensors,
+    )
 
 
-def transmit_j_per_bit(scenario: Scenario) -> float:
-    """Energy of the modem for each bit that it sends: its power while it sends over its bit rate."""
-    return scenario.communication.transmit_power_w / modems()[scenario.communication.modem].rate_bps
+def modem_energy(scenario: Scenario) -> ModemEnergy:
+    """What the modem of a scenario takes: as the scenario says, or its profile."""
+    communication = scenario.communication
+    modem, power_w = modems()[communication.modem], communication.transmit_power_w
+    listening_w = communication.receive_power_w or (modem.receive_w if communication.count_listening else 0.0)
+    return ModemEnergy(power_w / modem.rate_bps, power_w * modem.head_s, listening_w or 0.0)
 
 
 def database_of(scenario: Scenario, mission: type[Mission]) -> AUVDatabase:
     """Static data of all vehicles, in the order of the nodes."""
-    j_per_bit = transmit_j_per_bit(scenario)
-    return AUVDatabase(tuple(vehicle_data(table, mission.sensors, j_per_bit) for table in scenario.vehicle))
+    modem = modem_energy(scenario)
+    return AUVDatabase(tuple(vehicle_data(table, mission.sensors, modem) for table in scenario.vehicle))
 
 
 def groups_of(scenario: Scenario) -> tuple[Group, ...]:

@@ -1,12 +1,15 @@
-"""The exchange policy that a scenario names: a shipped one, or one of somebody's own."""
+"""The exchange policy that a scenario names, a shipped one or one of somebody's own, and the key of its packets."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
 
 from exchange.acoustics.modems import modems
 from exchange.errors import ExchangeError
 from exchange.policies import POLICIES, AckPolicy, checked_policy, header_bits
+from exchange.sealing import Seal, key_in
 from missions.errors import ConfigurationFault
 from missions.scenarios.tables import Raw, entries, table_of
 from remoras.errors import PluginError
@@ -32,6 +35,44 @@ def policy_of(name: str) -> AckPolicy:
         return checked_policy(found, name)
     except ExchangeError as error:
         raise PluginError(str(error)) from None
+
+
+def with_key_found(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Tables in which the file of the key has its whole path.
+
+    Args:
+        raw: tables of a scenario.
+        folder: that the path of the file starts from.
+    """
+    communication: Mapping[str, Any] = table_of(raw, "communication")
+    file = communication.get("key_file")
+    if not isinstance(file, str) or not file:
+        return raw
+    return {**raw, "communication": {**communication, "key_file": str((folder / file).resolve())}}
+
+
+def key_of(file: str) -> bytes | None:
+    """The key in a file; None where no file is named.
+
+    Raises:
+        ConfigurationError: it holds no key, or there is no library to encrypt.
+    """
+    if not file:
+        return None
+    key = key_in(Path(file))
+    Seal(key)
+    return key
+
+
+def key_faults(raw: Raw) -> Iterator[ConfigurationFault]:
+    """The file of the key must hold one, and the library that encrypts must be there."""
+    file = table_of(raw, "communication").get("key_file")
+    if not isinstance(file, str):
+        return
+    try:
+        key_of(file)
+    except ExchangeError as error:
+        yield ConfigurationFault("communication.key_file", f'"{file}"', str(error))
 
 
 def policy_faults(raw: Raw) -> Iterator[ConfigurationFault]:

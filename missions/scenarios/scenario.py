@@ -6,21 +6,23 @@ Units are in the names of the keys. A mission may extend these tables: it subcla
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, Any, Final, Literal
+from typing import Any, Final, Literal
 
 from pydantic import ConfigDict, Field, field_validator
 
 from missions.scenarios.bans import BanTable
 from missions.scenarios.channel import ChannelTable
+from missions.scenarios.clocks import VehicleClockTable
+from missions.scenarios.communication import Communication
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.faults import FaultTable
 from missions.scenarios.knowledge import WorldModelTable
+from missions.scenarios.needs import CovertTable, NeedTable
 from missions.scenarios.obligations import ObligationTable
+from missions.scenarios.sea import BeaconTable, CurrentTable, NavigationTable
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
 from remoras.attraction import GuidanceConstants
 from remoras.avoidance import SEPARATION_M
-from remoras.current import Current
 from remoras.executive.satisfaction import DecisionConstants
 
 BY_GROUPS: Final = "groups"
@@ -62,40 +64,6 @@ class World(Section):
         None,
         description="latitude -89 to 89 and longitude -180 to 180 (WGS 84) of the point x = 0, y = 0; "
         "maps need it, no run depends on it",
-    )
-
-
-class Communication(Sparse):
-    """The table ``[communication]``."""
-
-    UNSAID = frozenset({"needs_follow"})
-
-    modem: str = Field(description="modem profile, see `remoras list modems`")
-    range_m: float = Field(
-        gt=0.0,
-        le=100_000.0,
-        description="operating range: sets the guard of a slot; nothing is heard beyond, save on the channel acoustic",
-    )
-    transmit_power_w: NotNegative = Field(10.0, description="power of the modem while it sends")
-    policy: str = Field(description="exchange policy, see `remoras list policies`")
-    lease_frames: int = Field(
-        40, ge=1, le=100_000, description="TDMA frames without a packet after which a vehicle is taken to have left"
-    )
-    carrier_evidence: bool = Field(True, description="take a peer that sends an item as holding it")
-    time_resolution_s: float = Field(
-        0.1, ge=0.001, le=10.0, multiple_of=0.001, description="resolution of observation times on the wire"
-    )
-    clock_tolerance_s: float = Field(
-        1.0,
-        ge=0.0,
-        le=604_800.0,
-        description="how much later than its arrival a fact may be observed; with a later one a packet is refused",
-    )
-    needs_follow: Literal["all", "groups"] = Field(
-        "all", description="who needs the listed attributes: all vehicles, or those whose groups what is told concerns"
-    )
-    needs: dict[str, Annotated[int, Field(ge=1, le=1000)]] = Field(
-        description="priority of each attribute that vehicles need of each other"
     )
 
 
@@ -157,50 +125,6 @@ class GuidanceTable(Section):
     def constants(self) -> GuidanceConstants:
         """Constants of guidance."""
         return GuidanceConstants(**self.model_dump())
-
-
-class CurrentTable(Section):
-    """The table ``[current]``."""
-
-    east_mps: float = Field(0.0, ge=-5.0, le=5.0, description="current towards the east at the surface")
-    north_mps: float = Field(0.0, ge=-5.0, le=5.0, description="current towards the north at the surface")
-    shear_depth_m: Positive | None = Field(
-        None, description="depth at which the current has fallen to nothing, evenly; alike at all depths if absent"
-    )
-    tide_period_h: Positive | None = Field(
-        None, description="time in which the current turns and returns, 12.42 for the moon's tide; steady if absent"
-    )
-    tide_phase: float = Field(
-        0.0, ge=0.0, le=1.0, description="share of the period that is over at the start: 0 full, 0.25 slack, 0.5 turned"
-    )
-
-    def water(self) -> Current | None:
-        """The current; None where the water stands."""
-        if self.east_mps == self.north_mps == 0.0:
-            return None
-        depth_m = math.inf if self.shear_depth_m is None else self.shear_depth_m
-        period_s = math.inf if self.tide_period_h is None else 3600.0 * self.tide_period_h
-        return Current(self.east_mps, self.north_mps, depth_m, period_s, self.tide_phase)
-
-
-class NavigationTable(Section):
-    """The table ``[navigation]``."""
-
-    drift: float = Field(
-        0.0,
-        ge=0.0,
-        le=0.2,
-        description="share of its way under water by which a vehicle comes to err about its place",
-    )
-    fix_s: Positive = Field(10.0, description="time in which that error falls to 1/e, at the surface and near a beacon")
-
-
-class BeaconTable(Section):
-    """One ``[[beacon]]``."""
-
-    name: Name = Field(description="name of the beacon")
-    position_m: PointM = Field(description="x east, y north")
-    range_m: Positive = Field(description="within this distance of it vehicles learn where they are")
 
 
 class RallyPoint(Section):
@@ -292,8 +216,10 @@ class GroupTable(Sparse):
     role: tuple[Role, ...] = Field(min_length=1, description="roles of the group")
 
 
-class VehicleTable(Section):
+class VehicleTable(Sparse):
     """One ``[[vehicle]]``."""
+
+    UNSAID = frozenset({"clock"})
 
     name: Name = Field(description="name of the vehicle")
     vehicle_type: Literal["AUV", "ASV"] = Field(description="AUV or ASV")
@@ -311,6 +237,7 @@ class VehicleTable(Section):
     energy_j: Positive = Field(description="battery capacity")
     hotel_w: NotNegative = Field(description="power at rest")
     drag_w_per_mps3: NotNegative = Field(description="power of propulsion per cubed speed")
+    clock: VehicleClockTable | None = Field(None, description="how far its clock is off; drawn if absent")
     playable_roles: tuple[str, ...] | None = Field(
         None,
         description="roles the vehicle is able to play, those it is meant for first: Role of any group, or Group.Role; "
@@ -348,7 +275,7 @@ class Scenario(Sparse):
     """The whole input of a run; a mission with tables of its own subclasses it."""
 
     model_config = ConfigDict(json_schema_extra=unless("organisation", "group"))
-    UNSAID = frozenset({"role", "group_template", "worldmodel", "ban"})
+    UNSAID = frozenset({"role", "group_template", "worldmodel", "ban", "need", "covert"})
 
     organisation: str | None = Field(
         None,
@@ -380,3 +307,5 @@ class Scenario(Sparse):
     vehicle: tuple[VehicleTable, ...] = Field(min_length=2, max_length=MAX_VEHICLES)
     fault: tuple[FaultTable, ...] = ()
     ban: tuple[BanTable, ...] = ()
+    need: tuple[NeedTable, ...] = ()
+    covert: tuple[CovertTable, ...] = ()

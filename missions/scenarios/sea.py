@@ -1,13 +1,59 @@
-"""The sea between tables: a current has to leave every vehicle a way against it."""
+"""The sea: its current, how vehicles know where they are in it, and that a current leaves them a way against it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 
+from pydantic import Field
+
 from missions.errors import ConfigurationFault
-from missions.scenarios.tables import Raw, entries, table_of
+from missions.scenarios.tables import Name, PointM, Positive, Raw, Section, entries, table_of
 from remoras.current import Current
+
+
+class CurrentTable(Section):
+    """The table ``[current]``."""
+
+    east_mps: float = Field(0.0, ge=-5.0, le=5.0, description="current towards the east at the surface")
+    north_mps: float = Field(0.0, ge=-5.0, le=5.0, description="current towards the north at the surface")
+    shear_depth_m: Positive | None = Field(
+        None, description="depth at which the current has fallen to nothing, evenly; alike at all depths if absent"
+    )
+    tide_period_h: Positive | None = Field(
+        None, description="time in which the current turns and returns, 12.42 for the moon's tide; steady if absent"
+    )
+    tide_phase: float = Field(
+        0.0, ge=0.0, le=1.0, description="share of the period that is over at the start: 0 full, 0.25 slack, 0.5 turned"
+    )
+
+    def water(self) -> Current | None:
+        """The current; None where the water stands."""
+        if self.east_mps == self.north_mps == 0.0:
+            return None
+        depth_m = math.inf if self.shear_depth_m is None else self.shear_depth_m
+        period_s = math.inf if self.tide_period_h is None else 3600.0 * self.tide_period_h
+        return Current(self.east_mps, self.north_mps, depth_m, period_s, self.tide_phase)
+
+
+class NavigationTable(Section):
+    """The table ``[navigation]``."""
+
+    drift: float = Field(
+        0.0,
+        ge=0.0,
+        le=0.2,
+        description="share of its way under water by which a vehicle comes to err about its place",
+    )
+    fix_s: Positive = Field(10.0, description="time in which that error falls to 1/e, at the surface and near a beacon")
+
+
+class BeaconTable(Section):
+    """One ``[[beacon]]``."""
+
+    name: Name = Field(description="name of the beacon")
+    position_m: PointM = Field(description="x east, y north")
+    range_m: Positive = Field(description="within this distance of it vehicles learn where they are")
 
 
 def current_faults(raw: Raw) -> Iterator[ConfigurationFault]:

@@ -98,6 +98,30 @@ class WrongMean(BernoulliChannel):
         return 20.0
 
 
+class Standing(BernoulliChannel):
+    """Its sound does not move."""
+
+    def sound_speed_mps(self, deployment: Deployment) -> float:
+        """Nothing."""
+        return 0.0
+
+
+class Telling(BernoulliChannel):
+    """Tells of a speed in words."""
+
+    def sound_speed_mps(self, deployment: Deployment) -> Any:
+        """A text."""
+        return "1500 m/s"
+
+
+class Misfitting(BernoulliChannel):
+    """Tells what does not fit in a form of its own."""
+
+    def misfits(self, deployment: Deployment) -> Iterator[Any]:
+        """A text."""
+        yield "too deep"
+
+
 class Grumbling(BernoulliChannel):
     """Its own checks fail."""
 

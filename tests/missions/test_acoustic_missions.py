@@ -7,9 +7,10 @@ import pytest
 from small_mission import SMALL, line_of
 
 from missions.errors import ConfigurationError, ConfigurationFault
+from missions.runs.assembly import channel_of
 from missions.runs.results import Results, write
 from missions.runs.run import run
-from missions.runs.setup import channel_of, resolved
+from missions.runs.setup import resolved
 from missions.runs.summary import summary
 from missions.scenarios import Scenario, load
 from missions.scenarios.deployment import deployment_in, deployment_of

@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from small_mission import SMALL, line_of, shipped_tables
 
 from missions.errors import ConfigurationError, ConfigurationFault
+from missions.runs.assembly import assemble
 from missions.runs.results import manifest
 from missions.runs.run import run as run_scenario
-from missions.runs.setup import assemble, resolved
+from missions.runs.setup import resolved
 from missions.runs.summary import summary
 from missions.scenarios import Scenario, VehicleTable, load
 from missions.scenarios.copies import LAYER_M, MAX_VEHICLES, with_copies

@@ -8,10 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from small_mission import SMALL
 
+from exchange.acoustics.modems import modems
+from missions.errors import ConfigurationError
+from missions.mapping.mission import MappingMission
 from missions.runs.metrics import consistency, metrics_of
 from missions.runs.run import run as run_scenario
 from missions.runs.summary import summary
 from missions.scenarios import load
+from missions.scenarios.abilities import endurance_s
+from missions.scenarios.equipment import gear_of
 from remoras.recorder import Recorder
 
 
@@ -103,12 +108,66 @@ def test_modem_energy_is_what_the_vehicles_account_for(tmp_path: Path, power_w: 
 SILENT = "communication.transmit_power_w=0"
 
 
+@pytest.mark.parametrize(
+    ("modem", "settings", "listening_w", "head_s"),
+    [
+        ("s2c-18-34", ["communication.receive_power_w=3"], 3.0, 0.2),
+        ("whoi-psk-1", ["communication.count_listening=true"], 2.0, 0.0),
+        ("whoi-psk-1", ["communication.count_listening=true", "communication.receive_power_w=0.5"], 0.5, 0.0),
+        ("whoi-psk-1", [], 0.0, 0.0),
+    ],
+)
+def test_a_modem_takes_energy_before_its_bits_and_while_it_listens(
+    tmp_path: Path, modem: str, settings: list[str], listening_w: float, head_s: float
+) -> None:
+    """Heads and receive powers are those of ``modems.toml``; 2 vehicles listen for 60 s."""
+    file = tmp_path / "pond.toml"
+    file.write_text(SMALL.replace("s2c-18-34", modem), encoding="utf-8")
+    deaf = ["scenario.duration_s=60", "communication.transmit_power_w=7"]
+    runs = [run_scenario(load(str(file), [("--set", one) for one in [*deaf, *more]]), 1) for more in (settings, [])]
+    found, without = map(summary, runs)
+    n_vehicles, rate_bps = len(runs[0].scenario.vehicle), modems()[modem].rate_bps
+    bits = sum(row[3] for row in runs[0].recorder.packets)
+    sent_j = 7.0 * (bits / rate_bps + found["n_packets"] * head_s)
+    assert found["modem_energy_j"] == pytest.approx(sent_j + n_vehicles * 60.0 * listening_w, abs=0.02)
+    assert found["energy_j"] - without["energy_j"] == pytest.approx(n_vehicles * 60.0 * listening_w, abs=0.02)
+
+
+def test_a_profile_without_receive_power_cannot_be_counted() -> None:
+    with pytest.raises(
+        ConfigurationError, match=r"profile atm-900 in modems\.toml has no receive_w; set communication"
+    ):
+        load("mapping-rendezvous", [("", "communication.count_listening=true"), ("", "communication.modem=atm-900")])
+
+
+def test_listening_shortens_what_a_battery_lasts() -> None:
+    """1 MJ at 40 W last 25,000 s, at 50 W 20,000 s."""
+    vehicle = {"energy_j": 1e6, "hotel_w": 40.0, "drag_w_per_mps3": 0.0, "survey_speed_mps": 1.0}
+    assert (endurance_s(vehicle), endurance_s(vehicle, listening_w=10.0)) == (25_000.0, 20_000.0)
+    gear = {one: gear_of({"communication": one_of}, MappingMission).listening_w for one, one_of in COUNTED.items()}
+    assert gear == {"given": 3.0, "of the profile": 2.0, "not counted": 0.0}
+
+
+COUNTED = {
+    "given": {"modem": "whoi-psk-1", "receive_power_w": 3},
+    "of the profile": {"modem": "whoi-psk-1", "count_listening": True},
+    "not counted": {"modem": "whoi-psk-1"},
+}
+
+
+def test_observations_per_minute_are_those_received(tmp_path: Path) -> None:
+    run = run_scenario(load("mapping-rendezvous", [("--set", "scenario.duration_s=120")]), 1)
+    n_received = sum(row[4] == "received" for row in run.recorder.knowledge)
+    assert n_received > 0
+    assert summary(run)["observations_per_min"] == pytest.approx(n_received / 4 / 2.0, abs=1e-4)
+
+
 def test_every_measure_can_be_compared() -> None:
     """In the first minute nothing is lost or given up, and nobody has finds or obligations: those say nothing."""
     measures = {"consistency_time_s", "consistent_fraction", "least_mapped_fraction", "modem_energy_j"}
     scenario = load("mapping-rendezvous", [("--set", "scenario.duration_s=60")])
     silent = {"recovery_time_s", "finds_inspected_fraction", "given_up_s", "left_when_given_up"}
-    silent |= {"n_violated_obligations", "settling_s", "settled"}
+    silent |= {"n_violated_obligations", "n_expired", "settling_s", "settled"}
     declared = set(metrics_of(scenario))
     assert measures | silent <= declared
     assert declared - silent == declared & set(summary(run_scenario(scenario, 1)))

@@ -13,8 +13,9 @@ from small_mission import SMALL, line_of, named, run_varied, shipped_tables
 from exchange.acoustics.link import GilbertElliott, Transmission
 from exchange.acoustics.shipped import CHANNELS
 from missions.errors import ConfigurationError, ConfigurationFault
+from missions.runs.assembly import channel_of
 from missions.runs.run import Run
-from missions.runs.setup import channel_of, resolved
+from missions.runs.setup import resolved
 from missions.runs.summary import identity, summary
 from missions.scenarios import Scenario, load
 from missions.scenarios.channel import ChannelTable
@@ -289,6 +290,9 @@ def test_a_fault_with_a_model_from_outside_is_one_clear_message(
         ("Nothing", r"link_model must return an object with p_loss\(.*not None"),
         ("Failing", "but raised KeyError: 'sea'"),
         ("WrongMean", r"mean_per must be a number from 0 to 1, not 20\.0"),
+        ("Standing", r"sound_speed_mps must be None or a finite number above 0, not 0\.0"),
+        ("Telling", "sound_speed_mps must be None or a finite number above 0, not '1500 m/s'"),
+        ("Misfitting", "raised TypeError: expected SettingFaults, not 'too deep'"),
         ("Grumbling", "its checks of settings raised KeyError: 'per'"),
     ],
 )

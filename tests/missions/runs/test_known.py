@@ -13,10 +13,11 @@ import pytest
 
 from exchange.acoustics.channel import Arrival, Channel
 from missions.errors import OutputError
+from missions.runs.assembly import assemble, channel_of
 from missions.runs.known import Belief, Memory, fact_of
 from missions.runs.results import MemoryResults, Results, write
 from missions.runs.run import Run, result_of, run
-from missions.runs.setup import assemble, channel_of, resolved
+from missions.runs.setup import resolved
 from missions.scenarios import Scenario, load
 from remoras.beliefs import Beliefs
 from remoras.fleet import Fleet
@@ -32,6 +33,13 @@ FAULTS = (
     "communication.lease_frames=30",
 )
 """One vehicle is cut off and comes back, one is missed and comes back, the head of all joins late."""
+RESTARTS = (
+    "fault=[{kind='restarts',vehicle='AUV01',at_s=300,until_s=360,memory='lost'},"
+    "{kind='restarts',vehicle='AUV02',at_s=500,until_s=540,memory='kept'},"
+    "{kind='restarts',vehicle='AUV01',at_s=900,until_s=1000,memory='kept'},"
+    "{kind='restarts',vehicle='AUV00',at_s=1100,until_s=1140,memory='lost'}]",
+)
+"""Vehicles begin anew, with and without what they knew; one of them twice, one of them the head."""
 EMPTY = ("vehicle.AUV01.energy_j=60000", "vehicle.ASV00.energy_j=20000")
 """Batteries that are empty in the middle of the mission."""
 NEAR_S = 0.001
@@ -158,7 +166,7 @@ def test_nobody_knows_what_came_in_a_packet_that_nobody_could_read() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", [(), FAULTS, EMPTY], ids=["sound", "faults", "empty batteries"])
+@pytest.mark.parametrize("case", [(), FAULTS, EMPTY, RESTARTS], ids=["sound", "faults", "empty batteries", "restarts"])
 @pytest.mark.parametrize("strategy", strategies())
 def test_so_it_is_under_every_strategy(strategy: str, case: tuple[str, ...]) -> None:
     compare(scenario(*LOSS, *case, strategy=strategy), 11)
@@ -287,13 +295,13 @@ def test_what_a_vehicle_gave_up_waiting_for_is_not_known_any_more(monkeypatch: p
             finder.radio.tell(model.record(located, 100.0), finder.social.addressed, 100.0)
         if fleet.now_s == 200.0:
             finder.radio.tell(model.record([*announced, *located], 200.0), finder.social.addressed, 200.0)
-        if fleet.now_s in (110.0, 180.0, 250.0):
+        if fleet.now_s in (110.0, 136.0, 165.0, 250.0):
             states[fleet.now_s] = state_of(fleet)
     dropped = [row[1] for row in fleet.recorder.faults if row[2].startswith("dropped block")]
     assert set(dropped) == {"ASV00", "AUV00", "AUV02"}
     memory = Memory(MemoryResults(result_of(setup, 1, fleet, 0.0)), setup)
     waiting = {at_s: len(vehicles["AUV00"][0][0][1]) for at_s, vehicles in states.items()}
-    assert waiting == {110.0: 1, 180.0: 0, 250.0: 0}
+    assert waiting == {110.0: 1, 136.0: 0, 165.0: 1, 250.0: 0}  # at 165 s it has come again, and waits anew
     for at_s, vehicles in states.items():
         for name, (held, _, _) in vehicles.items():
             assert held_by(memory.known(name, at_s).model) == held, (name, at_s)

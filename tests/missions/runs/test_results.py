@@ -29,7 +29,8 @@ from remoras.recorder import TABLES, TIME, VEHICLE, Column, Recorder, Table
 SUMMARY = """scenario, strategy, policy, channel, per, seed, n_vehicles, completed, reason, mission_time_s,
 goal_fraction, distance_m, energy_j, modem_energy_j, n_packets, n_bytes,
 bits_headers, bits_assignments, bits_claims, bits_status, bits_signals, bits_observations,
-delivery_ratio, mean_latency_s, p95_latency_s, consistency_time_s, consistent_fraction, false_beliefs,
+delivery_ratio, observations_per_min, mean_latency_s, p95_latency_s, consistency_time_s, consistent_fraction,
+false_beliefs,
 wrong_belief_fraction, view_divergence, holder_conflict_fraction, malformed_s,
 n_refused_acts, idle_s, closest_approach_m, conflicts,
 coverage_fraction, time_to_50_s, time_to_80_s, time_to_95_s, time_to_100_s,
@@ -48,12 +49,17 @@ COLUMNS = {
     "coverage": "time_s, vehicle, cell_x, cell_y",
     "goal": "time_s, goal_fraction",
     "packets": "slot, time_s, sender, size_bits, items, acks, receivers, lost_by, end_s, arrivals_s, item_uids, "
-    "status_uids, signal_roles, signal_addressed, signal_values",
+    "status_uids, signal_roles, signal_addressed, signal_values, collided_at",
     "items": "uid, origin, time_s, recorded_s, subject, attribute, value, kind, uncertainty",
     "knowledge": "time_s, vehicle, item, origin, event",
     "plans": "time_s, vehicle, group, role, objective, argument, node, parent, task, method, status, "
     "expected_time_s, expected_energy_j",
+    "peers": "time_s, vehicle, peer, event",
+    "links": "time_s, vehicle, peer, direction, p_loss, n",
     "faults": "time_s, vehicle, kind, detail",
+    "refused": "time_s, vehicle, sender, slot, reason",
+    "deliveries": "time_s, vehicle, item, event, reason, latency_s",
+    "unsaid": "slot, time_s, vehicle, reason, candidates",
 }
 UNITS = {"s": "s", "m": "m", "rad": "rad", "mps": "m/s", "j": "J", "bits": "bit"}
 """Unit by the last part of a column's name."""

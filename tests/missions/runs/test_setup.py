@@ -11,10 +11,12 @@ from small_mission import SMALL
 import missions.runs.setup as home
 from missions.errors import ConfigurationError
 from missions.mapping import MappingMission
+from missions.runs.assembly import assemble, channel_of
 from missions.runs.metrics import CORE_METRICS
 from missions.runs.run import run
 from missions.runs.sea import actual
-from missions.runs.setup import Setup, assemble, channel_of, resolved, sensors_of
+from missions.runs.sensors import sensors_of
+from missions.runs.setup import Setup, resolved
 from missions.runs.summary import summary
 from missions.scenarios import Scenario, load, parts
 from remoras.errors import PluginError

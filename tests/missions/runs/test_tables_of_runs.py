@@ -32,7 +32,7 @@ def test_values_come_back_within_half_a_unit(recorder: Recorder) -> None:
 
 def test_every_table_is_kept_with_its_units(recorder: Recorder) -> None:
     files = encoded(recorder, "k")
-    assert set(files) == {table.name for table in TABLES} | {"coverage", "goal"}
+    assert set(files) == {table.name for table in TABLES} | {"coverage", "goal", "deliveries", "unsaid"}
     packets = pq.read_table(io.BytesIO(files["packets"]))
     assert packets.schema.field("time_s").metadata[b"unit"] == b"s"
     assert packets.schema.field("arrivals_s").metadata[b"unit"] == b"s"

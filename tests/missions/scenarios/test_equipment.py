@@ -12,7 +12,8 @@ from missions.mapping.sensors import SwathSettings
 from missions.runs.knowledge import query
 from missions.runs.results import Results, write
 from missions.runs.run import run
-from missions.runs.setup import resolved, world_model
+from missions.runs.setup import resolved
+from missions.runs.worlds import world_model
 from missions.scenarios import load
 from missions.scenarios.equipment import capabilities_of, parts_of
 from remoras.beliefs import Beliefs

@@ -124,7 +124,7 @@ def test_every_key_is_explained() -> None:
         (
             'kind = "dead"\nvehicle = "Diver"\nat_s = 3',
             "kind",
-            "'lost', 'mute', 'deaf', 'slow', 'sensor', 'joins' or 'biased'",
+            "'lost', 'mute', 'deaf', 'slow', 'sensor', 'joins', 'biased' or 'restarts'",
         ),
         (
             'kind = "lost"\nvehicle = "Divr"\nat_s = 3',

@@ -5,7 +5,8 @@ from typing import Any
 import pytest
 
 from missions.errors import ConfigurationError
-from missions.runs.setup import assemble, resolved
+from missions.runs.assembly import assemble
+from missions.runs.setup import resolved
 from missions.scenarios import load
 from worldmodel import WorldModel
 

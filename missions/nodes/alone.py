@@ -1,0 +1,129 @@
+"""One vehicle of a scenario, put together without the others."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import tomli_w
+
+from missions.document import Document
+from missions.errors import ConfigurationError, ConfigurationFault
+from missions.runs.assembly import faults_in, vehicle_of
+from missions.runs.sea import actual
+from missions.runs.sensors import recorder_of_mission, sensors_of
+from missions.runs.setup import Setup
+from missions.runs.setup import resolved as setup_of
+from missions.scenarios.loading import resolved
+from missions.scenarios.scenario import Scenario
+from remoras.faults import Fault
+from remoras.own_clock import OwnClock
+from remoras.solo import Solo, Times
+from remoras.vehicle import Vehicle, go_on
+from worldmodel import EPOCHS, suggestion
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """All that a vehicle by itself follows from, beside the packets that it hears.
+
+    Attributes:
+        scenario: its TOML text, resolved.
+        vehicle: its name.
+        seed: root of all draws.
+        epoch: how often the vehicle has begun anew before, without its memory.
+        begins_s: when it begins (s of the mission).
+        until_s: when it stops to act.
+        end_s: when its exchange ends, too.
+    """
+
+    scenario: str
+    vehicle: str
+    seed: int
+    epoch: int
+    begins_s: float
+    until_s: float
+    end_s: float
+
+    @classmethod
+    def of(cls, scenario: Scenario, vehicle: str, seed: int, until_s: float | None, settle_s: float) -> Plan:
+        """The plan of a vehicle that is there from the start.
+
+        Args:
+            scenario: the whole input.
+            vehicle: its name; seed: root of all draws.
+            until_s: when it stops to act; at the end of the scenario's time if None.
+            settle_s: for how long its exchange goes on then.
+
+        Raises:
+            ConfigurationError: no such vehicle, or a time beyond that of the scenario.
+        """
+        names, duration_s = [one.name for one in scenario.vehicle], scenario.scenario.duration_s
+        name = scenario.scenario.name
+        if vehicle not in names:
+            allowed = f"one of {', '.join(names)}{suggestion(vehicle, names)}"
+            raise ConfigurationError(name, [ConfigurationFault("VEHICLE", vehicle, allowed)])
+        if until_s is not None and not 0.0 < until_s <= duration_s:
+            allowed = f"a time up to scenario.duration_s = {duration_s:g} s; raise that with --set"
+            raise ConfigurationError(name, [ConfigurationFault("--until", f"{until_s:g}", allowed)])
+        text = tomli_w.dumps(scenario.model_dump(mode="json", exclude_none=True))
+        stop_s = duration_s if until_s is None else until_s
+        return cls(text, vehicle, seed, 0, 0.0, stop_s, stop_s + settle_s)
+
+    def as_json(self) -> dict[str, Any]:
+        """The plan as one JSON object."""
+        return asdict(self)
+
+    def setup(self) -> Setup:
+        """The scenario resolved.
+
+        Raises:
+            ConfigurationError: its strategy is a bound, whose vehicles know all without packets; or ``epoch`` is none.
+        """
+        scenario = resolved(Document.of_text(self.scenario, "scenario"))
+        setup = setup_of(scenario)
+        name = scenario.scenario.name
+        if setup.strategy.declaration.is_bound:
+            given = ConfigurationFault("strategy.name", setup.strategy.name, "a strategy that tells by packets")
+            raise ConfigurationError(name, [given])
+        if not 0 <= self.epoch < EPOCHS:
+            raise ConfigurationError(name, [ConfigurationFault("--epoch", str(self.epoch), f"0 to {EPOCHS - 1}")])
+        return setup
+
+
+@dataclass(frozen=True, slots=True)
+class Alone:
+    """A vehicle by itself, with what it follows from: its plan, and the scenario of the plan resolved."""
+
+    plan: Plan
+    setup: Setup
+    solo: Solo
+
+
+def alone(plan: Plan) -> Alone:
+    """The vehicle of a plan: what it is in the run of its scenario and seed, without the others.
+
+    Raises:
+        ConfigurationError: see ``Plan.setup``.
+    """
+    setup = plan.setup()
+    scenario, mission = setup.scenario, setup.mission
+    real = actual(setup.database[plan.vehicle], scenario.uncertainty.speed_spread, plan.seed)
+    recorder = recorder_of_mission(mission, [sensors_of(data) for data in setup.database.values()])
+    world = mission.world(plan.seed)
+
+    def make(model: Solo) -> Vehicle:
+        own = sensors_of(real)
+        return vehicle_of(model, setup, real, own, world, recorder, plan.seed, OwnClock(), plan.begins_s, plan.epoch)
+
+    def make_anew(model: Solo, before: Vehicle, fault: Fault) -> Vehicle:
+        own, epoch = sensors_of(real), before.beliefs.model.epoch + 1
+        anew = vehicle_of(model, setup, real, own, world, recorder, plan.seed, OwnClock(), model.now_s, epoch)
+        go_on(anew, before, model.now_s, fault.keeps_memory)
+        return anew
+
+    times = Times(scenario.scenario.tick_s, plan.begins_s, plan.until_s)
+    faults = [fault for fault in faults_in(setup, plan.seed) if fault.vehicle == plan.vehicle]
+    bans = [ban for table in scenario.ban if (ban := table.declared()).issuer == plan.vehicle]
+    needs = [need for need in setup.stated if need.vehicle == plan.vehicle]
+    return Alone(plan, setup, Solo(make, make_anew, setup.schedule, recorder, times, faults, bans, needs))

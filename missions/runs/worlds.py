@@ -1,0 +1,37 @@
+"""World models of the vehicles of a scenario, as they begin."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from missions.scenarios.knowledge import pruning_of
+from worldmodel import WorldModel
+
+if TYPE_CHECKING:
+    from missions.runs.setup import Setup
+
+
+def world_model(setup: Setup, node: int, epoch: int = 0) -> WorldModel:
+    """The world model of a vehicle before it knows anything.
+
+    Args:
+        setup: the scenario resolved.
+        node: of the vehicle.
+        epoch: how often it has begun anew.
+    """
+    kept, communication = setup.scenario.worldmodel, setup.scenario.communication
+    clocks = communication.clocks
+    return WorldModel(
+        setup.tbox,
+        node,
+        setup.instances,
+        communication.time_resolution_s,
+        epoch=epoch,
+        n_origins=setup.schedule.n_nodes,
+        run_time_instances_per_origin=setup.mission.instances_found_per_vehicle,
+        common_facts=setup.common_facts,
+        clock_tolerance_s=max(communication.clock_tolerance_s, 0.0 if clocks is None else clocks.apart_s),
+        waiting_s=kept.waiting_s,
+        waiting_blocks=kept.waiting_blocks,
+        pruning=pruning_of(setup.scenario, setup.tbox),
+    )

@@ -1,0 +1,160 @@
+"""Needs that vehicles state, and vehicles that keep silent: from the scenario to what the others get to know."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from missions.errors import ConfigurationError
+from missions.mapping.mission import MappingMission
+from missions.runs.assembly import assemble
+from missions.runs.run import run
+from missions.runs.setup import resolved
+from missions.runs.summary import summary
+from missions.scenarios import Scenario, load
+from remoras.fleet import Fleet
+from remoras.social.stated_needs import NeedsInForce
+
+SHIPPED = Path(__file__).parents[2] / "missions" / "mapping" / "rendezvous.toml"
+END_S = 200.0
+BEGINS_S = 100.0
+
+
+def scenario(folder: Path, tables: str, *settings: str, listed: Sequence[str] = ()) -> Scenario:
+    """The shipped scenario, cut short, with further tables; ``listed`` attributes are no longer needed by all."""
+    text = SHIPPED.read_text(encoding="utf-8")
+    for name in listed:
+        text = "\n".join(line for line in text.splitlines() if not line.startswith(f"{name} ="))
+    path = folder / "scenario.toml"
+    path.write_text(f"{text}\n{tables}\n", encoding="utf-8")
+    return load(str(path), [("--set", one) for one in (f"scenario.duration_s={END_S}", *settings)])
+
+
+def fleet_of(given: Scenario) -> Fleet:
+    fleet = assemble(resolved(given), seed=3)
+    fleet.run()
+    return fleet
+
+
+def cells(fleet: Fleet, knower: int, before_s: float = END_S) -> int:
+    """How many cells that others mapped before a time a vehicle knows of."""
+    model = fleet.vehicles[knower].beliefs.model
+    attribute = model.tbox.attribute_named("mappedCell").uid
+    areas = [uid for uid in model.instance_uids() if model.history(uid, attribute)]
+    known = [one for uid in areas for one in model.history(uid, attribute)]
+    return sum(one.time_s < before_s and one.origin != knower for one in known)
+
+
+NEED = '[[need]]\nattribute = "mappedCell"\nvehicle = "ASV00"\npriority = 5\n'
+
+
+def test_a_need_told_during_the_mission_brings_what_was_observed_before(tmp_path: Path) -> None:
+    """Cells that were mapped before anybody needed them go out once ASV00 has said that it needs them; without the
+    need they stay where they were observed. Vehicle 1 does not keep back what it overhears."""
+    needed = fleet_of(scenario(tmp_path, NEED + f"from_s = {BEGINS_S}", listed=["mappedCell"]))
+    never = fleet_of(scenario(tmp_path, NEED + f"from_s = {END_S - 1.0}", listed=["mappedCell"]))
+    assert cells(needed, 0, BEGINS_S) > 0
+    assert cells(never, 0) == 0
+    told = [row for row in needed.recorder.items if row[4] == "need 1 of ASV00"]
+    assert {(row[1], row[7]) for row in told} == {("ASV00", "told")}
+    before = [row for row in needed.recorder.packets if row[1] < BEGINS_S]
+    mapped = {row[0] for row in needed.recorder.items if row[5] == "mappedCell"}
+    assert mapped
+    assert not any(mapped.intersection(row[10]) for row in before)
+
+
+def test_a_need_agreed_before_the_mission_costs_no_bit_and_one_taken_back_ends(tmp_path: Path) -> None:
+    ending = fleet_of(scenario(tmp_path, NEED + f"until_s = {BEGINS_S}", listed=["mappedCell"]))
+    assert [row[5] for row in ending.recorder.items if row[4].startswith("need 1")] == ["needPriority"]
+    assert 0 < cells(ending, 0) == cells(ending, 0, BEGINS_S + 10.0)
+
+
+@pytest.mark.parametrize("memory", ["kept", "lost"])
+def test_a_need_survives_a_restart_of_who_has_it_and_of_who_tells(tmp_path: Path, memory: str) -> None:
+    """AUV01 restarts after ASV00 has stated its need: it knows of it by its store, or hears of it anew."""
+    fault = f'\n[[fault]]\nvehicle = "AUV01"\nkind = "restarts"\nat_s = 130.0\nuntil_s = 135.0\nmemory = "{memory}"\n'
+    needed = NEED + f"from_s = {BEGINS_S}" + fault
+    fleet = fleet_of(scenario(tmp_path, needed, listed=["mappedCell"]))
+    needs = fleet.vehicles[2].radio._needs
+    assert isinstance(needs, NeedsInForce)
+    assert [(node, one.priority) for node, one in needs.stated] == [(0, 5)]
+
+
+def test_a_need_told_once_is_said_once_though_packets_are_lost(tmp_path: Path) -> None:
+    """At PER 0.5, what is acknowledged is repeated; the cause taken out, what is not acknowledged is not."""
+
+    def most_said(terms: str) -> int:
+        fleet = fleet_of(scenario(tmp_path, NEED + terms, "channel.per=0.5", listed=["mappedCell"]))
+        mapped = {row[0] for row in fleet.recorder.items if row[5] == "mappedCell"}
+        said = [uid for row in fleet.recorder.packets for uid in row[10] if uid in mapped]
+        return max(map(said.count, mapped))
+
+    assert most_said("acknowledged = false") == 1
+    assert most_said("acknowledged = true") > 1
+
+
+def test_what_is_older_than_the_time_to_live_expires_with_its_reason(tmp_path: Path) -> None:
+    fleet = fleet_of(scenario(tmp_path, NEED + "ttl_s = 15.0", "channel.per=0.8", listed=["mappedCell"]))
+    expired = [row for row in fleet.recorder.rows("deliveries") if row[4] == "time to live"]
+    assert expired
+    assert all(row[3] == "expired" and row[5] > 15.0 for row in expired)
+
+
+def test_the_summary_counts_what_expired_only_where_a_need_lets_it(tmp_path: Path) -> None:
+    made = run(scenario(tmp_path, NEED + "ttl_s = 15.0", "channel.per=0.8", listed=["mappedCell"]), 3)
+    lost = [row for row in made.recorder.rows("deliveries") if row[4] in {"time to live", "overflow"}]
+    assert summary(made)["n_expired"] == len(lost) > 0
+    assert "n_expired" not in summary(run(scenario(tmp_path, NEED, listed=["mappedCell"]), 3))
+
+
+def test_a_covert_vehicle_hears_and_sends_nothing_or_what_is_urgent(tmp_path: Path) -> None:
+    """AUV01 is silent from 50 to 150 s; AUV02 says only what has a priority above 40, which claims of roles have."""
+    tables = """
+[[covert]]
+vehicle = "AUV01"
+from_s = 50.0
+until_s = 150.0
+[[covert]]
+vehicle = "AUV02"
+above = 40
+from_s = 50.0
+until_s = 150.0
+"""
+    fleet = fleet_of(scenario(tmp_path, tables))
+    during = [row for row in fleet.recorder.packets if 50.0 <= row[1] < 150.0]
+    silent = [row for row in during if row[2] == "AUV01"]
+    assert silent == []
+    assert all("AUV01" in row[6] for row in during if row[2] == "ASV00")
+    assert not any(row[11] for row in during if row[2] == "AUV02")
+    assert any(row[2] == "AUV01" for row in fleet.recorder.packets if row[1] >= 150.0)
+    covert = {row[2] for row in fleet.recorder.rows("unsaid") if row[3] == "covert"}
+    assert covert == {"AUV01", "AUV02"}
+
+
+@pytest.mark.parametrize(
+    ("tables", "message"),
+    [
+        (NEED.replace("mappedCell", "mappedSell"), 'need.1.attribute = "mappedSell"'),
+        (NEED + 'of = "Bey"', 'need.1.of = "Bey": no class or instance'),
+        (NEED.replace("ASV00", "ASV01"), 'need.1.vehicle = "ASV01"'),
+        (NEED + "ttl_s = 0.0", "need.1.ttl_s = 0.0: must be above 0: leave it out for no limit"),
+        (NEED + "ttl_s = 10.0\nblackout_s = 20.0", "need.1.blackout_s = 20.0: must be below ttl_s = 10, else values"),
+        (NEED + "queue_limit = 0", "need.1.queue_limit = 0: must be 1 or more: leave it out for no limit"),
+        (NEED + "from_s = 90.0\nuntil_s = 80.0", "need.1.until_s = 80.0: must be above from_s = 90"),
+        ('[[covert]]\nvehicle = "AUV09"', 'covert.1.vehicle = "AUV09"'),
+    ],
+)
+def test_what_cannot_be_is_refused_in_a_line(tmp_path: Path, tables: str, message: str) -> None:
+    with pytest.raises(ConfigurationError) as refused:
+        scenario(tmp_path, tables)
+    lines = str(refused.value).splitlines()
+    assert any("scenario.toml" in line for line in lines)
+    assert any(message in line for line in lines), lines
+
+
+def test_a_scenario_without_needs_has_no_words_for_them() -> None:
+    shipped = load("mapping-rendezvous")
+    setup = resolved(shipped)
+    assert not any(one.name == "InformationNeed" for one in setup.tbox.classes)
+    assert isinstance(setup.mission, MappingMission)
+    assert "need" not in shipped.model_dump(mode="json")

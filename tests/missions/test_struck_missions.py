@@ -1,0 +1,77 @@
+"""Missions under attack: damaged packets, vehicles that restart or are cut off. They end, and no belief is false."""
+
+import random
+from pathlib import Path
+
+import pytest
+from small_mission import Raw, run_varied
+from tools.one_bit import flown
+
+from missions.scenarios import load
+from remoras.faults import FaultKind
+
+RESTARTS = pytest.mark.skipif("restarts" not in set(FaultKind), reason="awaits the fault kind `restarts`")
+
+
+def held_up(policy: str, n: int, seed: int) -> list[str]:
+    """Of n runs with one bit turned, those that end more than two frames (15 s) later than without, or not at all."""
+    settings = ["channel.per=0.4", f"communication.policy={policy}"]
+    scenario = load("mapping-rendezvous", [("--set", one) for one in settings])
+    usual, channel = flown(scenario, seed)
+    draws, found = random.Random(seed), []
+    for _ in range(n):
+        number = draws.randrange(len(channel.sizes_bits))
+        bit = draws.randrange(channel.sizes_bits[number])
+        run, _ = flown(scenario, seed, number, bit)
+        if not run.completed or run.end_s - usual.end_s > 15.0:
+            found.append(f"packet {number}, bit {bit}: {run.reason} {run.end_s - usual.end_s:+g} s")
+    return found
+
+
+def test_a_flipped_bit_holds_up_no_mission():
+    assert held_up("ack", 1, seed=2) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("policy", ["ack", "mps-ack-repeat"])
+def test_no_flipped_bit_holds_up_a_mission(policy: str):
+    assert held_up(policy, 15, seed=3) == []
+
+
+@RESTARTS
+@pytest.mark.parametrize(
+    ("memory", "policy", "vehicle"),
+    [
+        ("lost", "mps-ack-repeat", "AUV01"),
+        ("kept", "ack", "ASV00"),
+        *(
+            pytest.param(memory, policy, vehicle, marks=pytest.mark.slow)
+            for memory in ("lost", "kept")
+            for policy in ("ack", "mps-ack-repeat")
+            for vehicle in ("AUV01", "ASV00")
+        ),
+    ],
+)
+def test_a_mission_ends_although_a_vehicle_restarts(tmp_path: Path, memory: str, policy: str, vehicle: str):
+    """It is off from 300 to 360 s."""
+
+    def strike(raw: Raw) -> None:
+        raw["fault"] = [{"kind": "restarts", "vehicle": vehicle, "at_s": 300.0, "until_s": 360.0, "memory": memory}]
+
+    run = run_varied(tmp_path, strike, "channel.per=0.4", f"communication.policy={policy}")
+    assert run.n_false_beliefs == 0
+    assert run.completed, run.reason
+
+
+@pytest.mark.parametrize("policy", ["ack", pytest.param("mps-ack-repeat", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kinds", [["lost"], ["mute", "deaf"]], ids=["lost", "out of touch"])
+def test_a_mission_ends_although_one_of_four_is_cut_off(tmp_path: Path, policy: str, kinds: list[str]):
+    """From 200 s on for good; or it hears nobody, and nobody it, until 900 s."""
+
+    def strike(raw: Raw) -> None:
+        over = {} if kinds == ["lost"] else {"until_s": 900.0}
+        raw["fault"] = [{"kind": kind, "vehicle": "AUV02", "at_s": 200.0, **over} for kind in kinds]
+
+    run = run_varied(tmp_path, strike, "channel.per=0.4", f"communication.policy={policy}")
+    assert run.n_false_beliefs == 0
+    assert run.completed, run.reason
