@@ -14,6 +14,7 @@ KINDS: Mapping[str, tuple[str, ...]] = {
     "knowledge": ("packets", "knowledge"),
     "delivery": ("packets",),
     "tdma": ("packets",),
+    "links": ("links",),
 }
 """Kinds of figures that every run has, with the tables that each needs; its mission may declare more."""
 SWEEP_KINDS = ("differences", "trade-off", "ranking", "overview")

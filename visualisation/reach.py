@@ -5,12 +5,13 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from missions.statistics import Interval, wilson_interval
 from visualisation import style, words
 from visualisation.errors import DrawingError
 from visualisation.files import check_format
@@ -22,6 +23,8 @@ NAME = "delivery-against-range"
 BY_FRAME = (0, (3, 1.2))
 NOMINAL = "nominal range"
 MARKERS_ON_A_LINE = 12
+DRAWN: dict[str, Any] = {"marker": "_", "markersize": 7, "markeredgewidth": 1.0, "linestyle": "", "zorder": 4}
+"""How packets that were drawn are drawn."""
 
 
 class Point(NamedTuple):
@@ -35,13 +38,35 @@ class Point(NamedTuple):
     frames_delivered: float
 
 
+class Drawn(NamedTuple):
+    """Packets that were drawn one by one at a range: how many, and how many arrived."""
+
+    range_m: float
+    n_packets: int
+    n_arrived: int
+
+    @property
+    def delivered(self) -> float:
+        """Share that arrived."""
+        return self.n_arrived / self.n_packets
+
+    @property
+    def interval(self) -> Interval:
+        """Its 95 % interval."""
+        return wilson_interval(self.n_arrived, self.n_packets)
+
+
 class Reach(NamedTuple):
-    """One modem: its name, the range that its profile has, frames of its packet, and its points in order of range."""
+    """One modem: its name, the range that its profile has, frames of its packet, and its points in order of range.
+
+    ``drawn`` is what came of packets that were drawn, if any were.
+    """
 
     modem: str
     nominal_m: float
     n_frames: int
     points: tuple[Point, ...]
+    drawn: tuple[Drawn, ...] = ()
 
 
 def contents(reaches: Sequence[Reach], sea: str, format: str) -> list[tuple[str, bytes]]:
@@ -60,6 +85,7 @@ def contents(reaches: Sequence[Reach], sea: str, format: str) -> list[tuple[str,
         (f"{NAME}.{format}", style.rendered(figure(reaches), format)),
         (f"{NAME}.txt", f"{caption(reaches, sea)}\n".encode()),
         (f"{NAME}.csv", as_csv(reaches)),
+        *([(f"{NAME}-drawn.csv", drawn_as_csv(reaches))] if any(one.drawn for one in reaches) else []),
     ]
 
 
@@ -79,6 +105,8 @@ def figure(reaches: Sequence[Reach]) -> Figure:
         ]
         if any(one.n_frames > 1 for one in reaches):
             entries.append(Line2D([], [], color=style.BLACK, linestyle=BY_FRAME, label="frame by frame"))
+        if any(one.drawn for one in reaches):
+            entries.append(Line2D([], [], color=style.BLACK, **DRAWN, label="drawn, 95 %"))
         entries.append(Line2D([], [], color=style.BLACK, marker="*", markersize=9, linestyle="", label=NOMINAL))
         legend = Legend(tuple(entries), style.PAGE_IN)
         page = Page(style.PAGE_IN, TOP_IN + BODY_IN + AXIS_IN + legend.height_in + 0.08)
@@ -92,6 +120,9 @@ def figure(reaches: Sequence[Reach]) -> Figure:
             if one.n_frames > 1:
                 by_frame = [point.frames_delivered for point in one.points]
                 axes.plot(ranges_km, by_frame, color=look.colour, linestyle=BY_FRAME)
+            for point in one.drawn:
+                axes.plot(point.range_m / 1000.0, point.delivered, color=style.BLACK, **DRAWN)
+                axes.vlines(point.range_m / 1000.0, *point.interval, color=style.BLACK, linewidth=0.8, zorder=4)
             nominal_km = one.nominal_m / 1000.0
             if ranges_km[0] <= nominal_km <= ranges_km[-1]:
                 there = float(np.interp(nominal_km, ranges_km, whole))
@@ -109,10 +140,27 @@ def caption(reaches: Sequence[Reach], sea: str) -> str:
     several = (
         " Dashed: share of frames, if each is delivered for itself." if any(r.n_frames > 1 for r in reaches) else ""
     )
+    n_packets = max((point.n_packets for one in reaches for point in one.drawn), default=0)
+    measured = (
+        f" Bars: shares of {n_packets} packets for each modem and range that were drawn one by one, and their 95 % "
+        "intervals (Wilson), most of which are smaller than the bar." if n_packets else " Nothing is drawn."
+    )  # fmt: skip
     return (
         f"Share of full packets that arrive whole, against range, for {words.listed([one.modem for one in reaches])}; "
-        f"computed from the link budget, nothing is drawn.{several} Stars: the {NOMINAL} of a profile. {sea}"
+        f"lines are computed from the link budget.{measured}{several} Stars: the {NOMINAL} of a profile. {sea}"
     )
+
+
+def drawn_as_csv(reaches: Sequence[Reach]) -> bytes:
+    """A line for each modem and range at which packets were drawn."""
+    text = io.StringIO()
+    lines = csv.writer(text, lineterminator="\n")
+    lines.writerow(("modem", *Drawn._fields, "delivered", "low", "high"))
+    for one in reaches:
+        for point in one.drawn:
+            shares = (f"{share:.6g}" for share in (point.delivered, *point.interval))
+            lines.writerow((one.modem, f"{point.range_m:g}", point.n_packets, point.n_arrived, *shares))
+    return text.getvalue().encode()
 
 
 def as_csv(reaches: Sequence[Reach]) -> bytes:

@@ -11,6 +11,7 @@ import io
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import matplotlib.style
@@ -53,6 +54,8 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">")
 
 DPI = 300
 LEGEND_LINE_IN = 0.145
+LEGEND_HANDLE_IN = 0.5
+"""Height of a line of a legend, and what a column of it takes beside its widest label."""
 _SETTINGS: dict[str, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": TEXT_PT,
@@ -147,9 +150,18 @@ def fitted(text: str, room_in: float, size_pt: float, weight: str = "normal") ->
 
 
 def legend_columns(labels: Sequence[str], room_in: float) -> int:
-    """How many columns of a legend with these labels are at most ``room_in`` wide."""
-    widest_in = max((width_in(label, SMALL_PT) for label in labels), default=1.0)
-    return max(1, min(len(labels), int(room_in / (widest_in + 0.5))))
+    """How many columns a legend with these labels has that is at most ``room_in`` wide: of few rows, and full ones.
+
+    >>> legend_columns(["a", "b", "c", "d"], 7.0), legend_columns(["a", "b", "c", "d"], 2.0)
+    (4, 2)
+    """
+    widths_in = [width_in(label, SMALL_PT) + LEGEND_HANDLE_IN for label in labels]
+    for n_columns in range(len(labels), 1, -1):
+        n_rows, more = divmod(len(labels), n_columns)  # matplotlib gives the first columns one entry more
+        ends = [n_rows * column + min(column, more) for column in range(n_columns + 1)]
+        if sum(max(widths_in[first:last]) for first, last in pairwise(ends)) <= room_in:
+            return -(-len(labels) // -(-len(labels) // n_columns))
+    return 1
 
 
 def legend_height_in(n_labels: int, n_columns: int) -> float:

@@ -27,6 +27,9 @@ COLUMNS = {
     "finds": ("time_s", "vehicle", "x_m", "y_m"),
     "faults": ("time_s", "vehicle", "kind", "detail"),
     "packets": ("slot", "time_s", "sender", "size_bits", "items", "acks", "receivers", "lost_by"),
+    "refused": ("time_s", "vehicle", "sender", "slot", "reason"),
+    "peers": ("time_s", "vehicle", "peer", "event"),
+    "links": ("time_s", "vehicle", "peer", "direction", "p_loss", "n"),
     "knowledge": ("time_s", "vehicle", "item", "origin", "event"),
     "decisions": (
         "time_s", "vehicle", "group", "role", "objective", "argument", "activities", "stimulus", "own", "external",
@@ -42,9 +45,9 @@ COLUMNS = {
 }  # fmt: skip
 TEXTS = {
     "vehicle", "group", "role", "event", "kind", "detail", "sender", "item", "origin", "objective", "argument",
-    "source", "task", "method", "status", "peer", "issuer", "act", "outcome",
+    "source", "task", "method", "status", "peer", "issuer", "act", "outcome", "reason", "direction",
 }  # fmt: skip
-LISTS = {"receivers", "lost_by", "activities"}
+LISTS = {"receivers", "lost_by", "collided_at", "activities"}
 FLAGS = {"chosen"}
 SLOT_S = 10.0
 
@@ -93,12 +96,15 @@ class Fiction:
     faults: Sequence[tuple[float, str, str, str]] = ()
     groups: Sequence[dict[str, Any]] = ()
     changes: Sequence[tuple[Any, ...]] = ()
+    collides: bool = False
+    parked: Sequence[tuple[float, str, str, str]] = ()
 
     def write(self, folder: Path) -> Results:
         """The folder of the run, read back."""
         folder.mkdir(parents=True)
         rows = self._rows() if self.recorded else {}
-        for name, columns in COLUMNS.items():
+        columns_of = COLUMNS | ({"packets": (*COLUMNS["packets"], "collided_at")} if self.collides else {})
+        for name, columns in columns_of.items():
             values = list(zip(*rows.get(name, []), strict=True)) or [()] * len(columns)
             kinds = [
                 pa.string() if column in TEXTS else pa.list_(pa.string()) if column in LISTS
@@ -233,6 +239,7 @@ class Fiction:
             "decisions": decisions, "plans": self._plans(), "organisation": self._organisation(),
             "trajectories": tracks, "roles": sorted([*roles, *seats, *self.extra_roles]), "satisfaction": values,
             "finds": finds, "faults": list(self.faults), "packets": packets, "knowledge": sorted([*told, *heard]),
+            "refused": self._refused(packets), "links": self._links(times_s), "peers": list(self.parked),
         }  # fmt: skip
 
     @property
@@ -247,7 +254,30 @@ class Fiction:
         others = [name for name in self.vehicles if name != sender]
         lost = [name for at, name in enumerate(others) if (at + slot // len(self.vehicles)) % 3 == 0]
         heard = [name for name in others if name not in lost]
-        return (slot, slot * SLOT_S, sender, 100, 1, 0, heard, lost)
+        packet = (slot, slot * SLOT_S, sender, 100, 1, 0, heard, lost)
+        return (*packet, lost[:1] if slot % 4 == 0 else []) if self.collides else packet
+
+    def _refused(self, packets: Sequence[tuple[Any, ...]]) -> list[tuple[Any, ...]]:
+        """Where packets collide, each fifth one is refused by the first who hears it; one more came from nowhere."""
+        if not self.collides:
+            return []
+        fifth = [packet for packet in packets[::5] if packet[6]]
+        rows = [
+            (time_s + 1.0, heard[0], sender, slot, f"epoch {slot} is older" if slot % 2 else "another frame")
+            for slot, time_s, sender, _, _, _, heard, *_ in fifth
+        ]
+        return [*rows, (self.end_s, self.vehicles[0], self.vehicles[-1], 10_000, "speaks as me")]
+
+    def _links(self, times_s: Sequence[float]) -> list[tuple[Any, ...]]:
+        """Estimates of a vehicle about its peers rise with their numbers and over time; the last peer has none."""
+        return [
+            (time_s, name, peer, way, min(1.0, (number + 0.5 * (way == "outgoing") + step / 60) / 20), step)
+            for step, time_s in enumerate(times_s)
+            for name in self.vehicles
+            for number, peer in enumerate(self.vehicles[:-1])
+            for way in ("incoming", "outgoing")
+            if name != peer
+        ]
 
 
 ROLES = [
@@ -326,6 +356,13 @@ FICTIONS = {
         faults=[
             (0.0, "B", "joins", "away until 200 s"), (200.0, "B", "joins", "over"), (300.0, "A", "mute", "until 600 s"),
             (400.0, "A", "energy", "battery exhausted"), (500.0, "B", "lost", "for good"), (600.0, "A", "mute", "over"),
+        ],
+    ),
+    "collisions": Fiction(
+        vehicles=("A", "B", "C", "D"), collides=True,
+        parked=[
+            (200.0, "A", "D", "parked"), (250.0, "B", "D", "parked"), (600.0, "A", "D", "heard again"),
+            (650.0, "A", "C", "begins anew"), (900.0, "C", "D", "parked"),
         ],
     ),
     "nested": Fiction(

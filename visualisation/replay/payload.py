@@ -29,7 +29,7 @@ SHOWS = {
     "plans": "how far plans were carried out",
 }
 """What cannot be shown without a table, or without its newer columns."""
-OWN = frozenset({*EVENTS, *SHOWS, "satisfaction", "knowledge"})
+OWN = frozenset({*EVENTS, *SHOWS, "satisfaction", "knowledge", "deliveries", "unsaid"})
 """Tables that every run may have; those beside them are its mission's."""
 MOST_ROWS = 20_000
 """Of a mission's own table no more rows are shown, the earliest."""
@@ -154,7 +154,7 @@ class Payload:
         elif knowledge is not None:
             of_run.add_heard(columns, self._names, knowledge.to_pylist(), self._said)
         if (packets := tables.find("packets")) is not None:
-            of_run.add_packets(columns, self._names, packets, tables.find("faults"), self._said)
+            of_run.add_packets(columns, self._names, packets, tables.find("faults"), tables.find("refused"), self._said)
 
     def _world(self, columns: Columns, tables: Tables, scenario: Mapping[str, Any]) -> dict[str, Any]:
         named = {place.name for place in self._places}

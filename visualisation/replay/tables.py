@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missions.figure import RunResults
+from visualisation.refusals import packets_refused
 from visualisation.replay.columns import Columns, Floats, Ints
 from visualisation.replay.item_names import STATUS_FORM, by_item, read_name
 
@@ -52,16 +53,23 @@ EVENTS: Mapping[str, Kinds] = {
         "expected_time_s": "span",
     },
     "faults": {"time_s": "time", "vehicle": "vehicle", "kind": "text", "detail": "text"},
+    "refused": {
+        "time_s": "time", "vehicle": "vehicle", "sender": "vehicle", "slot": "whole", "reason": "text",
+    },
+    "links": {
+        "time_s": "time", "vehicle": "vehicle", "peer": "vehicle", "direction": "text", "p_loss": "rate", "n": "whole",
+    },
+    "peers": {"time_s": "time", "vehicle": "vehicle", "peer": "vehicle", "event": "text"},
 }  # fmt: skip
-"""Tables of which every row is something that happened, with the kinds of their columns; a ``mean`` or a ``span``
-may be missing."""
+"""Tables of which every row is something that happened, with the kinds of their columns; a ``mean``, a ``span``
+or a ``rate`` may be missing."""
 LATER = frozenset({"issuer", "act", "objective", "argument", "outcome"})
 """Columns of the organisation that older runs lack."""
 MISSING = -1000.0
 """Stands for a number that is missing; none that is kept so is as low."""
 ORDER = {"time": 1}
 """Order of the differences that are kept, by kind of column; 0 of others."""
-STEP = {"time": TIME_STEP_S, "share": SHARE_STEP, "mean": SHARE_STEP, "span": 0.125}
+STEP = {"time": TIME_STEP_S, "share": SHARE_STEP, "mean": SHARE_STEP, "span": 0.125, "rate": 2.0**-7}
 """Step to which columns are kept, by kind; whole numbers else."""
 
 
@@ -138,7 +146,7 @@ def add_events(columns: Columns, names: Names, table: Any, called: str, kinds: K
             numbers = [names.text(" + ".join(several)) for several in values.to_pylist()]
         elif kind == "whole":
             numbers = [NOBODY if value is None else int(value) for value in values.to_pylist()]
-        elif kind in ("mean", "span"):
+        elif kind in ("mean", "span", "rate"):
             numbers = np.nan_to_num(np.array(values.to_pylist(), dtype=float), nan=MISSING)
         else:
             numbers = array(values)
@@ -176,6 +184,7 @@ class Said:
             replaced by another.
         sequences: sequence of the last item of each origin, of what it told and of what it kept.
         faults: what befell the vehicles.
+        refused: what vehicles refused.
         aside: vehicle and item of what a vehicle heard without need of it.
         first, last: slot and start (s) of the first and the last packet.
     """
@@ -185,6 +194,7 @@ class Said:
     statuses: dict[str, list[tuple[float, int]]] = field(default_factory=dict)
     sequences: dict[tuple[str, int], int] = field(default_factory=dict)
     faults: list[Mapping[str, Any]] = field(default_factory=list)
+    refused: list[Mapping[str, Any]] = field(default_factory=list)
     aside: set[tuple[str, str]] = field(default_factory=set)
     first: tuple[int, float] | None = None
     last: tuple[int, float] = (0, 0.0)
@@ -260,11 +270,12 @@ def _value(text: str, names: Names) -> tuple[int, int, int]:
     return TEXT_FORM, names.text(text), 0
 
 
-UNREACHED, LOST, HEARD = range(3)
-"""What became of a packet at a vehicle: out of reach, sent by itself or without energy; lost on the way; heard."""
+UNREACHED, LOST, HEARD, COLLIDED, REFUSED = range(5)
+"""What became of a packet at a vehicle: out of reach, sent by itself or without energy; lost on the way; heard; lost to
+another packet, or to one that the vehicle was sending; arrived, and refused."""
 
 
-def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, said: Said) -> None:
+def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, refused: Any, said: Said) -> None:
     """Columns of the packets. Delays are ordered by sender, receiver and time: so neighbours are alike.
 
     Args:
@@ -272,9 +283,11 @@ def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, said:
         names: of the vehicles.
         packets: their table (Arrow); an older one has no ends, no contents and no times of arrival.
         faults: table of what befell the vehicles, or None.
+        refused: table of what vehicles refused, or None.
         said: items and faults so far.
     """
     said.faults += [] if faults is None else faults.to_pylist()
+    said.refused += [] if refused is None else refused.to_pylist()
     has_times = "arrivals_s" in packets.column_names
     start_s = array(packets["time_s"])
     end_s = array(packets["end_s"]) if has_times else start_s
@@ -288,11 +301,17 @@ def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, said:
     arrival_s = np.repeat(end_s, len(names.vehicles)).reshape(outcome.shape)
     lost, by = _flat(packets["lost_by"])
     outcome[lost, numbered(by, names.vehicle)] = LOST
+    if "collided_at" in packets.column_names:
+        collided, by = _flat(packets["collided_at"])
+        outcome[collided, numbered(by, names.vehicle)] = COLLIDED
     heard, by = _flat(packets["receivers"])
     outcome[heard, numbered(by, names.vehicle)] = HEARD
     if has_times:
         arrival_s[heard, numbered(by, names.vehicle)] = array(_flat(packets["arrivals_s"])[1])
         _leave_out(outcome, arrival_s, names, said.faults)
+    if said.refused:
+        for row, vehicle in packets_refused(_arrivals(packets), said.refused):
+            outcome[row, names.vehicle(vehicle)] = REFUSED
     columns.add("packets.outcome", outcome.ravel())
     packet, receiver = np.nonzero(outcome == HEARD)
     order = np.lexsort((packet, receiver, sender[packet]))
@@ -303,6 +322,13 @@ def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, said:
     if packets.num_rows:
         ends = [(int(packets["slot"][row].as_py()), float(start_s[row])) for row in (0, -1)]
         said.first, said.last = said.first or ends[0], ends[1]
+
+
+def _arrivals(packets: Any) -> list[dict[str, Any]]:
+    """Slots, receivers and, unless the table is an older one, times of arrival of the packets."""
+    told = [name for name in ("slot", "receivers", "arrivals_s") if name in packets.column_names]
+    found: list[dict[str, Any]] = packets.select(told).to_pylist()
+    return found
 
 
 def _leave_out(outcome: Ints, arrival_s: Floats, names: Names, faults: Iterable[Mapping[str, Any]]) -> None:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-from matplotlib.axes import Axes
-
 from missions.figure import RunResults
 from visualisation import style, words
 from visualisation.page import Box, Page, Picture
@@ -12,8 +9,6 @@ from visualisation.runs import captions, news, shades
 from visualisation.runs.reading import Floats
 
 TITLE_IN, LABEL_IN, RIGHT_IN, GAP_IN = 0.24, 0.2, 0.1, 0.3
-MOST_NUMBERS = 8
-"""Fleets up to this size have numbers in the matrices."""
 LARGEST_IN, LEAST_FOR_TWO_IN = 3.0, 5.0
 
 
@@ -42,7 +37,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
             left_in = beside_in + column * (beside_in + side_in + GAP_IN)
             down_in = row * each_in + TITLE_IN
             axes = page.panel(Box(left_in, down_in, side_in, side_in), style.fitted(title, side_in, style.TEXT_PT))
-            _matrix(axes, names, values, top, side_in, percent)
+            shades.matrix(axes, names, values, top, side_in, percent)
             page.text(left_in - beside_in + 0.1, down_in + side_in / 2, "receiver", rotation="vertical", ha="center",
                       va="center", fontsize=style.SMALL_PT)  # fmt: skip
             below_in = down_in + side_in + shades.names_in(names) + 0.06
@@ -58,25 +53,3 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
         captions.conditions(results),
     )
     return Picture(page.figure, text)
-
-
-def _matrix(axes: Axes, names: tuple[str, ...], values: Floats, top: float, side_in: float, percent: bool) -> None:
-    n = max(1, len(names))
-    if names:
-        shades.shown(axes, values, top)
-    shades.name_rows(axes, names, side_in / n)
-    shades.name_columns(axes, names, side_in / n)
-    for at in range(len(names)):
-        axes.plot([at - 0.5, at + 0.5], [at + 0.5, at - 0.5], color=style.GREY, linewidth=0.4)
-    for receiver in range(len(names)):
-        for sender in range(len(names)):
-            value = values[receiver, sender]
-            if np.isnan(value):
-                if receiver != sender:
-                    axes.plot([sender], [receiver], marker="x", color=style.GREY, markersize=2.5)
-            elif n <= MOST_NUMBERS:
-                text = f"{100 * value:.0f}" if percent else f"{value:.0f}"
-                colour = "white" if value > 0.5 * top else style.BLACK
-                axes.text(sender, receiver, text, ha="center", va="center", fontsize=style.SMALL_PT, color=colour)
-    axes.set_xlim(-0.5, n - 0.5)
-    axes.set_ylim(n - 0.5, -0.5)

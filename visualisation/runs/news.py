@@ -7,6 +7,7 @@ vehicle that is out of the mission, and it has none.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from missions.figure import RunResults
 from visualisation.outages import Outage, outages, outside
+from visualisation.refusals import kind_of, packets_refused
 from visualisation.runs import reading
 from visualisation.runs.reading import Floats
 
@@ -24,10 +26,19 @@ Flags = NDArray[np.bool_]
 
 
 class Outcome(NamedTuple):
-    """What became of the packets: a row for each, a column for each vehicle."""
+    """What became of the packets: a row for each, a column for each vehicle.
+
+    Attributes:
+        heard: taken in.
+        lost: sent in vain, for whatever reason.
+        collided: of these, where another packet was in the water at once, or the vehicle was sending.
+        refused: of these, where the packet arrived and was refused.
+    """
 
     heard: Flags
     lost: Flags
+    collided: Flags
+    refused: Flags
 
 
 @dataclass(frozen=True)
@@ -42,6 +53,7 @@ class Traffic:
         outcome: who heard it, and who lost it.
         end_s: when the run ended.
         out: when vehicles were out of the mission, by name.
+        reasons: why vehicles refused packets, and how often.
     """
 
     vehicles: tuple[str, ...]
@@ -51,6 +63,7 @@ class Traffic:
     outcome: Outcome
     end_s: float
     out: Mapping[str, Sequence[Outage]] = field(default_factory=dict)
+    reasons: Counter[str] = field(default_factory=Counter)
 
     @cached_property
     def lost_shares(self) -> Floats:
@@ -139,18 +152,24 @@ def traffic(results: RunResults) -> Traffic:
     vehicles = tuple(reading.vehicles(results))
     number = {name: at for at, name in enumerate(vehicles)}
     rows = [row for row in results.table("packets").to_pylist() if row["sender"] in number]
-    heard, lost = (np.zeros((len(rows), len(vehicles)), dtype=bool) for _ in range(2))
+    heard, lost, collided, refused = (np.zeros((len(rows), len(vehicles)), dtype=bool) for _ in range(4))
     for at, row in enumerate(rows):
-        for flags, names in ((heard, row["receivers"]), (lost, row["lost_by"])):
+        for flags, names in ((heard, row["receivers"]), (lost, row["lost_by"]), (collided, row.get("collided_at", ()))):
             flags[at, [number[name] for name in names if name in number]] = True
+    refusals = results.table("refused").to_pylist() if results.has("refused") else []
+    for at, receiver in packets_refused(rows, refusals):
+        if receiver in number:
+            refused[at, number[receiver]] = True
+    lost |= collided | refused
     return Traffic(
         vehicles,
         np.array([row["time_s"] for row in rows], dtype=float),
         np.array([row["slot"] for row in rows], dtype=np.int64),
         np.array([number[row["sender"]] for row in rows], dtype=np.int64),
-        Outcome(heard, lost),
+        Outcome(heard & ~lost, lost, collided, refused),
         reading.end_s(results),
         outages(results),
+        Counter(kind_of(row["reason"]) for row in refusals),
     )
 
 

@@ -20,6 +20,8 @@ NAME_ROOM_IN = 0.9
 LEAST_NAME_IN = 0.095
 """Height of a row below which not each has its name."""
 KEY_IN, KEY_BAR_IN = 0.36, 0.07
+MOST_NUMBERS = 8
+"""Fleets up to this size have numbers in matrices."""
 
 
 STEPS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
@@ -75,6 +77,38 @@ def _ticks(names: Sequence[str], room_in: float) -> tuple[list[int], list[str]]:
     step = max(1, int(np.ceil(LEAST_NAME_IN / room_in)))
     numbers = list(range(0, len(names), step))
     return numbers, [style.fitted(names[number], NAME_ROOM_IN, style.TINY_PT) for number in numbers]
+
+
+def matrix(axes: Axes, names: Sequence[str], values: Floats, top: float, side_in: float, percent: bool) -> None:
+    """A square of shades, receivers down and senders across, with numbers where the fleet is small.
+
+    Args:
+        axes: where.
+        names: of the vehicles.
+        values: a row for each receiver, a column for each sender; crossed where it is not a number.
+        top: value of black.
+        side_in: of the square.
+        percent: whether numbers are shares.
+    """
+    n = max(1, len(names))
+    if names:
+        shown(axes, values, top)
+    name_rows(axes, names, side_in / n)
+    name_columns(axes, names, side_in / n)
+    for at in range(len(names)):
+        axes.plot([at - 0.5, at + 0.5], [at + 0.5, at - 0.5], color=style.GREY, linewidth=0.4)
+    for receiver in range(len(names)):
+        for sender in range(len(names)):
+            value = values[receiver, sender]
+            if np.isnan(value):
+                if receiver != sender:
+                    axes.plot([sender], [receiver], marker="x", color=style.GREY, markersize=2.5)
+            elif n <= MOST_NUMBERS:
+                text = f"{100 * value:.0f}" if percent else f"{value:.0f}"
+                colour = "white" if value > 0.5 * top else style.BLACK
+                axes.text(sender, receiver, text, ha="center", va="center", fontsize=style.SMALL_PT, color=colour)
+    axes.set_xlim(-0.5, n - 0.5)
+    axes.set_ylim(n - 0.5, -0.5)
 
 
 def key(page: Page, box: Box, top: float, label: str, percent: bool = False) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
@@ -11,7 +13,7 @@ from missions.figure import RunResults
 from visualisation import style, words
 from visualisation.page import Box, Legend, Page, Picture
 from visualisation.runs import captions, news, shades
-from visualisation.runs.news import Traffic
+from visualisation.runs.news import Flags, Traffic
 from visualisation.runs.reading import Floats, Span
 
 TOP_IN, AXIS_IN, RIGHT_IN = 0.24, 0.36, 0.14
@@ -20,6 +22,8 @@ LANES_IN, LEAST_LANE_IN, LARGEST_LANE_IN = 2.4, 0.075, 0.24
 """Panels in which slots are single: all lanes together, and one lane."""
 SLOTS = 36
 """Slots that are shown one by one, in whole frames."""
+MOST_REASONS = 4
+"""Reasons for refusals that the caption lists."""
 UNHEARD = style.tint(style.BLACK, 0.08)
 
 
@@ -44,7 +48,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
         f"(c) slot by slot, {words.time(stretch.start_s)} to {words.time(stretch.end_s)}",
     )
     titles = tuple(style.fitted(title, panel_in, style.TEXT_PT) for title in titles)  # type: ignore[assignment]
-    legend = Legend(_legend(), width_in - 0.1)
+    legend = Legend(_legend(traffic), width_in - 0.1)
     with style.paper():
         bodies_in = (row_in * n, row_in * n, lane_in * n)
         height_in = sum(bodies_in) + 3 * (TOP_IN + AXIS_IN) + shades.KEY_IN + legend.height_in + 0.15
@@ -102,24 +106,55 @@ def worst_stretch(traffic: Traffic) -> Span:
     return Span(float(times_s.min()), float(times_s.max()) + slot_s)
 
 
+class Tick(NamedTuple):
+    """How it is drawn what became of a packet at a vehicle: above or below the line of its lane, filled or hollow."""
+
+    label: str
+    is_up: bool
+    face: str
+    edge: str
+
+
+TICKS = {
+    "heard": Tick("heard (up)", True, style.BLACK, "none"),
+    "refused": Tick("refused (up, hollow)", True, "white", style.BLACK),
+    "lost": Tick("lost (down)", False, "white", style.BLACK),
+    "collided": Tick("collided (down, grey)", False, "#8C8C8C", style.BLACK),
+}
+ALWAYS = ("heard", "lost")
+"""Ticks that the legend names even where there is none."""
+
+
+def _fates(traffic: Traffic) -> dict[str, Flags]:
+    """What became of the packets, each by one name."""
+    outcome = traffic.outcome
+    only_lost = outcome.lost & ~outcome.collided & ~outcome.refused
+    return {
+        "heard": outcome.heard,
+        "refused": outcome.refused,
+        "lost": only_lost,
+        "collided": outcome.collided & ~outcome.refused,
+    }
+
+
 def _slots(axes: Axes, traffic: Traffic, stretch: Span, lane_in: float, panel_in: float) -> None:
-    """In each lane a tick up for a packet that was heard, a hollow one down for one that was lost, a dot if sent."""
+    """In each lane a tick for each packet that reached the vehicle or was lost on the way, a dot if it sent one."""
     n = max(1, len(traffic.vehicles))
     inside = np.flatnonzero((traffic.time_s >= stretch.start_s) & (traffic.time_s < stretch.end_s))
     slot_s = (stretch.end_s - stretch.start_s) / max(1, inside.size)
-    wide_s = 0.4 * slot_s
     axes.set_xlim(stretch.start_s, stretch.end_s)
     axes.set_ylim(n - 0.5, -0.5)
     for line in range(n):
         axes.axhline(line, color=style.tint(style.BLACK, 0.3), linewidth=0.3, zorder=1)
-    for packet in inside:
-        at_s = float(traffic.time_s[packet]) + 0.3 * slot_s
-        for lane in np.flatnonzero(traffic.outcome.heard[packet]):
-            axes.broken_barh([(at_s, wide_s)], (lane - 0.42, 0.42), facecolor=style.BLACK, linewidth=0, zorder=2)
-        for lane in np.flatnonzero(traffic.outcome.lost[packet]):
+    for name, flags in _fates(traffic).items():
+        tick = TICKS[name]
+        reach = (-0.42, 0.42) if name == "heard" else (-0.4, 0.36) if tick.is_up else (0.04, 0.36)
+        for at, lane in zip(*np.nonzero(flags[inside]), strict=True):
+            from_s = float(traffic.time_s[inside[at]]) + 0.3 * slot_s
             axes.broken_barh(
-                [(at_s, wide_s)], (lane + 0.04, 0.36), facecolor="white", edgecolor=style.BLACK, linewidth=0.4, zorder=2
-            )
+                [(from_s, 0.4 * slot_s)], (lane + reach[0], reach[1]), facecolor=tick.face, edgecolor=tick.edge,
+                linewidth=0.0 if name == "heard" else 0.4, zorder=2,
+            )  # fmt: skip
     size_pt = min(4.0, 0.5 * 72 * lane_in, 0.5 * 72 * panel_in / max(1, inside.size))
     axes.plot(
         traffic.time_s[inside] + 0.5 * slot_s, traffic.sender[inside], marker="D", linestyle="none", color=style.GREY,
@@ -129,20 +164,27 @@ def _slots(axes: Axes, traffic: Traffic, stretch: Span, lane_in: float, panel_in
     axes.set_xlabel(words.axis("time", "s"), labelpad=1)
 
 
-def _legend() -> tuple[Line2D | Patch, ...]:
+def _legend(traffic: Traffic) -> tuple[Line2D | Patch, ...]:
+    shown = [TICKS[name] for name, flags in _fates(traffic).items() if name in ALWAYS or flags.any()]
     return (
         Line2D([], [], marker="D", linestyle="none", color=style.GREY, markersize=3.5, label="sent"),
-        Patch(facecolor=style.BLACK, linewidth=0, label="heard (up)"),
-        Patch(facecolor="white", edgecolor=style.BLACK, linewidth=0.5, label="lost (down)"),
+        *(Patch(facecolor=one.face, edgecolor=one.edge, linewidth=0.5, label=one.label) for one in shown),
     )
 
 
 def _caption(results: RunResults, traffic: Traffic) -> str:
+    n_collided = int(traffic.outcome.collided.sum())
+    most = traffic.reasons.most_common(MOST_REASONS)
+    more = traffic.reasons.total() - sum(count for _, count in most)
+    listed = [f"{reason} ({count})" for reason, count in most] + ([f"others ({more})"] if more else [])
+    reasons = words.listed(listed) if listed else ""
     return words.joined(
         "The slots of the acoustic channel, darker is worse, pale where nothing could be heard.",
         "(a) A row for each sender, a column for each TDMA frame. (b) A row for each receiver.",
         "(c) The frames in which the largest share was lost, slot by slot: a lane for each vehicle.",
         f"{traffic.time_s.size} packets.",
+        f"Lost by collision: {n_collided} receptions." if n_collided else "",
+        f"Refused as they arrived, and counted as lost: {reasons}." if reasons else "",
         captions.faults(results),
         captions.conditions(results),
     )

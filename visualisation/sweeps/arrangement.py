@@ -1,9 +1,10 @@
 """How the configurations of a sweep are laid out in figures: what is the axis, a series, a panel.
 
-The axis is the packet error rate. If that does not vary, it is the numeric setting with the most values; if none does,
-the cases of what is unforeseen. Series are strategies, policies, or both, whichever vary. What else varies (scenario,
-channel, other settings, what is unforeseen) makes a combination, which has a panel of its own; settings that rise or
-fall with the axis do not. The perfect channel is the packet error rate 0 of every other channel.
+The axis is the packet error rate. If that does not vary, or follows from the sea, it is the numeric setting with the
+most values; if none does, the cases of what is unforeseen; without these, the setting in words with three values or
+more, such as the modem. Series are strategies, policies, or both, whichever vary. What else varies (scenario, channel,
+other settings, what is unforeseen) makes a combination, which has a panel of its own; settings that rise or fall with
+the axis do not. The perfect channel is the packet error rate 0 of every other channel.
 """
 
 from __future__ import annotations
@@ -15,9 +16,14 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 from missions.comparison.rows import Comparison, Rank
+from visualisation import style
 from visualisation.errors import DrawingError
 
 PER, PERFECT, UNFORESEEN = "per", "perfect", "unforeseen"
+ACOUSTIC = "acoustic"
+"""A channel whose packet error rate is an estimate, which no study sets."""
+LEAST_CASES = 3
+"""Values of a setting in words that make an axis."""
 STRATEGIES = (
     "remoras", "fixed-partition", "central", "contract-net", "status-broadcast", "cbba", "rendezvous-sync",
 )  # fmt: skip
@@ -30,6 +36,7 @@ WORDS = {
     "channel.p_bad_to_good": "probability per slot that a bad spell ends",
     "channel.p_good_to_bad": "probability per slot that a bad spell begins",
     "communication.range_m": "range of the modems (m)",
+    "communication.modem": "modem",
 }
 """What figures call the settings that are varied most."""
 FAR_APART = 10.0
@@ -67,15 +74,30 @@ class Arrangement:
     bounds: Collection[str] = ()
 
     def x(self, row: Comparison | Rank) -> float:
-        """Place on the axis; cases of what is unforeseen are numbered from 1."""
-        if self.axis == UNFORESEEN:
-            return float(self.cases.index(row.unforeseen) + 1)
+        """Place on the axis; cases are numbered from 1."""
+        if self.cases:
+            return float(self.cases.index(_case(row, self.axis)) + 1)
         return row.per if self.axis == PER else float(row.settings[self.axis])
 
     @property
     def axis_label(self) -> str:
         """What the axis is called."""
         return "packet error rate" if self.axis == PER else WORDS.get(self.axis, self.axis)
+
+    @property
+    def tick_pt(self) -> float:
+        """Size of what stands at the ticks of the axis."""
+        return style.TINY_PT if self.cases else style.SMALL_PT
+
+    def tick_labels(self, xs: Collection[float], width_in: float) -> list[str]:
+        """What stands at places of an axis of that width: numbers, or names of cases where each has room."""
+        named = [self.cases[round(x) - 1] for x in xs] if self.cases else []
+        fits = (
+            len(named) * (max(style.width_in(name, self.tick_pt) for name in named) + 0.04) < width_in
+            if named
+            else False
+        )
+        return named if fits else [f"{x:g}" for x in xs]
 
     def is_spaced_evenly(self, rows: Iterable[Comparison | Rank]) -> bool:
         """True if values are so far apart that a scale would crowd them: they stand at equal distances then."""
@@ -114,7 +136,8 @@ def arranged(rows: Sequence[Comparison], bounds: Collection[str] = ()) -> Arrang
         DrawingError: hardly any two configurations lie on one axis, as in a Latin hypercube of several keys.
     """
     axis = _axis(rows)
-    follows = _following(rows, axis)
+    cases = _cases(rows, axis)
+    follows = frozenset({axis}) if cases else _following(rows, axis)
     combinations = list(dict.fromkeys(_combination(row, follows) for row in rows))
     merged = {
         one for one in combinations
@@ -127,27 +150,39 @@ def arranged(rows: Sequence[Comparison], bounds: Collection[str] = ()) -> Arrang
             f"{len(kept)} combinations of settings, each with a single point on the axis {axis!r}: a figure "
             "needs an axis along which several points share the other settings; runs.parquet has all runs"
         )
-    cases = tuple(dict.fromkeys(row.unforeseen for row in rows)) if axis == UNFORESEEN else ()
     return Arrangement(axis, follows, _series(rows, bounds), dict(zip(kept, _titles(kept), strict=True)), cases, bounds)
 
 
 def _axis(rows: Sequence[Comparison]) -> str:
-    if len({row.per for row in rows}) > 1:
+    if len({row.per for row in rows if row.channel != ACOUSTIC}) > 1:
         return PER
-    n_values = {}
+    n_values, n_words = {}, {}
     for key in sorted({key for row in rows for key in row.settings}):
         values = {row.settings.get(key, "") for row in rows}
         if len(values) > 1 and all(map(_is_number, values)):
             n_values[key] = len(values)
+        elif len(values) >= LEAST_CASES and not any(map(_is_number, values)):
+            n_words[key] = len(values)
     if not n_values and len({row.unforeseen for row in rows}) > 1:
         return UNFORESEEN
-    return max(n_values, key=lambda key: n_values[key], default=PER)
+    found = n_values or n_words
+    return max(found, key=lambda key: found[key], default=PER)
 
 
-def _place_of(row: Comparison, axis: str) -> float | str | None:
-    if axis == UNFORESEEN:
-        return row.unforeseen
-    return row.per if axis == PER else row.settings.get(axis)
+def _cases(rows: Sequence[Comparison], axis: str) -> tuple[str, ...]:
+    """The places of an axis that is no scale; none of one that is."""
+    if axis == PER or (axis != UNFORESEEN and all(_is_number(row.settings.get(axis, "")) for row in rows)):
+        return ()
+    found = dict.fromkeys(_case(row, axis) for row in rows)
+    return tuple(found if axis == UNFORESEEN else sorted(found))
+
+
+def _case(row: Comparison | Rank, axis: str) -> str:
+    return row.unforeseen if axis == UNFORESEEN else row.settings.get(axis, "")
+
+
+def _place_of(row: Comparison, axis: str) -> float | str:
+    return row.per if axis == PER else _case(row, axis)
 
 
 def _is_number(text: str) -> bool:
@@ -161,7 +196,7 @@ def _following(rows: Sequence[Comparison], axis: str) -> frozenset[str]:
     """The axis, and settings that rise or fall with it: they have one value at each of its places."""
     values: dict[str, dict[float, set[str]]] = defaultdict(lambda: defaultdict(set))
     for row in rows:
-        if row.channel != PERFECT and axis != UNFORESEEN and (axis == PER or axis in row.settings):
+        if row.channel != PERFECT and (axis == PER or axis in row.settings):
             for key, value in row.settings.items():
                 values[key][row.per if axis == PER else float(row.settings[axis])].add(value)
     follows = {axis}
@@ -220,4 +255,5 @@ def _titles(combinations: Sequence[Combination]) -> list[str]:
     ]
     names = ["", "", "", *(f"{WORDS.get(key, key)} = " for key in keys)]
     varied = [at for at in range(len(names)) if len({own[at] for own in parts}) > 1]
-    return [", ".join(names[at] + own[at] for at in varied if own[at]) for own in parts]
+    unset = ", ".join(names[at].removesuffix(" = ") for at in varied) + " not set"
+    return [", ".join(names[at] + own[at] for at in varied if own[at]) or (unset if varied else "") for own in parts]

@@ -209,7 +209,7 @@ def _curves(
             look["linestyle"] = ""
         _intervals(axes, at, own, measure, look["color"], _opacity(arrangement), bool(arrangement.cases))
         axes.plot(at, [row.mean * measure.scale for row in own], **look)
-    _place_ticks(axes, places)
+    _place_ticks(axes, places, arrangement)
 
 
 def _opacity(arrangement: Arrangement) -> float:
@@ -238,13 +238,13 @@ def _intervals(
                 axes.vlines(x, low, high, color=colour, linewidth=0.7)
 
 
-def _place_ticks(axes: Axes, places: Places) -> None:
-    """A tick at every place if there are few, else at round numbers."""
-    along = list(places.at.values())
+def _place_ticks(axes: Axes, places: Places, arrangement: Arrangement) -> None:
+    """A tick at every place if there are few, else at round numbers; cases have their names where those have room."""
+    along, width_in = list(places.at.values()), axes.bbox.width / axes.figure.dpi
     if along:
         axes.set_xlim(along[0] - 0.5 * places.step, along[-1] + 0.5 * places.step)
     if along and len(along) <= 6 and places.step >= 0.1 * (along[-1] - along[0]):
-        axes.set_xticks(along, [f"{x:g}" for x in places.at])
+        axes.set_xticks(along, arrangement.tick_labels(places.at, width_in), fontsize=arrangement.tick_pt)
     else:
         axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
 

@@ -106,7 +106,7 @@ def test_a_wrong_declaration_is_refused(run: Results, tmp_path: Path, declared: 
 
 
 def test_an_unknown_kind_is_told_the_figures_of_the_mission(run: Results, tmp_path: Path) -> None:
-    with pytest.raises(DrawingError, match=r"'fids'; known: trajectories, .*, tdma, finds; nearest: 'finds'"):
+    with pytest.raises(DrawingError, match=r"'fids'; known: trajectories, .*, tdma, links, finds; nearest: 'finds'"):
         draw(run, ["fids"], tmp_path, "svg", DECLARED)
 
 

@@ -127,6 +127,7 @@ def test_a_figure_without_its_table_is_left_out_with_a_note_or_refused(tmp_path:
         "knowledge",
         "delivery",
         "tdma",
+        "links",
     ]
     assert written.notes == [
         "satisfaction is left out: these results have no table satisfaction",

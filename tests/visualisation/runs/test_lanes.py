@@ -47,7 +47,9 @@ def fleet(tmp_path_factory: pytest.TempPathFactory) -> Results:
     return fiction.write(tmp_path_factory.mktemp("fleet") / "run")
 
 
-@pytest.mark.parametrize("kind", ["roles", "satisfaction", "motivation", "htn", "knowledge", "delivery", "tdma"])
+@pytest.mark.parametrize(
+    "kind", ["roles", "satisfaction", "motivation", "htn", "knowledge", "delivery", "tdma", "links"]
+)
 def test_32_vehicles_fit_a_page_of_a_paper(fleet: Results, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     drawn = picture(fleet, kind)
     assert drawn.figure.get_figwidth() == 7.2

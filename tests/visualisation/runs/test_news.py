@@ -6,11 +6,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from synthetic_runs import Fiction
+from numpy.typing import NDArray
+from synthetic_runs import FICTIONS, Fiction
 
+from missions.runs.results import Results
 from visualisation.outages import Outage
-from visualisation.runs import news, tdma
+from visualisation.refusals import packets_refused
+from visualisation.runs import links, news, tdma
 from visualisation.runs.news import Outcome, Traffic
+
+
+def outcome(heard: NDArray[np.bool_], lost: NDArray[np.bool_]) -> Outcome:
+    """Nothing collided, nothing was refused."""
+    return Outcome(heard, lost, np.zeros_like(heard), np.zeros_like(heard))
 
 
 def traffic() -> Traffic:
@@ -18,7 +26,7 @@ def traffic() -> Traffic:
     heard = np.array([[0, 0], [1, 0], [0, 1], [1, 0], [0, 0]], dtype=bool)
     lost = np.array([[0, 1], [0, 0], [0, 0], [0, 0], [0, 1]], dtype=bool)
     times_s = np.array([0.0, 10.0, 20.0, 30.0, 40.0])
-    return Traffic(("A", "B"), times_s, np.arange(5), np.array([0, 1, 0, 1, 0]), Outcome(heard, lost), 50.0)
+    return Traffic(("A", "B"), times_s, np.arange(5), np.array([0, 1, 0, 1, 0]), outcome(heard, lost), 50.0)
 
 
 def test_the_share_that_was_lost_is_of_what_could_be_heard() -> None:
@@ -75,5 +83,82 @@ def test_the_stretch_is_that_of_the_most_losses() -> None:
     heard = ~lost
     heard[np.arange(n), np.arange(n) % 2] = False
     slots = np.arange(n)
-    found = tdma.worst_stretch(Traffic(("A", "B"), slots * 2.0, slots, slots % 2, Outcome(heard, lost), 600.0))
+    found = tdma.worst_stretch(Traffic(("A", "B"), slots * 2.0, slots, slots % 2, outcome(heard, lost), 600.0))
     assert (found.start_s, found.end_s) == (400.0, 472.0)
+
+
+# Collided and refused ----------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def collisions(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    return FICTIONS["collisions"].write(tmp_path_factory.mktemp("run") / "collisions")
+
+
+def test_what_collided_or_was_refused_is_lost(collisions: Results) -> None:
+    """100 slots of four, of three listeners one loses; every fourth packet collides there, every fifth is refused."""
+    found = news.traffic(collisions).outcome
+    assert (found.collided.sum(), found.refused.sum()) == (25, 20)
+    assert (found.lost.sum(), found.heard.sum()) == (120, 180)
+    assert not (found.heard & found.lost).any()
+    assert (found.lost | ~(found.collided | found.refused)).all()
+
+
+def test_a_refusal_belongs_to_the_packet_that_arrived_then() -> None:
+    """By its time; a packet that says it is of another slot, or of another sender, is the same packet."""
+    packets = [
+        {"slot": 7, "receivers": ["A", "B"], "arrivals_s": [10.5, 10.25]},
+        {"slot": 8, "receivers": ["A"], "arrivals_s": [12.5]},
+    ]
+    refusals = [
+        {"vehicle": "B", "slot": 3, "time_s": 10.25}, {"vehicle": "A", "slot": 8, "time_s": 12.4},
+        {"vehicle": "C", "slot": 8, "time_s": 12.5}, {"vehicle": "A", "slot": None, "time_s": 1.0},
+    ]  # fmt: skip
+    assert list(packets_refused(packets, refusals)) == [(0, "B"), (1, "A")]
+    older = [{key: value for key, value in one.items() if key != "arrivals_s"} for one in packets]
+    assert list(packets_refused(older, refusals)) == [(1, "A")]
+
+
+def test_the_slots_tell_apart_how_a_packet_was_lost(collisions: Results, tmp_path: Path) -> None:
+    drawn = tdma.picture(collisions)
+    (legend,) = drawn.figure.legends
+    labels = [text.get_text() for text in legend.get_texts()]
+    assert labels == ["sent", "heard (up)", "refused (up, hollow)", "lost (down)", "collided (down, grey)"]
+    assert "Lost by collision: 25 receptions." in drawn.caption
+    assert "another frame (10), epoch n is older (10) and speaks as me (1)." in drawn.caption
+    (quiet,) = tdma.picture(Fiction().write(tmp_path / "quiet")).figure.legends
+    assert [text.get_text() for text in quiet.get_texts()] == ["sent", "heard (up)", "lost (down)"]
+
+
+def test_older_results_have_neither(tmp_path: Path) -> None:
+    results = Fiction().write(tmp_path / "older")
+    (results.folder / "refused.parquet").unlink()
+    assert not news.traffic(Results(results.folder)).outcome.refused.any()
+
+
+# Links -------------------------------------------------------------------------------------------
+
+
+def test_estimates_are_those_of_the_table(collisions: Results) -> None:
+    """They rise by 1/20 with the number of the peer and over the run; the last peer has none."""
+    found = links.links(collisions)
+    assert found.incoming[1, 0, -1] == pytest.approx(59 / 60 / 20)  # of A, as B saw it last before 998.75 s
+    assert found.incoming[0, 2, 0] == pytest.approx(2 / 20)
+    assert found.outgoing[2, 0] == pytest.approx((2 + 0.5 + 1.0) / 20)  # from A to C, as A has it
+    assert np.isnan(found.incoming[:, 3]).all()
+    assert np.isnan(found.outgoing[3]).all()
+
+
+def test_a_peer_is_parked_until_it_is_heard_again(collisions: Results) -> None:
+    """Of three others A parks D from 200 to 600 s, B from 250 s on, C from 900 s on."""
+    found = links.links(collisions)
+    shares = {time_s: found.parked[3, np.searchsorted(found.at_s, time_s)] for time_s in (190, 210, 300, 700, 950)}
+    assert shares == pytest.approx({190: 0.0, 210: 1 / 3, 300: 2 / 3, 700: 1 / 3, 950: 2 / 3})
+    assert not found.parked[:3].any()
+
+
+def test_the_figure_of_links_says_what_it_shows(collisions: Results) -> None:
+    drawn = links.picture(collisions)
+    assert "Crossed: no estimate." in drawn.caption
+    numbers = [text.get_text() for text in drawn.figure.axes[3].texts]
+    assert numbers == ["10", "15", "5", "15", "5", "10", "5", "10", "15"]

@@ -54,3 +54,29 @@ def test_a_setting_that_rises_with_the_axis_makes_no_panels(tmp_path: Path) -> N
     arrangement = arranged(rows_of(tmp_path, Sweep(["remoras"], channels=channels, repeats=1)))
     assert arrangement.axis in keys[0]
     assert len(arrangement.titles) == 1
+
+
+MODEMS = {"communication.modem": ["whoi-fsk-0", "atm-900", "nanomodem-v3"]}
+
+
+def test_a_setting_in_words_is_an_axis_of_cases_where_nothing_else_is(tmp_path: Path) -> None:
+    """The rate of the channel acoustic is an estimate that follows from the modem: it is no axis."""
+    channels = [("acoustic", [0.1], {}), ("acoustic", [0.4], {"channel.source_level_db": 125.0})]
+    sweep = Sweep(["remoras"], channels=channels, repeats=1, grid=MODEMS)
+    sweep.summary = flat
+    arrangement = arranged(rows_of(tmp_path, sweep))
+    assert (arrangement.axis, arrangement.axis_label) == ("communication.modem", "modem")
+    assert arrangement.cases == ("atm-900", "nanomodem-v3", "whoi-fsk-0")
+    assert list(arrangement.titles.values()) == ["channel.source_level_db not set", "channel.source_level_db = 125.0"]
+    assert arrangement.tick_labels([1.0, 3.0], width_in=2.0) == ["atm-900", "whoi-fsk-0"]
+    assert arrangement.tick_labels([1.0, 3.0], width_in=0.6) == ["1", "3"]
+
+
+@pytest.mark.parametrize("channel", ["bernoulli", "acoustic"])
+def test_a_number_goes_before_words(tmp_path: Path, channel: str) -> None:
+    channels = [(channel, [0.1, 0.4], {})]
+    sweep = Sweep(["remoras"], channels=channels, repeats=1, grid={**MODEMS, "fleet.size": [2, 4]})
+    sweep.summary = flat
+    arrangement = arranged(rows_of(tmp_path, sweep))
+    assert arrangement.axis == ("per" if channel == "bernoulli" else "fleet.size")
+    assert arrangement.cases == ()

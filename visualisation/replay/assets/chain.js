@@ -212,6 +212,7 @@ globalThis.R = globalThis.R || {};
     for (const { time_s, vehicle, kind, detail } of run.faults) {
       add(time_s, "fault", vehicle, `${nameOf(vehicle)}: ${kind}${detail ? ", " + detail : ""}`);
     }
+    for (const { time_s, vehicle, text } of run.contacts) add(time_s, "peer", vehicle, `${nameOf(vehicle)}: ${text}`);
     for (const { time_s, vehicle, text } of run.turns) add(time_s, "organisation", vehicle, text);
     for (const layer of run.layers) {
       for (const row of layer.isEvents ? layer.rows : []) {

@@ -13,11 +13,16 @@
       this.n = run.vehicles.length;
       this.sound_mps = run.header.sound_mps;
       this.end_s = run.header.end_s;
-      this.receptions = run.vehicles.map(() => ({ heard: [], lost: [], sent: [] }));
+      this.receptions = run.vehicles.map(() => ({ heard: [], lost: [], collided: [], refused: [], sent: [] }));
       run.packets.forEach((packet, number) => {
         this.receptions[packet.sender].sent.push(number);
-        for (const to of packet.to) this.receptions[to.v][to.arrival_s === null ? "lost" : "heard"].push(number);
+        for (const to of packet.to) {
+          const of = this.receptions[to.v];
+          of[to.arrival_s === null ? "lost" : "heard"].push(number);
+          if (to.why === "collided" || to.why === "refused") of[to.why].push(number);
+        }
       });
+      this.ends = ["collided", "refused"].filter((why) => this.receptions.some((one) => one[why].length));
       this.silences = run.vehicles.map((_, v) => this.silencesOf(v));
       this.top_mps = run.vehicles.map((_, v) => topSpeed(run.track(v)));
       this.extent = extentOf(run);
@@ -94,7 +99,7 @@
   /* What happened to a vehicle, for its lane: milestones, faults, and rows of the mission's own tables: [{time_s, text}]. */
   function flagsOf(run, v) {
     const ofVehicle = (rows, text) => rows.filter((one) => one.vehicle === v).map((one) => ({ time_s: one.time_s, text: text(one) }));
-    const flags = [...ofVehicle(run.milestones, (one) => R.words(one.name)), ...ofVehicle(run.faults, faultText)];
+    const flags = [...ofVehicle(run.milestones, (one) => R.words(one.name)), ...ofVehicle(run.faults, faultText), ...ofVehicle(run.contacts, (one) => one.text)];
     const noted = new Set(run.milestones.filter((one) => one.vehicle === v).map((one) => one.time_s));
     for (const layer of run.layers.filter((one) => one.isEvents)) {
       const rows = layer.rows.filter((row) => !noted.has(row.time_s));

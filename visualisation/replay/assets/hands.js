@@ -137,7 +137,15 @@
     return [`${view.run.vehicles[v].name} at ${R.seconds(time_s)}`,
             spell ? `${spell.text} drives, ${R.seconds(spell.from_s)} to ${R.seconds(spell.to_s)}` : "waits",
             held.length ? "holds " + held.join(", ") : "",
-            silence ? `deaf ${R.seconds(silence.from_s)} to ${R.seconds(silence.to_s)}: ${silence.lost} packets lost` : ""].filter(Boolean).join(" · ");
+            silence ? `deaf ${R.seconds(silence.from_s)} to ${R.seconds(silence.to_s)}: ${silence.lost} packets lost` : "",
+            refusedNear(view, v, time_s)].filter(Boolean).join(" · ");
+  }
+
+  /* Why the vehicle refused what arrived in this slot. */
+  function refusedNear({ run }, v, time_s) {
+    const slot_s = run.header.slot_s || 1;
+    const found = run.refusals.filter((one) => one.vehicle === v && Math.abs(one.time_s - time_s) <= slot_s);
+    return found.length ? "refused: " + [...new Set(found.map((one) => one.reason))].join(", ") : "";
   }
 
   function axisTip(view, x, y) {
@@ -164,7 +172,11 @@
       if (!hit || hit.v === hit.peer) return "";
       const { age_s, lacking } = view.run.matrix(view.app.clock.t), age = age_s[hit.v][hit.peer];
       const names = [hit.v, hit.peer].map((v) => view.run.vehicles[v].name);
-      return `${names[0]} of ${names[1]}: ${Number.isFinite(age) ? "news of " + R.seconds(age) + " ago" : "never heard"}, lacks ${lacking[hit.v][hit.peer]} items`;
+      const parts = [`${names[0]} of ${names[1]}: ${Number.isFinite(age) ? "news of " + R.seconds(age) + " ago" : "never heard"}, lacks ${lacking[hit.v][hit.peer]} items`];
+      if (view.run.isParked(hit.v, hit.peer, view.app.clock.t)) parts.push("does without it");
+      const links = view.run.linkAt(hit.v, hit.peer, view.app.clock.t);
+      const told = (way, link) => (link ? `${way} it loses ${Math.round(100 * link.p_loss)} % (n = ${link.n})` : "");
+      return [...parts, told("link from", links.incoming), told("link to", links.outgoing)].filter(Boolean).join(" · ");
     });
   };
 

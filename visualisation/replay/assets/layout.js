@@ -89,8 +89,9 @@
     }
   };
 
-  /** Symbols of the map in a line below it; `marks` of the mission's own tables in a second one. */
-  R.drawLegend = function (pen, w, h, height, mind, marks) {
+  /** Symbols of the map in a line below it; `marks` of the mission's own tables in a second one, `ends` are what
+      links come to beside being heard and lost. */
+  R.drawLegend = function (pen, w, h, height, mind, marks, ends) {
     let y = h - height + (marks.length ? height / 4 : height / 2);
     pen.fillStyle = R.theme.panel;
     pen.fillRect(0, h - height, w, height);
@@ -125,6 +126,7 @@
     entry("done", 14, (left) => { pen.fillStyle = R.theme.done; pen.fillRect(left, y - 6, 14, 12); });
     entry("heard", 20, (left) => R.drawLink(pen, [left, y], [left + 20, y], true));
     entry("lost", 28, (left) => R.drawLink(pen, [left, y], [left + 34, y], false));
+    for (const why of ends) entry(why, 28, (left) => R.drawLink(pen, [left, y], [left + 34, y], false, true, why));
     [x, y] = [8, y + height / 2];
     for (const mark of marks) entry(mark.text, 12, (left) => mark.draw(pen, left, y));
   };
@@ -139,9 +141,9 @@
   ];
   const MEANINGS = [
     "Lanes: the labelled bar is the role that drives the vehicle; thin rows below are roles it holds; a small triangle marks a change of choice: click it for the reasons.",
-    "Strip below: a full tick upwards is a packet heard, a hollow tick downwards one lost, a dot one sent. Zoomed out: shares. Hatched: deaf, every packet lost for three frames or more.",
+    "Strip below: a full tick upwards is a packet heard, a hollow one upwards one that arrived and was refused; a hollow tick downwards one lost, a full one downwards one that collided; a dot one sent. Zoomed out: shares. Hatched: deaf, every packet lost for three frames or more.",
     "Orange arrows: influence signals, from the sender's slot to the choice they moved; zoomed in, every signal that was heard.",
-    "Map: a full line is a packet heard, a broken line with a cross one lost; where many fade at once, of the older ones the crosses stay. By slot, rings are the sound in the water. Diamonds and dots: rows of the mission's own tables (see Tables); green squares: finds.",
+    "Map: a full line is a packet heard, a broken line with a cross one lost, with a ring around the cross one that collided, with a square one that was refused; where many fade at once, of the older ones the crosses stay. By slot, rings are the sound in the water. Diamonds and dots: rows of the mission's own tables (see Tables); green squares: finds.",
     "With a vehicle selected, purple is what it believes: hollow symbols where it last heard its peers, discs where they may be, dotted lines to where they are, hatching for work it has not heard of, ≠ for roles it has wrong.",
     "Organisation: who plays what, with a vehicle selected as that one sees it; ≠ is not so in truth. Plans: ↻ is a branch that another method has mended. Why: ◆ is the mean of the best combination with a candidate; the highest is performed.",
     "Wheel: zoom. Drag: move. Double click: whole map, whole run. Lanes of alike vehicles fold; click one to open it.",

@@ -28,6 +28,7 @@
           continue;
         }
         drawSquare(pen, place, x, y, age_s[v][peer], lacking[v][peer], frame_s);
+        if (facts.run.isParked(v, peer, time_s)) drawParked(pen, place, x, y);
       }
     }
     drawKey(pen, facts, frame_s, w, h);
@@ -58,12 +59,20 @@
     if (place.size > 36 && lacking) pen.fillText(R.fitted(pen, `lacks ${lacking}`, place.across - 4), middle, y + place.size / 2 + 9);
   }
 
+  /* A frame of a square says that the one does without the other, who is silent for too long. */
+  function drawParked(pen, place, x, y) {
+    pen.strokeStyle = R.VERMILLION;
+    pen.lineWidth = place.size > 12 ? 3 : 1.5;
+    pen.strokeRect(x + 1.5, y + 1.5, place.across - 4, place.size - 4);
+  }
+
   function drawNames(pen, facts, place, selected) {
     const every = Math.max(1, Math.ceil(15 / place.size)), everyAcross = Math.max(1, Math.ceil(58 / place.across));
     pen.fillStyle = R.theme.muted;
     pen.font = R.FONT;
     pen.textAlign = "left";
-    pen.fillText("row: who knows; column: of whom", LEFT_PX, 10);
+    const framed = facts.run.parked.length ? "; framed: does without it" : "";
+    pen.fillText("row: who knows; column: of whom" + framed, LEFT_PX, 10);
     facts.run.vehicles.forEach((vehicle, v) => {
       pen.font = v === selected ? R.BOLD : R.FONT;
       pen.fillStyle = v === selected ? R.theme.ink : R.theme.muted;

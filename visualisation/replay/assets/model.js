@@ -1,11 +1,12 @@
 "use strict";
 // One run: vehicles, where they were, what they played, what was sent. Times in s, positions in m, vehicles by index.
-// knowledge.js adds what was known, work.js what there was to do, chain.js why they did what they did, organisation.js who
+// knowledge.js adds what was known, links.js what links lost, work.js what there was to do, chain.js why they did what they did, organisation.js who
 // played what, plans.js how far plans were. Nothing here knows the document.
 globalThis.R = globalThis.R || {};
 
 (function () {
-  const LOST = 1, HEARD = 2; // what became of a packet at a vehicle; 0: it is the sender, or was out of reach
+  const HEARD = 2; // what became of a packet at a vehicle, see tables.py; 0: it is the sender, or was out of reach
+  const FAILED = { 1: "lost", 3: "collided", 4: "refused" };
   const TEXT = 0, WHOLE = 1, POINT = 2, DECIMAL = 3; // forms of the values of facts
   const KEPT_FORM = 1, STATUS_FORM = 2; // of names, see tables.py; others are items
   const PER_SECOND = 1000; // vehicles keep times to a thousandth of a second at the finest
@@ -45,6 +46,7 @@ globalThis.R = globalThis.R || {};
       this._slots = Float64Array.from(this.packets, (packet) => packet.slot);
       this.layers = layersOf(this);
       R.learn(this);
+      R.connect(this);
       R.survey(this);
       R.organise(this);
       R.recount(this);
@@ -143,8 +145,9 @@ globalThis.R = globalThis.R || {};
 
   const NUMBERS = new Set([
     "time_s", "vehicle", "peer", "issuer", "stimulus", "own", "external", "source", "slot", "chosen", "node", "parent",
+    "sender", "n",
   ]);
-  const MAY_LACK = new Set(["best_mean", "expected_time_s"]), MISSING = -999; // see tables.py
+  const MAY_LACK = new Set(["best_mean", "expected_time_s", "p_loss"]), MISSING = -999; // see tables.py
 
   function tracksOf(run) {
     const rows = run.about.track_rows || run.vehicles.map(() => 0);
@@ -283,7 +286,7 @@ globalThis.R = globalThis.R || {};
         for (const p of sent) {
           const became = outcome[p * width + v];
           if (became === HEARD) packets[p].to.push({ v, arrival_s: packets[p].end_s + delay_s[next++] });
-          else if (became === LOST) packets[p].to.push({ v, arrival_s: null });
+          else if (FAILED[became]) packets[p].to.push({ v, arrival_s: null, why: FAILED[became] });
         }
       }
     }

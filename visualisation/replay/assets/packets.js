@@ -1,6 +1,6 @@
 "use strict";
 /* Packets on the map. By slot they are wave fronts that travel; otherwise links that fade: whole if heard, broken by a
-   cross near the receiver if lost. Where more links fade than the eye can tell apart, only the newest are drawn whole;
+   cross near the receiver if lost, by a ring around it if it collided, by a square if it arrived and was refused. Where more links fade than the eye can tell apart, only the newest are drawn whole;
    of those before, a loss remains as a stub with its cross at the receiver, and what was heard is left out. */
 (function () {
   const FADE_S = 0.25, FLIGHT_S = 3, SHORT_OF_PX = 16, STUB_PX = 10, MOST_WHOLE = 30, MOST_LINKS = 150;
@@ -41,7 +41,7 @@
       const { packet, to, age, isWhole } = link;
       pen.globalAlpha = 1 - 0.85 * age;
       const from = point(facts, frame, packet.sender, packet.start_s);
-      R.drawLink(pen, from, point(facts, frame, to.v, packet.start_s), isHeard(link), isWhole);
+      R.drawLink(pen, from, point(facts, frame, to.v, packet.start_s), isHeard(link), isWhole, to.why);
     }
     pen.globalAlpha = 1;
   };
@@ -53,7 +53,7 @@
 
   /** A link from one point to another: a line that arrives, or one that ends in a cross short of the receiver, of which
       the last part may be enough. */
-  R.drawLink = function (pen, [x0, y0], [x1, y1], heard, isWhole = true) {
+  R.drawLink = function (pen, [x0, y0], [x1, y1], heard, isWhole = true, why = "lost") {
     const length = Math.hypot(x1 - x0, y1 - y0);
     if (length < 4) return;
     const short = heard ? 0 : Math.min(SHORT_OF_PX, length / 2), drawn = isWhole ? length : Math.min(length, short + STUB_PX);
@@ -66,8 +66,20 @@
     pen.lineTo(...before(short));
     pen.stroke();
     pen.setLineDash([]);
-    if (!heard) R.drawCross(pen, ...before(short), 4, R.VERMILLION);
+    if (!heard) drawEnd(pen, ...before(short), why);
   };
+
+  /* How a link ends that was sent in vain: a cross; with a ring, another packet was there; a square is a closed door. */
+  function drawEnd(pen, x, y, why) {
+    pen.strokeStyle = R.VERMILLION;
+    pen.lineWidth = 1.6;
+    if (why === "refused") { pen.strokeRect(x - 4, y - 4, 8, 8); return; }
+    R.drawCross(pen, x, y, 4, R.VERMILLION);
+    if (why !== "collided") return;
+    pen.beginPath();
+    pen.arc(x, y, 7, 0, 2 * Math.PI);
+    pen.stroke();
+  }
 
   /* The packet as a ring in the water: its head left at the start, its tail when the sender fell silent. */
   function drawWave(pen, frame, facts, packet, [x, y], time_s) {

@@ -1,6 +1,6 @@
 "use strict";
-/* What got through to a vehicle: per slot a tick up if heard, a hollow tick down if lost; density when zoomed out; spells
-   of silence hatched. */
+/* What got through to a vehicle: per slot a tick up if heard, hollow if it was refused; a hollow tick down if lost, full
+   if it collided; density when zoomed out; spells of silence hatched. */
 (function () {
   const TICK_FROM_PX = 3, BUCKET_PX = 4;
 
@@ -48,7 +48,8 @@
   }
 
   function drawTicks(pen, facts, v, scale, y, middle, h) {
-    const { heard, lost, sent } = facts.receptions[v];
+    const { heard, lost, collided, refused, sent } = facts.receptions[v];
+    const other = new Set([...collided, ...refused]);
     const { packets } = facts.run;
     const slot_px = facts.run.header.slot_s * scale.px_per_s;
     const w = Math.max(1.5, Math.min(slot_px * 0.4, 6));
@@ -64,7 +65,10 @@
     each(heard, (x) => pen.fillRect(x, middle - up, w, up));
     pen.strokeStyle = R.VERMILLION;
     pen.lineWidth = 1;
-    each(lost, (x) => pen.strokeRect(x + 0.5, middle + 1.5, Math.max(w - 1, 1), down));
+    each(lost.filter((p) => !other.has(p)), (x) => pen.strokeRect(x + 0.5, middle + 1.5, Math.max(w - 1, 1), down));
+    each(refused, (x) => pen.strokeRect(x + 0.5, middle - up + 0.5, Math.max(w - 1, 1), up - 1));
+    pen.fillStyle = R.VERMILLION;
+    each(collided, (x) => pen.fillRect(x, middle + 1, w, down + 1));
     pen.fillStyle = R.theme.muted;
     each(sent, (x) => { pen.beginPath(); pen.arc(x + w / 2, middle, 2.5, 0, 2 * Math.PI); pen.fill(); });
   }

@@ -224,7 +224,7 @@
       R.nameGhosts(pen, frame, facts, ghosts, wrong, taken);
       R.namePlaces(pen, frame, facts, mind, time_s, taken);
       pen.restore();
-      R.drawLegend(pen, w, h, legend_px, Boolean(mind), marks);
+      R.drawLegend(pen, w, h, legend_px, Boolean(mind), marks, this.facts.ends);
     }
 
     drawGround(pen, frame, time_s) {

@@ -1,0 +1,156 @@
+"""What each vehicle takes the links to lose, and which peers the others do without."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from missions.figure import RunResults
+from visualisation import outages, style, words
+from visualisation.page import Box, Page, Picture
+from visualisation.runs import captions, reading, shades
+from visualisation.runs.reading import Floats, Span
+
+TOP_IN, AXIS_IN, RIGHT_IN, LABEL_IN = 0.24, 0.36, 0.14, 0.2
+LOWEST_IN, HIGHEST_IN, STRIPS_IN = 0.055, 0.18, 1.8
+LARGEST_IN, LEAST_FOR_TWO_IN = 2.4, 5.0
+POINTS = 400
+"""Times at which the shades are computed."""
+INCOMING, OUTGOING = "incoming", "outgoing"
+"""Directions of a link in the table ``links``: from the peer to the vehicle, and from the vehicle to the peer."""
+PARKED, HEARD_AGAIN = "parked", "heard again"
+"""Events in the table ``peers``: a vehicle does without a peer from now on, or no longer."""
+
+
+class Links(NamedTuple):
+    """What the table ``links`` says.
+
+    Attributes:
+        vehicles: in the order of the scenario.
+        at_s: times.
+        incoming: estimated loss by receiver (rows), sender (columns) and time (third axis), as the receiver sees it.
+        outgoing: the same, as the sender sees it; the last estimates alone.
+        parked: share of the others that do without a vehicle (rows), at each time (columns).
+    """
+
+    vehicles: tuple[str, ...]
+    at_s: Floats
+    incoming: Floats
+    outgoing: Floats
+    parked: Floats
+
+
+def links(results: RunResults) -> Links:
+    """Estimates of a run at evenly spaced times; not a number where there is none yet."""
+    vehicles = tuple(reading.vehicles(results))
+    number = {name: at for at, name in enumerate(vehicles)}
+    n, end_s = len(vehicles), reading.end_s(results)
+    at_s = (np.arange(POINTS) + 0.5) * end_s / POINTS
+    rows = [row for row in results.table("links").to_pylist() if {row["vehicle"], row["peer"]} <= number.keys()]
+    incoming, outgoing = np.full((n, n, POINTS), np.nan), np.full((n, n), np.nan)
+    for row in rows:  # in time order
+        vehicle, peer = number[row["vehicle"]], number[row["peer"]]
+        estimate = np.nan if row["p_loss"] is None else row["p_loss"]
+        if row["direction"] == INCOMING:
+            incoming[vehicle, peer, np.searchsorted(at_s, row["time_s"]) :] = estimate
+        else:
+            outgoing[peer, vehicle] = estimate
+    parked = np.zeros((n, POINTS))
+    for (_, name), spans in spans_parked(results, end_s).items():
+        for span in spans if name in number else ():
+            parked[number[name]] += (span.start_s <= at_s) & (at_s < span.end_s)
+    return Links(vehicles, at_s, incoming, outgoing, parked / max(1, n - 1))
+
+
+def spans_parked(results: RunResults, end_s: float) -> dict[tuple[str, str], list[Span]]:
+    """When a vehicle did without a peer, by vehicle and peer."""
+    rows = results.table("peers").to_pylist() if results.has("peers") else []
+    return _spans(rows, end_s)
+
+
+def _spans(rows: Iterable[Mapping[str, Any]], end_s: float) -> dict[tuple[str, str], list[Span]]:
+    since_s: dict[tuple[str, str], float] = {}
+    found: dict[tuple[str, str], list[Span]] = {}
+    for row in rows:
+        pair = row["vehicle"], row["peer"]
+        if row["event"] == PARKED:
+            since_s.setdefault(pair, row["time_s"])
+        elif row["event"] == HEARD_AGAIN and pair in since_s:
+            found.setdefault(pair, []).append(Span(since_s.pop(pair), row["time_s"]))
+    for pair, start_s in since_s.items():
+        found.setdefault(pair, []).append(Span(start_s, end_s))
+    return found
+
+
+def picture(results: RunResults, width_in: float = style.PAGE_IN) -> Picture:
+    """Two strips over time, estimated losses and peers that are done without; below the last estimates as matrices.
+
+    Args:
+        results: of the run.
+        width_in: of the page; on a narrow one the matrices stand one above the other.
+    """
+    found = links(results)
+    names, n, end_s = found.vehicles, max(1, len(found.vehicles)), reading.end_s(results)
+    row_in = min(HIGHEST_IN, max(LOWEST_IN, STRIPS_IN / n))
+    left_in = LABEL_IN + shades.names_in(names) + 0.06
+    panel_in = width_in - left_in - RIGHT_IN
+    strip_in = TOP_IN + row_in * n + AXIS_IN
+    columns = 2 if width_in >= LEAST_FOR_TWO_IN else 1
+    column_in = width_in / columns
+    side_in = min(LARGEST_IN, column_in - left_in - RIGHT_IN)
+    square_in = TOP_IN + side_in + shades.names_in(names) + 0.06 + LABEL_IN + 0.06
+    strips = (
+        ("(a) receivers: estimated loss of what is sent to them", _mean(found.incoming)),
+        ("(b) peers: share of the others that do without them", found.parked),
+    )
+    squares = (
+        ("(c) last estimates of the receivers", found.incoming[:, :, -1]),
+        ("(d) last estimates of the senders", found.outgoing),
+    )
+    with style.paper():
+        page = Page(width_in, 2 * strip_in + shades.KEY_IN + 2 // columns * square_in + 0.05)
+        out = outages.outages(results)
+        for number, (title, values) in enumerate(strips):
+            down_in = number * strip_in + TOP_IN
+            axes = page.panel(Box(left_in, down_in, panel_in, row_in * n), style.fitted(title, panel_in, style.TEXT_PT))
+            if names:
+                shades.shown(axes, values, 1.0, (0.0, end_s, n - 0.5, -0.5))
+            axes.set_xlim(0.0, end_s)
+            shades.name_rows(axes, names, row_in)
+            shades.part_rows(axes, n, row_in)
+            for row, name in enumerate(names):
+                shades.hatched(axes, row, outages.within(out.get(name, ()), end_s))
+            axes.set_xlabel(words.axis("time", "s"), labelpad=1)
+        key_in = min(1.6, panel_in)
+        key = Box(left_in + (panel_in - key_in) / 2, 2 * strip_in, key_in, 0.0)
+        shades.key(page, key, 1.0, "estimated loss; share", percent=True)
+        for number, (title, values) in enumerate(squares):
+            row, column = divmod(number, columns)
+            beside_in = left_in + column * column_in
+            down_in = 2 * strip_in + shades.KEY_IN + row * square_in + TOP_IN
+            axes = page.panel(Box(beside_in, down_in, side_in, side_in), style.fitted(title, side_in, style.TEXT_PT))
+            shades.matrix(axes, names, values, 1.0, side_in, percent=True)
+            page.text(beside_in - left_in + 0.1, down_in + side_in / 2, "receiver", rotation="vertical", ha="center",
+                      va="center", fontsize=style.SMALL_PT)  # fmt: skip
+            below_in = down_in + side_in + shades.names_in(names) + 0.06
+            page.text(beside_in + side_in / 2, below_in + 0.1, "sender", ha="center", fontsize=style.SMALL_PT)
+    text = words.joined(
+        "What the vehicles take the links to lose, darker is worse.",
+        "(a) Estimates of a receiver, from the packets that it missed, as a mean over the senders.",
+        "(b) Share of the others that wait for nothing that the vehicle lacks, since it is silent for too long.",
+        "(c) The same estimates by link, in percent, as they were last.",
+        "(d) Those of the senders, from the acknowledgements that they heard.",
+        "Crossed: no estimate." if np.isnan(squares[0][1]).sum() + np.isnan(squares[1][1]).sum() > 2 * n else "",
+        "Hatched: the vehicle is out of the mission." if out else "",
+        captions.faults(results),
+        captions.conditions(results),
+    )
+    return Picture(page.figure, text)
+
+
+def _mean(estimates: Floats) -> Floats:
+    """Mean over the senders; not a number where nobody is estimated."""
+    found: Floats = np.ma.masked_invalid(estimates).mean(axis=1).filled(np.nan)
+    return found
