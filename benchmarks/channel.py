@@ -8,7 +8,8 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from missions.runs.setup import assemble, resolved
+from missions.runs.assembly import assemble
+from missions.runs.setup import resolved
 from missions.scenarios import load
 
 REPEATS = 9

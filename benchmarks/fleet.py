@@ -13,7 +13,8 @@ import time
 import tracemalloc
 from typing import Any
 
-from missions.runs.setup import assemble, resolved
+from missions.runs.assembly import assemble
+from missions.runs.setup import resolved
 from missions.scenarios import Scenario, load
 
 SIZES = (4, 8, 16, 32)

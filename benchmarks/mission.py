@@ -7,7 +7,8 @@ from typing import Any
 
 import mesa
 
-from missions.runs.setup import assemble, resolved
+from missions.runs.assembly import assemble
+from missions.runs.setup import resolved
 from missions.scenarios import load
 
 REPEATS = 5

@@ -10,9 +10,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from missions.runs.assembly import assemble
 from missions.runs.results import write
 from missions.runs.run import run
-from missions.runs.setup import Setup, assemble, resolved
+from missions.runs.setup import Setup, resolved
 from missions.runs.tables import encoded, merge, write_part
 from missions.scenarios import load
 from remoras.diary import Diary

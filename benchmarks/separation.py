@@ -9,7 +9,8 @@ import time
 from typing import Any
 from unittest.mock import patch
 
-from missions.runs.setup import assemble, resolved
+from missions.runs.assembly import assemble
+from missions.runs.setup import resolved
 from missions.scenarios import load
 
 REPEATS = 3

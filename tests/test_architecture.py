@@ -24,6 +24,7 @@ ROOMS: dict[str, set[str]] = {
     "worldmodel.rdf": {"worldmodel.rdf", "worldmodel"},
     "exchange.acoustics": {"exchange.acoustics"},
     "exchange": {"exchange", "worldmodel"},
+    "exchange.drivers": {"exchange.drivers", "exchange"},
     "exchange.study": {"exchange.study", "exchange"},
     "remoras": {"remoras", "exchange", "worldmodel"},
     "remoras.social": {"remoras.social", "remoras", "exchange", "worldmodel"},
@@ -40,6 +41,10 @@ ROOMS: dict[str, set[str]] = {
     "missions.runs": {
         "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.social", "remoras.executive",
         "remoras.functional", "exchange", "exchange.acoustics", "worldmodel", "worldmodel.rdf",
+    },
+    "missions.nodes": {
+        "missions.nodes", "missions.runs", "missions.scenarios", "missions", "remoras", "exchange", "exchange.drivers",
+        "exchange.acoustics", "worldmodel",
     },
     "missions.sweeps": {
         "missions.sweeps", "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.strategies",
@@ -63,9 +68,9 @@ DOORS: dict[str, set[str]] = {
     "visualisation.sweeps": {"missions.sweeps.folder"},
 }
 """Single modules of other rooms that a room may import."""
-HULL = {"remoras.vehicle", "remoras.radio", "remoras.fleet", "remoras.view"}
+HULL = {"remoras.vehicle", "remoras.radio", "remoras.fleet", "remoras.solo", "remoras.traffic", "remoras.view"}
 LAYERS = ("remoras.social", "remoras.executive", "remoras.functional")
-KNOW_MESA = {"remoras.fleet", "remoras.vehicle"}
+KNOW_MESA = {"remoras.fleet", "remoras.solo", "remoras.vehicle"}
 STAND_ALONE = {
     "remoras.organisation": {"remoras.errors"},
     "remoras.htn": {"remoras.errors"},
@@ -152,7 +157,7 @@ def broken_rules(found: Import) -> Iterator[str]:
     if target == "random" or target.startswith("random."):
         yield "draws come from the keyed streams, not from random"
     if of == "mesa" and module not in KNOW_MESA:
-        yield "only the fleet and the vehicle know Mesa"
+        yield "only the fleet, the vehicle and a vehicle by itself know Mesa"
     if of not in OURS or within(module, ROOF) or module in (*FACE, ENTRY):
         return
     if within(target, ROOF):
@@ -161,7 +166,7 @@ def broken_rules(found: Import) -> Iterator[str]:
         yield "nobody imports the face: name the module that is meant"
     room, other = room_of(module), room_of(target)
     if module in HULL and (other in LAYERS or within(target, "exchange.acoustics")):
-        if other not in LAYERS and module != "remoras.fleet":
+        if other not in LAYERS and module not in ("remoras.fleet", "remoras.traffic"):
             yield "in remoras only the fleet knows the sea"
     elif other not in ROOMS[room] and not any(within(target, door) for door in DOORS.get(room, ())):
         yield f"{room} may import {', '.join(sorted(ROOMS[room] | DOORS.get(room, set())))}"

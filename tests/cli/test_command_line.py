@@ -24,7 +24,7 @@ from remoras.cli import main
 from remoras.face import load as face_load
 
 SHORT = ["--set", "scenario.duration_s=30"]
-NOT_BUILT = ["stress", "node", "swarm"]
+NOT_BUILT = ["stress"]
 HEAVY = ["numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "pydantic", "scipy"]
 
 

@@ -60,7 +60,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("run mapping-rendezvous --strategy ''", [*strategies()]),
         ("run mapping-rendezvous --policy mps", ["mps-ack", "mps-ack-repeat"]),
         ("run mapping-rendezvous --channel ''", [*CHANNELS]),
-        ("run mapping-rendezvous --set communication.p", ["communication.policy="]),
+        ("run mapping-rendezvous --set communication.p", ["communication.parking=", "communication.policy="]),
         ("validate strategies-", [name for name in shipped_studies() if name.startswith("strategies-")]),
         ("sweep giv", ["giving-up"]),
         ("sweep giving-up --strategy mi", ["mine.py"]),

@@ -26,9 +26,10 @@ from behaviour_conformance import check as check_behaviour
 from contents import difference, picture_of
 
 from missions.metric import NOT_APPLICABLE
+from missions.runs.assembly import assemble
 from missions.runs.metrics import metrics_of
 from missions.runs.run import Run, run
-from missions.runs.setup import Setup, assemble, resolved
+from missions.runs.setup import Setup, resolved
 from missions.runs.summary import summary
 from missions.scenarios import Scenario, load
 from missions.scenarios.parts import mission_class

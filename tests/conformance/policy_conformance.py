@@ -20,12 +20,13 @@ from exchange import ack
 from exchange.codec import Codec
 from exchange.errors import ConfigurationError
 from exchange.packets import Fragment, ItemUid
+from exchange.peers import Upkeep
 from exchange.policies import AckPolicy, header_bits, may_send, policy_fault, policy_named
 from exchange.study import montecarlo, trial
 from exchange.study.compiler import compiled
 from exchange.study.trial import Ints, Load, Rules
 from remoras.plugins import named_object
-from tests.exchange.fleet_radio import DURATION_S, MAPPED_CELL, N_BLOCKS, TBOX, Fleet, instances
+from tests.exchange.fleet_radio import DURATION_S, MAPPED_CELL, N_BLOCKS, TBOX, Fleet, instances, one_size_codec
 from worldmodel import PropertyValue
 
 SIZES = (2, 3, 5)
@@ -219,10 +220,18 @@ class Study:
         return bool(word >> column % trial.WORD_BITS & 1)
 
 
-def item_sizes(fleet: Fleet) -> tuple[int, int]:
-    """Bits of an observation of one cell, own and relayed."""
-    fragment = Fragment(0, 0, 0.0, (PropertyValue(fleet.n_nodes, MAPPED_CELL, 0.0),))
-    return fleet.codec.fragment_bits(fragment, relayed=False), fleet.codec.fragment_bits(fragment, relayed=True)
+def one_size_fleet(
+    policy: AckPolicy, n_nodes: int, payload_bytes: int, evidence: bool, lost: Callable[[int, int, int], bool]
+) -> Fleet:
+    """Vehicles that count one size for each item, own or relayed."""
+    paper = Upkeep(summaries=False, parking=False)
+    codec = one_size_codec(n_nodes, policy)
+    return Fleet(n_nodes, policy, payload_bytes, evidence, lost=lost, codec=codec, upkeep=paper)
+
+
+def item_bits(fleet: Fleet) -> int:
+    """Bits that are counted for an observation of one cell."""
+    return fleet.codec.fragment_bits(Fragment(0, 0, 0.0, (PropertyValue(fleet.n_nodes, MAPPED_CELL, 0.0),)))
 
 
 def assert_study_is_managers(
@@ -231,20 +240,20 @@ def assert_study_is_managers(
     """Play an exchange by the study and by managers with real bits; after each slot, beliefs must agree.
 
     Returns:
-        False if the exchange does not suit: the study knows one size of an item only, for own and relayed ones.
+        False if the exchange does not suit: the packet has no room for its header and an item.
     """
+
+    def lost(slot: int, sender: int, receiver: int) -> bool:
+        return not heard[slot] >> receiver & 1
+
     try:
-        fleet = Fleet(
-            n_nodes, policy, payload_bytes, evidence,
-            lost=lambda slot, sender, receiver: not heard[slot] >> receiver & 1,
-        )  # fmt: skip
+        fleet = one_size_fleet(policy, n_nodes, payload_bytes, evidence, lost)
     except ConfigurationError:  # the header does not fit the packet
         return False
-    own_bits, relayed_bits = item_sizes(fleet)
-    room_bits = 8 * payload_bytes - fleet.codec.overhead_bits
-    if not room_bits // own_bits == room_bits // relayed_bits >= 1:
+    size_bits, room_bits = item_bits(fleet), 8 * payload_bytes - fleet.codec.overhead_bits
+    if room_bits < size_bits:
         return False
-    study = Study(policy, n_nodes, items, evidence, own_bits, room_bits)
+    study = Study(policy, n_nodes, items, evidence, size_bits, room_bits)
     uids = [fleet.maps(node, node * items + index) for node in range(n_nodes) for index in range(items)]
     for slot, heard_by in enumerate(heard):
         sent = fleet.pass_slot()

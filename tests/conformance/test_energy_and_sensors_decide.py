@@ -8,8 +8,9 @@ with the margin, at 20 + 10 * 1.5^3 = 54 W: 27.5 + 2.2 + 24.6 = 54 kJ. To go nea
 import pytest
 from visiting_mission import VisitTable, visiting_scenario
 
+from missions.runs.assembly import assemble
 from missions.runs.run import Run, run
-from missions.runs.setup import assemble, resolved
+from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.social.reports import Reports

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from exchange.manager import ExchangeManager
-from exchange.packets import Packet
+from exchange.listening import Listener
+from exchange.packets import Packet, Reception
 from missions.mapping.metrics import duplicate_fraction
 from missions.runs.run import Run, run
 from missions.scenarios import load, shipped
@@ -34,16 +34,18 @@ def plans(finished: Run) -> list[Any]:
 def test_acknowledgements_change_plans(strategy: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Who learns nothing from rows goes on repeating what is known, and takes back what it gave.
 
+    Summaries tell who holds what too, so neither of the two has them here.
+
     It fails if room in packets were without limit, or nobody asked what is acknowledged: then rows would be ballast.
     """
-    usual = of("mapping-patches", strategy, 0.6)
-    absorb = ExchangeManager._absorb
+    usual = of("mapping-patches", strategy, 0.7, "communication.summaries=false")
+    listen = Listener.listen
 
-    def without_rows(manager: ExchangeManager, packet: Packet, slot: int) -> Any:
-        return absorb(manager, replace(packet, rows=(0,) * len(packet.rows)), slot)
+    def without_rows(listener: Listener, packet: Packet, *more: Any) -> Reception:
+        return listen(listener, replace(packet, rows=(0,) * len(packet.rows)), *more)
 
-    monkeypatch.setattr(ExchangeManager, "_absorb", without_rows)
-    ignoring = of("mapping-patches", strategy, 0.6)
+    monkeypatch.setattr(Listener, "listen", without_rows)
+    ignoring = of("mapping-patches", strategy, 0.7, "communication.summaries=false")
     assert plans(ignoring) != plans(usual)
     assert ignoring.milestones != usual.milestones
 

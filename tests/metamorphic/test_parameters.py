@@ -20,6 +20,8 @@ SLOW = ("mapping-patches", 'fault=[{kind="slow", vehicle="AUV02", at_s=300.0, fa
 """The plan stops being a good one."""
 WORST_AND_SLOW = (*WORST, SLOW[1])
 """The plan made before the dive has to be mended, by jobs that are told."""
+SLOWEST = (*WORST, SLOW[1].replace("0.6", "0.15"))
+"""A job is so late that another does it too, if it doubts."""
 MUTE = ("mapping-patches", 'fault=[{kind="mute", vehicle="AUV00", at_s=60.0}]')
 """The head announces nothing that others hear."""
 OWN_GAIN = (*LOSSES, "strategy.parameters.plans_for_all=false")
@@ -30,6 +32,7 @@ CASE_OF = {
     "margin": SLOW,
     "contract-net.margin": LOSSES,
     "doubt_rounds": WORST_AND_SLOW,
+    "status-broadcast.doubt_rounds": SLOWEST,
     "acknowledge_rounds": WORST,
     "plan-and-dispatch.acknowledge_rounds": WORST_AND_SLOW,
     "accept_rounds": WORST,

@@ -6,9 +6,12 @@ from dataclasses import dataclass, replace
 import pytest
 
 from exchange.acoustics.channel import Arrival, Channel
+from exchange.codec import Codec
 from exchange.packets import Packet
+from exchange.schedule import TdmaSchedule
+from missions.runs.assembly import channel_of
 from missions.runs.run import Run, run
-from missions.runs.setup import channel_of, resolved
+from missions.runs.setup import resolved
 from missions.scenarios import Scenario, load
 
 PAPER_S = {
@@ -61,27 +64,24 @@ class Scripted:
     """A channel that does something to every packet on its way."""
 
     channel: Channel
-    decode: Callable[[bytes, int], Packet]
-    encode: Callable[[Packet, int], bytes]
+    codec: Codec
+    schedule: TdmaSchedule
     alter: Callable[[Packet], Packet]
 
     def transmit(
         self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
     ) -> list[Arrival]:
-        frame = slot // len(positions_m)
-        altered = self.encode(self.alter(self.decode(data, frame)), frame)
+        start_s = self.schedule.start_s(slot)
+        told = self.alter(self.codec.decode(data, slot // len(positions_m), start_s))
+        altered = self.codec.encode(
+            told.sender, told.rows, told.fragments, told.signals, told.frame, told.epoch, start_s, told.summary
+        )
         return [replace(a, data=altered) for a in self.channel.transmit(slot, sender, data, now_s, positions_m)]
 
 
 def scripted(loaded: Scenario, alter: Callable[[Packet], Packet]) -> Scripted:
     setup = resolved(loaded)
-    codec = setup.codec
-
-    def encode(packet: Packet, frame: int) -> bytes:
-        wire = [codec.encode_fragment(fragment, packet.sender) for fragment in packet.fragments]
-        return codec.encode(packet.sender, packet.rows, wire, packet.signals, frame)
-
-    return Scripted(channel_of(setup, seed=1), codec.decode, encode, alter)
+    return Scripted(channel_of(setup, seed=1), setup.codec, setup.schedule, alter)
 
 
 def test_a_scripted_channel_that_alters_nothing_changes_nothing(paper_run: Run) -> None:

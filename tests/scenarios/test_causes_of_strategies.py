@@ -7,9 +7,10 @@ from typing import Any, ClassVar
 import pytest
 
 from missions.mapping.metrics import area_roles
+from missions.runs.assembly import assemble
 from missions.runs.run import Run, run
 from missions.runs.sea import actual
-from missions.runs.setup import assemble, resolved
+from missions.runs.setup import resolved
 from missions.runs.summary import summary
 from missions.scenarios import load
 from remoras.strategies import strategies
@@ -53,7 +54,7 @@ def cut_off(vehicle: str, until_s: float = CUT_OFF_S[1]) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("strategy", "per"), [("cbba", 0.95), ("status-broadcast", 0.9)])
+@pytest.mark.parametrize(("strategy", "per"), [("cbba", 0.95), ("status-broadcast", 0.97)])
 def test_work_is_duplicated_when_nearly_all_packets_are_lost_and_not_without_loss(strategy: str, per: float) -> None:
     assert max(duplicated(strategy, per)) > 0.05
     assert max(duplicated(strategy, 0.0)) < 0.005  # who chooses in the same frame hears of it one frame later
@@ -246,14 +247,14 @@ LONG_SPELLS = {"p_good_to_bad": 0.005, "p_bad_to_good": 0.005, "per_good": 0.0, 
 def test_a_group_is_not_taken_for_gathered_by_what_was_heard_long_ago(monkeypatch: pytest.MonkeyPatch) -> None:
     """In spells of 200 slots a head that trusts old news parts too early, and the group meets later.
 
-    Of the seeds 1 to 14 it does so in 8, by 142 s; in the others nothing changes.
+    Of the seeds 1 to 14 it does so in 3 and 4, by 192 and 215 s, and is 29 s sooner in 11; the others do not change.
     """
     settings = ["strategy.name=contract-net", "channel.name=gilbert-elliott"]
     settings += [f"channel.{key}={value}" for key, value in LONG_SPELLS.items()]
     scenario = load("mapping-patches", [("--set", setting) for setting in settings])
-    end_s = run(scenario, 8).end_s
+    end_s = run(scenario, 4).end_s
     monkeypatch.setattr("missions.meeting.meeting.NEWS_FRAMES", 1e9)
-    assert run(scenario, 8).end_s > end_s + 100.0
+    assert run(scenario, 4).end_s > end_s + 100.0
 
 
 @pytest.mark.slow

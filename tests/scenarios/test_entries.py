@@ -1,7 +1,8 @@
 """The walks of a reader: which files a packet heard, and a scenario, lead through, and how often one comes to each.
 
-A file is entered once for every file from which it is called. Values that everybody reads (facts, positions, groups)
-and plug-ins (the mission, the strategy) are no places of a walk: they are asked, and ask back, wherever one stands.
+A file is entered once for every file from which it is called. Values that everybody reads (facts, positions, groups,
+the items of a vehicle) and plug-ins (the mission, the strategy, the policy) are no places of a walk: they are asked,
+and ask back, wherever one stands.
 """
 
 import sys
@@ -11,19 +12,20 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from missions.runs.setup import assemble, resolved
+from missions.runs.assembly import assemble
+from missions.runs.setup import resolved
 from missions.scenarios import load
 
 ROOT = Path(__file__).resolve().parents[2]
 OURS = tuple(str(ROOT / package) for package in ("worldmodel", "exchange", "remoras", "missions"))
 VALUES = (
     "worldmodel/facts.py", "worldmodel/fields.py", "worldmodel/tbox.py", "worldmodel/store.py",
-    "worldmodel/holdings.py", "worldmodel/individuals.py", "exchange/bits.py", "exchange/names.py",
-    "exchange/packets.py", "exchange/schedule.py", "remoras/activities.py", "remoras/authority.py",
-    "remoras/beliefs.py", "remoras/database.py", "remoras/motion.py", "remoras/organisation.py", "remoras/picture.py",
-    "remoras/plugins.py", "remoras/sensor.py", "remoras/work.py",
+    "worldmodel/holdings.py", "worldmodel/individuals.py", "exchange/bits.py", "exchange/ledger.py",
+    "exchange/names.py", "exchange/packets.py", "exchange/schedule.py", "remoras/activities.py", "remoras/authority.py",
+    "remoras/beliefs.py", "remoras/database.py", "remoras/motion.py", "remoras/organisation.py",
+    "remoras/own_clock.py", "remoras/picture.py", "remoras/plugins.py", "remoras/sensor.py", "remoras/work.py",
 )  # fmt: skip
-PLUG_INS = ("missions/mapping/", "missions/meeting/", "remoras/strategies/")
+PLUG_INS = ("missions/mapping/", "missions/meeting/", "remoras/strategies/", "exchange/policies.py")
 MOST = 2
 
 

@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from missions.runs.setup import assemble, resolved
+from missions.runs.assembly import assemble
+from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.authority import Authority
 from remoras.fleet import Fleet

@@ -14,8 +14,9 @@ import tomli_w
 
 import missions.mapping
 from missions.errors import ConfigurationError
+from missions.runs.assembly import assemble
 from missions.runs.run import Run, run
-from missions.runs.setup import assemble, resolved
+from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.fleet import Fleet
 from remoras.organisation import Organisation

@@ -6,11 +6,12 @@ from typing import Any
 import pytest
 
 from missions.errors import ConfigurationError
+from missions.runs.assembly import assemble
 from missions.runs.knowledge import export
 from missions.runs.known import Memory
 from missions.runs.results import MemoryResults, Results, write
 from missions.runs.run import run, settled_of
-from missions.runs.setup import assemble, resolved
+from missions.runs.setup import resolved
 from missions.scenarios import Scenario, load
 from remoras.fleet import Fleet
 from remoras.settling import Settled

@@ -4,8 +4,9 @@ import itertools
 
 import pytest
 
+from missions.runs.assembly import assemble
 from missions.runs.run import Run, run
-from missions.runs.setup import assemble, resolved
+from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.htn.plans import ROOT
 from remoras.recorder import PLANS

@@ -9,7 +9,8 @@ from collections.abc import Iterator
 import pytest
 
 from missions.mapping.survey import Point, zigzag
-from missions.runs.setup import assemble, resolved
+from missions.runs.assembly import assemble
+from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.activities import Activity, ActivityType, Objective
 from remoras.fleet import Fleet

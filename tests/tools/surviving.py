@@ -24,9 +24,10 @@ from statistics import fmean
 from typing import Any, NamedTuple
 
 from missions.metric import NOT_APPLICABLE
+from missions.runs.assembly import assemble
 from missions.runs.fleet_metrics import recovery_time_s
 from missions.runs.run import Run
-from missions.runs.setup import assemble, resolved
+from missions.runs.setup import resolved
 from missions.scenarios import load
 from missions.statistics import mean_interval
 from remoras.fleet import Fleet

@@ -7,7 +7,8 @@ Performers.
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from missions.runs.setup import assemble, resolved
+from missions.runs.assembly import assemble
+from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.authority import Ruling
 from remoras.fleet import Fleet

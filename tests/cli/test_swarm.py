@@ -1,0 +1,163 @@
+"""The commands that run vehicles in processes of their own, over UDP on loopback.
+
+Processes share a machine with others, so a packet may come later than its slot and be refused: that is one loss more,
+and nothing here depends on how many there are. What is asked for holds once all has settled.
+"""
+
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from invoked import MAIN, refused, remoras
+
+from missions.nodes.alone import Plan
+from missions.nodes.swarm import Swarm, plans_of, swarm
+from missions.scenarios import load
+
+SCENARIO = "mapping-rendezvous"
+PAIR = ["ASV00", "AUV00"]
+SPEED = 40.0
+"""At it a slot of 1.8 s is 44 ms of the machine, and a vehicle takes a few hundredths of a processor."""
+UNTIL_S, SETTLE_S = 240.0, 260.0
+COMMAND_S = 240.0
+"""Longest time that a command may take: to start a process takes seconds where others are busy."""
+
+
+def run(names: list[str], out: Path | None, **more) -> Swarm:
+    plan = Plan.of(load(SCENARIO), names[0], 5, UNTIL_S, SETTLE_S)
+    return swarm(SCENARIO, plans_of(plan, names), SPEED, (0.4, 0.1), out, **more)
+
+
+@pytest.mark.slow
+def test_two_processes_come_to_know_the_same_and_their_logs_repeat_them(tmp_path: Path) -> None:
+    found = run(PAIR, tmp_path)
+    assert found.ended == {}
+    one, other = found.vehicles
+    assert one["items"] > 0
+    assert (one["state_hash"], one["digest"]) == (other["state_hash"], other["digest"])
+    assert found.equal
+    for vehicle in found.vehicles:
+        assert vehicle["packets_lost"] > 0
+        assert vehicle["packets_heard"] > 0
+        played = json.loads(remoras("replay-log", tmp_path / f"{vehicle['vehicle']}.jsonl", "--json").stdout)
+        assert played["difference"] == ""
+        assert played["state_hash"] == vehicle["state_hash"]
+        assert played["packets_sent"] == vehicle["packets_sent"]
+
+
+@pytest.mark.slow
+def test_the_others_go_on_when_one_is_killed(tmp_path: Path) -> None:
+    def kill(pids: dict[str, int]) -> None:
+        os.kill(pids["AUV02"], signal.SIGKILL)
+
+    found = run([*PAIR, "AUV02"], tmp_path, begun=kill)
+    assert [one["vehicle"] for one in found.vehicles] == PAIR
+    assert list(found.ended) == ["AUV02"]
+    assert found.equal
+    assert found.vehicles[0]["time_s"] == UNTIL_S + SETTLE_S
+
+
+@pytest.mark.slow
+def test_a_swarm_by_command_gives_one_json_value() -> None:
+    options = ["--vehicles", "ASV00,AUV00", "--until", 60, "--settle", 60, "--speed", SPEED, "--json"]
+    done = remoras("swarm", SCENARIO, *options)
+    value = json.loads(done.stdout)
+    assert [one["vehicle"] for one in value["vehicles"]] == PAIR
+    assert done.exit_code == (0 if value["equal"] else 1)
+    assert re.search(r"ASV00 \(process \d+\)", done.stderr)
+
+
+@pytest.mark.slow
+def test_a_node_joins_a_mission_that_is_under_way() -> None:
+    def node(vehicle: str, bind: str, peers: str, until_s: float) -> subprocess.Popen[str]:
+        options = f"--bind {bind} --peers {peers} --until {until_s} --settle 0 --speed 20 --json"
+        command = [sys.executable, "-c", MAIN, "node", SCENARIO, vehicle, *options.split()]
+        return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        bind = f"127.0.0.1:{free.getsockname()[1]}"
+    first = node("ASV00", "127.0.0.1:0", f"AUV00={bind}", 900.0)
+    try:
+        assert first.stderr is not None
+        address = re.search(r"listens on (\S+)", first.stderr.readline())
+        assert address is not None
+        second = node("AUV00", bind, f"ASV00={address[1]}", 900.0)
+        try:
+            said, told = second.communicate(timeout=COMMAND_S)
+        finally:
+            second.kill()
+        assert "AUV00 joins at" in told
+        assert json.loads(said)["packets_heard"] > 0
+        assert json.loads(first.communicate(timeout=COMMAND_S)[0])["packets_heard"] > 0
+    finally:
+        first.kill()
+
+
+def test_a_node_goes_on_though_its_peer_is_never_there(tmp_path: Path) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as nobody:
+        nobody.bind(("127.0.0.1", 0))
+        peer = f"AUV00=127.0.0.1:{nobody.getsockname()[1]}"
+    options = ["--peers", peer, "--until", 50, "--settle", 0, "--speed", 1000, "--out", tmp_path]
+    done = remoras("node", SCENARIO, "ASV00", *options, "--json")
+    assert done.exit_code == 0, done.output
+    value = json.loads(done.stdout)
+    assert (value["time_s"], value["packets_heard"]) == (50.0, 0)
+    assert value["packets_sent"] == 8  # slots of 1.77 s, four in a frame: ASV00 has one each 7.1 s, the first at once
+    repeated = remoras("replay-log", tmp_path / "ASV00.jsonl")
+    assert repeated.exit_code == 0
+    assert "8 packets sent as in the log" in repeated.stdout
+
+
+def test_a_log_that_differs_ends_with_1_and_names_the_packet(tmp_path: Path) -> None:
+    remoras("node", SCENARIO, "ASV00", "--until", 30, "--settle", 0, "--speed", 1000, "--out", tmp_path)
+    log = tmp_path / "ASV00.jsonl"
+    log.write_text(re.sub(r'"data": "..', '"data": "ff', log.read_text(), count=1))
+    done = remoras("replay-log", log)
+    assert done.exit_code == 1
+    assert "ASV00 differs from its log: packet 1: " in done.stdout
+
+
+def test_a_port_in_use_is_one_line() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        number = taken.getsockname()[1]
+        (message,) = refused("node", SCENARIO, "ASV00", "--bind", f"127.0.0.1:{number}").splitlines()
+    why = "in use by another program; choose another port, or 0 for any that is free"
+    assert message == f"remoras: --bind 127.0.0.1:{number}: {why}"
+
+
+@pytest.mark.slow
+def test_a_swarm_whose_port_is_in_use_ends_all_it_started() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        number = taken.getsockname()[1]
+        message = refused("swarm", SCENARIO, "--vehicles", "ASV00,AUV00", "--port", number)
+    assert f"ASV00: --bind 127.0.0.1:{number}: in use by another program" in message
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["node", SCENARIO, "AUV0"], "VEHICLE = AUV0: one of ASV00, AUV00"),
+        (["node", SCENARIO, "AUV00", "--peers", "AUV9=127.0.0.1:1"], "--peers 'AUV9': allowed are ASV00, AUV01, AUV02"),
+        (["node", SCENARIO, "AUV00", "--peers", "AUV01=here"], "--peers AUV01 here: allowed is HOST:PORT"),
+        (["node", SCENARIO, "AUV00", "--speed", "0"], "--speed 0: allowed is more than 0"),
+        (["node", SCENARIO, "AUV00", "--drop", "1.5"], "--drop 1.5: allowed is a share"),
+        (["swarm", SCENARIO, "--until", "1e9"], "--until = 1e+09: a time up to scenario.duration_s = 14400 s"),
+        (["swarm", SCENARIO, "--vehicles", "AUV7"], "VEHICLE = AUV7: one of ASV00"),
+        (
+            ["swarm", SCENARIO, "--set", "strategy.name=oracle"],
+            "strategy.name = oracle: a strategy that tells by packets",
+        ),
+        (["replay-log", "nowhere.jsonl"], "nowhere.jsonl"),
+    ],
+)
+def test_what_cannot_be_is_named(arguments: list[str], message: str) -> None:
+    assert message in refused(*arguments)
