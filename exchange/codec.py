@@ -33,7 +33,7 @@ from collections.abc import Collection, Iterable, Sequence
 from functools import lru_cache
 
 from exchange.bits import Reader
-from exchange.errors import DefinitionFault, PeerFault
+from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
 from exchange.factcodec import FactCodec
 from exchange.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, refuse_epoch
 from exchange.header import AckHeader
@@ -44,7 +44,7 @@ from exchange.sealing import Checksum, Seal, nonce_of
 from exchange.sidecodec import SideCodec
 from exchange.sizes import FieldSize
 from exchange.summaries import Summary
-from worldmodel import TBox
+from worldmodel import PropertyValue, TBox
 
 HASH_BITS = 8
 """Bits of the definition hash in one packet."""
@@ -112,6 +112,17 @@ class Codec:
         self._hash = zlib.crc32(repr(shape).encode()).to_bytes(HASH_BYTES, "big")
         self.decode = lru_cache(maxsize=32)(self._decode)
         """``decode(data, frame=0, slot_start_s=0.0) -> Packet``; all receivers of one broadcast decode the same."""
+
+    def refuse_longer_texts(self, room_bits: int) -> None:
+        """Raise ConfigurationError if a text that may be told is larger than the room of a packet."""
+        for kind in self._facts.exchanged_texts():
+            fact = PropertyValue(0, kind.uid, "x" * kind.most_bytes)
+            size_bits = self.fragment_bits(Fragment(0, 0, 0.0, (fact,), 0, 2))
+            if size_bits > room_bits:
+                raise ConfigurationError(
+                    f"a text of {kind.name} may take {size_bits} bits, a packet has room for {room_bits}: lower its "
+                    "rm:maxBytes, or take a modem with a larger payload"
+                )
 
     @property
     def definition(self) -> bytes:

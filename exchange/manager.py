@@ -114,6 +114,7 @@ class ExchangeManager:
                 f"a packet of {payload_bits} bits has no room behind the header of {codec.overhead_bits} bits "
                 f"that policy {policy.name} needs for {schedule.n_nodes} nodes"
             )
+        codec.refuse_longer_texts(self._room_bits)
         self._n_nodes = schedule.n_nodes
         self._state = ack.new_state(self._n_nodes)
         self._ledger = Ledger(self._n_nodes)
