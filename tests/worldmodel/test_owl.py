@@ -50,8 +50,8 @@ CASES = [
     ),
     (f"ex:p {ATTRIBUTE} rm:latestOnly true .", "ex:p: 0 rdfs:range; allowed: xsd:double"),
     (
-        f"ex:p {ATTRIBUTE} rdfs:range xsd:string .",
-        "ex:p: its range xsd:string cannot be stored",
+        f"ex:p {ATTRIBUTE} rdfs:range xsd:anyURI .",
+        "ex:p: its range xsd:anyURI cannot be stored",
     ),
     (f"ex:p {ATTRIBUTE} rdfs:range xsd:double .", "ex:p: rm:minimum is missing; allowed: one number"),
     (f"ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} , 0.2 .", "ex:p: rm:resolution is "),
