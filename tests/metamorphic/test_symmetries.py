@@ -82,7 +82,7 @@ def shifted(text: str) -> str:
 
 
 @pytest.mark.parametrize("per", [0.0, 0.5])
-@pytest.mark.parametrize("strategy", sorted(strategies()))
+@pytest.mark.parametrize("strategy", sampled(sorted(strategies()), "remoras", "contract-net", "status-broadcast"))
 def test_renaming_vehicles_renames_only(strategy: str, per: float, tmp_path: Path) -> None:
     """It fails if a tie is broken by name, or names are sorted anywhere that decides: in a claim, a succession."""
     text = text_of("mapping-rendezvous")
