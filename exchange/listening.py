@@ -55,6 +55,8 @@ class Listener:
         policy: the same at every vehicle.
         carrier_evidence: take a peer that carries an item as holding it.
         heeds_summaries: believe summary vectors.
+        slot_list: attribute of slot lists: all pass them on under any policy, since who has the old one may be unable
+            to hear its origin, with which it shares a slot.
     """
 
     def __init__(
@@ -70,6 +72,7 @@ class Listener:
         policy: AckPolicy,
         carrier_evidence: bool,
         heeds_summaries: bool,
+        slot_list: int | None = None,
     ) -> None:
         self._me = me
         self._model = model
@@ -83,13 +86,15 @@ class Listener:
         self._repeat = policy.repeat
         self._carrier_evidence = carrier_evidence
         self._heeds_summaries = heeds_summaries
+        self._slot_list = slot_list
         self.assembly = Assembly()
 
     def register(self, entry: Entry, now_s: float) -> int:
         """Hold an item that is new here, and send it if this vehicle is to; returns its column."""
         column = self._ledger.add(entry)
         self._holders.take(column)
-        if may_send(self._repeat, 1 << column, self._ledger.origins[self._me]):
+        is_list = any(fact.attribute == self._slot_list for fact in entry.fragment.facts)
+        if is_list or may_send(self._repeat, 1 << column, self._ledger.origins[self._me]):
             self._interests.take(column, now_s)
         return column
 

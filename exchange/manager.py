@@ -123,7 +123,7 @@ class ExchangeManager:
             self._holders.begin(me, self._epoch)
         self._listener = Listener(
             me, model, self._state, self._ledger, self._interests, self._holders, self._peers,
-            self._ageing, policy, carrier_evidence, upkeep.summaries,
+            self._ageing, policy, carrier_evidence, upkeep.summaries, self.turns.attribute,
         )  # fmt: skip
         self._signals: tuple[InfluenceSignal, ...] = ()
         self._n_signals_said = 0

@@ -47,7 +47,8 @@ class Turns:
     def __init__(self, me: int, schedule: TdmaSchedule, model: WorldModel) -> None:
         self._me, self._schedule, self._model = me, schedule, model
         self._agreed = masks_of(schedule.slots, schedule.n_nodes)
-        self._attribute = next((one.uid for one in model.tbox.attributes if one.name == SENDS_IN), None)
+        self.attribute = next((one.uid for one in model.tbox.attributes if one.name == SENDS_IN), None)
+        """Uid of the attribute of slot lists; None where none is told."""
         self._masks = self._agreed
         self.frame = -1
         """The frame that was begun last."""
@@ -97,9 +98,9 @@ class Turns:
 
     def _newest(self) -> tuple[int, ...]:
         """The newest list that has been heard of: each of its facts is the latest of its vehicle."""
-        if self._attribute is None:
+        if self.attribute is None:
             return self._agreed
-        told = [self._model.value(node, self._attribute) for node in range(self._schedule.n_nodes)]
+        told = [self._model.value(node, self.attribute) for node in range(self._schedule.n_nodes)]
         return tuple(
             agreed if mask is None else int(cast(float, mask)) for mask, agreed in zip(told, self._agreed, strict=True)
         )
