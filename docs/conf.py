@@ -22,7 +22,7 @@ import remoras  # noqa: E402
 from missions.mapping.mission import MappingMission  # noqa: E402
 from missions.scenarios.explanations import explanations  # noqa: E402
 from missions.sweeps.study import study_explanations  # noqa: E402
-from worldmodel import ban_ontology_path, core_ontology_paths, need_ontology_path, read_tbox  # noqa: E402
+from worldmodel import ban_ontology_path, core_ontology_paths, need_ontology_path, read_tbox, slot_ontology_path  # noqa: E402
 from worldmodel.vocabulary import terms_of  # noqa: E402
 
 project = "REMORAS"
@@ -91,7 +91,7 @@ class Terms(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         """A definition for each term."""
         listed = nodes.definition_list()
-        optional = (ban_ontology_path(), need_ontology_path())
+        optional = (ban_ontology_path(), need_ontology_path(), slot_ontology_path())
         for term in terms_of(read_tbox(*core_ontology_paths(), *optional, *MappingMission.vocabulary)):
             if term.file == self.arguments[0]:
                 name = nodes.term("", "", nodes.literal("", term.name), nodes.Text(f"  ({term.kind})"))

@@ -4,7 +4,8 @@ Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
 
     packet    head | acknowledgements (bits that the policy's kind says are carried) | sections | 111 | zeros to a byte
               [| tag 32] [| checksum 8, 16 or 32], see ``exchange.sealing``; with a tag all behind the head is encrypted
-    head      definition hash 8 | sender w(nodes) | epoch 2 | frame mod 4 2 [| zeros to a byte]
+    head      definition hash 8 | sender w(nodes) | epoch 2 | frame mod 4 2 [| slot w(slots) | packets - 1 w(slots)]
+              [| zeros to a byte]; in brackets first what a slot list needs, then what encryption does
     section   0 age, fact, sequence: an own fragment that is a whole block of a single fact
               100 age, part, facts, sequence: any other own fragment
               101 origin w(nodes), epoch 2, age, part, facts, sequence: a relayed fragment
@@ -37,6 +38,7 @@ from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
 from exchange.factcodec import FactCodec
 from exchange.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, refuse_epoch
 from exchange.header import AckHeader
+from exchange.names import width
 from exchange.packets import Fragment, Head, InfluenceSignal, Packet
 from exchange.packing import Packing
 from exchange.policies import AckPolicy
@@ -58,6 +60,29 @@ RECENT_S = 30.0
 """Age of an observation up to which it is stated in the fewest bits, unless a codec is told otherwise."""
 
 
+def _place_listing(n_slots: int) -> tuple[FieldSize, ...]:
+    """Fields of the head by a list of so many slots; none without a list."""
+    if not n_slots:
+        return ()
+    return (
+        FieldSize("packet", "slot", width(n_slots), f"one of {n_slots} of the frame"),
+        FieldSize("packet", "packets", width(n_slots), "of the sender in this frame, less 1"),
+    )
+
+
+def _guard_listing(seal: Seal | None, head_padding_bits: int, crc_bits: int) -> tuple[FieldSize, ...]:
+    """Fields of the packet that protect it, if there are any."""
+    sealed = (
+        ()
+        if seal is None
+        else (
+            FieldSize("packet", "head to a byte", head_padding_bits, "the head stays in clear"),
+            FieldSize("packet", "tag", seal.size_bits, "of the encrypted rest; it covers head and slot too"),
+        )
+    )
+    return (*sealed, *([FieldSize("packet", "checksum", crc_bits, "of all before it")] if crc_bits else []))
+
+
 class Codec:
     """Encodes and decodes packets for one fleet: fixed TBox, node count, instance count and policy.
 
@@ -73,6 +98,8 @@ class Codec:
         recent_s: age up to which a time takes the fewest bits; a TDMA frame, say.
         crc_bits: of the checksum of each packet: 0, 8, 16 or 32.
         key: of the fleet, by which all behind the head is encrypted; None for in clear.
+        n_slots: slots of a frame of which the head names one; 0 where the sender's name says its slot.
+        is_by_frame: acknowledgements are about whole frames.
 
     Raises:
         ConfigurationError: there is no such checksum or key, or no library to encrypt.
@@ -91,7 +118,11 @@ class Codec:
         recent_s: float = RECENT_S,
         crc_bits: int = 0,
         key: bytes | None = None,
+        n_slots: int = 0,
+        is_by_frame: bool = False,
     ) -> None:
+        self._n_slots = n_slots
+        self._place_bits = width(n_slots) if n_slots else 0
         self._n_nodes = n_nodes
         self._policy = policy
         self._facts = FactCodec(tbox, n_instances, exchanged)
@@ -99,12 +130,12 @@ class Codec:
         """Encodes and decodes fragments."""
         self._side = SideCodec(self.fragments)
         self._node_bits = self.fragments.node_bits
-        self._clear_bits = HASH_BITS + self._node_bits + EPOCH_BITS + FRAME_BITS
+        self._clear_bits = HASH_BITS + self._node_bits + EPOCH_BITS + FRAME_BITS + 2 * self._place_bits
         self.header = AckHeader(policy.acknowledgement, n_nodes)
         """Layout of the acknowledgements."""
         fleet = tbox.hash, n_instances, n_nodes, n_items, self.header.largest_bits
         times = duration_s, time_resolution_s, self._facts.names.exchanged, self.fragments.near_bits
-        shape = *fleet, *times, crc_bits, key is not None
+        shape = *fleet, *times, crc_bits, key is not None, *((n_slots,) if is_by_frame else ())
         self._checksum = Checksum(crc_bits)
         self._seal = None if key is None else Seal(key)
         self.head_bits = self._clear_bits if self._seal is None else self._clear_bits + -self._clear_bits % 8
@@ -167,26 +198,14 @@ class Codec:
             FieldSize("packet", "sender", self._node_bits, f"one of {self._n_nodes} nodes"),
             FieldSize("packet", "epoch", EPOCH_BITS, "of the sender: which of its lives"),
             FieldSize("packet", "frame", FRAME_BITS, f"TDMA frame modulo {FRAMES}: with the sender it names the slot"),
+            *_place_listing(self._n_slots),
             FieldSize("packet", "acknowledgements", self.header.largest_bits, named),
             FieldSize("packet", "end", END_BITS[1], "behind all that follows"),
-            *self._guard_listing(),
+            *_guard_listing(self._seal, self.head_bits - self._clear_bits, self._checksum.size_bits),
             *self.fragments.listing(),
             *self._facts.listing(),
             *self._side.listing(),
         )
-
-    def _guard_listing(self) -> tuple[FieldSize, ...]:
-        """Fields of the packet that protect it, if there are any."""
-        seal, crc_bits = self._seal, self._checksum.size_bits
-        sealed = (
-            ()
-            if seal is None
-            else (
-                FieldSize("packet", "head to a byte", self.head_bits - self._clear_bits, "the head stays in clear"),
-                FieldSize("packet", "tag", seal.size_bits, "of the encrypted rest; it covers head and slot too"),
-            )
-        )
-        return (*sealed, *([FieldSize("packet", "checksum", crc_bits, "of all before it")] if crc_bits else []))
 
     def forget(self) -> None:
         """Forget the bits of facts and the packets that are remembered, so that the next ones cost what new ones do."""
@@ -208,6 +227,8 @@ class Codec:
         epoch: int = 0,
         slot_start_s: float = 0.0,
         summary: Sequence[Summary] = (),
+        place: int = 0,
+        n_turns: int = 1,
     ) -> bytes:
         """Bytes of a packet.
 
@@ -220,6 +241,7 @@ class Codec:
             epoch: of the sender.
             slot_start_s: start of the sender's slot in that frame.
             summary: what the sender holds, by origin.
+            place: of its slot in the frame; n_turns: packets that it sends in it. Both go where slots are listed.
 
         Raises:
             ConfigurationError: a signal that is no signed byte, an epoch too many, or what has no form on the wire.
@@ -227,7 +249,10 @@ class Codec:
         refuse_epoch(epoch)
         bits = (self._hash_byte(frame) << self._node_bits | sender) << EPOCH_BITS | epoch
         head_bits = self.head_bits
-        head = (bits << FRAME_BITS | frame % FRAMES) << head_bits - self._clear_bits
+        bits = bits << FRAME_BITS | frame % FRAMES
+        if self._n_slots:
+            bits = (bits << self._place_bits | place) << self._place_bits | n_turns - 1
+        head = bits << head_bits - self._clear_bits
         bits, size = self.header.encode(sender, rows, frame), self.header.size_bits(sender, frame)
         base = self.fragments.base_of(slot_start_s)
         for _, part, part_bits in self.fragments.encode_all(fragments, sender, epoch, base):
@@ -261,7 +286,13 @@ class Codec:
         sender = reader.take(self._node_bits)
         if sender >= self._n_nodes:
             raise PeerFault(f"sender {sender} is not one of {self._n_nodes} nodes")
-        return Head(sender, reader.take(EPOCH_BITS), reader.take(FRAME_BITS))
+        epoch, frame = reader.take(EPOCH_BITS), reader.take(FRAME_BITS)
+        if not self._n_slots:
+            return Head(sender, epoch, frame)
+        place, more = reader.take(self._place_bits), reader.take(self._place_bits)
+        if max(place, more) >= self._n_slots:
+            raise PeerFault(f"slot {place} and {more + 1} packets in a frame of {self._n_slots} slots")
+        return Head(sender, epoch, frame, place, more + 1)
 
     def _decode(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0) -> Packet:
         """The packet of ``data``.
@@ -305,4 +336,5 @@ class Codec:
                 summary.append(self._side.read_summary(reader))
         if not reader.padding_is_clean():
             raise PeerFault("bits left over behind the packet")
-        return Packet(head.sender, rows, tuple(fragments), tuple(signals), head.epoch, frame, tuple(summary))
+        beside = tuple(signals), head.epoch, frame, tuple(summary), head.n_turns
+        return Packet(head.sender, rows, tuple(fragments), *beside)

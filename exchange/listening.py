@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from exchange import ack
+from exchange.ageing import Ageing
 from exchange.blocks import Assembly, fragments_of, whole
 from exchange.holders import Holders
 from exchange.interests import Interests
@@ -50,10 +51,12 @@ class Listener:
         me: own node index.
         model: own world model, read only.
         state: of the acknowledgements of this node.
-        ledger, interests, holders, peers: of this node.
+        ledger, interests, holders, peers, ageing: of this node.
         policy: the same at every vehicle.
         carrier_evidence: take a peer that carries an item as holding it.
         heeds_summaries: believe summary vectors.
+        slot_list: attribute of slot lists: all pass them on under any policy, since who has the old one may be unable
+            to hear its origin, with which it shares a slot.
     """
 
     def __init__(
@@ -65,9 +68,11 @@ class Listener:
         interests: Interests,
         holders: Holders,
         peers: Peers,
+        ageing: Ageing,
         policy: AckPolicy,
         carrier_evidence: bool,
         heeds_summaries: bool,
+        slot_list: int | None = None,
     ) -> None:
         self._me = me
         self._model = model
@@ -75,34 +80,35 @@ class Listener:
         self._interests = interests
         self._holders = holders
         self._peers = peers
+        self._ageing = ageing
         self._state = state
         self._n_nodes = len(ledger.origins)
-        self._kind = policy.acknowledgement
         self._repeat = policy.repeat
         self._carrier_evidence = carrier_evidence
         self._heeds_summaries = heeds_summaries
+        self._slot_list = slot_list
         self.assembly = Assembly()
 
     def register(self, entry: Entry, now_s: float) -> int:
         """Hold an item that is new here, and send it if this vehicle is to; returns its column."""
         column = self._ledger.add(entry)
         self._holders.take(column)
-        if may_send(self._repeat, 1 << column, self._ledger.origins[self._me]):
+        is_list = any(fact.attribute == self._slot_list for fact in entry.fragment.facts)
+        if is_list or may_send(self._repeat, 1 << column, self._ledger.origins[self._me]):
             self._interests.take(column, now_s)
         return column
 
-    def listen(self, packet: Packet, slot: int, next_slot: int, met: Met, is_second: bool, now_s: float) -> Reception:
+    def listen(self, packet: Packet, slot: int, met: Met, is_second: bool, now_s: float) -> Reception:
         """Learn from a sound packet what it tells, who holds what, and whether its sender needs to catch up.
 
         Args:
             packet: heard.
             slot: in which it was sent.
-            next_slot: the first that is not open yet.
             met: what is known of its sender.
             is_second: True if another packet of its sender was heard in the same slot.
             now_s: the time (s).
         """
-        state, frame, sender = self._state, slot // self._n_nodes, packet.sender
+        state, frame, sender = self._state, packet.frame, packet.sender
         conflict = self._twin(packet, frame, is_second)
         begun = self._lives_told(packet)
         for node, epoch in begun:
@@ -113,11 +119,7 @@ class Listener:
         if taken.is_ambiguous or self._peers.is_doubted(sender, frame):  # neither acknowledged nor heeded
             state.believes[self._me] |= taken.content
         else:
-            heeded = self._peers.heed(packet, slot, next_slot)
-            ack.absorb(
-                self._kind, self._carrier_evidence, state, self._n_nodes, frame, self._me, sender, heeded,
-                (taken.content,), self._ledger.origins,
-            )  # fmt: skip
+            self._ageing.absorb(packet, slot, taken.content, self._carrier_evidence, self._ledger.origins)
             for summary in packet.summary if self._heeds_summaries else ():
                 if summary.life not in self._holders.telling.silenced:
                     lacked += self._holders.note(sender, summary)

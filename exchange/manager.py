@@ -21,6 +21,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 
 from exchange import ack
+from exchange.ageing import ageing_of
 from exchange.blocks import fragments_of
 from exchange.codec import Codec
 from exchange.definitions import Definitions
@@ -36,6 +37,7 @@ from exchange.peers import USUAL_UPKEEP, Peers, Upkeep
 from exchange.policies import AckPolicy
 from exchange.queue import Queue
 from exchange.schedule import TdmaSchedule
+from exchange.turns import Turns
 from exchange.values import ADDITIVE, ValueRule
 from worldmodel import Change, Needs, PropertyValue, Stated, WorldModel
 from worldmodel.facts import Guid
@@ -55,14 +57,6 @@ def _refuse_future(packet: Packet, now_s: float, model: WorldModel) -> None:
                 f"a fact of {fragment.time_s:g} s arrives at {now_s:g} s: from the future, beyond a clock "
                 f"tolerance of {model.clock_tolerance_s:g} s"
             )
-
-
-def _own_slot(schedule: TdmaSchedule, me: int, now_s: float) -> int:
-    """The slot of this vehicle that opens; raises ConfigurationError if it is that of another."""
-    slot = schedule.slot_at(now_s)
-    if schedule.owner(slot) != me:
-        raise ConfigurationError(f"slot {slot} at {now_s} s belongs to node {schedule.owner(slot)}, not to node {me}")
-    return slot
 
 
 class ExchangeManager:
@@ -105,7 +99,6 @@ class ExchangeManager:
         self._definitions = Definitions()
         self._codec = codec
         self._schedule = schedule
-        self._kind = policy.acknowledgement
         self._upkeep = upkeep
         self._room_bits = payload_bits - codec.overhead_bits
         self._signal_room_bits = max(codec.signal_bits, self._room_bits // SIGNAL_SHARE)
@@ -116,22 +109,25 @@ class ExchangeManager:
             )
         codec.refuse_longer_texts(self._room_bits)
         self._n_nodes = schedule.n_nodes
-        self._state = ack.new_state(self._n_nodes)
+        states = ack.new_state(self._n_nodes), ack.new_state(self._n_nodes)
+        self._state = states[0]
         self._ledger = Ledger(self._n_nodes)
         self.queue = Queue(value, queue_limit)
         """What waits to be said, why it was not said, and what is said no more."""
         self._interests = Interests(me, model, needs, self._ledger, self.queue, codec.fragment_bits, selective)
-        self._peers = Peers(me, self._n_nodes, self._state, self._kind)
+        self._peers = Peers(me, self._n_nodes, states, policy.acknowledgement)
+        self._ageing = ageing_of(me, schedule, states, policy.acknowledgement, self._peers)
+        self.turns = Turns(me, schedule, model)
+        """Own slots, where they do not follow from the node."""
         self._holders = Holders(me, self._state, self._ledger, self._peers, codec.summary_bits)
         if self._epoch:
             self._holders.begin(me, self._epoch)
         self._listener = Listener(
-            me, model, self._state, self._ledger, self._interests, self._holders, self._peers, policy,
-            carrier_evidence, upkeep.summaries,
+            me, model, self._state, self._ledger, self._interests, self._holders, self._peers,
+            self._ageing, policy, carrier_evidence, upkeep.summaries, self.turns.attribute,
         )  # fmt: skip
         self._signals: tuple[InfluenceSignal, ...] = ()
         self._n_signals_said = 0
-        self._next_slot = 0  # first slot that has not been opened
         self.n_faults = 0
 
     def offer(self, changes: Iterable[Change], addressed: Collection[int] = ()) -> tuple[Fragment, ...]:
@@ -183,13 +179,13 @@ class ExchangeManager:
     def receive(self, data: bytes, now_s: float) -> Reception:
         """Take in a packet that arrives at ``now_s``; a bad one is counted, never raised, nor acknowledged."""
         slot = self._schedule.slot_of_arrival(now_s)
-        sender, frame = self._schedule.owner(slot), self._frame(slot)
+        sender, frame = self._schedule.owner(slot), self._schedule.frame_of(slot)
         try:
             head = self._codec.head(data)
-            slot = self._schedule.slot_named(head.sender, head.frame, now_s)
-            sender, frame = head.sender, self._frame(slot)
-            packet = self._codec.decode(data, frame, self._schedule.start_s(slot))
-            self._refuse_other_slot(slot, now_s)
+            slot = self._schedule.slot_named(self._schedule.place_of(head), head.frame, now_s)
+            sender, frame = head.sender, self._schedule.frame_of(slot)
+            packet = self._codec.decode(data, frame, self._schedule.base_s(slot))
+            self._refuse_other_slot(slot, sender, now_s)
             self._definitions.agree(sender, frame)
             _refuse_future(packet, now_s, self._model)
             met = self._peers.meet(sender, packet.epoch, frame)
@@ -198,22 +194,32 @@ class ExchangeManager:
             is_stranger = isinstance(fault, DefinitionFault) and self._definitions.differ(sender, frame)
             conflict = sender if isinstance(fault, SlotConflict) and self._holders.doubt(sender, frame) else None
             return Reception(slot, sender, fault=str(fault), is_stranger=is_stranger, conflict=conflict)
-        self._open_slots_through(slot)
+        self._ageing.open(slot)
+        is_unlisted = self._schedule.is_by_frame and self.turns.note(packet, slot)
         is_second = self._peers.conflicts(sender, slot, data)
-        return self._listener.listen(packet, slot, self._next_slot, met, is_second, now_s)
+        heard = self._listener.listen(packet, slot, met, is_second, now_s)
+        return heard._replace(is_unlisted=True) if is_unlisted else heard
 
-    def _refuse_other_slot(self, slot: int, now_s: float) -> None:
+    def _refuse_other_slot(self, slot: int, sender: int, now_s: float) -> None:
         """Refuse a packet that cannot have been sent in the slot that it names, or can no more be heeded."""
-        schedule, sender = self._schedule, self._schedule.owner(slot)
+        schedule = self._schedule
         if not schedule.may_arrive(slot, now_s, self._model.clock_tolerance_s):
             raise PeerFault(f"a packet of node {sender} of slot {slot} arrives in slot {schedule.slot_at(now_s)}")
         if sender == self._me:
             raise SlotConflict("another speaks as this vehicle")
-        if slot + self._n_nodes < self._next_slot:
-            raise PeerFault(f"a packet of node {sender} of slot {slot} arrives when its next slot is open")
-        own = slot - (slot - self._me) % self._n_nodes  # the last own slot before it
-        if own >= self._next_slot and schedule.start_s(own) > now_s:
-            raise PeerFault(f"a packet of slot {slot} arrives before the own slot {own} is open")
+        self._ageing.refuse(slot, sender, now_s)
+
+    def _own_slot(self, now_s: float) -> int:
+        """The slot of this vehicle that opens; raises ConfigurationError if it is that of another."""
+        slot = self._schedule.slot_at(now_s)
+        if self._schedule.is_aloha:
+            slot = self._schedule.frame_of(slot) * self._schedule.n_slots + self._me
+        if self._schedule.is_by_frame:
+            if slot not in self.turns.slots:
+                raise ConfigurationError(f"slot {slot} at {now_s} s is not among those of node {self._me} in its frame")
+        elif (owner := self._schedule.owner(slot)) != self._me:
+            raise ConfigurationError(f"slot {slot} at {now_s} s belongs to node {owner}, not to node {self._me}")
+        return slot
 
     def give_up(self, guids: Iterable[Guid]) -> None:
         """The world model has forgotten these blocks, so that they may come again: peers are told that they lack."""
@@ -229,8 +235,8 @@ class ExchangeManager:
 
     def keep_silent(self, now_s: float) -> int:
         """Let the own slot that opens at ``now_s`` pass without a packet; returns its number."""
-        slot = _own_slot(self._schedule, self._me, now_s)
-        self._open_slots_through(slot)
+        slot = self._own_slot(now_s)
+        self._ageing.open(slot)
         self.queue.keep_silent(now_s)
         self._signals = ()
         return slot
@@ -242,12 +248,12 @@ class ExchangeManager:
             now_s: the time (s).
             above: only items and statuses of a higher priority go.
         """
-        slot = _own_slot(self._schedule, self._me, now_s)
-        self._open_slots_through(slot)
+        slot = self._own_slot(now_s)
+        self._ageing.open(slot)
         self._interests.decide(self._state.believes, now_s)
         signals = self._signals
-        frame = self._frame(slot)
-        parked = self._peers.speak(slot, self._upkeep.parking)
+        frame = self._schedule.frame_of(slot)
+        parked = self._peers.speak(slot, frame, self._upkeep.parking)
         if self._ledger.away != self._peers.away:
             self._ledger.away = self._peers.away
             self._listener.settle() if parked else self._listener.reopen(now_s)
@@ -257,7 +263,7 @@ class ExchangeManager:
         summary = telling.urgent(self._room_bits // SUMMARY_SHARE) if self._upkeep.summaries else ()
         spared_bits = self._codec.header.largest_bits - self._codec.header.size_bits(self._me, frame)
         signals_bits = len(signals) * self._codec.signal_bits
-        start_s, room_bits = self._schedule.start_s(slot), self._room_bits + spared_bits - signals_bits
+        start_s, room_bits = self._schedule.base_s(slot), self._room_bits + spared_bits - signals_bits
         packing = self._codec.packing(self._me, self._epoch, frame, start_s, room_bits - sum(map(size_of, summary)))
         chosen = self.queue.choose(packing, now_s, above)
         columns = [one.column for one in chosen if one.column != STATUS_COLUMN]
@@ -267,8 +273,11 @@ class ExchangeManager:
         items = tuple(self._ledger.uid(column) for column in columns)
         rows = [0] * self._n_nodes
         stated = 0 if self._peers.is_doubted(self._me, frame) else content
-        ack.compose(self._kind, self._state, self._n_nodes, frame, self._me, (stated,), rows)
-        data = self._codec.encode(self._me, rows, packing.fragments, signals, frame, self._epoch, start_s, summary)
+        self._ageing.compose(slot, stated, rows)
+        place, n_turns = slot % self._schedule.n_slots, max(1, len(self.turns.slots))
+        data = self._codec.encode(
+            self._me, rows, packing.fragments, signals, frame, self._epoch, start_s, summary, place, n_turns
+        )
         self._signals = ()
         return Transmission(
             slot,
@@ -298,12 +307,3 @@ class ExchangeManager:
     def n_open(self) -> int:
         """Items that this vehicle goes on sending."""
         return self.queue.open.bit_count()
-
-    def _frame(self, slot: int) -> int:
-        """Number of the TDMA frame of a slot."""
-        return slot // self._n_nodes
-
-    def _open_slots_through(self, slot: int) -> None:
-        for k in range(self._next_slot, slot + 1):
-            ack.open_slot(self._kind, self._state, self._n_nodes, k % self._n_nodes)
-        self._next_slot = max(self._next_slot, slot + 1)

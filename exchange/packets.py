@@ -127,11 +127,16 @@ class InfluenceSignal:
 
 
 class Head(NamedTuple):
-    """What stands first in a packet and names its slot: who speaks, in which of its lives, in which frame modulo 4."""
+    """What stands first in a packet and names its slot: who speaks, in which of its lives, in which frame modulo 4.
+
+    By a slot list also in which slot of the frame, and how many packets its sender sends in that frame.
+    """
 
     sender: int
     epoch: int
     frame: int
+    place: int = 0
+    n_turns: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +146,7 @@ class Packet:
     ``rows`` holds one bit word per node: bit j of row i says that node i received the packet meant of
     node j (see ``exchange.ack``). ``acknowledgement`` bits that a policy does not send are zero. ``epoch`` is the
     sender's own, which grows whenever it begins anew; ``frame`` is the TDMA frame in which it speaks. ``summary`` says
-    what it holds of some origins.
+    what it holds of some origins. ``n_turns`` is how many packets it sends in that frame.
     """
 
     sender: int
@@ -151,6 +156,7 @@ class Packet:
     epoch: int = 0
     frame: int = 0
     summary: tuple[Summary, ...] = ()
+    n_turns: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,7 +190,8 @@ class Reception(NamedTuple):
     now on; ``settled`` lists items that all interested peers are now believed to hold; ``aside`` are those whose
     block this vehicle has no need of, which are not among ``items``; ``fault`` tells why a packet was refused, else
     None; ``is_stranger`` if that makes its sender one of another definition; ``met`` says whether the sender was away
-    or has begun anew; ``conflict`` names a node under whose name two vehicles speak, when it is first noticed.
+    or has begun anew; ``conflict`` names a node under whose name two vehicles speak, when it is first noticed;
+    ``is_unlisted`` if its slot is that of others by the slot list in use here.
     """
 
     slot: int
@@ -199,3 +206,4 @@ class Reception(NamedTuple):
     is_stranger: bool = False
     met: Met = Met.USUAL
     conflict: int | None = None
+    is_unlisted: bool = False

@@ -16,6 +16,7 @@ what an acknowledgement of that name means. It neither gives nor heeds any until
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from exchange.ack import Acknowledgement, AckState
@@ -57,14 +58,14 @@ class Peers:
     Args:
         me: own node index.
         n_nodes: size of the fleet.
-        state: acknowledgement state of this node, of which is taken back what has become void.
+        states: acknowledgement states of this node, of which is taken back what has become void.
         kind: acknowledgement of the policy, which says when a peer answers.
     """
 
-    def __init__(self, me: int, n_nodes: int, state: AckState, kind: Acknowledgement) -> None:
+    def __init__(self, me: int, n_nodes: int, states: Sequence[AckState], kind: Acknowledgement) -> None:
         self._me = me
         self._n_nodes = n_nodes
-        self._state = state
+        self._states = states
         self._answers = kind.carries
         self._period_frames = kind.period_frames
         self.epochs = [0] * n_nodes
@@ -80,7 +81,12 @@ class Peers:
         self._doubted_until = [-1] * n_nodes  # frame
         self._since_frame: int | None = None
         self._is_alone = False
-        self._sent_slot: int | None = None
+        self._begun_frame = [-1] * n_nodes  # in which that epoch was heard first
+        self._frame = -1  # of the packet heard last
+        self.sent_slot: int | None = None
+        """The slot of the own last packet."""
+        self.sent_frame: int | None = None
+        """The frame of the own last packet."""
 
     def links(self, peer: int) -> PeerLinks:
         """What the links from and to a peer lose."""
@@ -99,7 +105,7 @@ class Peers:
         Raises:
             PeerFault: it is of an earlier life.
         """
-        known = self.epochs[sender]
+        known, self._frame = self.epochs[sender], frame
         if epoch < known:
             before, n_before = self._older[sender]
             n_now = n_before + 1 if before == epoch else 1
@@ -115,6 +121,7 @@ class Peers:
     def begin(self, node: int, epoch: int) -> None:
         """A node is in another life: nothing is believed of it."""
         self.epochs[node] = epoch
+        self._begun_frame[node] = self._frame
         self._informed[node] = 1 << node | 1 << self._me
         self.forget(node)
 
@@ -132,25 +139,26 @@ class Peers:
         self._is_alone = False
         return was_away
 
-    def heed(self, packet: Packet, slot: int, next_slot: int) -> tuple[int, ...]:
+    def heed(
+        self, packet: Packet, frame: int, lasting: int, is_asked: bool, about: int | None = None
+    ) -> tuple[int, ...]:
         """The acknowledgement bits of a packet that may be believed; the others are taken out.
-
-        Who has had a slot since the packet was sent, for it comes late, has another last packet now than it speaks of.
 
         Args:
             packet: received.
-            slot: in which it was sent.
-            next_slot: the first that is not open yet.
+            frame: TDMA frame of its slot.
+            lasting: nodes of which the packet is known that the bits are about.
+            is_asked: the packet speaks of the own last packets.
+            about: frame that the bits are about, where it is the same for all.
         """
-        sender, own, frame = packet.sender, packet.rows[packet.sender], slot // self._n_nodes
-        lasting = ~sum(1 << one % self._n_nodes for one in range(slot + 1, next_slot))
+        sender, own = packet.sender, packet.rows[packet.sender]
         for node in range(self._n_nodes):
-            if own >> node & 1:
+            if own >> node & 1 and (about is None or self._begun_frame[node] <= about):
                 self._informed[node] |= 1 << sender
         if lasting >> self._me & 1 and self._answers(
             self._n_nodes, frame % self._period_frames, sender, sender, self._me
         ):
-            self._count_answer(sender, bool(own >> self._me & 1), slot)
+            self._count_answer(sender, bool(own >> self._me & 1), is_asked)
         return tuple(
             row & lasting
             if (node == sender or self._informed[node] >> sender & 1) and not self.is_doubted(node, frame)
@@ -158,24 +166,23 @@ class Peers:
             for node, row in enumerate(packet.rows)
         )
 
-    def _count_answer(self, sender: int, is_received: bool, slot: int) -> None:
+    def _count_answer(self, sender: int, is_received: bool, is_asked: bool) -> None:
         """Count whether a peer says that it received the own packet of the frame before its slot."""
-        if self._sent_slot is not None and 0 < slot - self._sent_slot < self._n_nodes:
+        if is_asked:
             self._outgoing[sender].add(*((0, 1) if is_received else (1, 0)))
 
     # Absence -------------------------------------------------------------------------------------
 
-    def speak(self, slot: int, parks: bool = True) -> tuple[int, ...]:
+    def speak(self, slot: int, frame: int, parks: bool = True) -> tuple[int, ...]:
         """The own slot opens; return the peers that are parked from now on.
 
         Of whom nobody is heard, the silence says that this vehicle is deaf or far away: it parks none.
 
         Args:
-            slot: that opens.
+            slot: that opens; frame: its TDMA frame.
             parks: False if none is ever parked.
         """
-        self._sent_slot = slot
-        frame = slot // self._n_nodes
+        self.sent_slot, self.sent_frame = slot, frame
         if self._since_frame is None:
             self._since_frame = frame
         parked = tuple(
@@ -221,13 +228,15 @@ class Peers:
 
     def forget(self, node: int) -> None:
         """Believe nothing of what a node holds or has heard."""
-        state, n_nodes = self._state, self._n_nodes
-        state.believes[node] = 0
-        for row in range(n_nodes):
-            state.held[node * n_nodes + row] = 0
-            state.held[row * n_nodes + node] = 0
-        state.heard[0] &= ~(1 << node)
+        n_nodes = self._n_nodes
+        for state in self._states:
+            state.believes[node] = 0
+            for row in range(n_nodes):
+                state.held[node * n_nodes + row] = 0
+                state.held[row * n_nodes + node] = 0
+            state.heard[0] &= ~(1 << node)
         self._forget_content(node)
 
     def _forget_content(self, node: int) -> None:
-        self._state.content[node] = self._state.content[self._n_nodes + node] = 0
+        for state in self._states:
+            state.content[node] = state.content[self._n_nodes + node] = 0

@@ -1,10 +1,11 @@
-"""TDMA: which slot is open at a time, and whose it is. Pure arithmetic."""
+"""TDMA: which slot is open at a time, and whose it is; ALOHA on the same frames. Pure arithmetic."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from exchange.errors import ConfigurationError
+from exchange.packets import Head
 
 FRAMES_TOLD = 4
 """A packet tells the number of its frame modulo this."""
@@ -14,7 +15,7 @@ GRACE_S = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class TdmaSchedule:
-    """Round-robin slots of equal length: node s sends in the slots t with ``t mod n_nodes == s``.
+    """Slots of equal length; unless it is said otherwise, node s sends in the slots t with ``t mod n_nodes == s``.
 
     A slot holds the longest packet (``packet_s``) and a guard (``guard_s``) in which it travels to the
     farthest receiver, so that packets of different slots never meet.
@@ -22,15 +23,25 @@ class TdmaSchedule:
     >>> schedule = TdmaSchedule.for_range(n_nodes=4, packet_s=1.106, range_m=1000.0, sound_speed_mps=1500.0)
     >>> round(schedule.slot_s, 3), round(schedule.frame_s, 2), schedule.owner(6)
     (1.773, 7.09, 2)
+
+    Attributes:
+        n_nodes: size of the fleet; packet_s, guard_s: of a slot.
+        slots: nodes of each slot of the frame, by the list that is agreed before the mission; empty: one slot for each
+            node, in their order.
+        is_aloha: each node sends once in a frame, at a time drawn by itself. Its slot is a number and no more.
     """
 
     n_nodes: int
     packet_s: float
     guard_s: float
+    slots: tuple[tuple[int, ...], ...] = ()
+    is_aloha: bool = False
 
     def __post_init__(self) -> None:
-        if self.n_nodes < 2 or self.packet_s <= 0.0 or self.guard_s < 0.0:
-            raise ConfigurationError(f"a TDMA schedule needs n_nodes >= 2, packet_s > 0 and guard_s >= 0, not {self}")
+        if self.n_nodes < 2 or self.n_slots < 2 or self.packet_s <= 0.0 or self.guard_s < 0.0:
+            raise ConfigurationError(
+                f"a TDMA schedule needs n_nodes >= 2, 2 slots or more, packet_s > 0 and guard_s >= 0, not {self}"
+            )
 
     @classmethod
     def for_range(cls, n_nodes: int, packet_s: float, range_m: float, sound_speed_mps: float) -> TdmaSchedule:
@@ -44,12 +55,52 @@ class TdmaSchedule:
 
     @property
     def frame_s(self) -> float:
-        """Length of a frame, in which every node has one slot."""
-        return self.n_nodes * self.slot_s
+        """Length of a frame."""
+        return self.n_slots * self.slot_s
+
+    @property
+    def n_slots(self) -> int:
+        """Slots of a frame."""
+        return len(self.slots) or self.n_nodes
+
+    @property
+    def is_by_frame(self) -> bool:
+        """True if a slot does not say who sends in it, so that acknowledgements are about whole frames."""
+        return bool(self.slots) or self.is_aloha
 
     def owner(self, slot: int) -> int:
-        """The node that sends in a slot."""
-        return slot % self.n_nodes
+        """The node that sends in a slot, where each has its own; by a list, the first that was agreed, or node 0."""
+        place = slot % self.n_slots
+        if not self.slots:
+            return place
+        return self.slots[place][0] if self.slots[place] else 0
+
+    def place_of(self, head: Head) -> int:
+        """Which slot of its frame a packet names: by a list it is told, else its sender says it."""
+        return head.place if self.slots else head.sender
+
+    def frame_of(self, slot: int) -> int:
+        """Number of the frame of a slot."""
+        return slot // self.n_slots
+
+    def frame_start_s(self, frame: int) -> float:
+        """Time at which a frame begins."""
+        return self.start_s(frame * self.n_slots)
+
+    def base_s(self, slot: int) -> float:
+        """The time from which the ages in a packet of that slot count: its start, or the end of its frame in ALOHA."""
+        return self.frame_start_s(self.frame_of(slot) + 1) if self.is_aloha else self.start_s(slot)
+
+    def sends_s(self, slot: int, draw: float) -> float:
+        """When a node sends in its slot; by ALOHA at a time drawn evenly, such that the packet ends in the frame.
+
+        Args:
+            slot: of the node.
+            draw: uniform in [0, 1).
+        """
+        if not self.is_aloha:
+            return self.start_s(slot)
+        return self.frame_start_s(self.frame_of(slot)) + draw * (self.frame_s - self.packet_s)
 
     def start_s(self, slot: int) -> float:
         """Time at which a slot opens."""
@@ -62,13 +113,13 @@ class TdmaSchedule:
             return slot + 1
         return slot if now_s >= self.start_s(slot) else slot - 1
 
-    def slot_named(self, sender: int, frame: int, arrival_s: float) -> int:
-        """The slot of ``sender`` in a frame of which only the number modulo 4 is known: that nearest to an arrival.
+    def slot_named(self, place: int, frame: int, arrival_s: float) -> int:
+        """The slot with a place in a frame of which only the number modulo 4 is known: that nearest to an arrival.
 
-        >>> TdmaSchedule(4, 1.5, 0.5).slot_named(sender=1, frame=2, arrival_s=51.0)
+        >>> TdmaSchedule(4, 1.5, 0.5).slot_named(place=1, frame=2, arrival_s=51.0)
         25
         """
-        first, period = frame % FRAMES_TOLD * self.n_nodes + sender, FRAMES_TOLD * self.n_nodes
+        first, period = frame % FRAMES_TOLD * self.n_slots + place, FRAMES_TOLD * self.n_slots
         lap = round((arrival_s / self.slot_s - first - 0.5) / period)
         return first + max(0, lap) * period
 
@@ -77,6 +128,9 @@ class TdmaSchedule:
 
         However far they may be: what comes a frame early or late, such as a packet played again, is of another slot.
         """
+        if self.is_aloha:
+            start_s, tolerance_s = self.frame_start_s(self.frame_of(slot)), min(tolerance_s, self.frame_s / 2.0)
+            return start_s - tolerance_s <= arrival_s <= start_s + self.frame_s + self.guard_s + tolerance_s + GRACE_S
         tolerance_s = min(tolerance_s, (self.frame_s - self.slot_s) / 2.0) + GRACE_S
         start_s = self.start_s(slot)
         return start_s - tolerance_s <= arrival_s <= start_s + self.slot_s + tolerance_s

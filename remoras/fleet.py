@@ -18,6 +18,7 @@ from exchange.acoustics.modems import Modem
 from exchange.schedule import TdmaSchedule
 from remoras.avoidance import SEPARATION_M
 from remoras.bans import Ban, word
+from remoras.beliefs import Beliefs, Fact
 from remoras.clock import Clock, Priority
 from remoras.faults import OVER, Condition, Fault, FaultKind
 from remoras.holders import HolderCount
@@ -28,7 +29,8 @@ from remoras.own_clock import OwnClock
 from remoras.plugins import broken_promise
 from remoras.recorder import Recorder
 from remoras.separation import Separation
-from remoras.traffic import FrameEnds, SlotOpens, Traffic
+from remoras.slots import NewSlots
+from remoras.traffic import FrameBegins, FrameEnds, SlotOpens, Traffic
 from remoras.vehicle import Vehicle
 from remoras.view import ReadOnlyFleet
 
@@ -74,11 +76,49 @@ class NeedChanges:
     begins: bool
 
 
-Event = SlotOpens | FrameEnds | FaultChanges | BanChanges | NeedChanges | Hearing
+@dataclass(frozen=True, slots=True)
+class SlotsChange:
+    """A person lets a vehicle say who sends in which slots."""
+
+    slots: NewSlots
 
 
-def _schedule(clock: Clock[Event], bans: Sequence[Ban], needs: Sequence[StatedNeed], duration_s: float) -> None:
-    """Let bans and needs be said, and taken back, at their times; a need that begins with the mission is agreed."""
+Said = BanChanges | NeedChanges | SlotsChange
+Event = SlotOpens | FrameBegins | FrameEnds | FaultChanges | Said | Hearing
+
+
+def _speaker(event: Said) -> str:
+    """Name of the vehicle that says something."""
+    match event:
+        case NeedChanges(need=need):
+            return need.vehicle
+        case BanChanges(ban=ban):
+            return ban.issuer
+        case SlotsChange(slots=slots):
+            return slots.issuer
+
+
+def _facts(event: Said, beliefs: Beliefs) -> list[Fact]:
+    """What the vehicle of these beliefs says."""
+    match event:
+        case NeedChanges(need=need, begins=begins):
+            return [beliefs.fact(*fact) for fact in (need.facts() if begins else need.taken_back())]
+        case BanChanges(ban=ban, begins=begins):
+            return [word(beliefs, ban.vehicle, ban.from_s if begins else None)]
+        case SlotsChange(slots=slots):
+            return slots.facts(beliefs)
+
+
+def _schedule(
+    clock: Clock[Event],
+    bans: Sequence[Ban],
+    needs: Sequence[StatedNeed],
+    slots: Sequence[NewSlots],
+    duration_s: float,
+) -> None:
+    """Let bans, needs and slots be said, and taken back, at their times; a need of the beginning is agreed."""
+    for one in slots:
+        clock.schedule(one.at_s, Priority.FAULT, SlotsChange(one))
     for ban in bans:
         clock.schedule(ban.at_s, Priority.FAULT, BanChanges(ban, True))
         if ban.until_s <= duration_s:
@@ -109,6 +149,8 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         make_anew: makes a vehicle of this model that begins anew now, of the one that it was.
         clocks: of the vehicles, by node; exact ones if empty.
         needs: that vehicles state during the mission.
+        slots: lists of slots that persons order.
+        seed: of the times at which vehicles send in ALOHA.
     """
 
     def __init__(
@@ -128,6 +170,8 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         make_anew: Callable[[Fleet, Vehicle, Fault], Vehicle] | None = None,
         clocks: Sequence[OwnClock] = (),
         needs: Sequence[StatedNeed] = (),
+        slots: Sequence[NewSlots] = (),
+        seed: int = 0,
     ) -> None:
         super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
         self.vehicles = tuple(make_vehicles(self))
@@ -155,10 +199,10 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             self.clock.schedule(from_s, Priority.FAULT, FaultChanges(fault, True))
             if until_s <= duration_s:
                 self.clock.schedule(until_s, Priority.FAULT, FaultChanges(fault, False))
-        _schedule(self.clock, bans, needs, duration_s)
+        _schedule(self.clock, bans, needs, slots, duration_s)
         self.clocks = tuple(clocks) or tuple(OwnClock() for _ in self.vehicles)
         self._astray = {node for node, clock in enumerate(self.clocks) if not clock.is_exact}
-        self.traffic = Traffic(channel, modem, schedule, self.clock, self.clocks, self._faults)
+        self.traffic = Traffic(channel, modem, schedule, self.clock, self.clocks, self._faults, seed)
 
     @property
     def now_s(self) -> float:
@@ -232,11 +276,13 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             case Hearing(arrival=Arrival(receiver=node, data=data), collided=collided):
                 if not collided:
                     self._deliver(node, data, now_s)
-            case SlotOpens(number=slot):
-                self._transmit(slot, now_s)
+            case SlotOpens(number=slot, node=node):
+                self._transmit(slot, node, now_s)
+            case FrameBegins(node=node):
+                self.traffic.begins(event, self.vehicles[node], now_s)
             case FaultChanges(fault=fault, begins=begins):
                 self._befall(fault, begins, now_s)
-            case BanChanges() | NeedChanges():
+            case BanChanges() | NeedChanges() | SlotsChange():
                 self._let_say(event, now_s)
             case FrameEnds(number=frame, node=None):
                 for vehicle in self.vehicles:
@@ -258,12 +304,11 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
     def _clock_of(self, vehicle: Vehicle) -> OwnClock:
         return self.clocks[vehicle.data.node]
 
-    def _transmit(self, slot: int, now_s: float) -> None:
-        shown_s = self.traffic.opened(slot, now_s)
+    def _transmit(self, slot: int, node: int, now_s: float) -> None:
+        sender = self.vehicles[node]
+        shown_s = self.traffic.opened(slot, sender, now_s)
         if shown_s is None:
             return
-        node = self.schedule.owner(slot)
-        sender = self.vehicles[node]
         sent = sender.speak(shown_s)
         self._share_at_once(sender, now_s)
         if sent is not None:
@@ -271,19 +316,17 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         if sender.timekeeper is not None and sender.timekeeper.set_clock():
             self.traffic.await_slot(node)
 
-    def _let_say(self, event: BanChanges | NeedChanges, now_s: float) -> None:
-        """Let a vehicle ban another, as a person at its console wishes, or say what it needs; one not alive cannot."""
-        name = event.ban.issuer if isinstance(event, BanChanges) else event.need.vehicle
+    def _let_say(self, event: Said, now_s: float) -> None:
+        """Let a vehicle say what a person at its console wishes, or what it needs; one not alive cannot."""
+        name = _speaker(event)
         vehicle = next(one for one in self.vehicles if one.name == name)
-        if isinstance(event, NeedChanges):
-            said = event.need.facts() if event.begins else event.need.taken_back()
-            facts = [vehicle.beliefs.fact(*fact) for fact in said]
-        else:
-            facts = [word(vehicle.beliefs, event.ban.vehicle, event.ban.from_s if event.begins else None)]
+        facts = _facts(event, vehicle.beliefs)
         if vehicle.is_alive:
             vehicle.conclude(facts, self._clock_of(vehicle).reads(now_s))
         elif isinstance(event, BanChanges):
             self.recorder.faults.append((now_s, name, "ban not said", event.ban.vehicle))
+        elif isinstance(event, SlotsChange):
+            self.recorder.faults.append((now_s, name, "slots not said", "their speaker is away"))
         self._share_at_once(vehicle, now_s)
 
     def _befall(self, fault: Fault, begins: bool, now_s: float) -> None:

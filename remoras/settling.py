@@ -13,7 +13,7 @@ from exchange.packets import name_of
 from remoras.fleet import Fleet
 from remoras.own_clock import RecorderByClock
 from remoras.recorder import SETTLING, Recorder
-from remoras.traffic import Hearing, SlotOpens
+from remoras.traffic import FrameBegins, Hearing, SlotOpens
 from remoras.vehicle import Vehicle
 
 
@@ -40,7 +40,9 @@ def settle(fleet: Fleet, settle_s: float) -> Settled:
         if event is None:
             break
         if isinstance(event, SlotOpens):
-            _speak(fleet, event.number)
+            _speak(fleet, event)
+        elif isinstance(event, FrameBegins):
+            fleet.traffic.begins(event, fleet.vehicles[event.node], fleet.now_s)
         elif isinstance(event, Hearing) and not event.collided:
             _hear(fleet, event, record)
     complete = _is_settled(fleet)
@@ -61,14 +63,14 @@ def _speaks(vehicle: Vehicle) -> bool:
     return vehicle.is_alive and vehicle.radio.communicates and not vehicle.social.is_silent
 
 
-def _speak(fleet: Fleet, slot: int) -> None:
-    shown_s = fleet.traffic.opened(slot, fleet.now_s)
-    sender = fleet.vehicles[fleet.schedule.owner(slot)]
+def _speak(fleet: Fleet, opens: SlotOpens) -> None:
+    sender = fleet.vehicles[opens.node]
+    shown_s = fleet.traffic.opened(opens.number, sender, fleet.now_s)
     if shown_s is None or not _speaks(sender):
         return
     sent = sender.radio.manager.packet_to_send(shown_s)
     if not sender.condition.is_mute:
-        fleet.traffic.carry(slot, sender, sent, fleet.vehicles, None)
+        fleet.traffic.carry(opens.number, sender, sent, fleet.vehicles, None)
 
 
 def _hear(fleet: Fleet, hearing: Hearing, record: Recorder) -> None:

@@ -24,6 +24,8 @@ from remoras.clock import Clock, Priority
 from remoras.faults import OVER, Condition, Fault, FaultKind
 from remoras.needs import StatedNeed
 from remoras.recorder import Recorder
+from remoras.slots import NewSlots
+from remoras.traffic import sends_s
 from remoras.vehicle import Vehicle
 
 
@@ -60,6 +62,11 @@ class _SlotOpens:
 
 
 @dataclass(frozen=True, slots=True)
+class _FrameBegins:
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
 class _FrameEnds:
     number: int
 
@@ -72,7 +79,7 @@ class _FaultChanges:
 
 @dataclass(frozen=True, slots=True)
 class _Says:
-    what: Ban | StatedNeed
+    what: Ban | StatedNeed | NewSlots
     begins: bool
 
 
@@ -81,7 +88,7 @@ class _Arrives:
     data: bytes
 
 
-_Event = _Tick | _SlotOpens | _FrameEnds | _FaultChanges | _Says | _Arrives
+_Event = _Tick | _SlotOpens | _FrameBegins | _FrameEnds | _FaultChanges | _Says | _Arrives
 
 
 class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
@@ -96,6 +103,8 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         faults: what befalls it in this run.
         bans: that a person orders at its console.
         needs: that it states during the mission.
+        slots: lists of slots that a person orders at its console.
+        seed: of the times at which it sends in ALOHA.
 
     Attributes:
         n_refused: packets that were heard and not taken.
@@ -111,12 +120,15 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         faults: Sequence[Fault] = (),
         bans: Sequence[Ban] = (),
         needs: Sequence[StatedNeed] = (),
+        slots: Sequence[NewSlots] = (),
+        seed: int = 0,
     ) -> None:
         super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
         self._clock: Clock[_Event] = Clock()
         self._horizon_s = 0.0
         self._make_anew = make_anew
         self._schedule = schedule
+        self._seed = seed
         self._times = times
         self.recorder = recorder
         self.vehicle = make_vehicle(self)
@@ -131,14 +143,18 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         for ban in bans:
             self._at(ban.at_s, Priority.FAULT, _Says(ban, True))
             self._at(ban.until_s, Priority.FAULT, _Says(ban, False))
+        for one in slots:
+            self._at(one.at_s, Priority.FAULT, _Says(one, True))
         for need in needs:
             if need.from_s > 0.0:  # else it was agreed before the mission
                 self._at(need.from_s, Priority.FAULT, _Says(need, True))
             self._at(need.until_s, Priority.FAULT, _Says(need, False))
         self._at(0.0, Priority.MOTION, _Tick(0))
         self._at(schedule.frame_s, Priority.CONSULTATION, _FrameEnds(1))
-        node = self.vehicle.data.node
-        self._clock.schedule(schedule.start_s(node), Priority.SLOT, _SlotOpens(node))
+        if schedule.is_by_frame:
+            self._clock.schedule(0.0, Priority.SLOT, _FrameBegins(0))
+        else:
+            self._await_slot(self.vehicle.data.node)
 
     @property
     def now_s(self) -> float:
@@ -176,21 +192,35 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         if time_s < self._times.until_s:
             self._clock.schedule(time_s, priority, event)
 
+    def _await_slot(self, slot: int) -> None:
+        at_s = sends_s(self._schedule, slot, self.vehicle.data.node, self._seed)
+        self._clock.schedule(at_s, Priority.SLOT, _SlotOpens(slot))
+
+    def _begin(self, frame: int) -> None:
+        """Ask the vehicle for its slots in a frame that begins."""
+        for slot in self.vehicle.radio.manager.turns.begin(frame, self.vehicle.is_alive):
+            self._await_slot(slot)
+        self._clock.schedule(self._schedule.frame_start_s(frame + 1), Priority.SLOT, _FrameBegins(frame + 1))
+
     def _handle(self, event: _Event, now_s: float) -> Transmission | None:
         match event:
             case _Arrives(data=data):
                 reception = self._hear(data, now_s)
                 self.n_refused += reception is not None and reception.fault is not None
             case _SlotOpens(number=slot):
-                slot += self._schedule.n_nodes
-                self._clock.schedule(self._schedule.start_s(slot), Priority.SLOT, _SlotOpens(slot))
+                if not self._schedule.is_by_frame:
+                    self._await_slot(slot + self._schedule.n_nodes)
+                elif slot not in self.vehicle.radio.manager.turns.slots:
+                    return None  # it has begun anew in this frame
                 return self._speak(now_s)
+            case _FrameBegins(number=frame):
+                self._begin(frame)
             case _Tick(number=number):
                 self.vehicle.step(now_s, self._times.tick_s if number else 0.0, ())
                 self._at((number + 1) * self._times.tick_s, Priority.MOTION, _Tick(number + 1))
             case _FrameEnds(number=frame):
                 self.vehicle.consult(now_s)
-                end_s = self._schedule.start_s((frame + 1) * self._schedule.n_nodes)
+                end_s = self._schedule.frame_start_s(frame + 1)
                 self._at(end_s, Priority.CONSULTATION, _FrameEnds(frame + 1))
             case _FaultChanges(fault=fault, begins=begins):
                 self._befall(fault, begins, now_s)
@@ -199,9 +229,11 @@ class Solo(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
                     self.vehicle.conclude(self._facts(what, begins), now_s)
         return None
 
-    def _facts(self, what: Ban | StatedNeed, begins: bool) -> list[Fact]:
-        """What the vehicle says of a ban or a need of its own as that begins, or is taken back."""
+    def _facts(self, what: Ban | StatedNeed | NewSlots, begins: bool) -> list[Fact]:
+        """What the vehicle says of a ban, a slot list or a need of its own as that begins, or is taken back."""
         beliefs = self.vehicle.beliefs
+        if isinstance(what, NewSlots):
+            return what.facts(beliefs)
         if isinstance(what, Ban):
             return [word(beliefs, what.vehicle, what.from_s if begins else None)]
         return [beliefs.fact(*fact) for fact in (what.facts() if begins else what.taken_back())]

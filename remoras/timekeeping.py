@@ -59,7 +59,7 @@ class Timekeeper:
             own_m: where this vehicle takes itself to be.
             peer_m: where it takes the sender to be, if it knows.
         """
-        if peer_m is None:
+        if peer_m is None or self.schedule.is_aloha:  # nobody knows when it was sent
             return
         peer = reception.sender
         range_m = math.dist((*own_m, self.depths_m[self.me]), (*peer_m, self.depths_m[peer]))

@@ -1,4 +1,7 @@
-"""The traffic of a fleet: when slots open by the clocks of their owners, and what becomes of each packet on its way."""
+"""The traffic of a fleet: when slots open by the clocks of their owners, and what becomes of each packet on its way.
+
+Where slots do not follow from the node, each vehicle says at the beginning of a frame, by its clock, which it has.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from exchange.acoustics import loss
 from exchange.acoustics.channel import Arrival, Channel
 from exchange.acoustics.collisions import Collisions, Hearing
 from exchange.acoustics.modems import Modem
@@ -20,7 +24,7 @@ if TYPE_CHECKING:
     from remoras.fleet import Event
     from remoras.vehicle import Vehicle
 
-__all__ = ["FrameEnds", "Hearing", "SlotOpens", "Traffic"]
+__all__ = ["FrameBegins", "FrameEnds", "Hearing", "SlotOpens", "Traffic"]
 
 SLOT, SENDER, RECEIVERS, ARRIVALS, COLLIDED = map(
     PACKETS.column_names.index, ("slot", "sender", "receivers", "arrivals_s", "collided_at")
@@ -29,9 +33,18 @@ SLOT, SENDER, RECEIVERS, ARRIVALS, COLLIDED = map(
 
 @dataclass(frozen=True, slots=True)
 class SlotOpens:
-    """The TDMA slot ``number`` starts, by the clock of its owner."""
+    """The TDMA slot ``number`` starts, or in ALOHA the packet of that number, by the clock of its owner ``node``."""
 
     number: int
+    node: int
+
+
+@dataclass(frozen=True, slots=True)
+class FrameBegins:
+    """Frame ``number`` begins, by the clock of ``node``, which says what its slots are."""
+
+    number: int
+    node: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +63,7 @@ class Traffic:
         heap: of the events of the fleet, in true time.
         clocks: of the vehicles, by node.
         faults: by which vehicles do not hear.
+        seed: of the times at which vehicles send in ALOHA.
     """
 
     def __init__(
@@ -60,6 +74,7 @@ class Traffic:
         heap: Clock[Event],
         clocks: Sequence[OwnClock],
         faults: Sequence[Fault],
+        seed: int = 0,
     ) -> None:
         self._channel = channel
         self._modem = modem
@@ -68,7 +83,10 @@ class Traffic:
         self._clocks = clocks
         self._faults = faults
         self._air = Collisions()
-        self._next_slot = list(range(schedule.n_nodes))
+        self._seed = seed
+        by_frame = schedule.is_by_frame
+        self._next_slots: list[list[int]] = [[] if by_frame else [node] for node in range(schedule.n_nodes)]
+        self._next_frame = [0] * schedule.n_nodes
         for node, clock in enumerate(clocks):
             self.await_slot(node)
             if not clock.is_exact:
@@ -76,31 +94,65 @@ class Traffic:
         self.await_frame(1)
 
     def await_slot(self, node: int) -> None:
-        """Schedule the next own slot of a vehicle, by its clock as it is set now."""
-        slot = self._next_slot[node]
-        at_s = self._clocks[node].true_time_s(self._schedule.start_s(slot))
-        self._heap.schedule(max(at_s, self._heap.now_s), Priority.SLOT, SlotOpens(slot))
+        """Schedule the next own slot of a vehicle, and the next frame where it tells slots, by its clock as set now."""
+        if self._schedule.is_by_frame:
+            frame = self._next_frame[node]
+            self._at(node, self._schedule.frame_start_s(frame), FrameBegins(frame, node))
+        for slot in self._next_slots[node][:1]:
+            self._at(node, self._sends_s(slot, node), SlotOpens(slot, node))
+
+    def _at(self, node: int, shown_s: float, event: SlotOpens | FrameBegins) -> None:
+        """Schedule an event at a time that the clock of a node shows."""
+        at_s = self._clocks[node].true_time_s(shown_s)
+        self._heap.schedule(max(at_s, self._heap.now_s), Priority.SLOT, event)
+
+    def _sends_s(self, slot: int, node: int) -> float:
+        """When a node sends in its slot, by its clock."""
+        return sends_s(self._schedule, slot, node, self._seed)
+
+    def begins(self, begun: FrameBegins, sender: Vehicle, now_s: float) -> None:
+        """Ask a vehicle for its slots in a frame that begins; what is not now, since its clock was set, is let be.
+
+        Args:
+            begun: the frame.
+            sender: the vehicle of the node.
+            now_s: the true time (s).
+        """
+        frame, node = begun.number, begun.node
+        shown_s = self._clocks[node].reads(now_s)
+        if frame != self._next_frame[node] or shown_s < self._schedule.frame_start_s(frame) - GRACE_S:
+            return
+        self._next_frame[node] = frame + 1
+        self._next_slots[node] += sender.radio.manager.turns.begin(frame, sender.is_alive)
+        self.await_slot(node)
 
     def await_frame(self, number: int, node: int | None = None) -> None:
         """Schedule the end of a frame, in true time or by the clock of a node."""
-        at_s = self._schedule.start_s(number * self._schedule.n_nodes)
+        at_s = self._schedule.frame_start_s(number)
         if node is not None:
             at_s = max(self._clocks[node].true_time_s(at_s), self._heap.now_s)
         self._heap.schedule(at_s, Priority.CONSULTATION, FrameEnds(number, node))
 
-    def opened(self, slot: int, now_s: float) -> float | None:
-        """What the clock of its owner shows as a slot opens; None if the clock was set since, and the slot is not now.
+    def opened(self, slot: int, owner: Vehicle, now_s: float) -> float | None:
+        """What the clock of its owner shows as a slot opens; None if the slot is not now, or the owner's no more.
+
+        The clock may have been set since, or the owner have begun anew: then it waits for its next frame.
 
         Args:
             slot: that was to open now.
+            owner: vehicle whose slot it is.
             now_s: the true time (s).
         """
-        node, start_s = self._schedule.owner(slot), self._schedule.start_s(slot)
-        shown_s = self._clocks[node].reads(now_s)
-        if slot != self._next_slot[node] or shown_s < start_s - GRACE_S:
+        node = owner.data.node
+        start_s, shown_s = self._sends_s(slot, node), self._clocks[node].reads(now_s)
+        if self._next_slots[node][:1] != [slot] or shown_s < start_s - GRACE_S:
             return None
-        self._next_slot[node] = slot + self._schedule.n_nodes
+        del self._next_slots[node][0]
+        if not self._schedule.is_by_frame:
+            self._next_slots[node].append(slot + self._schedule.n_nodes)
         self.await_slot(node)
+        if self._schedule.is_by_frame and slot not in owner.radio.manager.turns.slots:
+            return None
         return start_s if shown_s <= start_s + GRACE_S else None
 
     def carry(
@@ -156,6 +208,19 @@ class Traffic:
             return []
         now_s, names = self._heap.now_s, [vehicle.name for vehicle in vehicles]
         return [one for one in arrivals if hears_throughout(self._faults, names[one.receiver], now_s, one.time_s)]
+
+
+def sends_s(schedule: TdmaSchedule, slot: int, node: int, seed: int) -> float:
+    """When a node sends in its slot, by its clock (s).
+
+    Args:
+        schedule: TDMA, or ALOHA, of which each time is a draw keyed by the seed, the frame and the node.
+        slot: of the node.
+        node: that sends.
+        seed: of the run.
+    """
+    draw = loss.uniform(seed, loss.TURNS, schedule.frame_of(slot), node, 0) if schedule.is_aloha else 0.0
+    return schedule.sends_s(slot, draw)
 
 
 def _note_collisions(lost: Iterable[Hearing], names: Sequence[str], recorder: Recorder) -> None:

@@ -41,6 +41,7 @@ from worldmodel.owl import (
     formation_ontology_path,
     need_ontology_path,
     read_tbox,
+    slot_ontology_path,
 )
 from worldmodel.pruning import prune, tidy
 from worldmodel.snapshot import Row, models_from, rows_of
@@ -102,6 +103,7 @@ __all__ = [
     "prune",
     "read_tbox",
     "rows_of",
+    "slot_ontology_path",
     "suggestion",
     "tidy",
 ]

@@ -38,6 +38,11 @@ def need_ontology_path() -> Path:
     return ONTOLOGY_FOLDER / "needs.ttl"
 
 
+def slot_ontology_path() -> Path:
+    """Return the Turtle file with the word for slot lists; it is read where one changes during the mission."""
+    return ONTOLOGY_FOLDER / "slots.ttl"
+
+
 def read_tbox(*files: Path | Source) -> TBox:
     """Compile Turtle files, usually those of the core ontology and a mission's own vocabulary.
 

@@ -16,6 +16,7 @@ from missions.runs.setup import Setup
 from missions.runs.setup import resolved as setup_of
 from missions.scenarios.loading import resolved
 from missions.scenarios.scenario import Scenario
+from missions.scenarios.slots import new_slots
 from remoras.faults import Fault
 from remoras.own_clock import OwnClock
 from remoras.solo import Solo, Times
@@ -126,4 +127,6 @@ def alone(plan: Plan) -> Alone:
     faults = [fault for fault in faults_in(setup, plan.seed) if fault.vehicle == plan.vehicle]
     bans = [ban for table in scenario.ban if (ban := table.declared()).issuer == plan.vehicle]
     needs = [need for need in setup.stated if need.vehicle == plan.vehicle]
-    return Alone(plan, setup, Solo(make, make_anew, setup.schedule, recorder, times, faults, bans, needs))
+    slots = [one for one in new_slots(scenario) if one.issuer == plan.vehicle]
+    solo = Solo(make, make_anew, setup.schedule, recorder, times, faults, bans, needs, slots, plan.seed)
+    return Alone(plan, setup, solo)

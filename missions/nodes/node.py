@@ -175,7 +175,8 @@ class Node:
             head = self._setup.codec.head(heard.data)
         except PeerFault:
             return 1
-        slot = self._setup.schedule.slot_named(head.sender, head.frame, heard.time_s)
+        schedule = self._setup.schedule
+        slot = schedule.slot_named(schedule.place_of(head), head.frame, heard.time_s)
         return self._mishaps.copies(self._plan.seed, slot, head.sender, self.solo.vehicle.data.node)
 
     def _advance(self, until_s: float) -> None:

@@ -19,6 +19,7 @@ from missions.runs.worlds import world_model
 from missions.scenarios.deployment import deployment_of, sound_speed_mps
 from missions.scenarios.obligations import obligations_of
 from missions.scenarios.parts import groups_of
+from missions.scenarios.slots import new_slots
 from missions.scenarios.values import value_rule_of
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase, VehicleData
@@ -110,6 +111,8 @@ def assemble(setup: Setup, seed: int, channel: Channel | None = None) -> Fleet:
         make_anew,
         clocks,
         setup.stated,
+        new_slots(scenario),
+        seed,
     )
 
 

@@ -14,6 +14,7 @@ from remoras.mission import Mission
 from remoras.needs import NEED_ATTRIBUTES, StatedNeed, need_name
 from remoras.organisation import Group
 from remoras.plugins import answer
+from remoras.slots import SENDS_IN
 from remoras.social.agreement import Agreement
 from remoras.social.formations import FORMATION_ATTRIBUTES
 from remoras.social.needs import GroupNeeds, Path, Subjects
@@ -39,8 +40,8 @@ def priorities(scenario: Scenario, strategy: Strategy, mission: Mission, tbox: T
     known = {attribute.name for attribute in tbox.attributes}
     listed = {name: priority for name, priority in scenario.communication.needs.items() if name in known}
     formation = [name for name in FORMATION_ATTRIBUTES if name in known]
-    bans = [BANNED_FROM] if BANNED_FROM in known else []
-    stated = (*negotiated_attributes(strategy, mission.jobs, tbox), *SOCIAL_ATTRIBUTES, *formation, *bans)
+    ordered = [name for name in (BANNED_FROM, SENDS_IN) if name in known]
+    stated = (*negotiated_attributes(strategy, mission.jobs, tbox), *SOCIAL_ATTRIBUTES, *formation, *ordered)
     stated += NEED_ATTRIBUTES if states_needs(scenario) else ()
     strategic = dict.fromkeys(stated, max(listed.values(), default=1))
     return {tbox.attribute_named(name).uid: priority for name, priority in {**strategic, **listed}.items()}

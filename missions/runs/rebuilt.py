@@ -70,7 +70,7 @@ def tidied_s(faults: Iterable[Row], vehicle: str, schedule: TdmaSchedule, end_s:
         for row in faults
         if row["vehicle"] == vehicle and row["kind"] in AWAY
     ]
-    ends_s = (schedule.start_s(frame * schedule.n_nodes) for frame in count(1))
+    ends_s = (schedule.frame_start_s(frame) for frame in count(1))
     return [
         time_s
         for time_s in takewhile(lambda one: one <= end_s, ends_s)

@@ -22,6 +22,7 @@ from missions.scenarios.ontologies import sources_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.policy import key_of, policy_of
 from missions.scenarios.scenario import Scenario, StrategyTable
+from missions.scenarios.slots import agreed_slots, slot_words
 from remoras.database import AUVDatabase
 from remoras.errors import PluginError
 from remoras.executive.satisfaction import DecisionConstants
@@ -108,7 +109,10 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     else:
         scenario = scenario.model_copy(update={"strategy": StrategyTable(name=strategy.name)})
     policy = policy_of(scenario.communication.policy)
-    given, words = sources_of(scenario.worldmodel.ontology_text), (*ban_words(scenario), *need_words(scenario))
+    given, words = (
+        sources_of(scenario.worldmodel.ontology_text),
+        (*ban_words(scenario), *need_words(scenario), *slot_words(scenario)),
+    )
     tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *given, *words)
     database, groups = database_of(scenario, mission_type), groups_of(scenario)
     instances = _instances(scenario, mission, tbox)
@@ -117,7 +121,9 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     n_named = len(instances) + (len(equipment) if mission.instances_found_per_vehicle else 0)
     instances += equipment
     modem, world = modems()[scenario.communication.modem], scenario.world
-    schedule = TdmaSchedule(len(database), modem.packet_s(modem.payload_bits), guard_s(scenario))
+    is_aloha, slots = scenario.communication.mac == "aloha", agreed_slots(scenario)
+    packet_s = modem.packet_s(modem.payload_bits)
+    schedule = TdmaSchedule(len(database), packet_s, guard_s(scenario), slots, is_aloha)
     agreement = agree(strategy, mission, database, groups, scenario.scenario.duration_s)
     refuse_malformed(scenario, agreement)
     refuse_undivided(scenario, strategy, agreement, database)
@@ -192,6 +198,8 @@ def _codec(
         schedule.frame_s,
         scenario.communication.crc_bits,
         key_of(scenario.communication.key_file),
+        len(schedule.slots),
+        schedule.is_by_frame,
     )
 
 

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from missions.scenarios.clocks import ClocksTable
+from missions.scenarios.slots import SlotList
 from missions.scenarios.tables import NotNegative, Sparse
 
 QUEUE_LIMIT = 10_000
@@ -24,15 +25,25 @@ class Communication(Sparse):
             "crc_bits",
             "guard_s",
             "key_file",
+            "mac",
             "needs_follow",
             "needs_per_vehicle",
             "on_demand",
             "queue_limit",
             "receive_power_w",
+            "slots",
             "value",
         }
     )
 
+    mac: Literal["tdma", "aloha"] = Field(
+        "tdma", description="who sends when: each in its slots, or each once in a frame at a time of its own drawing"
+    )
+    slots: SlotList = Field(
+        (),
+        description='who sends in each slot of a frame: a vehicle, a list of those that share it, or "" for free; one '
+        "slot each, in the order of the fleet, if absent",
+    )
     modem: str = Field(description="modem profile, see `remoras list modems`")
     range_m: float = Field(
         gt=0.0,

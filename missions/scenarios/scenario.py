@@ -20,6 +20,7 @@ from missions.scenarios.knowledge import WorldModelTable
 from missions.scenarios.needs import CovertTable, NeedTable
 from missions.scenarios.obligations import ObligationTable
 from missions.scenarios.sea import BeaconTable, CurrentTable, NavigationTable
+from missions.scenarios.slots import SlotsTable
 from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
 from remoras.attraction import GuidanceConstants
 from remoras.avoidance import SEPARATION_M
@@ -275,7 +276,7 @@ class Scenario(Sparse):
     """The whole input of a run; a mission with tables of its own subclasses it."""
 
     model_config = ConfigDict(json_schema_extra=unless("organisation", "group"))
-    UNSAID = frozenset({"role", "group_template", "worldmodel", "ban", "need", "covert"})
+    UNSAID = frozenset({"role", "group_template", "worldmodel", "ban", "slots", "need", "covert"})
 
     organisation: str | None = Field(
         None,
@@ -307,5 +308,6 @@ class Scenario(Sparse):
     vehicle: tuple[VehicleTable, ...] = Field(min_length=2, max_length=MAX_VEHICLES)
     fault: tuple[FaultTable, ...] = ()
     ban: tuple[BanTable, ...] = ()
+    slots: tuple[SlotsTable, ...] = ()
     need: tuple[NeedTable, ...] = ()
     covert: tuple[CovertTable, ...] = ()

@@ -41,6 +41,7 @@ from worldmodel import (
     merge,
     need_ontology_path,
     read_tbox,
+    slot_ontology_path,
 )
 from worldmodel.annotations import RM
 from worldmodel.owl import ONTOLOGY_FOLDER, graph_of
@@ -63,6 +64,7 @@ OPTIONAL = (
     formation_ontology_path(),
     ban_ontology_path(),
     need_ontology_path(),
+    slot_ontology_path(),
     MAPPING / "vocabulary.ttl",
     MAPPING / "finds.ttl",
 )
@@ -113,8 +115,8 @@ def judged(graph: Graph, tmp_path: Path) -> Verdict:
 def test_the_ontology_is_consistent_and_no_class_is_empty(tmp_path: Path) -> None:
     verdict = judged(graph_of(SHIPPED), tmp_path)
     # classes: 68 of the core, 4 of the situation vocabulary, Area, Find and InformationNeed; data properties: 27, 5,
-    # 5 of the mission, of formations and of bans, and 9 of needs; object properties: 16, 8, 6 and neededBy
-    assert verdict == Verdict(True, [], 75, 46, 31)
+    # 5 of the mission, of formations, of bans and of slots, and 9 of needs; object properties: 16, 8, 6 and neededBy
+    assert verdict == Verdict(True, [], 75, 47, 31)
     print(f"\nontology: {verdict}")  # shown by pytest -s
 
 
