@@ -144,17 +144,6 @@ class Codec:
         self.decode = lru_cache(maxsize=32)(self._decode)
         """``decode(data, frame=0, slot_start_s=0.0) -> Packet``; all receivers of one broadcast decode the same."""
 
-    def refuse_longer_texts(self, room_bits: int) -> None:
-        """Raise ConfigurationError if a text that may be told is larger than the room of a packet."""
-        for kind in self._facts.exchanged_texts():
-            fact = PropertyValue(0, kind.uid, "x" * kind.most_bytes)
-            size_bits = self.fragment_bits(Fragment(0, 0, 0.0, (fact,), 0, 2))
-            if size_bits > room_bits:
-                raise ConfigurationError(
-                    f"a text of {kind.name} may take {size_bits} bits, a packet has room for {room_bits}: lower its "
-                    "rm:maxBytes, or take a modem with a larger payload"
-                )
-
     @property
     def definition(self) -> bytes:
         """The definition hash, 4 bytes: of TBox, fleet, policy and widths."""
@@ -338,3 +327,15 @@ class Codec:
             raise PeerFault("bits left over behind the packet")
         beside = tuple(signals), head.epoch, frame, tuple(summary), head.n_turns
         return Packet(head.sender, rows, tuple(fragments), *beside)
+
+
+def refuse_longer_texts(codec: Codec, room_bits: int) -> None:
+    """Raise ConfigurationError if a text that may be told is larger than the room of a packet."""
+    for kind in codec.fragments.facts.exchanged_texts():
+        fact = PropertyValue(0, kind.uid, "x" * kind.most_bytes)
+        size_bits = codec.fragment_bits(Fragment(0, 0, 0.0, (fact,), 0, 2))
+        if size_bits > room_bits:
+            raise ConfigurationError(
+                f"a text of {kind.name} may take {size_bits} bits, a packet has room for {room_bits}: lower its "
+                "rm:maxBytes, or take a modem with a larger payload"
+            )
