@@ -59,6 +59,15 @@ def _refuse_future(packet: Packet, now_s: float, model: WorldModel) -> None:
             )
 
 
+def _refuse_out_of_range(packet: Packet, model: WorldModel) -> None:
+    """Refuse a packet with a value that nobody can have recorded: the world model would never take its block."""
+    for fragment in packet.fragments:
+        for fact in fragment.facts:
+            if not model.may_record(fact):
+                attribute = model.tbox.attributes[fact.attribute]
+                raise PeerFault(f"{attribute.name} is {fact.value}, out of its range")
+
+
 class ExchangeManager:
     """Ledger, acknowledgement state and queue of one vehicle.
 
@@ -188,6 +197,7 @@ class ExchangeManager:
             self._refuse_other_slot(slot, sender, now_s)
             self._definitions.agree(sender, frame)
             _refuse_future(packet, now_s, self._model)
+            _refuse_out_of_range(packet, self._model)
             met = self._peers.meet(sender, packet.epoch, frame)
         except PeerFault as fault:
             self.n_faults += 1
