@@ -68,7 +68,7 @@ def encode_observations(codec: Codec, told: Observations) -> bytes:
         told: of one attribute.
 
     Raises:
-        ConfigurationError: columns differ in length, or a number does not fit its width; with the row.
+        ConfigurationError: columns differ in length, a number does not fit its width, with the row, or it is a text.
 
     >>> from exchange.policies import POLICIES
     >>> from worldmodel import core_ontology_paths, read_tbox
@@ -82,6 +82,9 @@ def encode_observations(codec: Codec, told: Observations) -> bytes:
     >>> len(data), bool((decode_observations(codec, data).values == places).all())
     (8385, True)
     """
+    kind = codec.fragments.facts.attribute(told.attribute)
+    if kind.most_bytes:
+        raise ConfigurationError(f"{kind.name} is a text; allowed: attributes of a fixed width")
     layout = _Layout(codec, told.attribute)
     columns = layout.columns(told)
     n_rows = len(told)
@@ -114,6 +117,8 @@ def decode_observations(codec: Codec, data: bytes) -> Observations:
     attribute, n_rows = int.from_bytes(data[4:6], "big"), int.from_bytes(data[6:HEAD_BYTES], "big")
     if attribute >= codec.fragments.facts.n_attributes:
         raise PeerFault(f"attribute {attribute} is not in the TBox")
+    if codec.fragments.facts.attribute(attribute).most_bytes:
+        raise PeerFault(f"attribute {attribute} is a text, which has no fixed width")
     layout = _Layout(codec, attribute)
     size_bits = sum(layout.widths)
     if len(data) != HEAD_BYTES + (n_rows * size_bits + 7) // 8:

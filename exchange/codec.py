@@ -34,7 +34,7 @@ from collections.abc import Collection, Iterable, Sequence
 from functools import lru_cache
 
 from exchange.bits import Reader
-from exchange.errors import DefinitionFault, PeerFault
+from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
 from exchange.factcodec import FactCodec
 from exchange.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, refuse_epoch
 from exchange.header import AckHeader
@@ -46,7 +46,7 @@ from exchange.sealing import Checksum, Seal, nonce_of
 from exchange.sidecodec import SideCodec
 from exchange.sizes import FieldSize
 from exchange.summaries import Summary
-from worldmodel import TBox
+from worldmodel import PropertyValue, TBox
 
 HASH_BITS = 8
 """Bits of the definition hash in one packet."""
@@ -327,3 +327,15 @@ class Codec:
             raise PeerFault("bits left over behind the packet")
         beside = tuple(signals), head.epoch, frame, tuple(summary), head.n_turns
         return Packet(head.sender, rows, tuple(fragments), *beside)
+
+
+def refuse_longer_texts(codec: Codec, room_bits: int) -> None:
+    """Raise ConfigurationError if a text that may be told is larger than the room of a packet."""
+    for kind in codec.fragments.facts.exchanged_texts():
+        fact = PropertyValue(0, kind.uid, "x" * kind.most_bytes)
+        size_bits = codec.fragment_bits(Fragment(0, 0, 0.0, (fact,), 0, 2))
+        if size_bits > room_bits:
+            raise ConfigurationError(
+                f"a text of {kind.name} may take {size_bits} bits, a packet has room for {room_bits}: lower its "
+                "rm:maxBytes, or take a modem with a larger payload"
+            )

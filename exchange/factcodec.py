@@ -2,6 +2,7 @@
 
 A number takes ``ceil(log2((max - min) / resolution + 1))`` bits, the rule of DCCL. One outside its range, or the one
 whose bits are all ones, stands exactly behind these, see ``exchange.codes``: nothing is ever sent as something else.
+A text is its length in bytes, then these in UTF-8.
 If an attribute declares a coarse grid, a bit before the value says whether it is a number of steps of that.
 """
 
@@ -9,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from functools import lru_cache
+from typing import Any
 
 from exchange.bits import Reader
 from exchange.codes import LARGEST, Bits, read_beyond, whole
@@ -18,6 +20,7 @@ from exchange.sizes import FieldSize, name_fields, value_lines
 from exchange.uncertainties import read_uncertainty, uncertainty_of
 from worldmodel import Attribute, Field, PropertyValue, TBox, Value, ValueKind
 from worldmodel.coarse import is_coarse
+from worldmodel.texts import bytes_of, text_of
 
 CACHED = 4096
 """Sets of facts whose bits are remembered: a relay says what its origin said."""
@@ -54,6 +57,8 @@ class FactCodec:
         """How many values an attribute without numbers has; 0 for one with numbers."""
         if attribute.fields:
             return 0
+        if attribute.kind is ValueKind.TEXT:
+            return attribute.most_bytes + 1  # its length stands first
         return self._n_values.get(attribute.kind) or len(attribute.symbols) or 2
 
     @property
@@ -70,7 +75,7 @@ class FactCodec:
         return self._counts[uid]
 
     def value_bits(self, uid: int) -> int:
-        """Bits of a value of an attribute, where it is in range."""
+        """Bits of a value of an attribute, where it is in range; of a text, of its length."""
         return self._value_bits[uid]
 
     def listing(self) -> list[FieldSize]:
@@ -81,6 +86,10 @@ class FactCodec:
             *value_lines(self._attributes, self._value_bits, self._n_values),
             FieldSize("fact", "another follows", 1, "of all but own single facts"),
         ]
+
+    def exchanged_texts(self) -> list[Attribute]:
+        """Attributes with texts that somebody needs."""
+        return [self._attributes[uid] for uid in self._short if self._attributes[uid].most_bytes]
 
     def forget(self) -> None:
         """Forget the bits of facts that are remembered."""
@@ -108,6 +117,8 @@ class FactCodec:
             value_bits, value_size = _numbers(attribute.name, attribute.fields, value)
             if attribute.coarse:
                 value_bits, value_size = _by_detail(attribute, value, value_bits, value_size)
+        elif attribute.most_bytes:
+            value_bits, value_size = _text(attribute, value, self._value_bits[uid])
         else:
             value_bits, value_size = self._choice(attribute, value), self._value_bits[uid]
         bits, size_bits = bits << value_size | value_bits, size_bits + value_size
@@ -158,7 +169,10 @@ class FactCodec:
             number = take(self._value_bits[uid])
             if number >= self._counts[uid]:
                 raise PeerFault(f"{attribute.name}: {number} of {self._counts[uid]}")
-            value = bool(number) if attribute.kind is ValueKind.BOOLEAN else number
+            if attribute.most_bytes:
+                value = _read_text(reader, attribute, number)
+            else:
+                value = bool(number) if attribute.kind is ValueKind.BOOLEAN else number
         else:
             fields = attribute.coarse if attribute.coarse and take(1) else attribute.fields
             value = self._read_point(reader, *fields) if len(fields) == 2 else _read_number(reader, fields[0])
@@ -189,7 +203,7 @@ def _by_detail(attribute: Attribute, value: Value, fine_bits: int, fine_size: in
 
 def _numbers(name: str, fields: Sequence[Field], value: Value) -> Bits:
     """``(bits, size_bits)`` of a number or a place, wherever it lies."""
-    values = value if isinstance(value, tuple) else (value,)
+    values: tuple[Any, ...] = value if isinstance(value, tuple) else (value,)
     if len(values) != len(fields):
         raise ConfigurationError(f"{name}: {value!r} has not {len(fields)} numbers")
     bits, size_bits = 0, 0
@@ -208,6 +222,23 @@ def _numbers(name: str, fields: Sequence[Field], value: Value) -> Bits:
     except (ValueError, OverflowError):
         raise ConfigurationError(f"{name}: {value} is not finite") from None
     return bits, size_bits
+
+
+def _text(attribute: Attribute, value: Value, length_bits: int) -> Bits:
+    """``(bits, size_bits)`` of a text behind its length in bytes."""
+    try:
+        data = bytes_of(value, attribute.most_bytes)
+    except ValueError as error:
+        raise ConfigurationError(f"{attribute.name}: {error}") from None
+    return len(data) << 8 * len(data) | int.from_bytes(data, "big"), length_bits + 8 * len(data)
+
+
+def _read_text(reader: Reader, attribute: Attribute, n_bytes: int) -> str:
+    data = reader.take(8 * n_bytes).to_bytes(n_bytes, "big")
+    try:
+        return text_of(data, attribute.most_bytes)
+    except ValueError as error:
+        raise PeerFault(f"{attribute.name}: {data!r} is no text: {error}") from None
 
 
 def _refuse_no_number(name: str, value: object) -> None:

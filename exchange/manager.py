@@ -23,7 +23,7 @@ from collections.abc import Collection, Iterable, Sequence
 from exchange import ack
 from exchange.ageing import ageing_of
 from exchange.blocks import fragments_of
-from exchange.codec import Codec
+from exchange.codec import Codec, refuse_longer_texts
 from exchange.definitions import Definitions
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault, SlotConflict
 from exchange.holders import Holders
@@ -107,6 +107,7 @@ class ExchangeManager:
                 f"a packet of {payload_bits} bits has no room behind the header of {codec.overhead_bits} bits "
                 f"that policy {policy.name} needs for {schedule.n_nodes} nodes"
             )
+        refuse_longer_texts(codec, self._room_bits)
         self._n_nodes = schedule.n_nodes
         states = ack.new_state(self._n_nodes), ack.new_state(self._n_nodes)
         self._state = states[0]

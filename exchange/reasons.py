@@ -17,7 +17,6 @@ class Unsaid(Enum):
     WAITING = "waiting for acknowledgement"
     LOWER_VALUE = "lower value"
     COVERT = "covert"
-    PARKED = "parked"
     OVERFLOW = "overflow"
 
 

@@ -33,6 +33,8 @@ def values_in_words(attribute: Attribute, n_values: Mapping[ValueKind, int]) -> 
         return f"one of {n_values[attribute.kind]} {of}"
     if attribute.symbols:
         return " or ".join(attribute.symbols)
+    if attribute.most_bytes:
+        return f"length of a text, then its bytes, at most {attribute.most_bytes}"
     ranges = [
         f"{field.minimum:g} to {field.maximum:g} {field.unit}".rstrip() + f", steps of {field.resolution:g}"
         for field in attribute.fields

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
+from typing import cast
 
 from worldmodel.fields import Field
 from worldmodel.tbox import Attribute, Value
@@ -63,7 +64,7 @@ def is_coarse(attribute: Attribute, value: Value) -> bool:
     """True if a finite number or point lies on the coarse grid; False where there is none."""
     if not attribute.coarse:
         return False
-    numbers = value if isinstance(value, tuple) else (value,)
+    numbers = value if isinstance(value, tuple) else (cast(float, value),)
     return all(
         field.grid.value_at(field.grid.index_of(one)) == one
         for field, one in zip(attribute.coarse, numbers, strict=True)

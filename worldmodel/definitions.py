@@ -269,6 +269,8 @@ def _stored(attribute: Attribute, term: Node) -> Value | None:
     given = term.toPython() if isinstance(term, Literal) else None
     if attribute.kind is ValueKind.SYMBOL and given in attribute.symbols:
         return attribute.symbols.index(given)
+    if attribute.kind is ValueKind.TEXT and type(given) is str:
+        return given
     if attribute.kind is ValueKind.BOOLEAN and isinstance(given, bool):
         return given
     if attribute.kind is ValueKind.NUMBER and isinstance(given, (int, float, Decimal)) and not isinstance(given, bool):

@@ -267,6 +267,8 @@ def as_text(model: Store, attribute: Attribute, value: Value) -> str:
             return f"{stored} {_name(model, cast(int, stored))}".rstrip()
         case ValueKind.SYMBOL:
             return attribute.symbols[cast(int, stored)]
+        case ValueKind.TEXT:
+            return cast(str, stored)
         case ValueKind.POINT:
             east, north = cast(tuple[float, float], stored)
             return f"POINT ({east!r} {north!r})"
@@ -295,6 +297,8 @@ def from_text(tbox: TBox, attribute: Attribute, text: str) -> Value:
             return int(text.partition(" ")[0])
         case ValueKind.SYMBOL:
             return attribute.symbols.index(text)
+        case ValueKind.TEXT:
+            return text
         case ValueKind.POINT:
             east, north = text.removeprefix("POINT (").removesuffix(")").split()
             return (float(east), float(north))

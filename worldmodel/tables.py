@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from worldmodel.bans import BANNED_FROM
 from worldmodel.fields import Field
 from worldmodel.tbox import Attribute, TBox, ValueKind
+from worldmodel.texts import bytes_of
 
 Quantise = Callable[[Any], Any]
 """Returns the value as it is stored, or None for one that a closer look has to judge."""
@@ -84,12 +85,26 @@ def _quantiser(attribute: Attribute) -> Quantise:
             return lambda value: value if value is True or value is False else None
         case ValueKind.SYMBOL:
             return _index(len(attribute.symbols))
+        case ValueKind.TEXT:
+            return _text(attribute.most_bytes)
         case _:
             return _index(math.inf)
 
 
 def _index(n_indices: float) -> Quantise:
     return lambda value: value if type(value) is int and 0 <= value < n_indices else None
+
+
+def _text(most_bytes: int) -> Quantise:
+    def quantise(value: Any) -> str | None:
+        try:
+            bytes_of(value, most_bytes)
+        except (TypeError, ValueError):
+            return None
+        text: str = value
+        return text
+
+    return quantise
 
 
 def _number(field: Field) -> Quantise:

@@ -18,9 +18,10 @@ from enum import Enum
 from worldmodel.axioms import NO_AXIOMS, Axioms, Rules
 from worldmodel.errors import unknown_name
 from worldmodel.fields import Field
+from worldmodel.texts import bytes_of, text_of
 
-Value = float | int | bool | tuple[float, float]
-"""TYPE: class uid. NUMBER: float. POINT: (east, north). BOOLEAN: bool. SYMBOL: index. LINK: instance uid."""
+Value = float | int | bool | str | tuple[float, float]
+"""TYPE: class uid. NUMBER: float. POINT: (east, north). BOOLEAN: bool. SYMBOL: index. TEXT: str. LINK: instance uid."""
 
 TYPE_UID = 0
 """The uid of the built-in attribute ``type``."""
@@ -34,6 +35,7 @@ class ValueKind(Enum):
     POINT = "point"
     BOOLEAN = "boolean"
     SYMBOL = "symbol"
+    TEXT = "text"
     LINK = "link"
 
 
@@ -59,7 +61,8 @@ class Attribute:
     value (of a position, say) is obsolete once a newer one is known, and is not exchanged any more. ``datatype`` is
     the IRI of the datatype of its literals in RDF, empty where its values are IRIs. ``uncertainty`` is the grid of what
     a value may carry: the standard deviation of a NUMBER or POINT, the probability of any other; None for nothing.
-    ``coarse`` are the wider grids of a NUMBER or POINT, if it declares them, see ``worldmodel.coarse``.
+    ``coarse`` are the wider grids of a NUMBER or POINT, if it declares them, see ``worldmodel.coarse``. ``most_bytes``
+    is how long a TEXT may be.
     """
 
     uid: int
@@ -74,6 +77,7 @@ class Attribute:
     datatype: str = ""
     uncertainty: Field | None = None
     coarse: tuple[Field, ...] = field(default=(), repr=False)
+    most_bytes: int = field(default=0, repr=False)
 
     def encode(self, value: Value) -> tuple[int, ...]:
         """Return the integers that stand for ``value``: one for each field, else one.
@@ -83,7 +87,7 @@ class Attribute:
         """
         kind = self.kind
         if kind is ValueKind.NUMBER:
-            if isinstance(value, tuple):
+            if isinstance(value, tuple | str):
                 raise TypeError(f"{value!r} is not a number")
             return (self.fields[0].encode(value),)
         if kind is ValueKind.POINT:
@@ -95,6 +99,8 @@ class Attribute:
             if not isinstance(value, bool):
                 raise TypeError(f"{value!r} is not a bool")
             return (int(value),)
+        if kind is ValueKind.TEXT:
+            return (int.from_bytes(b"\x01" + bytes_of(value, self.most_bytes), "big"),)
         if type(value) is not int:
             raise TypeError(f"{value!r} is not the uid or index (an int) of a {kind.value}")
         if value < 0:
@@ -110,6 +116,9 @@ class Attribute:
         if self.kind is ValueKind.POINT:
             east, north = self.fields
             return (east.decode(indices[0]), north.decode(indices[1]))
+        if self.kind is ValueKind.TEXT:
+            data = indices[0].to_bytes((indices[0].bit_length() + 7) // 8, "big")
+            return text_of(data[1:], self.most_bytes)
         return bool(indices[0]) if self.kind is ValueKind.BOOLEAN else indices[0]
 
     def quantise(self, value: Value) -> Value:
@@ -193,6 +202,7 @@ class TBox:
                     excluded[below_b] |= 1 << below_a
         table = repr((self.classes, self.attributes, excluded, self.axioms))
         table += "".join(f"{one.name}: {one.coarse}" for one in self.attributes if one.coarse)
+        table += "".join(f"{one.name}: {one.most_bytes} bytes" for one in self.attributes if one.most_bytes)
         derived = {
             "hash": int.from_bytes(hashlib.sha256(table.encode()).digest()[:4], "big"),
             "rules": Rules(self.classes, self.attributes, self.axioms),

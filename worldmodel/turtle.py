@@ -9,6 +9,7 @@ range decides the kind:
     rm:Point                               POINT     the same, for both axes
     xsd:boolean                            BOOLEAN
     owl:oneOf (a list of strings)          SYMBOL
+    xsd:string                             TEXT      needs rm:maxBytes
     a named class                          LINK
 
 ``rm:sigma`` is the step of the standard deviation that a number or point may carry, ``rm:probability`` that of the
@@ -22,37 +23,32 @@ lists the predicates that define it. Labels, comments and alignments define noth
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from decimal import Decimal
-from typing import Any
 
 from rdflib import OWL, RDF, RDFS, XSD, Graph, Literal, Namespace, URIRef
 from rdflib.collection import Collection
 from rdflib.plugins.parsers.notation3 import BadSyntax
 from rdflib.term import Node
 
-from worldmodel.coarse import coarse_fields
+from worldmodel.annotations import ANNOTATIONS, BOUNDS, RM, Annotations
 from worldmodel.definitions import DEFINING, Definitions
 from worldmodel.errors import OntologyError, suggestion
 from worldmodel.fields import Field
-from worldmodel.tbox import MEASURED, TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind
-from worldmodel.units import QUDT_UNITS, symbol_of
+from worldmodel.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind
 
-RM = Namespace("https://w3id.org/remoras/marine#")
 SIT = Namespace("https://w3id.org/remoras/situation#")
 
-_BOUNDS = (RM.minimum, RM.maximum, RM.resolution)
-_ANNOTATIONS = {*_BOUNDS, RM.unit, RM.latestOnly, RM.sigma, RM.probability, RM.coarseResolution}
-SIGMAS = 64
-"""Standard deviations that a value may carry: as many steps of ``rm:sigma``, six bits."""
 _NUMBERS = {XSD.double, XSD.decimal, XSD.integer}
-_RANGES = "xsd:double, xsd:decimal, xsd:integer, xsd:boolean, rm:Point, owl:oneOf (strings) or a declared class"
+_RANGES = (
+    "xsd:double, xsd:decimal, xsd:integer, xsd:boolean, xsd:string, rm:Point, owl:oneOf (strings) or a declared class"
+)
 _DATATYPES = {
     ValueKind.POINT: str(XSD.string),
     ValueKind.SYMBOL: str(XSD.string),
+    ValueKind.TEXT: str(XSD.string),
     ValueKind.BOOLEAN: str(XSD.boolean),
 }
 _TERMS = (OWL.Class, OWL.DatatypeProperty, OWL.ObjectProperty, OWL.AnnotationProperty, RDF.Property, RDFS.Datatype)
-_DEFINING = {RDF.type, OWL.disjointWith, RDFS.domain, RDFS.range, *DEFINING, *_ANNOTATIONS} - {RM.coarseResolution}
+_DEFINING = {RDF.type, OWL.disjointWith, RDFS.domain, RDFS.range, *DEFINING, *ANNOTATIONS} - {RM.coarseResolution}
 _NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
 
@@ -167,10 +163,6 @@ def _local_name(iri: str) -> str:
     return re.split(r"[#/:]", iri)[-1]
 
 
-def _python(term: Node) -> Any:
-    return term.toPython() if isinstance(term, Literal) else term
-
-
 class _Reader:
     """One pass over the graph, which collects all faults."""
 
@@ -182,6 +174,7 @@ class _Reader:
         self.class_iris = sorted({*self._declared(OWL.Class), OWL.Thing})
         self.class_uid: dict[Node, int] = {iri: uid for uid, iri in enumerate(self.class_iris)}
         self.definitions = Definitions(self.graph, self.class_uid, self)
+        self.annotations = Annotations(self.graph, self)
 
     def _declared(self, *owl_types: URIRef) -> list[URIRef]:
         """Return what is declared to be of one of ``owl_types`` outside the situation vocabulary, by IRI."""
@@ -263,7 +256,7 @@ class _Reader:
         """Compile the attributes, ``type`` first."""
         iris = self._declared(OWL.DatatypeProperty, OWL.ObjectProperty)
         self.check_names(iris, {"type": RDF.type})
-        for annotation in _ANNOTATIONS:
+        for annotation in ANNOTATIONS:
             for subject in self.graph.subjects(annotation, None, unique=True):
                 if subject not in iris:
                     wrong = f"{self.shown(annotation)} on what is not a declared property"
@@ -275,11 +268,11 @@ class _Reader:
 
     def _attribute(self, uid: int, iri: URIRef) -> Attribute | None:
         for predicate in self.graph.predicates(iri, unique=True):
-            if isinstance(predicate, URIRef) and predicate.startswith(RM) and predicate not in _ANNOTATIONS:
-                names = ", ".join(sorted(map(self.shown, _ANNOTATIONS)))
+            if isinstance(predicate, URIRef) and predicate.startswith(RM) and predicate not in ANNOTATIONS:
+                names = ", ".join(sorted(map(self.shown, ANNOTATIONS)))
                 wrong = f"unknown annotation {self.shown(predicate)}"
-                self.fault(iri, wrong, names + self.hint(predicate, _ANNOTATIONS))
-        latest_only = self._boolean(iri, RM.latestOnly)
+                self.fault(iri, wrong, names + self.hint(predicate, ANNOTATIONS))
+        latest_only = self.annotations.boolean(iri, RM.latestOnly)
         domain = self._one(iri, RDFS.domain, "one declared class")
         if domain is not None and domain not in self.class_uid:
             wrong = f"its domain {self.shown(domain)} is not declared"
@@ -291,11 +284,13 @@ class _Reader:
         symbols: tuple[str, ...] = ()
         range_class = None
         if target in _NUMBERS:
-            kind, fields = ValueKind.NUMBER, self._fields(iri, 1)
+            kind, fields = ValueKind.NUMBER, self.annotations.fields(iri, 1)
         elif target == RM.Point:
-            kind, fields = ValueKind.POINT, self._fields(iri, 2)
+            kind, fields = ValueKind.POINT, self.annotations.fields(iri, 2)
         elif target == XSD.boolean:
             kind = ValueKind.BOOLEAN
+        elif target == XSD.string:
+            kind = ValueKind.TEXT
         elif target in self.class_uid:
             kind, range_class = ValueKind.LINK, self.class_uid[target]
         elif (listed := self.graph.value(target, OWL.oneOf)) is not None:
@@ -304,7 +299,7 @@ class _Reader:
             self.fault(iri, f"its range {self.shown(target)} cannot be stored", _RANGES)
             return None
         if kind not in {ValueKind.NUMBER, ValueKind.POINT}:
-            for annotation in (*_BOUNDS, RM.unit, RM.coarseResolution):
+            for annotation in (*BOUNDS, RM.unit, RM.coarseResolution):
                 if (iri, annotation, None) in self.graph:
                     self.fault(iri, f"{self.shown(annotation)} on a {kind.value}", "bounds of numbers and points")
         owl_type = OWL.ObjectProperty if kind is ValueKind.LINK else OWL.DatatypeProperty
@@ -313,40 +308,10 @@ class _Reader:
         if domain not in self.class_uid:
             return None
         datatype = _DATATYPES.get(kind, str(target) if kind is ValueKind.NUMBER else "")
-        more = symbols, latest_only, datatype, self._uncertainty(iri, kind, fields), self._coarse(iri, fields)
-        return Attribute(uid, _local_name(iri), str(iri), self.class_uid[domain], kind, fields, range_class, *more)
-
-    def _coarse(self, iri: URIRef, fields: tuple[Field, ...]) -> tuple[Field, ...]:
-        stated = [_python(term) for term in self.graph.objects(iri, RM.coarseResolution)]
-        try:
-            return coarse_fields(fields, stated)
-        except ValueError as error:
-            self.fault(
-                iri, f"rm:coarseResolution: {error}", "one number, some steps of rm:resolution, a part of the range"
-            )
-            return ()
-
-    def _uncertainty(self, iri: URIRef, kind: ValueKind, fields: tuple[Field, ...]) -> Field | None:
-        """The grid of what values may carry: 64 steps of a standard deviation, all of a probability between 0 and 1."""
-        own, other = (RM.sigma, RM.probability) if kind in MEASURED else (RM.probability, RM.sigma)
-        if (iri, other, None) in self.graph:
-            self.fault(iri, f"{self.shown(other)} on a {kind.value}", f"{self.shown(own)} for a {kind.value}")
-        found = [_python(term) for term in self.graph.objects(iri, own)]
-        if not found:
-            return None
-        if len(found) > 1 or type(found[0]) not in (int, float, Decimal):
-            self.fault(iri, f"{self.shown(own)} is {' and '.join(map(repr, found))}", "one number, the step")
-            return None
-        step = float(found[0])
-        try:
-            if kind in MEASURED:
-                return Field(step, SIGMAS * step, step, fields[0].unit if fields else "")
-            return Field(step, float(1 - Decimal(str(step))), step, "")
-        except (ValueError, ArithmeticError) as error:
-            self.fault(
-                iri, f"{self.shown(own)} {step}: {error}", "a step above 0; of a probability, a part of 1 below 0.5"
-            )
-            return None
+        said = self.annotations
+        more = said.uncertainty(iri, kind, fields), said.coarse(iri, fields), said.most_bytes(iri, kind)
+        of = self.class_uid[domain], kind, fields, range_class, symbols, latest_only, datatype
+        return Attribute(uid, _local_name(iri), str(iri), *of, *more)
 
     def _one(self, iri: URIRef, predicate: URIRef, allowed: str) -> Node | None:
         found = list(self.graph.objects(iri, predicate))
@@ -354,38 +319,6 @@ class _Reader:
             self.fault(iri, f"{len(found)} {self.shown(predicate)}", allowed)
             return None
         return found[0]
-
-    def _boolean(self, iri: URIRef, predicate: URIRef) -> bool:
-        found = [_python(term) for term in self.graph.objects(iri, predicate)]
-        if len(found) > 1 or any(not isinstance(each, bool) for each in found):
-            got = " and ".join(map(repr, found))
-            self.fault(iri, f"{self.shown(predicate)} is {got}", "true or false, once")
-        return True in found
-
-    def _fields(self, iri: URIRef, n_axes: int) -> tuple[Field, ...]:
-        numbers: list[float] = []
-        for predicate in _BOUNDS:
-            found = [_python(term) for term in self.graph.objects(iri, predicate)]
-            if len(found) == 1 and type(found[0]) in (int, float, Decimal):
-                numbers.append(float(found[0]))
-            else:
-                got = " and ".join(map(repr, found)) or "missing"
-                self.fault(iri, f"{self.shown(predicate)} is {got}", "one number")
-        if (iri, RDFS.range, XSD.integer) in self.graph and any(number % 1 for number in numbers):
-            self.fault(iri, f"its bounds and resolution are {numbers}", "whole numbers for xsd:integer")
-        units = sorted(self.graph.objects(iri, RM.unit), key=str)
-        symbols = [symbol_of(unit) if isinstance(unit, URIRef) else None for unit in units]
-        if len(units) > 1 or None in symbols:
-            got = " and ".join(map(self.shown, units))
-            self.fault(iri, f"rm:unit is {got}", f"none, or one unit of QUDT such as <{QUDT_UNITS}M>")
-        if len(numbers) < len(_BOUNDS) or len(units) > 1:
-            return ()
-        try:
-            minimum, maximum, resolution = numbers
-            return (Field(minimum, maximum, resolution, next(iter(symbols), None) or ""),) * n_axes
-        except ValueError as error:
-            self.fault(iri, str(error), "minimum < maximum, a whole number of resolutions apart")
-            return ()
 
     def _symbols(self, iri: URIRef, listed: Node) -> tuple[str, ...]:
         terms = list(Collection(self.graph, listed))

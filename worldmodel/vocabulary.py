@@ -62,6 +62,8 @@ def _values(tbox: TBox, attribute: Attribute) -> str:
         return tbox.classes[attribute.range_class].name
     if attribute.symbols:
         return " or ".join(attribute.symbols)
+    if attribute.most_bytes:
+        return f"text of at most {attribute.most_bytes} bytes"
     ranges = [
         f"{field.minimum:g} to {field.maximum:g} {field.unit}".rstrip() + f", steps of {field.resolution:g}"
         for field in attribute.fields

@@ -10,6 +10,9 @@ from missions.scenarios.clocks import ClocksTable
 from missions.scenarios.slots import SlotList
 from missions.scenarios.tables import NotNegative, Sparse
 
+QUEUE_LIMIT = 10_000
+"""Items in the queue of a vehicle, if a scenario does not say how many."""
+
 
 class Communication(Sparse):
     """The table ``[communication]``."""
@@ -104,7 +107,7 @@ class Communication(Sparse):
         "package.module:object",
     )
     queue_limit: int = Field(
-        10_000,
+        QUEUE_LIMIT,
         ge=1,
         le=1_000_000,
         description="most items in the queue of a vehicle; others wait outside of it until there is room",

@@ -11,6 +11,7 @@ from pydantic import Field
 
 from missions.errors import ConfigurationFault
 from missions.files import shown
+from missions.scenarios.communication import QUEUE_LIMIT
 from missions.scenarios.ontologies import TABLE, TEXTS, words_of
 from missions.scenarios.tables import NotNegative, Positive, Raw, Section, entries, names_of, one_of, table_of
 from remoras.covert import Covert
@@ -100,6 +101,7 @@ def need_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault
         yield from one_of(f"{key}.attribute", table.get("attribute"), attributes)
         yield from one_of(f"{key}.vehicle", table.get("vehicle", ALL), [ALL, *names_of(raw, "vehicle")])
         yield from _term_faults(key, table)
+        yield from _idle_term_faults(raw, key, table)
         yield from _span_faults(raw, key, table)
     for number, table in enumerate(entries(raw, "covert"), 1):
         yield from one_of(f"covert.{number}.vehicle", table.get("vehicle"), names_of(raw, "vehicle"))
@@ -141,6 +143,26 @@ def _term_faults(key: str, table: Raw) -> Iterator[ConfigurationFault]:
         yield ConfigurationFault(f"{key}.blackout_s", shown(blackout_s), allowed)
     if isinstance(limit, int) and limit < 1:
         yield ConfigurationFault(f"{key}.queue_limit", shown(limit), "must be 1 or more: leave it out for no limit")
+
+
+def _idle_term_faults(raw: Raw, key: str, table: Raw) -> Iterator[ConfigurationFault]:
+    """Limits on an attribute that all need without any: what serves all needs is what goes out."""
+    attribute = table.get("attribute")
+    if attribute not in table_of(table_of(raw, "communication"), "needs"):
+        return
+    limits = [name for name in ("ttl_s", "blackout_s", "queue_limit") if name in table]
+    limits += ["acknowledged"] if table.get("acknowledged") is False else []
+    allowed = f"limits nothing, for communication.needs lists {attribute}, without limits, for all: take it out there"
+    yield from (ConfigurationFault(f"{key}.{name}", shown(table[name]), allowed) for name in limits)
+
+
+def detail_faults(raw: Raw) -> Iterator[ConfigurationFault]:
+    """A queue that is never as long as coarse values ask for."""
+    communication = table_of(raw, "communication")
+    above, limit = communication.get("coarse_above"), communication.get("queue_limit", QUEUE_LIMIT)
+    if isinstance(above, int) and isinstance(limit, int) and above >= limit > 0:
+        allowed = f"must be below queue_limit = {limit}, or the queue never gets that long"
+        yield ConfigurationFault("communication.coarse_above", shown(above), allowed)
 
 
 def _span_faults(raw: Raw, key: str, table: Raw) -> Iterator[ConfigurationFault]:

@@ -76,7 +76,7 @@ def test_a_swarm_by_command_gives_one_json_value() -> None:
 @pytest.mark.slow
 def test_a_node_joins_a_mission_that_is_under_way() -> None:
     def node(vehicle: str, bind: str, peers: str, until_s: float) -> subprocess.Popen[str]:
-        options = f"--bind {bind} --peers {peers} --until {until_s} --settle 0 --speed 20 --json"
+        options = f"--bind {bind} --peers {peers} --until {until_s} --settle 0 --speed 60 --json"
         command = [sys.executable, "-c", MAIN, "node", SCENARIO, vehicle, *options.split()]
         return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 

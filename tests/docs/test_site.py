@@ -37,7 +37,7 @@ FETCHED = re.compile(
 )
 FETCHED_BY_STYLE = re.compile(r"""@import\s+["'](?:https?:)?//|url\(\s*["']?(?:https?:)?//""", re.IGNORECASE)
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("site")]  # built once, not by each process
 
 
 @pytest.fixture(scope="module")

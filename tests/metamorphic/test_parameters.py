@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import pytest
+from sampling import sampled
 
 from benchmarks.tuning import range_of, tunable
 from missions.runs.run import run
@@ -41,6 +42,13 @@ CASE_OF = {
 BEYOND = {"margin": 1.0}
 """A value beyond what is searched: who calls for work has none, so that giving it some gains more than 0.3."""
 SEED = 1
+TUNED = [
+    (name, one.name)
+    for name, strategy in tunable().items()
+    if name != "remoras-planned"  # it has those of remoras, in the same code
+    for one in parameters(strategy)
+]
+"""Strategies and their parameters."""
 
 
 @cache
@@ -54,12 +62,7 @@ def tracks(strategy: str, case: tuple[str, ...], *settings: str) -> object:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("strategy", "parameter"),
-    [
-        (name, one.name)
-        for name, strategy in tunable().items()
-        if name != "remoras-planned"  # it has those of remoras, in the same code
-        for one in parameters(strategy)
-    ],
+    sampled(TUNED, *{parameter: (strategy, parameter) for strategy, parameter in TUNED}.values()),
 )
 def test_a_parameter_moves_vehicles(strategy: str, parameter: str) -> None:
     """One of these values, at least, gives other tracks than the default: the ends of its range, and one beyond."""

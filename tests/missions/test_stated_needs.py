@@ -140,6 +140,10 @@ until_s = 150.0
         (NEED + "ttl_s = 0.0", "need.1.ttl_s = 0.0: must be above 0: leave it out for no limit"),
         (NEED + "ttl_s = 10.0\nblackout_s = 20.0", "need.1.blackout_s = 20.0: must be below ttl_s = 10, else values"),
         (NEED + "queue_limit = 0", "need.1.queue_limit = 0: must be 1 or more: leave it out for no limit"),
+        (
+            NEED.replace("mappedCell", "position") + "ttl_s = 60.0",
+            "need.1.ttl_s = 60.0: limits nothing, for communication.needs",
+        ),
         (NEED + "from_s = 90.0\nuntil_s = 80.0", "need.1.until_s = 80.0: must be above from_s = 90"),
         ('[[covert]]\nvehicle = "AUV09"', 'covert.1.vehicle = "AUV09"'),
     ],
@@ -150,6 +154,12 @@ def test_what_cannot_be_is_refused_in_a_line(tmp_path: Path, tables: str, messag
     lines = str(refused.value).splitlines()
     assert any("scenario.toml" in line for line in lines)
     assert any(message in line for line in lines), lines
+
+
+def test_coarse_values_for_a_queue_that_never_gets_that_long_are_refused() -> None:
+    settings = ["communication.queue_limit=20", "communication.coarse_above=20"]
+    with pytest.raises(ConfigurationError, match=r"coarse_above\) = 20: must be below queue_limit = 20"):
+        load("mapping-rendezvous", [("--set", one) for one in settings])
 
 
 def test_a_scenario_without_needs_has_no_words_for_them() -> None:

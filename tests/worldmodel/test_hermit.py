@@ -43,10 +43,11 @@ from worldmodel import (
     read_tbox,
     slot_ontology_path,
 )
+from worldmodel.annotations import RM
 from worldmodel.owl import ONTOLOGY_FOLDER, graph_of
 from worldmodel.rdf.terms import instance_iri
 from worldmodel.rdf.view import as_graph
-from worldmodel.turtle import RM, SIT
+from worldmodel.turtle import SIT
 
 owlready2 = pytest.importorskip("owlready2")
 try:

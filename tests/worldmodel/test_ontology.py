@@ -14,9 +14,10 @@ from rdflib.term import Node
 import remoras
 from exchange.acoustics import modems
 from worldmodel import OntologyError, ValueKind, core_ontology_paths, read_tbox
+from worldmodel.annotations import RM
 from worldmodel.owl import ONTOLOGY_FOLDER
 from worldmodel.rdfxml import CATALOGUE, main, rdf_xml, write
-from worldmodel.turtle import RM, SIT
+from worldmodel.turtle import SIT
 from worldmodel.units import QUDT_UNITS, symbol_of
 
 MISSIONS = Path(__file__).parents[2] / "missions"

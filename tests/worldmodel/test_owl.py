@@ -50,8 +50,8 @@ CASES = [
     ),
     (f"ex:p {ATTRIBUTE} rm:latestOnly true .", "ex:p: 0 rdfs:range; allowed: xsd:double"),
     (
-        f"ex:p {ATTRIBUTE} rdfs:range xsd:string .",
-        "ex:p: its range xsd:string cannot be stored",
+        f"ex:p {ATTRIBUTE} rdfs:range xsd:anyURI .",
+        "ex:p: its range xsd:anyURI cannot be stored",
     ),
     (f"ex:p {ATTRIBUTE} rdfs:range xsd:double .", "ex:p: rm:minimum is missing; allowed: one number"),
     (f"ex:p {ATTRIBUTE} rdfs:range xsd:double ; {BOUNDS} , 0.2 .", "ex:p: rm:resolution is "),
@@ -97,7 +97,7 @@ CASES = [
     ),
     (
         f"ex:p {ATTRIBUTE} rdfs:range xsd:boolean ; rm:latestonly true .",
-        "ex:p: unknown annotation rm:latestonly; allowed: rm:coarseResolution, rm:latestOnly, rm:maximum, "
+        "ex:p: unknown annotation rm:latestonly; allowed: rm:coarseResolution, rm:latestOnly, rm:maxBytes, rm:maximum, "
         "rm:minimum, rm:probability, rm:resolution, rm:sigma, rm:unit; did you mean 'latestOnly'?",
     ),
     (
@@ -105,6 +105,9 @@ CASES = [
         "ex:p: its range makes it a link; allowed: owl:ObjectProperty",
     ),
     (f'ex:p {ATTRIBUTE} rdfs:range [ owl:oneOf ( "a" "a" ) ] .', "ex:p: its symbols are"),
+    (f"ex:p {ATTRIBUTE} rdfs:range xsd:string .", "ex:p: rm:maxBytes is missing; allowed: one whole number for a text"),
+    (f"ex:p {ATTRIBUTE} rdfs:range xsd:string ; rm:maxBytes 256 .", "ex:p: rm:maxBytes is 256; allowed: one whole"),
+    (f"ex:p {ATTRIBUTE} rdfs:range xsd:boolean ; rm:maxBytes 8 .", "ex:p: rm:maxBytes on a boolean; allowed: texts"),
     ("ex:p rm:minimum 0 .", "ex:p: rm:minimum on what is not a declared property"),
 ]
 

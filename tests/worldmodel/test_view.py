@@ -32,12 +32,13 @@ from small_fleet import (
 from test_reasoning import N_VEHICLES, compiled, fleet
 
 from worldmodel import TYPE_UID, Block, PropertyValue, QueryError, WorldModel, merge
+from worldmodel.annotations import RM
 from worldmodel.fields import Field
 from worldmodel.owl import graph_of
 from worldmodel.rdf.sparql import query
 from worldmodel.rdf.terms import RUN, instance_iri, term_of
 from worldmodel.rdf.view import as_dataset, as_graph
-from worldmodel.turtle import RM, SIT
+from worldmodel.turtle import SIT
 
 
 def facts_of(model: WorldModel) -> set[tuple[Node, Node, Node]]:

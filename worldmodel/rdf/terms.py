@@ -52,6 +52,8 @@ def term_of(tbox: TBox, attribute: Attribute, value: Value) -> Node:
             return instance_iri(stored)
         case ValueKind.SYMBOL:
             return Literal(attribute.symbols[stored])
+        case ValueKind.TEXT:
+            return Literal(stored)
         case ValueKind.POINT:
             return Literal(f"POINT ({stored[0]} {stored[1]})")
         case ValueKind.BOOLEAN:

@@ -31,6 +31,7 @@ from rdflib import Dataset, Graph, URIRef
 from rdflib import store as rdflib_store
 from rdflib.term import Node
 
+from worldmodel.annotations import RM
 from worldmodel.knowledge import Knowledge
 from worldmodel.owl import graph_of
 from worldmodel.rdf.conclusions import CONCLUSIONS
@@ -38,7 +39,7 @@ from worldmodel.rdf.patterns import Abox, Triple
 from worldmodel.rdf.terms import RUN, instance_uid
 from worldmodel.store import Store
 from worldmodel.tbox import TBox
-from worldmodel.turtle import RM, SIT
+from worldmodel.turtle import SIT
 
 _NO_CONTEXTS: Iterator[None] = iter(())
 

@@ -1,0 +1,118 @@
+"""Texts as values: stored, written, read back, concluded from and fused as what they are, and refused by name."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from worldmodel import (
+    Block,
+    FactError,
+    Instance,
+    PropertyValue,
+    TBox,
+    WorldModel,
+    core_ontology_paths,
+    merge,
+    read_tbox,
+)
+from worldmodel.facts import FaultCode
+from worldmodel.fusion import fused
+from worldmodel.rdf.terms import term_of
+from worldmodel.snapshot import as_text, from_text
+from worldmodel.texts import bytes_of, text_of
+
+MOST_BYTES = 24
+NOTES = f"""
+@prefix rm: <https://w3id.org/remoras/marine#> .
+@prefix owl: <http://www.w3.org/2002/07/owl#> .
+@prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
+@prefix xsd: <http://www.w3.org/2001/XMLSchema#> .
+rm:note a owl:DatatypeProperty ; rdfs:label "note"@en ; rdfs:comment "What somebody noted."@en ;
+    rdfs:domain rm:Vehicle ; rdfs:range xsd:string ; rm:maxBytes {MOST_BYTES} ; rm:probability 0.05 .
+rm:Towed a owl:Class ; rdfs:label "towed"@en ; owl:equivalentClass [ a owl:Class ; owl:intersectionOf (
+    rm:Vehicle [ a owl:Restriction ; owl:onProperty rm:note ; owl:hasValue "in tow" ] ) ] .
+"""
+TEXTS = st.text(st.characters(codec="utf-8", exclude_categories=["Cc"], exclude_characters="￾￿")).filter(
+    lambda text: len(text.encode()) <= MOST_BYTES
+)
+
+
+@pytest.fixture(scope="module")
+def tbox(tmp_path_factory: pytest.TempPathFactory) -> TBox:
+    path = tmp_path_factory.mktemp("notes") / "notes.ttl"
+    path.write_text(NOTES, encoding="utf-8")
+    return read_tbox(*core_ontology_paths(), path)
+
+
+def model_of(tbox: TBox, owner: int = 0) -> WorldModel:
+    auv = tbox.class_named("AUV").uid
+    instances = [Instance(uid, auv, f"AUV0{uid}") for uid in range(3)]
+    return WorldModel(tbox, owner, instances, n_origins=3)
+
+
+@given(text=TEXTS)
+def test_a_text_is_what_was_recorded(tbox: TBox, text: str) -> None:
+    note, model = tbox.attribute_named("note"), model_of(tbox)
+    change = model.record([(0, note.uid, text)], now_s=1.0)
+    assert model.latest(0, note.uid).value == text
+    assert note.decode(note.encode(text)) == text
+    assert from_text(tbox, note, as_text(model, note, text)) == text
+    assert str(term_of(tbox, note, text)) == text
+    other = model_of(tbox, 1)
+    assert merge(other, [change.block]).faults == ()
+    assert other.latest(0, note.uid).value == text
+    assert other.digest() == model.digest()
+
+
+@given(data=st.binary(max_size=MOST_BYTES + 4))
+def test_bytes_stand_for_one_text_or_none(data: bytes) -> None:
+    try:
+        text = text_of(data, MOST_BYTES)
+    except ValueError:
+        return
+    assert bytes_of(text, MOST_BYTES) == data
+
+
+@pytest.mark.parametrize(
+    ("value", "code", "says"),
+    [
+        ("ä" * 13, FaultCode.VALUE_RANGE, "26 bytes of UTF-8; allowed: at most 24"),
+        ("two\nlines", FaultCode.VALUE_RANGE, "control characters; allowed: none"),
+        ("\ud800", FaultCode.VALUE_RANGE, "surrogates not allowed"),
+        (3.0, FaultCode.VALUE_KIND, "3.0 is not a string"),
+    ],
+)
+def test_what_is_no_such_text_is_refused_by_name(tbox: TBox, value: object, code: FaultCode, says: str) -> None:
+    """By who records it, and by who hears of it."""
+    note = tbox.attribute_named("note").uid
+    with pytest.raises(FactError, match=r"note of instance 0"):
+        model_of(tbox).record([(0, note, value)], now_s=1.0)  # type: ignore[list-item]
+    block = Block(0, 0, 1.0, (PropertyValue(0, note, value),))  # type: ignore[arg-type]
+    (fault,) = merge(model_of(tbox, 1), [block]).faults
+    assert fault.code is code
+    assert says in fault.detail
+
+
+def test_texts_are_weighed_and_concluded_from(tbox: TBox) -> None:
+    note = tbox.attribute_named("note").uid
+    fleet = [model_of(tbox, owner) for owner in range(3)]
+    said = [("in tow", 0.6), ("adrift", 0.8), ("in tow", 0.7)]
+    blocks = [
+        one.record([(0, note, text, p)], now_s=float(at)).block
+        for at, (one, (text, p)) in enumerate(zip(fleet, said, strict=True))
+    ]
+    merge(fleet[0], blocks[1:])
+    estimate = fused(tbox.attributes[note], fleet[0].history(0, note))
+    assert estimate is not None
+    assert estimate.value == "in tow"  # (1 - p) / 2 for each of two other texts, one of them that nobody named
+    said_so, other, neither = 0.6 * 0.1 * 0.7, 0.2 * 0.8 * 0.15, 0.2 * 0.1 * 0.15
+    assert estimate.uncertainty == pytest.approx(said_so / (said_so + other + neither))
+    towed = tbox.class_named("Towed").uid
+    assert [one.uid for one in fleet[0].instances_of(towed)] == [0]  # the latest says so
+
+
+def test_only_texts_change_the_hash(tmp_path: Path, tbox: TBox) -> None:
+    (tmp_path / "notes.ttl").write_text(NOTES.replace(f"maxBytes {MOST_BYTES}", "maxBytes 25"), encoding="utf-8")
+    assert read_tbox(*core_ontology_paths(), tmp_path / "notes.ttl").hash != tbox.hash
