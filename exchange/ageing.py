@@ -19,8 +19,21 @@ from exchange import ack
 from exchange.ack import Acknowledgement, AckState, MutableWords, Words
 from exchange.errors import PeerFault
 from exchange.packets import Packet
-from exchange.peers import Peers
 from exchange.schedule import GRACE_S, TdmaSchedule
+
+
+class SpokenOf(NamedTuple):
+    """What the acknowledgements in a packet are about.
+
+    Attributes:
+        lasting: nodes, one bit each, of which the packet is still known that is meant.
+        is_asked: the own last packets are.
+        frame: of the packets that are meant, where it is the same for all.
+    """
+
+    lasting: int
+    is_asked: bool
+    frame: int | None = None
 
 
 class Ageing(Protocol):
@@ -35,8 +48,20 @@ class Ageing(Protocol):
     def compose(self, slot: int, content: int, rows_out: MutableWords) -> None:
         """Remember what the own packet carries, and write its acknowledgement bits."""
 
-    def absorb(self, packet: Packet, slot: int, content: int, carrier_evidence: bool, origins: Words) -> None:
-        """Learn from a packet that was heard; ``content`` are its items, ``origins`` as ``ack.absorb`` has them."""
+    def spoken_of(self, slot: int) -> SpokenOf:
+        """What the acknowledgements in a packet of that slot are about."""
+
+    def absorb(
+        self, packet: Packet, slot: int, heeded: Words, content: int, carrier_evidence: bool, origins: Words
+    ) -> None:
+        """Learn from a packet that was heard.
+
+        Args:
+            packet: heard; slot: in which it was sent.
+            heeded: its acknowledgement bits that may be believed.
+            content: its items.
+            carrier_evidence, origins: as ``ack.absorb`` has them.
+        """
 
 
 class BySlots:
@@ -47,13 +72,13 @@ class BySlots:
         schedule: in which every node has one slot.
         state: acknowledgement state of this node.
         kind: acknowledgement of the policy.
-        peers: of this node.
     """
 
-    def __init__(self, me: int, schedule: TdmaSchedule, state: AckState, kind: Acknowledgement, peers: Peers) -> None:
+    def __init__(self, me: int, schedule: TdmaSchedule, state: AckState, kind: Acknowledgement) -> None:
         self._me, self._n_nodes = me, schedule.n_nodes
-        self._schedule, self._state, self._kind, self._peers = schedule, state, kind, peers
+        self._schedule, self._state, self._kind = schedule, state, kind
         self._next_slot = 0  # first slot that has not been opened
+        self._sent_slot: int | None = None
 
     def open(self, slot: int) -> None:
         """See `Ageing`."""
@@ -71,16 +96,21 @@ class BySlots:
 
     def compose(self, slot: int, content: int, rows_out: MutableWords) -> None:
         """See `Ageing`."""
+        self._sent_slot = slot
         ack.compose(self._kind, self._state, self._n_nodes, slot // self._n_nodes, self._me, (content,), rows_out)
 
-    def absorb(self, packet: Packet, slot: int, content: int, carrier_evidence: bool, origins: Words) -> None:
-        """Learn from a packet; if it comes late, who has had a slot since has another last packet than it is about."""
-        n_nodes, frame, sent = self._n_nodes, slot // self._n_nodes, self._peers.sent_slot
-        lasting = ~sum(1 << one % n_nodes for one in range(slot + 1, self._next_slot))
-        is_asked = sent is not None and 0 < slot - sent < n_nodes
-        heeded = self._peers.heed(packet, frame, lasting, is_asked)
-        known = (content,), origins
-        ack.absorb(self._kind, carrier_evidence, self._state, n_nodes, frame, self._me, packet.sender, heeded, *known)
+    def spoken_of(self, slot: int) -> SpokenOf:
+        """Of who has had a slot since a packet that comes late, the last packet is another than it speaks of."""
+        lasting = ~sum(1 << one % self._n_nodes for one in range(slot + 1, self._next_slot))
+        return SpokenOf(lasting, self._sent_slot is not None and 0 < slot - self._sent_slot < self._n_nodes)
+
+    def absorb(
+        self, packet: Packet, slot: int, heeded: Words, content: int, carrier_evidence: bool, origins: Words
+    ) -> None:
+        """See `Ageing`."""
+        n_nodes, sender, known = self._n_nodes, packet.sender, ((content,), origins)
+        frame = slot // n_nodes
+        ack.absorb(self._kind, carrier_evidence, self._state, n_nodes, frame, self._me, sender, heeded, *known)
 
 
 class _Sent(NamedTuple):
@@ -100,7 +130,6 @@ class ByFrames:
         state: acknowledgement state of this node, about the frame before.
         coming: of the same size; becomes the state of what is heard in this frame.
         kind: acknowledgement of the policy.
-        peers: of this node.
     """
 
     def __init__(
@@ -110,12 +139,12 @@ class ByFrames:
         state: AckState,
         coming: AckState,
         kind: Acknowledgement,
-        peers: Peers,
     ) -> None:
         self._me, self._n_nodes = me, schedule.n_nodes
         self._schedule, self._state, self._coming = schedule, state, coming
-        self._kind, self._peers = kind, peers
+        self._kind = kind
         self._frame = -1
+        self._sent_frame: int | None = None
         self._sent: dict[int, _Sent] = {}
 
     def open(self, slot: int) -> None:
@@ -144,6 +173,7 @@ class ByFrames:
     def compose(self, slot: int, content: int, rows_out: MutableWords) -> None:
         """See `Ageing`."""
         n_nodes, state = self._n_nodes, self._state
+        self._sent_frame = self._frame
         self._coming.content[self._me] |= content
         self._kind.compose(state, n_nodes, self._frame % self._kind.period_frames, self._me, rows_out)
         for i in range(n_nodes):
@@ -151,19 +181,24 @@ class ByFrames:
                 for k in range(n_nodes):
                     rows_out[i] |= state.held[k * n_nodes + i]
 
-    def absorb(self, packet: Packet, slot: int, content: int, carrier_evidence: bool, origins: Words) -> None:
-        """Learn from a packet; what one of the frame before acknowledges is no more known, nor is it acknowledged."""
-        n_nodes, state, sender = self._n_nodes, self._state, packet.sender
+    def spoken_of(self, slot: int) -> SpokenOf:
+        """What a packet of the frame before acknowledges is no more known."""
         frame = self._schedule.frame_of(slot)
         is_late = frame < self._frame
-        is_asked = not is_late and self._peers.sent_frame == frame - 1
-        heeded = self._peers.heed(packet, frame, 0 if is_late else -1, is_asked, frame - 1)
+        return SpokenOf(0 if is_late else -1, not is_late and self._sent_frame == frame - 1, frame - 1)
+
+    def absorb(
+        self, packet: Packet, slot: int, heeded: Words, content: int, carrier_evidence: bool, origins: Words
+    ) -> None:
+        """See `Ageing`; a packet of the frame before is not acknowledged."""
+        n_nodes, state, sender = self._n_nodes, self._state, packet.sender
+        frame = self._schedule.frame_of(slot)
         state.believes[self._me] |= content
         if carrier_evidence:
             state.believes[sender] |= content
         for i in range(n_nodes):
             state.believes[i] |= content & origins[i]
-        if not is_late:
+        if frame == self._frame:
             self._note(packet, slot, content)
             self._kind.learn(state, n_nodes, frame % self._kind.period_frames, sender, heeded)
 
@@ -180,9 +215,7 @@ class ByFrames:
         coming.heard[0] = coming.heard[0] & ~(1 << sender) | is_whole << sender
 
 
-def ageing_of(
-    me: int, schedule: TdmaSchedule, states: tuple[AckState, AckState], kind: Acknowledgement, peers: Peers
-) -> Ageing:
+def ageing_of(me: int, schedule: TdmaSchedule, states: tuple[AckState, AckState], kind: Acknowledgement) -> Ageing:
     """By slots where each node has its own, in their order; else by frames.
 
     Args:
@@ -190,8 +223,7 @@ def ageing_of(
         schedule: the same at every vehicle.
         states: acknowledgement state of this node, and one of what is still to age.
         kind: acknowledgement of the policy.
-        peers: of this node, which know both states.
     """
     if schedule.is_by_frame:
-        return ByFrames(me, schedule, *states, kind, peers)
-    return BySlots(me, schedule, states[0], kind, peers)
+        return ByFrames(me, schedule, *states, kind)
+    return BySlots(me, schedule, states[0], kind)

@@ -119,7 +119,8 @@ class Listener:
         if taken.is_ambiguous or self._peers.is_doubted(sender, frame):  # neither acknowledged nor heeded
             state.believes[self._me] |= taken.content
         else:
-            self._ageing.absorb(packet, slot, taken.content, self._carrier_evidence, self._ledger.origins)
+            heeded, origins = self._peers.heed(packet, frame, *self._ageing.spoken_of(slot)), self._ledger.origins
+            self._ageing.absorb(packet, slot, heeded, taken.content, self._carrier_evidence, origins)
             for summary in packet.summary if self._heeds_summaries else ():
                 if summary.life not in self._holders.telling.silenced:
                     lacked += self._holders.note(sender, summary)

@@ -125,7 +125,7 @@ class ExchangeManager:
         """What waits to be said, why it was not said, and what is said no more."""
         self._interests = Interests(me, model, needs, self._ledger, self.queue, codec.fragment_bits, selective)
         self._peers = Peers(me, self._n_nodes, states, policy.acknowledgement)
-        self._ageing = ageing_of(me, schedule, states, policy.acknowledgement, self._peers)
+        self._ageing = ageing_of(me, schedule, states, policy.acknowledgement)
         self.turns = Turns(me, schedule, model)
         """Own slots, where they do not follow from the node."""
         self._holders = Holders(me, self._state, self._ledger, self._peers, codec.summary_bits)
@@ -263,7 +263,7 @@ class ExchangeManager:
         self._interests.decide(self._state.believes, now_s)
         signals = self._signals
         frame = self._schedule.frame_of(slot)
-        parked = self._peers.speak(slot, frame, self._upkeep.parking)
+        parked = self._peers.speak(frame, self._upkeep.parking)
         if self._ledger.away != self._peers.away:
             self._ledger.away = self._peers.away
             self._listener.settle() if parked else self._listener.reopen(now_s)

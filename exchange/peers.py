@@ -83,10 +83,6 @@ class Peers:
         self._is_alone = False
         self._begun_frame = [-1] * n_nodes  # in which that epoch was heard first
         self._frame = -1  # of the packet heard last
-        self.sent_slot: int | None = None
-        """The slot of the own last packet."""
-        self.sent_frame: int | None = None
-        """The frame of the own last packet."""
 
     def links(self, peer: int) -> PeerLinks:
         """What the links from and to a peer lose."""
@@ -173,16 +169,15 @@ class Peers:
 
     # Absence -------------------------------------------------------------------------------------
 
-    def speak(self, slot: int, frame: int, parks: bool = True) -> tuple[int, ...]:
+    def speak(self, frame: int, parks: bool = True) -> tuple[int, ...]:
         """The own slot opens; return the peers that are parked from now on.
 
         Of whom nobody is heard, the silence says that this vehicle is deaf or far away: it parks none.
 
         Args:
-            slot: that opens; frame: its TDMA frame.
+            frame: TDMA frame of the slot.
             parks: False if none is ever parked.
         """
-        self.sent_slot, self.sent_frame = slot, frame
         if self._since_frame is None:
             self._since_frame = frame
         parked = tuple(
