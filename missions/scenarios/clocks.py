@@ -8,25 +8,36 @@ from pydantic import Field
 
 from missions.errors import ConfigurationFault
 from missions.scenarios.deployment import sound_speed_mps
-from missions.scenarios.tables import NotNegative, Section
+from missions.scenarios.tables import Section
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
 
 PPM, ROUNDING_S = 1e-6, 1e-6
+MOST_OFF_S, MOST_DRIFT_PPM = 86_400.0, 10_000.0
+"""Clocks are off by no more than a day, and gain no more than one part in a hundred."""
 
 
 class ClocksTable(Section):
     """The table ``[communication.clocks]``."""
 
-    offset_s: NotNegative = Field(
-        0.0, description="every clock is by up to this ahead or behind at the start, evenly, drawn once per run"
+    offset_s: float = Field(
+        0.0,
+        ge=0.0,
+        le=MOST_OFF_S,
+        description="every clock is by up to this ahead or behind at the start, evenly, drawn once per run",
     )
-    drift_ppm: NotNegative = Field(
-        0.0, description="every clock gains or loses by up to this many millionths, evenly, drawn once per run"
+    drift_ppm: float = Field(
+        0.0,
+        ge=0.0,
+        le=MOST_DRIFT_PPM,
+        description="every clock gains or loses by up to this many millionths, evenly, drawn once per run",
     )
-    apart_s: NotNegative = Field(
-        0.0, description="most by which two clocks differ that slots stand: the guard and clock tolerances cover it"
+    apart_s: float = Field(
+        0.0,
+        ge=0.0,
+        le=MOST_OFF_S,
+        description="most by which two clocks differ that slots stand: the guard and clock tolerances cover it",
     )
     discipline: bool = Field(
         False, description="vehicles set their clocks by when packets of their peers arrive, one way"
@@ -36,8 +47,12 @@ class ClocksTable(Section):
 class VehicleClockTable(Section):
     """The table ``[vehicle.clock]``: what is given here is not drawn."""
 
-    offset_s: float | None = Field(None, ge=-86_400.0, le=86_400.0, description="by how much it is ahead at the start")
-    drift_ppm: float | None = Field(None, ge=-10_000.0, le=10_000.0, description="by how many millionths it gains")
+    offset_s: float | None = Field(
+        None, ge=-MOST_OFF_S, le=MOST_OFF_S, description="by how much it is ahead at the start"
+    )
+    drift_ppm: float | None = Field(
+        None, ge=-MOST_DRIFT_PPM, le=MOST_DRIFT_PPM, description="by how many millionths it gains"
+    )
 
 
 def has_clocks(scenario: Scenario) -> bool:

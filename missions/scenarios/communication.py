@@ -80,8 +80,11 @@ class Communication(Sparse):
     time_resolution_s: float = Field(
         0.1, ge=0.001, le=10.0, multiple_of=0.001, description="resolution of observation times on the wire"
     )
-    guard_s: NotNegative | None = Field(
-        None, description="silence behind the longest packet of a slot; as long as needed if absent"
+    guard_s: float | None = Field(
+        None,
+        ge=0.0,
+        le=86_400.0,
+        description="silence behind the longest packet of a slot; as long as needed if absent",
     )
     clocks: ClocksTable | None = Field(None, description="how far the clocks of vehicles are off; all right if absent")
     clock_tolerance_s: float = Field(

@@ -100,13 +100,13 @@ def need_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault
         key = f"need.{number}"
         yield from one_of(f"{key}.attribute", table.get("attribute"), attributes)
         yield from one_of(f"{key}.vehicle", table.get("vehicle", ALL), [ALL, *names_of(raw, "vehicle")])
-        yield from _term_faults(key, table)
-        yield from _idle_term_faults(raw, key, table)
+        yield from list(_term_faults(key, table)) or _idle_term_faults(raw, key, table)
         yield from _span_faults(raw, key, table)
     for number, table in enumerate(entries(raw, "covert"), 1):
         yield from one_of(f"covert.{number}.vehicle", table.get("vehicle"), names_of(raw, "vehicle"))
         yield from _span_faults(raw, f"covert.{number}", table)
-    for name in table_of(raw, "communication").get("on_demand", []):
+    on_demand = table_of(raw, "communication").get("on_demand")
+    for name in on_demand if isinstance(on_demand, list | tuple) else ():
         yield from one_of("communication.on_demand", name, attributes)
 
 
@@ -150,7 +150,7 @@ def _idle_term_faults(raw: Raw, key: str, table: Raw) -> Iterator[ConfigurationF
     attribute = table.get("attribute")
     if attribute not in table_of(table_of(raw, "communication"), "needs"):
         return
-    limits = [name for name in ("ttl_s", "blackout_s", "queue_limit") if name in table]
+    limits = [name for name in ("ttl_s", "blackout_s", "queue_limit") if table.get(name)]
     limits += ["acknowledged"] if table.get("acknowledged") is False else []
     allowed = f"limits nothing, for communication.needs lists {attribute}, without limits, for all: take it out there"
     yield from (ConfigurationFault(f"{key}.{name}", shown(table[name]), allowed) for name in limits)

@@ -21,6 +21,7 @@ SETTLE_S = 300.0
 """Time for which the exchange goes on after the vehicles have stopped, unless the user says otherwise."""
 LISTEN_FRAMES = 2.0
 """For how many TDMA frames a node that was told no start listens whether the mission is under way."""
+MOST_PORT, MOST_AWAY_S = 65_535, 365.0 * 86_400.0
 
 Speed = Annotated[float, typer.Option(metavar="X", help="Seconds of the mission in a second: 1 is real time.")]
 Until = Annotated[
@@ -74,6 +75,8 @@ def node(
     from missions.nodes.node import Mishaps, Node
 
     _check(speed, settle, drop, double)
+    if start is not None and not abs(start - now_by_machine()) <= MOST_AWAY_S:
+        fail(f"--start {start:g}: allowed is a time by time.monotonic(), within a year of {now_by_machine():.0f}")
     loaded, plan = _plan(scenario, vehicle, settings, seed, until, settle)
     plan = replace(plan, epoch=epoch)
     others = _peers(peers, vehicle, [one.name for one in loaded.vehicle])
@@ -132,9 +135,13 @@ def swarm(
 
     _check(speed, settle, drop, double)
     given = [name for name in vehicles.split(",") if name]
+    if twice := [name for name in dict.fromkeys(given) if given.count(name) > 1]:
+        fail(f"--vehicles {vehicles}: {twice[0]} is named twice; name each vehicle once")
     loaded, plan = _plan(scenario, given[0] if given else None, settings, seed, until, settle)
     plans = [_known(loaded, plan, name) for name in given]
     plans = plans or plans_of(plan, [one.name for one in sorted(loaded.vehicle, key=lambda one: one.slot)])
+    if port > MOST_PORT + 1 - len(plans):
+        fail(f"--port {port}: allowed is up to {MOST_PORT + 1 - len(plans)}: {len(plans)} vehicles take a port each")
     if out is not None:
         for one in plans:
             refuse_written(out, one)

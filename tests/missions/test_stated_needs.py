@@ -1,10 +1,12 @@
 """Needs that vehicles state, and vehicles that keep silent: from the scenario to what the others get to know."""
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
+import remoras
 from missions.errors import ConfigurationError
 from missions.mapping.mission import MappingMission
 from missions.runs.assembly import assemble
@@ -154,6 +156,27 @@ def test_what_cannot_be_is_refused_in_a_line(tmp_path: Path, tables: str, messag
     lines = str(refused.value).splitlines()
     assert any("scenario.toml" in line for line in lines)
     assert any(message in line for line in lines), lines
+
+
+def test_a_need_of_what_all_need_stands_when_its_scenario_is_read_again(tmp_path: Path) -> None:
+    """A manifest states terms that were left out: they limit nothing, and are no fault."""
+    made = remoras.run(scenario(tmp_path, NEED.replace("mappedCell", "position")))
+    made.save(tmp_path / "run")
+    kept = json.loads((tmp_path / "run" / "manifest.json").read_text(encoding="utf-8"))
+    (tmp_path / "again.toml").write_text(kept["scenario"], encoding="utf-8")
+    assert load(str(tmp_path / "again.toml")).need[0].blackout_s == 0.0
+
+
+def test_a_text_in_the_place_of_a_list_is_one_fault() -> None:
+    with pytest.raises(ConfigurationError) as refused:
+        load("mapping-rendezvous", [("--set", "communication.on_demand='position'")])
+    assert len(refused.value.faults) == 1
+
+
+@pytest.mark.parametrize("key", ["clocks.offset_s", "clocks.drift_ppm", "clocks.apart_s", "guard_s"])
+def test_times_beyond_all_sense_are_refused(key: str) -> None:
+    with pytest.raises(ConfigurationError, match=rf"communication.{key}\) = 1e\+300: input should be less than"):
+        load("mapping-rendezvous", [("--set", f"communication.{key}=1e300")])
 
 
 def test_coarse_values_for_a_queue_that_never_gets_that_long_are_refused() -> None:

@@ -20,7 +20,7 @@ POINTS = 400
 """Times at which the shades are computed."""
 INCOMING, OUTGOING = "incoming", "outgoing"
 """Directions of a link in the table ``links``: from the peer to the vehicle, and from the vehicle to the peer."""
-PARKED, HEARD_AGAIN = "parked", "heard again"
+PARKED, THERE = "parked", ("heard again", "begins anew")
 """Events in the table ``peers``: a vehicle does without a peer from now on, or no longer."""
 
 
@@ -77,7 +77,7 @@ def _spans(rows: Iterable[Mapping[str, Any]], end_s: float) -> dict[tuple[str, s
         pair = row["vehicle"], row["peer"]
         if row["event"] == PARKED:
             since_s.setdefault(pair, row["time_s"])
-        elif row["event"] == HEARD_AGAIN and pair in since_s:
+        elif row["event"] in THERE and pair in since_s:
             found.setdefault(pair, []).append(Span(since_s.pop(pair), row["time_s"]))
     for pair, start_s in since_s.items():
         found.setdefault(pair, []).append(Span(start_s, end_s))

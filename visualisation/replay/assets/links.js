@@ -4,7 +4,7 @@
 globalThis.R = globalThis.R || {};
 
 (function () {
-  const PARKED = "parked", HEARD_AGAIN = "heard again"; // a vehicle does without a silent peer, or no longer
+  const PARKED = "parked", HEARD_AGAIN = "heard again", ANEW = "begins anew"; // a vehicle does without a silent peer, or no longer
   const CONFLICT = "slot conflict";
 
   // Adds to a run: refusals, rows {time_s, vehicle, sender, slot, reason}; contacts, rows {time_s, vehicle, peer, event, text};
@@ -48,7 +48,7 @@ globalThis.R = globalThis.R || {};
       if (event === PARKED && !open.has(key)) {
         open.set(key, { v: vehicle, peer, from_s: time_s, to_s: Infinity });
         spells.push(open.get(key));
-      } else if (event === HEARD_AGAIN && open.has(key)) {
+      } else if ((event === HEARD_AGAIN || event === ANEW) && open.has(key)) {
         open.get(key).to_s = time_s;
         open.delete(key);
       }
