@@ -57,6 +57,8 @@ class TridentTruth(JobTruth):
         for item in self._items[self._n_items :]:
             if item[5] == "chosen":
                 self.milestones.append(Milestone(item[3], "chosen", item[1]))
+            elif item[5] == "surveyedBy":  # on request, perhaps: then it was nobody's objective
+                self.note(item[1], item[4], now_s)
         self._n_items = len(self._items)
         self._monitor.look(now_s)
 
