@@ -178,7 +178,7 @@ class Ranging(Behaviour):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due until there was a fix."""
-        if picture.facts.get(("fixedOn", self._data.name)) is not None:
+        if picture.facts.get(("fixedOn", self._data.name)):
             return IDLE
         now_s, to_go_m = picture.body.now_s, distance_m(motion, self._place_m)
         if to_go_m > NEAR_M:

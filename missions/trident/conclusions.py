@@ -74,6 +74,7 @@ class Concluding:
             self._served(me, beliefs),
             self._chosen(me, organisation, beliefs, facts, now_s),
             self._absent(me, organisation, beliefs, now_s),
+            self._adrift(me, beliefs),
         ):
             if found:
                 return found
@@ -139,12 +140,17 @@ class Concluding:
         return [Finding(self.recovery, "chosen", name), Finding(self.recovery, "chosenAt", at_m)]
 
     def _due_s(self, beliefs: Beliefs) -> float | None:
-        """Since when a choice is due: the last block is surveyed, or what was chosen turned out to be none."""
+        """Since when a choice is due: the last block is surveyed, what was chosen turned out to be none, or something
+        else turned out to be the target, which was searched for at a wrong place."""
         if beliefs.get(("recoveredBy", self.recovery)) is not None:
             return None
         chosen = beliefs.get(("chosen", self.recovery))
         if chosen is not None:
-            return None if _is_open(beliefs, chosen) else beliefs.observed_s(("verdict", chosen))
+            verdicts = {name: beliefs.get(("verdict", name)) for name in beliefs.instances(CANDIDATE)}
+            if not _is_open(beliefs, chosen):
+                return beliefs.observed_s(("verdict", chosen))
+            known = [name for name, verdict in verdicts.items() if verdict == "target" and name != chosen]
+            return beliefs.observed_s(("verdict", known[0])) if known and verdicts[chosen] is None else None
         surveyed_s = [beliefs.observed_s(("surveyedBy", block)) for block in self.blocks]
         known_s = [one for one in surveyed_s if one is not None]
         return max(known_s) if len(known_s) == len(surveyed_s) else None
@@ -163,6 +169,13 @@ class Concluding:
             for role in group.roles
         )
         return [Finding(chosen, "verdict", "absent")] if holds else []
+
+    def _adrift(self, me: str, beliefs: Beliefs) -> list[Finding]:
+        """A fix is of no use any more once the candidate that it was taken for has turned out to be none."""
+        chosen = beliefs.get(("chosen", self.recovery))
+        if chosen is None or _is_open(beliefs, chosen) or not beliefs.get(("fixedOn", me)):
+            return []
+        return [Finding(me, "fixedOn", False)]
 
 
 def _status(service: Service, beliefs: Beliefs, picture: Picture) -> list[Finding]:
@@ -188,5 +201,8 @@ def _is_open(beliefs: Beliefs, candidate: str) -> bool:
 
 
 def _likeness(beliefs: Beliefs, candidate: str) -> float:
+    """How much a candidate looks like the target, 0..1; more for one that was seen from near to be it."""
+    if beliefs.get(("verdict", candidate)) == "target":
+        return 2.0
     found = beliefs.fused(("likeness", candidate))
     return 0.0 if found is None else float(found.value)

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, cast
 
 from missions.metric import NOT_APPLICABLE, Absent, Better, Metric
 from missions.trident.choreography import CHOREOGRAPHY
-from missions.trident.modules import CHARTED
+from missions.trident.modules import ATTEMPTS, CHARTED
 from missions.trident.scenario import TridentScenario
+from missions.trident.site import TARGET
 
 if TYPE_CHECKING:
     from missions.runs.run import Run
@@ -21,12 +22,17 @@ def recovered(run: Run) -> bool:
 
 def target_recovered_s(run: Run) -> float | None:
     """When the target was really recovered."""
-    return next((one.time_s for one in run.milestones if one.name == "recovered"), None)
+    return next((time_s for time_s, of in _handled(run) if of == TARGET), None)
 
 
 def n_mistaken(run: Run) -> int:
     """How many decoys were recovered in place of the target."""
-    return sum(one.name == "mistaken" for one in run.milestones)
+    return len({of for _, of in _handled(run) if of != TARGET})
+
+
+def _handled(run: Run) -> list[tuple[float, str]]:
+    """When which object was handled with success."""
+    return [(row[0], row[4]) for row in run.recorder.rows(ATTEMPTS.name) if row[3] == "handle" and row[-1]]
 
 
 def charted_fraction(run: Run) -> float:
@@ -37,7 +43,7 @@ def charted_fraction(run: Run) -> float:
 
 def n_choices(run: Run) -> int:
     """How often a candidate was chosen."""
-    return sum(one.name == "chosen" for one in run.milestones)
+    return sum(row[5] == "chosen" for row in run.recorder.items)
 
 
 def n_requests(run: Run) -> int:

@@ -42,8 +42,8 @@ LIKE_TARGET, LIKE_DECOY = 0.7, 0.45
 CHARTED = Table("charted", (TIME, VEHICLE, Column("column", "int", "tile"), Column("row", "int", "tile")))
 """Tiles that a module really charted for the first time; what it claims is in the world models alone."""
 ATTEMPTS = Table("attempts", (
-    TIME, VEHICLE, Column("module", "str"), Column("object", "str"), Column("pose_error_m", "float", "m"),
-    Column("succeeded", "bool"),
+    TIME, VEHICLE, Column("module", "str"), Column("does", "str"), Column("object", "str"),
+    Column("pose_error_m", "float", "m"), Column("succeeded", "bool"),
 ))  # fmt: skip
 """Attempts to hold on to objects and to handle them, with the distance from where the vehicle should have been."""
 
@@ -216,7 +216,7 @@ class Effector:
         one = world.objects[number]
         (drawn,) = self._looks.draws(world.seed, number, 1)
         succeeds = drawn < math.exp(-((off_m / self._settings.tolerance_m) ** 2))
-        row = self._settings.name, one.name, math.dist(at_m, one.position_m), succeeds
+        row = self._settings.name, self._settings.does, one.name, math.dist(at_m, one.position_m), succeeds
         if not succeeds:
             return [Observation(row=row)]
         done = "heldBy" if self._settings.does == "hold" else "handledBy"

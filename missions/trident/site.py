@@ -20,6 +20,8 @@ APART_M = 35.0
 """Objects lie so far from each other where there is room for that."""
 RIM_M = 10.0
 """No object is drawn so near to the rim of its block."""
+TARGET = "target"
+"""Name of the target in tables."""
 DRAWS = 64
 """Places tried for an object before it lies nearer to others."""
 
@@ -132,7 +134,7 @@ def lying(blocks: Sequence[Block], target_m: Point | None, n_decoys: int, seed: 
     """
     found: list[Lying] = []
     for number in range(1 + n_decoys):
-        name = f"decoy {number}" if number else "target"
+        name = f"decoy {number}" if number else TARGET
         at_m = target_m if target_m is not None and not number else _drawn_m(blocks, number, seed, found)
         found.append(Lying(name, at_m, not number))
     return tuple(found)

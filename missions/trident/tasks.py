@@ -144,7 +144,7 @@ def _operators() -> list[Operator]:
 
 def _is_localised(facts: FactsLike, job: str, candidate: str, service: str, after: str) -> bool:
     """True unless the vehicle ``after`` is to have a fix before."""
-    return not after or facts.get(("fixedOn", after)) is not None
+    return not after or bool(facts.get(("fixedOn", after)))
 
 
 def _is_open(facts: FactsLike, recovery: str) -> bool:

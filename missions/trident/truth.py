@@ -7,7 +7,7 @@ from missions.meeting.truth import JobTruth
 from missions.trident.choreography import Monitor
 from missions.trident.modules import ATTEMPTS, CHARTED
 from missions.trident.scenario import TridentScenario
-from missions.trident.site import Site, Tile
+from missions.trident.site import TARGET, Site, Tile
 from missions.trident.tasks import WORKING
 from remoras.mission import FleetView, Milestone
 from remoras.recorder import Recorder
@@ -35,24 +35,21 @@ class TridentTruth(JobTruth):
         self._items = recorder.items
         self._n_charted = self._n_attempts = self._n_items = 0
         self._charted: set[Tile] = set()
-        self._handles = {
-            (vehicle.name, str(table.get("name") or table.get("type")))
-            for vehicle in scenario.vehicle
-            for table in vehicle.sensor
-            if table.get("does") == "handle"
-        }
-        self._targets = {one.name for one in site.objects if one.is_target}
         self.is_recovered = False
 
-    def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Note jobs, tiles, attempts, choices, and what was said since the last look."""
-        super().watch(fleet, now_s)
+    def observe(self, fleet: FleetView, now_s: float) -> bool:
+        """Note what has happened, whoever is in contact; True once all is done and the group is together."""
+        self._take_note(now_s)
+        return super().observe(fleet, now_s)
+
+    def _take_note(self, now_s: float) -> None:
+        """Tiles, attempts, choices, and what was said since the last look."""
         for _, _, column, row in self._charted_rows[self._n_charted :]:
             self._charted.add((column, row))
         self._n_charted = len(self._charted_rows)
-        for time_s, vehicle, module, of, _, succeeded in self._attempt_rows[self._n_attempts :]:
+        for time_s, vehicle, _, does, of, _, succeeded in self._attempt_rows[self._n_attempts :]:
             if succeeded:
-                self._note_success(time_s, vehicle, (vehicle, module) in self._handles, of in self._targets)
+                self._note_success(time_s, vehicle, does == "handle", of == TARGET)
         self._n_attempts = len(self._attempt_rows)
         for item in self._items[self._n_items :]:
             if item[5] == "chosen":

@@ -114,10 +114,10 @@ def test_an_attempt_succeeds_the_less_the_farther_off_it_is(off_m: float) -> Non
         ticks = [module.sense(pose(50.0 + off_m, 50.0), site(seed), float(s)) for s in range(11)]
         (outcome,) = ticks[-1]
         assert not any(ticks[:-1])
-        assert outcome.row[:2] == ("arm", "target")
-        assert outcome.row[2] == pytest.approx(off_m)
-        n += outcome.row[3]
-        assert bool(outcome.facts) == outcome.row[3]
+        assert outcome.row[:3] == ("arm", "handle", "target")
+        assert outcome.row[3] == pytest.approx(off_m)
+        n += outcome.row[4]
+        assert bool(outcome.facts) == outcome.row[4]
     share = math.exp(-(off_m**2))  # tolerance 1 m
     assert n / 400 == pytest.approx(share, abs=3.0 * math.sqrt(share * (1.0 - share) / 400) + 1e-9)
 
