@@ -59,7 +59,7 @@ from remoras.sensor import SensorSettings
 from remoras.work import Job, Point
 
 ESCORTING = "Escorting"
-ESCORT_IMPORTANCE = 0.45
+ESCORT_IMPORTANCE = 0.55
 """Of keeping near to a vehicle that gets fixes: below work, above the meeting."""
 
 
