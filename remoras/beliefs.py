@@ -179,6 +179,10 @@ class Beliefs:
         """True if an instance is seen to be of a class, by its types or by what follows from facts."""
         return bool(self.model.inference.classes(self.uid(name)) >> self._tbox.class_named(of_class).uid & 1)
 
+    def instances(self, of_class: str) -> tuple[str, ...]:
+        """The names of all that is seen to be of a class, by types or by what follows from facts."""
+        return tuple(one.name for one in self.model.instances_of(self._tbox.class_named(of_class).uid))
+
     def linked(self, key: Key) -> tuple[str, ...]:
         """The names of all that an instance links to: by the latest value, by what all know, and by what follows."""
         subject, attribute = self._slots.get(key) or self._slot(key)

@@ -33,6 +33,7 @@ from remoras.slots import NewSlots
 from remoras.traffic import FrameBegins, FrameEnds, SlotOpens, Traffic
 from remoras.vehicle import Vehicle
 from remoras.view import ReadOnlyFleet
+from remoras.work import Point
 
 COLLECT_AFTER = 1_000_000
 """New objects after which the garbage collector looks for cycles during a run."""
@@ -365,6 +366,13 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
                     vehicle.learn(sender.name, blocks, self._clock_of(vehicle).reads(now_s))
 
     # What is so ----------------------------------------------------------------------------------
+
+    def carried_m(self, vehicle: str, sensor: str | None) -> Point | None:
+        """Where a vehicle is that is a beacon to others; None while it, or the sensor by which it is one, is silent."""
+        carrier = next(one for one in self.vehicles if one.name == vehicle)
+        condition = carrier.condition
+        is_silent = not carrier.is_alive or condition.is_mute or sensor in condition.dead_sensors
+        return None if is_silent else carrier.functional.motion.position_m
 
     def _record(self, now_s: float) -> None:
         append = self.recorder.trajectories.append

@@ -13,7 +13,7 @@ setting a run up          ``from_scenario``, ``jobs``, ``world``, ``founding_obj
                           ``instances``, ``instances_found_per_vehicle``, ``most_observations``,
                           ``vocabulary_used``, ``groups_of``
 social layer, at sea      ``social_domain``, ``is_individual``, ``activity_domain``, ``activities``,
-                          ``activity_sets``, ``findings``, ``completion``
+                          ``activity_sets``, ``findings``, ``conclusions``, ``completion``
 functional layer, at sea  ``behaviour_for``
 after a run               ``metrics``, ``figures``, ``places``
 ========================  ===========================================================================================
@@ -79,86 +79,68 @@ class VehicleView(Protocol):
     @property
     def name(self) -> str:
         """Name of the vehicle."""
-        ...
 
     @property
     def position_m(self) -> Point:
         """Where it really is."""
-        ...
 
     @property
     def speed_mps(self) -> float:
         """How fast it really moves."""
-        ...
 
     @property
     def data(self) -> VehicleData:
         """What it really is in this run."""
-        ...
 
     @property
     def is_alive(self) -> bool:
         """True while it has energy and no fault has taken it away."""
-        ...
 
     @property
     def is_in_contact(self) -> bool:
         """True while it is alive and no fault keeps it from hearing or from being heard."""
-        ...
 
     @property
     def sensing(self) -> tuple[str, ...]:
         """Names of its sensors that were on, and worked, in the last motion tick."""
-        ...
 
     @property
     def organisation(self) -> Organisation:
         """Groups and roles as the vehicle sees them."""
-        ...
 
     @property
     def performed(self) -> tuple[str, ...]:
         """Names of the activity sets that it performs; the same object until it decides anew."""
-        ...
 
     @property
     def finished(self) -> Sequence[Objective]:
         """Objectives for which it has done all there was to do, in order."""
-        ...
 
     @property
     def issued(self) -> Iterable[Any]:
         """Role assignments that it has given out."""
-        ...
 
     @property
     def issued_objectives(self) -> Iterable[Objective]:
         """Objectives that it has given to roles."""
-        ...
 
     def objectives_of(self, vehicle: str) -> tuple[Objective, ...]:
         """Objectives that ``vehicle`` has, as this one sees it."""
-        ...
 
     def leads(self, group: str) -> bool:
         """True if it is a head of ``group`` and has the social layer."""
-        ...
 
     def has_planned(self, group: str) -> bool:
         """True once it has planned the mission of ``group``."""
-        ...
 
     def gives_out(self, group: str) -> bool:
         """True while ``group`` has work that it still has to give out or to see done."""
-        ...
 
     def can_play(self, group: str, role: str) -> bool:
         """True if it is able to play that role of the group."""
-        ...
 
     def has_met(self, group: str) -> bool:
         """True if it takes ``group`` for gathered."""
-        ...
 
 
 class FleetView(Protocol):
@@ -214,7 +196,8 @@ class SocialPart(Protocol):
         * ``("allocated", group)``: the strategy has allocated the roles, and nobody has left since;
         * ``("objective", "Group.Role.Objective")``: its argument, once it counts;
         * ``("formed", group)``: the group is there; ``("formation", group)``: how often it has been formed at sea;
-        * ``("given", "Group.Mission")``: it has it; ``("hasMission", group)``: the newest; ``("data", vehicle)``: data.
+        * ``("given", "Group.Mission")``: it has it; ``("hasMission", group)``: the newest; ``("data", vehicle)``: data;
+        * ``("instances", class)``: names of all that is seen to be of a class, told or concluded.
 
         A step ``AssignObjective`` runs until its effects hold. If its role falls vacant meanwhile, it has failed.
         """
@@ -296,6 +279,15 @@ class SocialPart(Protocol):
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
         """What the head of ``group`` concludes at each decision from what it has heard; nothing by default."""
+        return ()
+
+    def conclusions(
+        self, data: VehicleData, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
+    ) -> Sequence[Finding]:
+        """What a vehicle concludes for itself at each decision, whomever it leads; nothing by default.
+
+        It is told to whoever needs it. What is concluded once should not be concluded again from what follows.
+        """
         return ()
 
 

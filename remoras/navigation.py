@@ -24,10 +24,20 @@ SURFACE_M = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Beacon:
-    """Something whose place is known: who is within ``range_m`` of it has a fix."""
+    """Something whose place is known: who is within ``range_m`` of it has a fix.
 
-    position_m: Point
+    Attributes:
+        position_m: where it stands, or a function that says where it is now, None while it is silent: so a vehicle
+            that knows its place is a beacon to others.
+    """
+
+    position_m: Point | Callable[[], Point | None]
     range_m: float
+
+    def reaches(self, position_m: Point) -> bool:
+        """True if it is heard at a place."""
+        at_m = self.position_m() if callable(self.position_m) else self.position_m
+        return at_m is not None and math.dist(position_m, at_m) <= self.range_m
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +85,7 @@ class Navigation:
             way_m: that it has gone in the tick; dt_s: its length.
         """
         constants, (x_m, y_m) = self._constants, self.error_m
-        if self._is_surfaced or any(math.dist(position_m, one.position_m) <= one.range_m for one in constants.beacons):
+        if self._is_surfaced or any(one.reaches(position_m) for one in constants.beacons):
             left = math.exp(-dt_s / constants.fix_s)
             self.error_m = left * x_m, left * y_m
             self._course_rad = None

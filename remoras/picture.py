@@ -22,6 +22,7 @@ class Body:
         contacts_m: where the obstacle sonar sees vehicles; it does not tell which.
         settled_s: since when the vehicle has stayed near one place.
         sensors_on: names of the sensors that are switched on, whether they work or not.
+        answering: names of the sensors that tell their state, on or off, and tell that they work.
     """
 
     now_s: float = 0.0
@@ -32,6 +33,7 @@ class Body:
     contacts_m: tuple[Point, ...] = ()
     settled_s: float = 0.0
     sensors_on: tuple[str, ...] = ()
+    answering: tuple[str, ...] = ()
 
 
 @dataclass(slots=True)

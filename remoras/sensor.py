@@ -110,6 +110,11 @@ class SensorSettings(BaseModel):
     name: str = Field("", description="name by which activities switch it on; its type if absent")
     equipment: str = Field("", description="class of the ontology that it is of; that of its type if absent")
 
+    @property
+    def tells_state(self) -> bool:
+        """True if the vehicle can ask it, on or off, whether it works; most sensors just fall silent when they fail."""
+        return False
+
     def make(self, data: VehicleData) -> Sensor:
         """The sensor of a vehicle, made anew for every run; ``data`` are what the vehicle really is in that run."""
         raise NotImplementedError(f"{type(self).__name__} does not say how its sensor is made: define make(data)")

@@ -157,7 +157,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
             self.conclude(self.social.standing.resign(), now_s)
         if decision.has(ActivityType.PLANNING) and self.social.planner.is_due:
             _plan(self, now_s)
-        self.conclude(self.social.findings(functional.believed), now_s, not self.social.standing.is_cut_off)
+        _conclude(self, now_s)
 
     def _note_what_is_done(self, perceptions: Sequence[Perception], now_s: float) -> bool:
         """Make known the first objective for which all has been done, or that cannot be done; True if there was one."""
@@ -310,6 +310,13 @@ def _recorded(sensed: Sensed, vehicle: Vehicle, now_s: float) -> Change:
         raise PluginError(
             f"sensor {sensed.sensor} of {vehicle.name}: its observation cannot be recorded: {error}{hint}"
         ) from error
+
+
+def _conclude(vehicle: Vehicle, now_s: float) -> None:
+    """Make known what a vehicle concludes as the leader of its groups, and for itself."""
+    social, motion, picture = vehicle.social, vehicle.functional.believed, vehicle.functional.picture
+    vehicle.conclude(social.findings(motion), now_s, not social.standing.is_cut_off)
+    vehicle.conclude(social.conclusions.of_its_own(vehicle.data, social.present, picture, motion), now_s)
 
 
 def _plan(vehicle: Vehicle, now_s: float) -> None:

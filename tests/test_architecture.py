@@ -38,6 +38,9 @@ ROOMS: dict[str, set[str]] = {
     },
     "missions.meeting": {"missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.mapping": {"missions.mapping", "missions.meeting", "missions.scenarios", "missions", "remoras"},
+    "missions.trident": {
+        "missions.trident", "missions.meeting", "missions.scenarios", "missions", "remoras", "worldmodel",
+    },
     "missions.runs": {
         "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.social", "remoras.executive",
         "remoras.functional", "exchange", "exchange.acoustics", "worldmodel", "worldmodel.rdf",
@@ -62,6 +65,7 @@ DOORS: dict[str, set[str]] = {
     "exchange.study": {"exchange.acoustics.loss"},
     "remoras": {"exchange.acoustics.loss"},
     "missions.mapping": {"exchange.acoustics.loss"},
+    "missions.trident": {"exchange.acoustics.loss"},
     "missions.scenarios": {"remoras.executive.satisfaction"},
     "visualisation": {"missions.runs.results", "missions.sweeps.folder", "missions.comparison"},
     "visualisation.runs": {"missions.runs.results"},
@@ -79,7 +83,13 @@ STAND_ALONE = {
 FACE = ("remoras", "remoras.face", "remoras.swept")
 ROOF = "remoras.cli"
 ENTRY = "remoras.__main__"
-WORDS_OF = {"missions.mapping": ("area", "areas", "swath", "swaths", "cell", "cells", "coverage", "mapped")}
+WORDS_OF = {
+    "missions.mapping": ("area", "areas", "swath", "swaths", "cell", "cells", "coverage", "mapped"),
+    "missions.trident": (
+        "trident", "choreography", "decoy", "decoys", "clamp", "gripper", "reacquire", "reacquiring", "usbl",
+        "likeness", "recogniser", "transponder",
+    ),
+}  # fmt: skip
 """Words of a mission that nothing outside its folder may know."""
 GENERAL = ("ReturningToArea", "area of operations", "areas of operations")
 """A vehicle stays in the area of operations whatever its mission is."""

@@ -217,12 +217,16 @@ class JobTruth(MeetingTruth):
         """Note the jobs done since the last look."""
         for vehicle in fleet.vehicles:
             for objective in vehicle.finished:
-                done = vehicle.name, objective.argument
-                if objective.name == self._objective and done not in self._noted:
-                    self._noted.add(done)
-                    self._done.add(objective.argument)
-                    self._rows.append((now_s, *done))
-                    self.milestones.append(Milestone(now_s, "job_done", vehicle.name))
+                if objective.name == self._objective:
+                    self.note(vehicle.name, objective.argument, now_s)
+
+    def note(self, vehicle: str, job: str, now_s: float) -> None:
+        """Note that a vehicle has done a job, unless that is noted; for jobs that are not done as objectives, too."""
+        if (vehicle, job) not in self._noted:
+            self._noted.add((vehicle, job))
+            self._done.add(job)
+            self._rows.append((now_s, vehicle, job))
+            self.milestones.append(Milestone(now_s, "job_done", vehicle))
 
     @property
     def goal_fraction(self) -> float:

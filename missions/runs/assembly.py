@@ -200,7 +200,7 @@ def vehicle_of(
                 setup.bounds_m,
                 picture,
                 setup.scenario.guidance.constants(),
-                sea_of(setup.scenario, data, seed),
+                sea_of(setup.scenario, data, seed, fleet.carried_m),
             ),
         ),
         Radio(

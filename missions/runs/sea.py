@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 from exchange.acoustics import loss
 from missions.scenarios.scenario import Scenario
 from remoras.database import VehicleData
 from remoras.navigation import Beacon, Navigation, NavigationConstants
 from remoras.sea import Sea
+from remoras.work import Point
+
+CarriedM = Callable[[str, str | None], Point | None]
 
 
 def actual(data: VehicleData, spread: float, seed: int) -> VehicleData:
@@ -22,22 +26,27 @@ def actual(data: VehicleData, spread: float, seed: int) -> VehicleData:
     return data.faster(1.0 + spread * (2.0 * loss.uniform(seed, loss.SPEEDS, data.node, 0, 0) - 1.0))
 
 
-def sea_of(scenario: Scenario, data: VehicleData, seed: int) -> Sea:
+def sea_of(scenario: Scenario, data: VehicleData, seed: int, carried_m: CarriedM) -> Sea:
     """The sea around a vehicle; draws are keyed by seed and node, in streams of their own.
 
     Args:
         scenario: the whole input.
         data: of the vehicle.
         seed: root of all draws.
+        carried_m: where a beacon is that a vehicle carries, see ``Fleet.carried_m``.
     """
-    return Sea(scenario.current.water(), _navigation(scenario, data, seed), _misses(scenario, data, seed))
+    return Sea(scenario.current.water(), _navigation(scenario, data, seed, carried_m), _misses(scenario, data, seed))
 
 
-def _navigation(scenario: Scenario, data: VehicleData, seed: int) -> Navigation | None:
+def _navigation(scenario: Scenario, data: VehicleData, seed: int, carried_m: CarriedM) -> Navigation | None:
     table = scenario.navigation
     if table.drift == 0.0:
         return None
-    beacons = tuple(Beacon(beacon.position_m, beacon.range_m) for beacon in scenario.beacon)
+    beacons = tuple(
+        Beacon(beacon.position_m or partial(carried_m, beacon.vehicle or "", beacon.sensor), beacon.range_m)
+        for beacon in scenario.beacon
+        if beacon.vehicle != data.name
+    )
 
     def direction_rad(n_way: int) -> float:
         return math.tau * loss.uniform(seed, loss.DRIFTS, n_way, data.node, 0)

@@ -28,7 +28,7 @@ from missions.scenarios.organisation_checks import organisation_faults
 from missions.scenarios.parts import database_of, groups_of, strategy_named
 from missions.scenarios.policy import key_faults, policy_faults
 from missions.scenarios.scenario import Scenario
-from missions.scenarios.sea import current_faults
+from missions.scenarios.sea import beacon_faults, current_faults
 from missions.scenarios.slots import slot_faults
 from missions.scenarios.starts import start_faults
 from missions.scenarios.tables import Raw, bounds_of, entries, names_of, one_of, point_of, table_of, text_of
@@ -55,7 +55,7 @@ def cross_faults(raw: Raw, mission: type[Mission] | None) -> list[ConfigurationF
     """
     checks = (
         _names, _slots, _times, _world, _origin, _choices, _weights, channel_faults,
-        _vehicles, start_faults, current_faults, information_faults, slot_faults,
+        _vehicles, start_faults, current_faults, beacon_faults, information_faults, slot_faults,
     )  # fmt: skip
     faults = [fault for check in checks for fault in check(raw)]
     gear = gear_of(raw, mission)

@@ -8,7 +8,19 @@ from collections.abc import Iterator
 from pydantic import Field
 
 from missions.errors import ConfigurationFault
-from missions.scenarios.tables import Name, PointM, Positive, Raw, Section, entries, table_of
+from missions.scenarios.abilities import sensor_tables
+from missions.scenarios.tables import (
+    Name,
+    PointM,
+    Positive,
+    Raw,
+    Section,
+    Sparse,
+    entries,
+    names_of,
+    one_of,
+    table_of,
+)
 from remoras.current import Current
 
 
@@ -48,11 +60,17 @@ class NavigationTable(Section):
     fix_s: Positive = Field(10.0, description="time in which that error falls to 1/e, at the surface and near a beacon")
 
 
-class BeaconTable(Section):
-    """One ``[[beacon]]``."""
+class BeaconTable(Sparse):
+    """One ``[[beacon]]``, which stands somewhere or is carried by a vehicle."""
+
+    UNSAID = frozenset({"position_m", "vehicle", "sensor"})
 
     name: Name = Field(description="name of the beacon")
-    position_m: PointM = Field(description="x east, y north")
+    position_m: PointM | None = Field(None, description="where it stands, x east, y north; or name a vehicle")
+    vehicle: str | None = Field(None, description="vehicle that carries it, instead of position_m")
+    sensor: str | None = Field(
+        None, description="sensor of that vehicle by which it is a beacon: while the sensor is dead there is no fix"
+    )
     range_m: Positive = Field(description="within this distance of it vehicles learn where they are")
 
 
@@ -82,6 +100,22 @@ def current_faults(raw: Raw) -> Iterator[ConfigurationFault]:
     if worst is not None:
         key = max(given, key=lambda key: abs(given[key]))
         yield ConfigurationFault(f"current.{key}", str(given[key]), worst[1])
+
+
+def beacon_faults(raw: Raw) -> Iterator[ConfigurationFault]:
+    """Beacons that neither stand somewhere nor are carried, or both; carried by nobody, or by what nobody has."""
+    vehicles = entries(raw, "vehicle")
+    for beacon in entries(raw, "beacon"):
+        key, carrier = f"beacon.{beacon.get('name')}", beacon.get("vehicle")
+        if ("position_m" in beacon) == ("vehicle" in beacon):
+            given = "both" if "vehicle" in beacon else "neither"
+            allowed = f"has {given} position_m and vehicle; allowed: one of them"
+            yield ConfigurationFault(key, "", allowed.replace("neither position_m and", "neither position_m nor"))
+        yield from one_of(f"{key}.vehicle", carrier, names_of(raw, "vehicle"))
+        if "sensor" in beacon and carrier is not None:
+            own = [table for one in vehicles if one.get("name") == carrier for table in sensor_tables(one)]
+            names = [str(table.get("name") or table.get("type")) for table in own]
+            yield from one_of(f"{key}.sensor", beacon["sensor"], names)
 
 
 def _is_number(value: object) -> bool:

@@ -35,6 +35,11 @@ def _shifted(motion: Motion, by_m: Point) -> Motion:
     return replace(motion, x_m=motion.x_m + by_m[0], y_m=motion.y_m + by_m[1])
 
 
+def _answering(data: VehicleData, dead: Collection[str]) -> tuple[str, ...]:
+    """Names of the sensors that tell their state, but for the dead."""
+    return tuple(one.name for one in data.sensors if one.tells_state and one.name not in dead)
+
+
 def _reserve_per_m(data: VehicleData, speed_mps: float) -> float:
     """Share of the battery that a metre of the way home takes at a speed, with the margin."""
     return HOME_MARGIN * (data.power_w(speed_mps) / speed_mps) / data.energy_j
@@ -112,6 +117,7 @@ class FunctionalLayer:
         self._of_set: dict[ActivitySet, Behaviour] = {}
         self._behaviours: list[Behaviour] = []
         self._guiding: int | None = None
+        picture.body.answering = _answering(data, ())
 
     @property
     def sensing(self) -> tuple[str, ...]:
@@ -131,6 +137,7 @@ class FunctionalLayer:
             dead_sensors: names of the sensors that yield nothing.
         """
         self._guidance.slow_down(speed_factor)
+        self.picture.body.answering = _answering(self.data, dead_sensors)
         self._reserve_per_m = _reserve_per_m(self.data, speed_factor * self.data.survey_speed_mps)
         self._sensing.impair(dead_sensors)
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact
+from remoras.database import VehicleData
 from remoras.mission import Finding, SocialPart
 from remoras.motion import Motion
 from remoras.organisation import Organisation
@@ -57,6 +58,17 @@ class Conclusions:
             raise broken_promise(self._mission_name, "findings", expected, error) from error
         if found and not all(isinstance(one, Finding) for one in found):
             raise broken_promise(self._mission_name, "findings", expected, found)
+        return self._facts_of(found)
+
+    def of_its_own(self, data: VehicleData, organisation: Organisation, picture: Picture, motion: Motion) -> list[Fact]:
+        """What a vehicle concludes for itself; arguments as of ``of_head``."""
+        found: Sequence[Finding] = answer(
+            self._mission_name,
+            "conclusions",
+            "a list of Finding",
+            lambda given: all(isinstance(one, Finding) for one in given),
+            lambda: tuple(self._mission.conclusions(data, organisation, self._beliefs, picture, motion)),
+        )
         return self._facts_of(found)
 
     def _facts_of(self, findings: Iterable[Finding]) -> list[Fact]:

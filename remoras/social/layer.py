@@ -138,7 +138,7 @@ class SocialLayer:
         self._founding = frozenset(agreement.objectives)
         self._jobs = mission.jobs
         self.pursuit = Pursuit(database[me], mission, self._mission_name)
-        self._conclusions = Conclusions(me, mission, self._mission_name, beliefs)
+        self.conclusions = Conclusions(me, mission, self._mission_name, beliefs)
         self._gatherings = Gatherings(beliefs, [one.name for one in agreement.groups], agreement.meets_after)
         rules = Rules(database, strategy.declaration.authorities, self._jobs, agreement.supervisors, agreement.at_sea)
         self.standing = Standing(me, rules, beliefs, agreement.organisation, lease_s, picture.frame_s, until_s)
@@ -317,7 +317,7 @@ class SocialLayer:
             else:
                 idle_since_s.setdefault(name, self._picture.body.now_s)
             if not self._holds(work[name]):
-                facts += self._conclusions.of_head(name, self.present, self._picture, motion)
+                facts += self.conclusions.of_head(name, self.present, self._picture, motion)
         return facts
 
     def gives_out(self, group: str) -> bool:
@@ -336,7 +336,7 @@ class SocialLayer:
 
     def completed(self, objective: Objective) -> list[Fact]:
         """What to make known when all has been done for ``objective``."""
-        if facts := self._conclusions.completion(objective):
+        if facts := self.conclusions.completion(objective):
             self.finished.append(objective)
         return facts
 

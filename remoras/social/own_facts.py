@@ -64,6 +64,8 @@ class OwnFacts:
                 return self.said.formations.number(about) or default
             case "data":
                 return self.database[about]
+            case "instances":
+                return self.beliefs.instances(about)
         if self.gatherings.is_undone(key, self.is_cut_off):
             return default
         return self.beliefs.get(key, default)

@@ -151,13 +151,17 @@ def check_jobs(setup: Setup) -> None:
 
 
 class Knowledge:
-    """What a vehicle knows before anything happens: who plays which role."""
+    """What a vehicle knows before anything happens: who plays which role, and what is of which class."""
 
     def __init__(self, setup: Setup) -> None:
-        self._organisation = setup.agreement.organisation
+        self._setup, self._organisation = setup, setup.agreement.organisation
 
     def get(self, key: Any, default: Any = None, /) -> Any:
-        """Members of a role; nothing else is known."""
+        """Members of a role, instances of a class; nothing else is known."""
+        if key[0] == "instances":
+            tbox = self._setup.tbox
+            wanted = tbox.class_named(key[1]).uid
+            return tuple(one.name for one in self._setup.instances if tbox.is_a(one.class_uid, wanted))
         return self._organisation.members(*key[1].split(".")) if key[0] == "members" else default
 
 

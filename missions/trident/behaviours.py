@@ -1,0 +1,297 @@
+"""How the steps of the work are carried out; each says for itself when it has failed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Set
+from typing import NamedTuple
+
+from missions.trident.jobs import SHARE_USED, survey_speed_mps
+from missions.trident.modules import EffectorSettings, FinderSettings, SurveyorSettings
+from missions.trident.site import Block
+from remoras.behaviours import (
+    ADVANCING,
+    CAPTURE_M,
+    DONE,
+    FAILED,
+    IDLE,
+    Approach,
+    Behaviour,
+    Perception,
+    Reference,
+    attracted,
+    distance_m,
+)
+from remoras.database import VehicleData
+from remoras.motion import Motion
+from remoras.picture import Picture
+from remoras.work import Known, Point
+
+CREEP_MPS, NEAR_M, IN_PLACE_M = 0.3, 8.0, 0.1
+"""Over the last metres a vehicle goes this slowly, from so far away, until it is so near."""
+ATTEMPTS = 12
+"""A step by an effector has failed when so many attempts could have been made."""
+MARGIN_S = 60.0
+"""Time on site beside what the attempts take."""
+
+
+class Waiting(Behaviour):
+    """Waits for what another vehicle does; there is nothing to do meanwhile."""
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Nothing to do."""
+        return IDLE
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """Nowhere."""
+        return None
+
+
+class Lane(NamedTuple):
+    """A straight part of a survey: where it begins and ends, and the tiles along it by number."""
+
+    begin_m: Point
+    end_m: Point
+    tiles: frozenset[int]
+
+
+class Surveying(Behaviour):
+    """Goes along the lanes of a block that are not charted yet, the nearest first.
+
+    Args:
+        block: that is surveyed; settings: of the module; data: of the vehicle.
+        patience_s: on its way over tiles that stay blank for so long, the step has failed.
+        asked: name of the service, if it surveys only while it is asked to; it does not say then when it is done.
+    """
+
+    def __init__(
+        self, block: Block, settings: SurveyorSettings, data: VehicleData, patience_s: float, asked: str | None = None
+    ) -> None:
+        self._block, self._patience_s, self._asked = block, patience_s, asked
+        self._transit_mps, self._survey_mps = data.transit_speed_mps, survey_speed_mps(data, settings)
+        self._approach = Approach(self._transit_mps)
+        self._left = list(lanes(block, settings.reach_m))
+        self._lane: Lane | None = None
+        self._is_on_lane = False
+        self._blank_s = 0.0
+        self._looked_s = math.inf
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due while lanes are left, the less the farther away; failed where tiles stay blank that it has passed."""
+        if self._asked is not None and not self._is_asked(picture.facts):
+            return IDLE
+        now_s, charted = picture.body.now_s, picture.facts.values(("chartedTile", self._block.name))
+        self._follow(motion, charted, performed)
+        if self._lane is None:
+            return DONE if self._asked is None else IDLE
+        if performed and self._is_on_lane:
+            self._note_yield(motion, charted, max(0.0, now_s - self._looked_s))
+        self._looked_s = now_s
+        if self._blank_s > self._patience_s:
+            return FAILED
+        if self._is_on_lane and performed:
+            return ADVANCING
+        to_go_m = distance_m(motion, self._lane.begin_m)
+        return Perception(attracted(to_go_m).stimulus, self._approach.advance(to_go_m, now_s, performed))
+
+    def _is_asked(self, facts: Known) -> bool:
+        is_done = facts.get(("surveyedBy", self._block.name)) is not None
+        return not is_done and facts.get(("requestedOf", self._block.name)) == self._asked
+
+    def _note_yield(self, motion: Motion, charted: Set[int], dt_s: float) -> None:
+        """Compare what is below with the map: what the vehicle is over should be charted."""
+        if self._lane is None:
+            return
+        near = [n for n in self._lane.tiles if distance_m(motion, self._block.centre_of(n)) <= self._block.tile_m]
+        if near:
+            self._blank_s = self._blank_s + dt_s if charted.isdisjoint(near) else 0.0
+
+    def _follow(self, motion: Motion, charted: Set[int], performed: bool) -> None:
+        """Go on from lane to lane; a lane that was left is begun anew."""
+        if self._lane is not None and self._is_on_lane:
+            if distance_m(motion, self._lane.end_m) <= CAPTURE_M:
+                self._lane, self._is_on_lane = None, False
+            elif not performed:
+                self._left.append(self._lane)
+                self._lane, self._is_on_lane = None, False
+        if self._lane is None:
+            self._left = [lane for lane in self._left if not lane.tiles <= charted]
+            ways = self._both_ways
+            if ways:
+                self._lane = min(ways, key=lambda one: distance_m(motion, one.begin_m))
+                self._left = [one for one in self._left if one.tiles != self._lane.tiles]
+        if self._lane is not None and distance_m(motion, self._lane.begin_m) <= CAPTURE_M:
+            self._is_on_lane = True
+
+    @property
+    def _both_ways(self) -> list[Lane]:
+        return [way for lane in self._left for way in (lane, Lane(lane.end_m, lane.begin_m, lane.tiles))]
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """To the beginning of the lane in transit, along it at the speed of the survey."""
+        if self._lane is None:
+            return None
+        if self._is_on_lane or distance_m(motion, self._lane.begin_m) <= CAPTURE_M:
+            return Reference(self._lane.end_m, self._survey_mps)
+        return Reference(self._lane.begin_m, self._transit_mps)
+
+
+def lanes(block: Block, reach_m: float) -> Iterator[Lane]:
+    """Lanes along the longer side of a block, so near to each other that a module sees all, and the tiles of each.
+
+    Args:
+        block: that is surveyed.
+        reach_m: how far the module sees to both sides; tiles count as seen by their centre.
+
+    >>> [(lane.begin_m, lane.end_m) for lane in lanes(Block("north", 0.0, 0.0, 80.0, 40.0, 20.0), 15.0)]
+    [((0.0, 10.0), (80.0, 10.0)), ((0.0, 30.0), (80.0, 30.0))]
+    """
+    width_m, height_m = block.east_m - block.west_m, block.north_m - block.south_m
+    along_x = width_m >= height_m
+    across_m = height_m if along_x else width_m
+    n = max(1, math.ceil(across_m / (2.0 * SHARE_USED * reach_m) - 1e-9))
+    step_m = across_m / n
+    for lane in range(n):
+        at_m = (block.south_m if along_x else block.west_m) + (lane + 0.5) * step_m
+        ends = (
+            ((block.west_m, at_m), (block.east_m, at_m)) if along_x else ((at_m, block.south_m), (at_m, block.north_m))
+        )
+        tiles = frozenset(
+            number
+            for number, (column, row) in enumerate(block.tiles)
+            if abs(((row if along_x else column) + 0.5) * block.tile_m - at_m) <= step_m / 2.0 + 1e-6
+        )
+        yield Lane(*ends, tiles)
+
+
+class Ranging(Behaviour):
+    """Goes to the transponder and stays until there was a fix.
+
+    Args:
+        place_m: of the transponder; data: of the vehicle; patience_s: on site.
+    """
+
+    def __init__(self, place_m: Point, data: VehicleData, patience_s: float) -> None:
+        self._place_m, self._data, self._patience_s = place_m, data, patience_s
+        self._approach = Approach(data.transit_speed_mps)
+        self._since_s: float | None = None
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due until there was a fix."""
+        if picture.facts.get(("fixedOn", self._data.name)):
+            return IDLE
+        now_s, to_go_m = picture.body.now_s, distance_m(motion, self._place_m)
+        if to_go_m > NEAR_M:
+            return Perception(attracted(to_go_m).stimulus, self._approach.advance(to_go_m, now_s, performed))
+        self._since_s = now_s if self._since_s is None else self._since_s
+        return FAILED if now_s - self._since_s > self._patience_s else ADVANCING
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """To the transponder; there it stays."""
+        return Reference(
+            self._place_m, 0.0 if distance_m(motion, self._place_m) <= 2.0 else self._data.transit_speed_mps
+        )
+
+
+class Reacquiring(Behaviour):
+    """Goes to where the chosen candidate should be and searches around, on squares, until it is seen.
+
+    Args:
+        job: of the recovery; candidate: that is chosen.
+        settings: of the module; data: of the vehicle.
+        search_m: how far around it searches; then the step has failed.
+    """
+
+    def __init__(self, job: str, candidate: str, settings: FinderSettings, data: VehicleData, search_m: float) -> None:
+        self._job, self._candidate, self._data = job, candidate, data
+        self._search_mps = min(data.survey_speed_mps, settings.speed_limit_mps)
+        self._step_m, self._search_m = 1.5 * settings.range_m, search_m
+        self._approach = Approach(data.transit_speed_mps)
+        self._corner = -1
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due until something is known of the candidate from near; failed once the search is over."""
+        if picture.facts.get(("verdict", self._candidate)) is not None:
+            return IDLE
+        place_m = self._place(picture.facts)
+        if place_m is None:
+            return IDLE
+        now_s, to_go_m = picture.body.now_s, distance_m(motion, self._next(place_m))
+        if performed and to_go_m <= CAPTURE_M:
+            self._corner += 1
+            if self._corner > self._n_corners:
+                return FAILED
+        if self._corner < 0:
+            return Perception(attracted(to_go_m).stimulus, self._approach.advance(to_go_m, now_s, performed))
+        return ADVANCING if performed else attracted(to_go_m)
+
+    @property
+    def _n_corners(self) -> int:
+        return 4 * math.ceil(self._search_m / self._step_m)
+
+    def _place(self, facts: Known) -> Point | None:
+        found: Point | None = facts.get(("chosenAt", self._job))
+        return found
+
+    def _next(self, place_m: Point) -> Point:
+        """The place, then the corners of squares around it."""
+        x_m, y_m = place_m
+        if self._corner < 0:
+            return place_m
+        ring, side = self._corner // 4 + 1, self._corner % 4
+        out_m = self._step_m * ring
+        east, north = ((1, 1), (-1, 1), (-1, -1), (1, -1))[side]
+        return x_m + east * out_m, y_m + north * out_m
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """In transit to nearby, then at the speed at which the module sees something."""
+        place_m = self._place(picture.facts)
+        if place_m is None:
+            return None
+        target_m = self._next(place_m)
+        is_far = self._corner < 0 and distance_m(motion, target_m) > 2.0 * self._step_m
+        return Reference(target_m, self._data.transit_speed_mps if is_far else self._search_mps)
+
+
+class Acting(Behaviour):
+    """Stays at the candidate while an effector tries to hold or to handle it.
+
+    Args:
+        job: of the recovery; candidate: that is chosen.
+        settings: of the module; data: of the vehicle.
+    """
+
+    def __init__(self, job: str, candidate: str, settings: EffectorSettings, data: VehicleData) -> None:
+        self._job, self._candidate, self._data = job, candidate, data
+        self._done = "heldBy" if settings.does == "hold" else "handledBy"
+        self._ends = settings.does == "handle"
+        self._longest_s = ATTEMPTS * settings.attempt_s + MARGIN_S
+        self._approach = Approach(data.transit_speed_mps)
+        self._since_s: float | None = None
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due until the effector has succeeded; failed after as long as ``ATTEMPTS`` take."""
+        if picture.facts.get((self._done, self._candidate)) is not None:
+            return DONE if self._ends else IDLE
+        place_m = self._place(picture.facts)
+        if place_m is None:
+            return IDLE
+        now_s, to_go_m = picture.body.now_s, distance_m(motion, place_m)
+        if to_go_m > CAPTURE_M:
+            return Perception(attracted(to_go_m).stimulus, self._approach.advance(to_go_m, now_s, performed))
+        self._since_s = now_s if self._since_s is None else self._since_s
+        return FAILED if now_s - self._since_s > self._longest_s else ADVANCING
+
+    def _place(self, facts: Known) -> Point | None:
+        found: Point | None = facts.get(("location", self._candidate))
+        return found
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """To the place of the candidate, slowly at last; there it stays."""
+        place_m = self._place(picture.facts)
+        if place_m is None:
+            return None
+        to_go_m = distance_m(motion, place_m)
+        if to_go_m <= IN_PLACE_M:
+            return Reference(place_m, 0.0)
+        return Reference(place_m, CREEP_MPS if to_go_m <= NEAR_M else self._data.transit_speed_mps)

@@ -1,0 +1,150 @@
+"""Choreography: the pattern of messages between vehicles, checked when a scenario is loaded and against what was said.
+
+A pattern is a set of states with the messages that lead from one to another. It is sound if every state can be reached
+from the first and can reach a final one. While a run goes on, the facts in packets move it on: a message that the
+state does not allow is a violation, and so is one that is overdue. A fact counts once, when it is first said, whether
+anybody hears it or not; what is sent again is nothing new.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from missions.trident.scenario import ChoreographyTable, MessageTable
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Table
+
+CHOREOGRAPHY = Table("choreography", (
+    TIME, VEHICLE, Column("state", "str"), Column("says", "str"), Column("subject", "str"), Column("value", "str"),
+    Column("to", "str"), Column("violation", "str"),
+))  # fmt: skip
+"""What was said of the choreography's messages: in which state, and which state followed. A violation is named; the
+state stays as it is then. One that is overdue has no vehicle."""
+UID, ORIGIN, SUBJECT, ATTRIBUTE, VALUE, KIND = 0, 1, 4, 5, 6, 7
+"""Columns of the table ``items`` that count here."""
+PACKET_TIME, SENDER, ITEM_UIDS = 1, 2, 10
+"""Columns of the table ``packets`` that count here."""
+
+
+class Said(NamedTuple):
+    """A fact that a vehicle said first at a time."""
+
+    time_s: float
+    vehicle: str
+    subject: str
+    attribute: str
+    value: str
+
+
+def reachable(arrows: Mapping[str, Iterable[str]], start: Iterable[str]) -> set[str]:
+    """All that can be reached along arrows.
+
+    >>> sorted(reachable({"a": ["b"], "c": ["a"]}, ["a"]))
+    ['a', 'b']
+    """
+    found, left = set(start), list(start)
+    while left:
+        new = set(arrows.get(left.pop(), ())) - found
+        found |= new
+        left += sorted(new)
+    return found
+
+
+def unsound(
+    states: Sequence[str], final: Iterable[str], arrows: Sequence[tuple[str, str]]
+) -> Iterator[tuple[str, str]]:
+    """States that cannot be reached from the first, and those that lead to no final one, with what is wrong.
+
+    >>> list(unsound(["a", "b", "c"], ["b"], [("a", "b"), ("a", "c")]))
+    [('c', 'is a dead end: no message leads from it to a final state, which are b')]
+    """
+    ahead, back = defaultdict(list), defaultdict(list)
+    for state, to in arrows:
+        ahead[state].append(to)
+        back[to].append(state)
+    ends = [one for one in final if one in states]
+    there, out = reachable(ahead, states[:1]), reachable(back, ends)
+    for state in states:
+        if state not in there:
+            yield state, f"cannot be reached: no message leads to it from {states[0]}, the first state"
+        if state not in out:
+            yield (
+                state,
+                f"is a dead end: no message leads from it to a final state, which are {', '.join(ends) or 'none'}",
+            )
+
+
+class Monitor:
+    """Follows one run.
+
+    Args:
+        pattern: that is to be kept to; without states nothing is checked.
+        recorder: of the run; takes the rows.
+    """
+
+    def __init__(self, pattern: ChoreographyTable, recorder: Recorder) -> None:
+        self._states = {one.name: one for one in pattern.state}
+        self._allowed: dict[str, list[MessageTable]] = defaultdict(list)
+        for message in pattern.message:
+            self._allowed[message.state].append(message)
+        self._alphabet = {message.says for message in pattern.message}
+        self._items, self._packets = recorder.items, recorder.packets
+        self._rows: list[Row] = recorder.rows(CHOREOGRAPHY.name)
+        self._n_items = self._n_packets = 0
+        self._unsaid: dict[str, list[Row]] = {}
+        self.state = pattern.state[0].name if pattern.state else ""
+        self._since_s, self._is_overdue = 0.0, False
+
+    def look(self, now_s: float) -> None:
+        """Take in what was said since the last look."""
+        if not self.state:
+            return
+        for row in self._items[self._n_items :]:
+            if row[ATTRIBUTE] in self._alphabet and row[KIND] == "told":
+                self._unsaid.setdefault(row[UID].partition(".")[0], []).append(row)
+        self._n_items = len(self._items)
+        for packet in self._packets[self._n_packets :]:
+            if self._unsaid:
+                for said in self._said(packet):
+                    self._check_time(said.time_s)
+                    self._move(said)
+        self._n_packets = len(self._packets)
+        self._check_time(now_s)
+
+    def _said(self, packet: Row) -> Iterator[Said]:
+        for uid in packet[ITEM_UIDS]:
+            block = self._unsaid.get(uid)
+            if block is None or block[0][ORIGIN] != packet[SENDER]:
+                continue
+            for row in self._unsaid.pop(uid):
+                yield Said(packet[PACKET_TIME], packet[SENDER], row[SUBJECT], row[ATTRIBUTE], row[VALUE])
+
+    def _move(self, said: Said) -> None:
+        allowed = self._allowed[self.state]
+        fitting = [one for one in allowed if _fits(one, said)]
+        said_row = said.time_s, said.vehicle, self.state, said.attribute, said.subject, said.value
+        if not fitting:
+            expected = "; ".join(_shown(one) for one in allowed) or "nothing"
+            self._rows.append((*said_row, self.state, f"not allowed in state {self.state}; allowed: {expected}"))
+            return
+        self._rows.append((*said_row, fitting[0].to, ""))
+        self.state, self._since_s, self._is_overdue = fitting[0].to, said.time_s, False
+
+    def _check_time(self, now_s: float) -> None:
+        within_s = self._states[self.state].within_s
+        if within_s is None or self._is_overdue or now_s - self._since_s <= within_s:
+            return
+        self._is_overdue = True
+        expected = "; ".join(_shown(one) for one in self._allowed[self.state])
+        late = f"overdue: nothing said in state {self.state} for {within_s:g} s; expected: {expected}"
+        self._rows.append((self._since_s + within_s, "", self.state, "", "", "", self.state, late))
+
+
+def _fits(message: MessageTable, said: Said) -> bool:
+    return message.says == said.attribute and message.value in ("", said.value) and message.by in ("", said.vehicle)
+
+
+def _shown(message: MessageTable) -> str:
+    value = f" {message.value}" if message.value else ""
+    return f"{message.says}{value} by {message.by or 'any vehicle'}"

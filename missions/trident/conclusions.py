@@ -1,0 +1,208 @@
+"""What a vehicle concludes for itself: what its services are worth, who is asked, what is chosen, what is not there.
+
+Each conclusion follows from facts alone, and from which modules answer, so nothing has to be remembered; and none is
+drawn again once it stands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from missions.trident.services import AVAILABLE, CHOOSE, FAILED, Matching, Service, parties
+from missions.trident.site import Block
+from remoras.beliefs import Beliefs
+from remoras.htn import FactsLike
+from remoras.mission import Finding
+from remoras.organisation import Group, Organisation
+from remoras.picture import Picture
+from remoras.work import Point
+
+CANDIDATE = "Candidate"
+
+
+@dataclass(frozen=True)
+class WithMembers:
+    """Beliefs that answer as the facts of plans do: who plays which role, and what is of which class.
+
+    Attributes:
+        beliefs: of the vehicle.
+        organisation: of those who are there.
+    """
+
+    beliefs: Beliefs
+    organisation: Organisation
+
+    def get(self, key: tuple[str, str], default: object = None, /) -> object:
+        """The value of a fact, or ``default`` if it is not known."""
+        if key[0] == "members":
+            return self.organisation.members(*key[1].split("."))
+        return self.beliefs.instances(key[1]) if key[0] == "instances" else self.beliefs.get(key, default)
+
+
+@dataclass(frozen=True)
+class Concluding:
+    """The conclusions of this mission.
+
+    Attributes:
+        matching: says which services are able to do what.
+        groups: by name; blocks: by name.
+        recovery: name of the job.
+        reach_limit_s: a candidate not found again so long after the choice counts as absent.
+    """
+
+    matching: Matching
+    groups: Mapping[str, Group]
+    blocks: Mapping[str, Block]
+    recovery: str
+    reach_limit_s: float
+
+    def of(self, me: str, organisation: Organisation, beliefs: Beliefs, picture: Picture) -> Sequence[Finding]:
+        """What a vehicle makes known now; the first that there is, so that packets stay short.
+
+        Args:
+            me: its name.
+            organisation: of those who are there.
+            beliefs, picture: of the vehicle.
+        """
+        facts, now_s = WithMembers(beliefs, organisation), picture.body.now_s
+        for service in self.matching.services.values():
+            if service.vehicle == me and (found := _status(service, beliefs, picture)):
+                return found
+        for found in (
+            self._asked(me, organisation, facts),
+            self._served(me, beliefs),
+            self._chosen(me, organisation, beliefs, facts, now_s),
+            self._absent(me, organisation, beliefs, now_s),
+            self._adrift(me, beliefs),
+        ):
+            if found:
+                return found
+        return ()
+
+    def _asked(self, me: str, organisation: Organisation, facts: FactsLike) -> list[Finding]:
+        """Ask for the service of another vehicle, where that is the first that is able to survey an own block."""
+        for group, block in self._own(me, organisation):
+            if facts.get(("surveyedBy", block)) is not None:
+                continue
+            ways = self.matching.for_block(me, block, facts, parties(group, facts))
+            if ways and self.matching.services[ways[0]].vehicle != me and facts.get(("requestedOf", block)) != ways[0]:
+                return [Finding(block, "requestedOf", ways[0])]
+        return []
+
+    def _own(self, me: str, organisation: Organisation) -> Iterator[tuple[Group, str]]:
+        """Blocks that this vehicle is to see surveyed, with the group."""
+        for group in self.groups.values():
+            for role in group.roles:
+                if role.job is not None and role.job in self.blocks and organisation.plays(me, group.name, role.name):
+                    yield group, role.job
+
+    def requests(self, me: str, facts: FactsLike) -> list[tuple[str, Service]]:
+        """Blocks that a vehicle is asked to survey, and by which service."""
+        found = []
+        for block in self.blocks:
+            asked = self.matching.services.get(facts.get(("requestedOf", block)) or "")
+            if asked is not None and asked.vehicle == me and facts.get(("surveyedBy", block)) is None:
+                found.append((block, asked))
+        return found
+
+    def _served(self, me: str, beliefs: Beliefs) -> list[Finding]:
+        """A block that was surveyed on request is done once all its tiles are known to be charted."""
+        for block, _ in self.requests(me, beliefs):
+            if len(beliefs.values(("chartedTile", block))) >= len(self.blocks[block].tiles):
+                return [Finding(block, "surveyedBy", me)]
+        return []
+
+    # The choice ----------------------------------------------------------------------------------
+
+    def _chosen(
+        self, me: str, organisation: Organisation, beliefs: Beliefs, facts: FactsLike, now_s: float
+    ) -> list[Finding]:
+        """Choose the candidate most like the target, some time after it was due; by the service that is to choose."""
+        since_s = self._due_s(beliefs)
+        if since_s is None:
+            return []
+        there = frozenset(name for group in self.groups.values() for name in parties(group, facts))
+        ways = self.matching.ways(CHOOSE, me, facts, there)
+        chooser = self.matching.services[ways[0]] if ways else None
+        if chooser is None or chooser.vehicle != me or now_s - since_s < chooser.settings.delay_s:
+            return []
+        if beliefs.get(("serviceStatus", chooser.name)) != AVAILABLE:
+            return []
+        likely = [(_likeness(beliefs, name), name) for name in beliefs.instances(CANDIDATE) if _is_open(beliefs, name)]
+        if not likely:
+            return []
+        name = min(likely, key=lambda one: (-one[0], one[1]))[1]
+        place = beliefs.fused(("location", name))
+        at_m: Point | None = None if place is None else place.value
+        if at_m is None:
+            return []
+        return [Finding(self.recovery, "chosen", name), Finding(self.recovery, "chosenAt", at_m)]
+
+    def _due_s(self, beliefs: Beliefs) -> float | None:
+        """Since when a choice is due: the last block is surveyed, what was chosen turned out to be none, or something
+        else turned out to be the target, which was searched for at a wrong place."""
+        if beliefs.get(("recoveredBy", self.recovery)) is not None:
+            return None
+        chosen = beliefs.get(("chosen", self.recovery))
+        if chosen is not None:
+            verdicts = {name: beliefs.get(("verdict", name)) for name in beliefs.instances(CANDIDATE)}
+            if not _is_open(beliefs, chosen):
+                return beliefs.observed_s(("verdict", chosen))
+            known = [name for name, verdict in verdicts.items() if verdict == "target" and name != chosen]
+            return beliefs.observed_s(("verdict", known[0])) if known and verdicts[chosen] is None else None
+        surveyed_s = [beliefs.observed_s(("surveyedBy", block)) for block in self.blocks]
+        known_s = [one for one in surveyed_s if one is not None]
+        return max(known_s) if len(known_s) == len(surveyed_s) else None
+
+    def _absent(self, me: str, organisation: Organisation, beliefs: Beliefs, now_s: float) -> list[Finding]:
+        """Who is to recover it says that a candidate is not there, if it is not found again in time."""
+        chosen = beliefs.get(("chosen", self.recovery))
+        if chosen is None or beliefs.get(("verdict", chosen)) is not None:
+            return []
+        chosen_s = beliefs.observed_s(("chosen", self.recovery))
+        if chosen_s is None or now_s - chosen_s <= self.reach_limit_s:
+            return []
+        holds = any(
+            role.job == self.recovery and organisation.plays(me, group.name, role.name)
+            for group in self.groups.values()
+            for role in group.roles
+        )
+        return [Finding(chosen, "verdict", "absent")] if holds else []
+
+    def _adrift(self, me: str, beliefs: Beliefs) -> list[Finding]:
+        """A fix is of no use any more once the candidate that it was taken for has turned out to be none."""
+        chosen = beliefs.get(("chosen", self.recovery))
+        if chosen is None or _is_open(beliefs, chosen) or not beliefs.get(("fixedOn", me)):
+            return []
+        return [Finding(me, "fixedOn", False)]
+
+
+def _status(service: Service, beliefs: Beliefs, picture: Picture) -> list[Finding]:
+    """Advertise a service, or say that its status has changed. A module without self-test is taken to work."""
+    works = not service.settings.tells_state or service.settings.name in picture.body.answering
+    status, told = AVAILABLE if works else FAILED, beliefs.get(("serviceStatus", service.name))
+    if told == status:
+        return []
+    found = [Finding(service.name, "serviceStatus", status)]
+    if told is not None:
+        return found
+    return [
+        Finding(service.name, "providedBy", service.vehicle),
+        Finding(service.name, "serviceCost", service.settings.cost_s),
+        Finding(service.name, "precondition", service.settings.precondition),
+        *found,
+    ]
+
+
+def _is_open(beliefs: Beliefs, candidate: str) -> bool:
+    """True unless a candidate is known to be none, or not to be there."""
+    return beliefs.get(("verdict", candidate)) not in ("decoy", "absent")
+
+
+def _likeness(beliefs: Beliefs, candidate: str) -> float:
+    """How much a candidate looks like the target, 0..1; more for one that was seen from near to be it."""
+    if beliefs.get(("verdict", candidate)) == "target":
+        return 2.0
+    found = beliefs.fused(("likeness", candidate))
+    return 0.0 if found is None else float(found.value)

@@ -1,0 +1,278 @@
+"""The mission: two vehicles survey a site, one object is chosen, and one vehicle recovers it, service by service."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import ClassVar
+
+from missions.errors import ConfigurationFault
+from missions.figure import Mark, Place, Tiles
+from missions.meeting.job_mission import JobMission
+from missions.meeting.meeting import Pursuit, importance_of
+from missions.meeting.truth import JOBS
+from missions.scenarios.parts import database_of
+from missions.scenarios.tables import Raw
+from missions.trident.behaviours import Acting, Ranging, Reacquiring, Surveying, Waiting
+from missions.trident.checks import trident_faults
+from missions.trident.choreography import CHOREOGRAPHY
+from missions.trident.conclusions import Concluding
+from missions.trident.figures import FIGURES
+from missions.trident.jobs import RecoveryJob, SurveyJob
+from missions.trident.metrics import METRICS
+from missions.trident.modules import (
+    ATTEMPTS,
+    CHARTED,
+    FOUND_PER_OBJECT,
+    MOST_LOOKS,
+    EffectorSettings,
+    FinderSettings,
+    FixerSettings,
+    ModuleSettings,
+    SurveyorSettings,
+)
+from missions.trident.scenario import TridentScenario
+from missions.trident.services import Matching
+from missions.trident.site import Block, Site, lying
+from missions.trident.tasks import (
+    RANGING,
+    REACQUIRING,
+    SERVING,
+    STANDING_BY,
+    SURVEYING,
+    WORKING,
+    activity_domain,
+)
+from missions.trident.truth import TridentTruth
+from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
+from remoras.behaviours import Behaviour, FollowingLeader
+from remoras.beliefs import Beliefs
+from remoras.database import VehicleData
+from remoras.errors import PlanningError
+from remoras.htn import Domain, FactsLike, Task
+from remoras.mission import Finding
+from remoras.motion import Motion
+from remoras.organisation import Organisation
+from remoras.picture import Picture
+from remoras.recorder import Recorder
+from remoras.sensor import SensorSettings
+from remoras.work import Job, Point
+
+ESCORTING = "Escorting"
+ESCORT_IMPORTANCE = 0.55
+"""Of keeping near to a vehicle that gets fixes: below work, above the meeting."""
+
+
+class TridentMission(JobMission):
+    """A mission of two phases: survey, then recovery of what was chosen.
+
+    Args:
+        scenario: that it is made from, which has passed every check.
+    """
+
+    Scenario = TridentScenario
+    group_missions = ("Intervention",)
+    objective = WORKING
+    needs = (
+        *JobMission.needs, f"objective{WORKING}", "surveyedBy", "recoveredBy", "chosen", "chosenAt", "verdict",
+        "location", "likeness", "serviceStatus", "providedBy", "requestedOf", "chartedTile",
+    )  # fmt: skip
+    vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
+    sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {
+        "module": ModuleSettings,
+        "surveyor": SurveyorSettings,
+        "finder": FinderSettings,
+        "effector": EffectorSettings,
+        "fixer": FixerSettings,
+    }
+    tables = (JOBS, CHARTED, ATTEMPTS, CHOREOGRAPHY)
+    metrics = METRICS
+    figures = (
+        *FIGURES,
+        Mark("chosen", "target chosen"),
+        Mark("held", "vehicle holds on"),
+        Mark("recovered", "target recovered"),
+        Mark("mistaken", "decoy recovered"),
+    )
+    scenario: TridentScenario
+
+    def __init__(self, scenario: TridentScenario) -> None:
+        self._database = database_of(scenario, type(self))
+        self.matching = Matching.of(scenario, self._database.values())
+        self.blocks = {
+            one.name: Block(one.name, one.x_m[0], one.y_m[0], one.x_m[1], one.y_m[1], scenario.mission.tile_m)
+            for one in scenario.block
+        }
+        super().__init__(scenario)
+        recovery = scenario.recovery.name
+        self.concluding = Concluding(self.matching, self._groups, self.blocks, recovery, scenario.mission.reach_limit_s)
+        self._activity_domain = activity_domain(self.matching, self._groups, recovery)
+
+    @classmethod
+    def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
+        """What is wrong with blocks, services, and the choreography."""
+        return trident_faults(raw, cls)
+
+    # What there is -------------------------------------------------------------------------------
+
+    def jobs_of(self, scenario: TridentScenario) -> Iterable[Job]:
+        """A survey for each block, and the recovery."""
+        everybody = frozenset(self._database)
+        for name, block in self.blocks.items():
+            of = self.matching.blocks[name]
+            listed = {of.service, *(of.spare if self.matching.response == "repair" else ())}
+            own = {one.vehicle for service, one in self.matching.services.items() if service in listed}
+            yield SurveyJob(block, everybody if self.matching.response == "matching" else frozenset(own))
+        xs, ys = zip(*(block.centre_m for block in self.blocks.values()), strict=True)
+        yield RecoveryJob(scenario.recovery.name, (sum(xs) / len(xs), sum(ys) / len(ys)), tuple(self.blocks))
+
+    @property
+    def instances(self) -> Sequence[tuple[str, str]]:
+        """Blocks, the recovery, and services of the classes that they are advertised as."""
+        services = [(one.settings.capability, name) for name, one in self.matching.services.items()]
+        return [
+            *(("SurveyBlock", name) for name in self.blocks),
+            ("Recovery", self.scenario.recovery.name),
+            *services,
+        ]
+
+    @property
+    def instances_found_per_vehicle(self) -> int:
+        """As many as a vehicle may take for different ones of what lies there."""
+        return FOUND_PER_OBJECT * (1 + self.scenario.recovery.decoys)
+
+    @property
+    def most_observations(self) -> int:
+        """Every tile once by each module, looks at objects, and some more."""
+        n_modules = len(self.matching.services)
+        n_tiles = sum(len(block.tiles) for block in self.blocks.values())
+        return n_modules * (n_tiles + MOST_LOOKS * (1 + self.scenario.recovery.decoys)) + 100
+
+    def world(self, seed: int) -> Site:
+        """The blocks, and what lies in them in the run with that seed."""
+        scenario, blocks = self.scenario, tuple(self.blocks.values())
+        objects = lying(blocks, scenario.recovery.target_m, scenario.recovery.decoys, seed)
+        stands = scenario.transponder
+        if stands is None:
+            return Site(blocks, objects, seed=seed)
+        return Site(blocks, objects, stands.position_m, stands.range_m, seed)
+
+    @property
+    def places(self) -> Sequence[Place]:
+        """Rally points, blocks and the transponder."""
+        found = [Place(name, "rally point", (at_m,)) for name, at_m in self._rally_points_m.items()]
+        for name, block in self.blocks.items():
+            tiles = Tiles(block.tile_m, block.tiles, "chartedTile", CHARTED.name, ("column", "row"))
+            found.append(Place(name, "survey block", block.outline_m, tiles))
+        if self.scenario.transponder is not None:
+            found.append(Place("transponder", "transponder", (self.scenario.transponder.position_m,)))
+        return found
+
+    def truth(self, recorder: Recorder, world: Site) -> TridentTruth:
+        """Notes what is charted, what is recovered, and what was said."""
+        return TridentTruth(self.meeting, self.scenario, recorder, world)
+
+    # What vehicles do ----------------------------------------------------------------------------
+
+    def founding_objectives(self) -> Sequence[Objective]:
+        """Heads supervise their groups; all that are in one from the start serve the others."""
+        serving = [
+            Objective(group.name, role.name, SERVING, group.name)
+            for group in self._groups.values()
+            for role in group.roles
+            if role.founding
+        ]
+        return [*super().founding_objectives(), *serving]
+
+    def is_individual(self, objective: Objective) -> bool:
+        """True for the work and for what is done on request."""
+        return objective.name in (WORKING, SERVING)
+
+    @property
+    def activity_domain(self) -> Domain:
+        """Work into steps that are bound to services."""
+        return self._activity_domain
+
+    def activities(
+        self,
+        steps: Sequence[Sequence[Task]],
+        objective: Objective,
+        data: VehicleData,
+        facts: FactsLike,
+        position_m: Point,
+    ) -> Pursuit:
+        """A step by an own service guides and has the module switched on; for another vehicle's there is nothing to
+        do but to wait."""
+        rests_on = {*self.matching.rests_on(), self._jobs[objective.argument].done, ("gatheredAt", objective.group)}
+        rests_on.add(("chosen", self.scenario.recovery.name))
+        sets = [self._set(objective, one, data) for together in steps for one in together]
+        return tuple(sets), frozenset(rests_on)
+
+    def _set(self, objective: Objective, step: Task, data: VehicleData) -> ActivitySet:
+        if step.name == STANDING_BY:
+            doing = Activity(step.name, ActivityType.GUIDANCE)
+        else:
+            service = self.matching.services[step.args[1] if step.name == SURVEYING else step.args[2]]
+            modules = (service.settings.name,) if service.vehicle == data.name else ()
+            doing = Activity(step.name, ActivityType.GUIDANCE, (service.name, *step.args), modules)
+        importance = importance_of({WORKING: self.meeting.importance["Work"], **self.meeting.importance}, objective)
+        return ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), importance)
+
+    def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
+        """Those of the meeting; to serve is to survey what one is asked to, and to escort who gets fixes."""
+        if objective.name != SERVING:
+            return super().activity_sets(objective, data, facts, position_m)
+        importance, sets = self.meeting.importance["Work"], []
+        own = [one for one in self.matching.services.values() if one.vehicle == data.name]
+        for service in own if self.matching.response == "matching" else ():
+            if not isinstance(service.settings, SurveyorSettings):
+                continue
+            for block in self.blocks:
+                of = service.name, block, SERVING
+                doing = Activity(SURVEYING, ActivityType.GUIDANCE, of, (service.settings.name,))
+                sets.append(ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), importance))
+        if self.scenario.mission.escort_m > 0.0 and (names := self._escorted(data)):
+            doing = Activity(ESCORTING, ActivityType.GUIDANCE, names)
+            sets.append(ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), ESCORT_IMPORTANCE))
+        return tuple(sets), frozenset()
+
+    def _escorted(self, data: VehicleData) -> tuple[str, ...]:
+        """Vehicles under water, for one that is a beacon to them."""
+        if not any(beacon.vehicle == data.name for beacon in self.scenario.beacon):
+            return ()
+        return tuple(other.name for other in self._database.values() if other.depth_m > 0.0)
+
+    def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
+        """Jobs are done in steps, so none is asked for."""
+        raise PlanningError(f"job {job.name!r} is done in steps")
+
+    def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
+        """The behaviour of a step by its service; those of the meeting else."""
+        if (found := self.meeting.behaviour(activity, data)) is not None:
+            return found
+        settings = self.scenario.mission
+        if activity.name == ESCORTING:
+            return FollowingLeader(activity.parameters, settings.escort_m, data)
+        if activity.name == STANDING_BY:
+            return Waiting()
+        service = self.matching.services[activity.parameters[0]]
+        if service.vehicle != data.name:
+            return Waiting()
+        of = service.settings
+        if activity.name == SURVEYING and isinstance(of, SurveyorSettings):
+            asked = service.name if activity.parameters[2] == SERVING else None
+            return Surveying(self.blocks[activity.parameters[1]], of, data, settings.patience_work_s, asked)
+        if activity.name == RANGING and self.scenario.transponder is not None:
+            return Ranging(self.scenario.transponder.position_m, data, settings.patience_work_s)
+        job, candidate = activity.parameters[1:3]
+        if activity.name == REACQUIRING and isinstance(of, FinderSettings):
+            return Reacquiring(job, candidate, of, data, settings.search_m)
+        if isinstance(of, EffectorSettings):
+            return Acting(job, candidate, of, data)
+        raise PlanningError(f"activity {activity.name!r} cannot be done by {service.name!r}")
+
+    def conclusions(
+        self, data: VehicleData, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
+    ) -> Sequence[Finding]:
+        """What a vehicle says of its services, of requests, of the choice."""
+        return self.concluding.of(data.name, organisation, beliefs, picture)

@@ -1,0 +1,161 @@
+"""The hierarchical tasks by which one vehicle sees a job done: basic services put together to composite ones.
+
+::
+
+    PursueWorking(block)      survey it      -> Surveying(block, service)
+    PursueWorking(recovery)   await a choice -> StandingBy(recovery)
+                              recover        -> Fix -> FindAgain -> HoldOn -> HandleIt
+    Fix                       on the way     ->                         fixes come from another vehicle
+                              there          -> Ranging(vehicle, candidate, service)
+                              without        ->
+    FindAgain, HoldOn, HandleIt  by a service -> Reacquiring, Holding, Handling(recovery, candidate, service)
+    any                       leave it       ->                         nobody is able to: others may be
+
+A step is bound to a service when it is planned. There is a way for each service that is able to do it; a step that has
+failed goes the next way, and a match that has changed makes the plan anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from typing import Any
+
+from missions.trident.services import FIND, FIX, HANDLE, HOLD, Matching, parties
+from remoras.activities import Objective
+from remoras.database import VehicleData
+from remoras.htn import ANY, Domain, FactsLike, Method, Operator, Task
+from remoras.mission import PURSUE
+from remoras.organisation import Group
+
+WORKING, SERVING = "Working", "Serving"
+"""Objectives: of a role with a job, and of all founding roles."""
+STANDING_BY, SURVEYING, RANGING, REACQUIRING, HOLDING, HANDLING = (
+    "StandingBy",
+    "Surveying",
+    "Ranging",
+    "Reacquiring",
+    "Holding",
+    "Handling",
+)
+COMPOSED = {"FindAgain": (FIND, REACQUIRING), "HoldOn": (HOLD, HOLDING), "HandleIt": (HANDLE, HANDLING)}
+"""Composite tasks: the activity that asks for a service, and the step that uses it."""
+
+
+def activity_domain(matching: Matching, groups: Mapping[str, Group], recovery: str) -> Domain:
+    """Objectives into steps that are bound to services.
+
+    Args:
+        matching: says which services are able to do what.
+        groups: by name; recovery: name of the job.
+    """
+
+    def there(facts: FactsLike, objective: Objective) -> frozenset[str]:
+        return parties(groups[objective.group], facts)
+
+    def is_block(facts: FactsLike, objective: Objective, data: VehicleData) -> bool:
+        return objective.argument in matching.blocks
+
+    def surveys(facts: FactsLike, objective: Objective, data: VehicleData) -> Iterator[list[Task]]:
+        block, name = objective.argument, data.name
+        for service in matching.for_block(name, block, facts, there(facts, objective)):
+            yield [Task(SURVEYING, (block, service))]
+
+    def is_awaited(facts: FactsLike, objective: Objective, data: VehicleData) -> bool:
+        return not is_block(facts, objective, data) and not _is_open(facts, recovery)
+
+    def is_chosen(facts: FactsLike, objective: Objective, data: VehicleData) -> bool:
+        return not is_block(facts, objective, data) and _is_open(facts, recovery)
+
+    def recovers(facts: FactsLike, objective: Objective, data: VehicleData) -> list[Task]:
+        of = objective, data, facts.get(("chosen", recovery))
+        return [Task("Fix", of), *(Task(name, of) for name in COMPOSED)]
+
+    def is_fixed(facts: FactsLike, objective: Objective, data: VehicleData, candidate: str) -> bool:
+        ways = matching.ways(FIX, data.name, facts, there(facts, objective))
+        return bool(ways) and matching.services[ways[0]].vehicle != data.name
+
+    def ranges(facts: FactsLike, objective: Objective, data: VehicleData, candidate: str) -> Iterator[list[Task]]:
+        for service in matching.ways(FIX, data.name, facts, there(facts, objective)):
+            if matching.services[service].vehicle == data.name:
+                yield [Task(RANGING, (data.name, candidate, service))]
+
+    fix = [
+        Method("on the way", _nothing, is_fixed, ()),
+        Method("there", ranges, uses=(RANGING,)),
+        Method("without", _nothing, uses=()),
+    ]
+    leave = Method("leave it", _nothing, uses=())
+    pursue = [
+        Method("survey it", surveys, is_block, (SURVEYING,)),
+        Method("await a choice", lambda facts, *of: [Task(STANDING_BY, (recovery,))], is_awaited, (STANDING_BY,)),
+        Method("recover", recovers, is_chosen, ("Fix", *COMPOSED)),
+        leave,
+    ]
+    methods = {
+        PURSUE + WORKING: pursue,
+        "Fix": fix,
+        **{name: [Method("by a service", _bound(matching, there, *of), uses=of[1:])] for name, of in COMPOSED.items()},
+    }
+    return Domain.of(_operators(), methods)
+
+
+def _bound(matching: Matching, there: Callable[..., frozenset[str]], activity: str, step: str) -> Callable[..., Any]:
+    """The ways of a composite task: a step for each service that is able to do it."""
+
+    def ways(facts: FactsLike, objective: Objective, data: VehicleData, candidate: str) -> Iterator[list[Task]]:
+        after = data.name if step == REACQUIRING and facts.get(("fixedOn", data.name)) else ""
+        for service in matching.ways(activity, data.name, facts, there(facts, objective)):
+            yield [Task(step, (objective.argument, candidate, service, after))]
+
+    return ways
+
+
+def _operators() -> list[Operator]:
+    def surveyed(facts: FactsLike, block: str, service: str) -> Mapping[Hashable, Any]:
+        return {("surveyedBy", block): ANY}
+
+    def fixed(facts: FactsLike, vehicle: str, candidate: str, service: str) -> Mapping[Hashable, Any]:
+        return {("fixedOn", vehicle): True}
+
+    def found(facts: FactsLike, job: str, candidate: str, *of: str) -> Mapping[Hashable, Any]:
+        return {("verdict", candidate): "target"}
+
+    def is_found(facts: FactsLike, job: str, candidate: str, *of: str) -> bool:
+        return bool(facts.get(("verdict", candidate)) == "target")
+
+    def held(facts: FactsLike, job: str, candidate: str, *of: str) -> Mapping[Hashable, Any]:
+        return {("heldBy", candidate): ANY}
+
+    def is_held(facts: FactsLike, job: str, candidate: str, *of: str) -> bool:
+        return facts.get(("heldBy", candidate)) is not None
+
+    def handled(facts: FactsLike, job: str, candidate: str, *of: str) -> Mapping[Hashable, Any]:
+        return {("handledBy", candidate): ANY, ("recoveredBy", job): ANY}
+
+    return [
+        Operator(STANDING_BY, lasts=True, expected=_unknown),
+        Operator(SURVEYING, effects=surveyed, expected=_unknown),
+        Operator(RANGING, effects=fixed, expected=_unknown),
+        Operator(REACQUIRING, _is_localised, found, expected=_unknown),
+        Operator(HOLDING, is_found, held, expected=_unknown),
+        Operator(HANDLING, is_held, handled, expected=_unknown),
+    ]
+
+
+def _is_localised(facts: FactsLike, job: str, candidate: str, service: str, after: str) -> bool:
+    """True unless the vehicle ``after`` is to have a fix before."""
+    return not after or bool(facts.get(("fixedOn", after)))
+
+
+def _is_open(facts: FactsLike, recovery: str) -> bool:
+    """True once a candidate is chosen that has not turned out to be none."""
+    chosen = facts.get(("chosen", recovery))
+    return chosen is not None and facts.get(("verdict", chosen)) not in ("decoy", "absent")
+
+
+def _nothing(facts: FactsLike, *args: Any) -> list[Task]:
+    return []
+
+
+def _unknown(facts: FactsLike, *args: Any) -> None:
+    """Nobody can tell what it takes."""

@@ -1,0 +1,85 @@
+"""Truth of this mission: what is really charted, which object was really recovered, and what was said."""
+
+from __future__ import annotations
+
+from missions.meeting.meeting import Meeting
+from missions.meeting.truth import JobTruth
+from missions.trident.choreography import Monitor
+from missions.trident.modules import ATTEMPTS, CHARTED
+from missions.trident.scenario import TridentScenario
+from missions.trident.site import TARGET, Site, Tile
+from missions.trident.tasks import WORKING
+from remoras.mission import FleetView, Milestone
+from remoras.recorder import Recorder
+
+RECOVERY_SHARE = 0.5
+"""Share of the goal that the recovery is; the map is the rest."""
+
+
+class TridentTruth(JobTruth):
+    """Watches one run from outside.
+
+    Args:
+        meeting: of the mission.
+        scenario: of the mission.
+        recorder: takes the rows, and has those of modules and of packets.
+        site: of the run.
+    """
+
+    def __init__(self, meeting: Meeting, scenario: TridentScenario, recorder: Recorder, site: Site) -> None:
+        super().__init__(meeting, WORKING, recorder)
+        self._goal = scenario.mission.goal
+        self._n_tiles = len(site.numbers)
+        self._monitor = Monitor(scenario.choreography, recorder)
+        self._charted_rows, self._attempt_rows = recorder.rows(CHARTED.name), recorder.rows(ATTEMPTS.name)
+        self._items = recorder.items
+        self._n_charted = self._n_attempts = self._n_items = 0
+        self._charted: set[Tile] = set()
+        self.is_recovered = False
+
+    def observe(self, fleet: FleetView, now_s: float) -> bool:
+        """Note what has happened, whoever is in contact; True once all is done and the group is together."""
+        self._take_note(now_s)
+        return super().observe(fleet, now_s)
+
+    def _take_note(self, now_s: float) -> None:
+        """Tiles, attempts, choices, and what was said since the last look."""
+        for _, _, column, row in self._charted_rows[self._n_charted :]:
+            self._charted.add((column, row))
+        self._n_charted = len(self._charted_rows)
+        for time_s, vehicle, _, does, of, _, succeeded in self._attempt_rows[self._n_attempts :]:
+            if succeeded:
+                self._note_success(time_s, vehicle, does == "handle", of == TARGET)
+        self._n_attempts = len(self._attempt_rows)
+        for item in self._items[self._n_items :]:
+            if item[5] == "chosen":
+                self.milestones.append(Milestone(item[3], "chosen", item[1]))
+            elif item[5] == "surveyedBy":  # on request, perhaps: then it was nobody's objective
+                self.note(item[1], item[4], now_s)
+        self._n_items = len(self._items)
+        self._monitor.look(now_s)
+
+    def _note_success(self, time_s: float, vehicle: str, is_handled: bool, is_target: bool) -> None:
+        what = ("recovered" if is_target else "mistaken") if is_handled else "held"
+        self.milestones.append(Milestone(time_s, what, vehicle))
+        self.is_recovered = self.is_recovered or (is_handled and is_target)
+
+    @property
+    def charted_fraction(self) -> float:
+        """Share of all tiles that are really charted."""
+        return len(self._charted) / self._n_tiles if self._n_tiles else 1.0
+
+    @property
+    def goal_fraction(self) -> float:
+        """Share of the goal: half the map, as far as it is asked for, half the recovery."""
+        mapping = min(1.0, self.charted_fraction / self._goal)
+        return (1.0 - RECOVERY_SHARE) * mapping + RECOVERY_SHARE * self.is_recovered
+
+    def close(self, fleet: FleetView, now_s: float) -> str:
+        """Say what is missing."""
+        self._monitor.look(now_s)
+        reason = super().close(fleet, now_s)
+        missing = [] if self.is_recovered else ["the target is not recovered"]
+        if self.charted_fraction < self._goal:
+            missing.append(f"{self.charted_fraction:.0%} of the site charted of {self._goal:.0%}")
+        return "; ".join(one for one in (reason, *missing) if one)
