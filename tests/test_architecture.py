@@ -38,6 +38,7 @@ ROOMS: dict[str, set[str]] = {
     },
     "missions.meeting": {"missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.mapping": {"missions.mapping", "missions.meeting", "missions.scenarios", "missions", "remoras"},
+    "missions.pandora": {"missions.pandora", "missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.runs": {
         "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.social", "remoras.executive",
         "remoras.functional", "exchange", "exchange.acoustics", "worldmodel", "worldmodel.rdf",
@@ -62,6 +63,7 @@ DOORS: dict[str, set[str]] = {
     "exchange.study": {"exchange.acoustics.loss"},
     "remoras": {"exchange.acoustics.loss"},
     "missions.mapping": {"exchange.acoustics.loss"},
+    "missions.pandora": {"exchange.acoustics.loss"},
     "missions.scenarios": {"remoras.executive.satisfaction"},
     "visualisation": {"missions.runs.results", "missions.sweeps.folder", "missions.comparison"},
     "visualisation.runs": {"missions.runs.results"},

@@ -24,6 +24,8 @@ LOOKS = 7
 """`trial` of the draws that say what a look at an object of the sea shows."""
 CLOCKS = 8
 """`trial` of the draws that say how far clocks are off, and how fast they drift."""
+SURGES = 9
+"""`trial` of the draws that say when the current rises."""
 
 _LOW_64 = 0xFFFF_FFFF_FFFF_FFFF
 _LOW_37 = (1 << 37) - 1

@@ -53,7 +53,7 @@ from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, Finding, Mission
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
-from remoras.recorder import Recorder
+from remoras.recorder import Recorder, Table
 from remoras.work import Job, Point
 
 WORK = "Work"
@@ -97,7 +97,7 @@ class JobMission(Mission):
 
     Scenario = JobScenario
     needs = NEEDS
-    tables = (JOBS,)
+    tables: ClassVar[tuple[Table, ...]] = (JOBS,)
     objective: ClassVar[str]
     """Objective of every role with a job, and its activity; ``objective`` + this is an attribute from Role to Job."""
     kind: ClassVar[str] = "Job"

@@ -30,7 +30,7 @@ def sea_of(scenario: Scenario, data: VehicleData, seed: int) -> Sea:
         data: of the vehicle.
         seed: root of all draws.
     """
-    return Sea(scenario.current.water(), _navigation(scenario, data, seed), _misses(scenario, data, seed))
+    return Sea(scenario.current.water(seed), _navigation(scenario, data, seed), _misses(scenario, data, seed))
 
 
 def _navigation(scenario: Scenario, data: VehicleData, seed: int) -> Navigation | None:

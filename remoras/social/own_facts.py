@@ -64,6 +64,8 @@ class OwnFacts:
                 return self.said.formations.number(about) or default
             case "data":
                 return self.database[about]
+            case "isA":
+                return self.beliefs.is_a(*about.rsplit(".", 1)) or default
         if self.gatherings.is_undone(key, self.is_cut_off):
             return default
         return self.beliefs.get(key, default)

@@ -1,0 +1,390 @@
+"""Actions on a part: what each step of the plan for it makes a vehicle do, from the place that it holds to its end."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+from missions.pandora.assessment import Monitor, as_observations
+from missions.pandora.scenario import PandoraSettings
+from missions.pandora.sensors import CameraSettings, WrenchSettings
+from missions.pandora.structure import Part
+from remoras.behaviours import Approach, Behaviour, Perception, Reference, attracted, distance_m
+from remoras.current import Current
+from remoras.database import VehicleData
+from remoras.motion import Motion
+from remoras.picture import Picture
+from remoras.sensor import SELF, Fact, Observation
+from remoras.work import Known, Point
+
+LOOK_S = 120.0
+"""How long the plan has a vehicle look for a part where it should be."""
+SETTLED_S = 45.0
+"""A part is placed after so long, so that two images have shown how far the camera is off."""
+DISPLACED_M = 1.0
+"""A part that is seen so far from its place is displaced; camera errors are a fraction of that."""
+RAISE = 1.25
+"""A vehicle that does not hold its place asks for so much more speed from then on."""
+LOW_QUALITY, RAISE_S, MOST_GAIN = 0.8, 30.0, 4.0
+NO_ADVANCE_SHARE = 0.5
+"""Work that should be so far and has not begun is resisted."""
+NEAR_M = 1.5
+"""A vehicle this near to its place holds it."""
+SEEKING_M = 3.0
+"""A corner of the way along which a part is sought counts as reached within this distance."""
+STEADY_M = 12.0
+"""Nearer to its place a vehicle slows down, so that its speed says nothing."""
+MARGIN_S, MARGIN_SHARE = 30.0, 0.25
+"""What the plan adds to the time of every action: for turns and for braking."""
+
+
+@dataclass(frozen=True)
+class Orders:
+    """What all actions of a run go by.
+
+    Attributes:
+        settings: of the mission.
+        foretold: the current by the plan; None where the water is to stand.
+    """
+
+    settings: PandoraSettings
+    foretold: Current | None
+
+    @property
+    def assesses(self) -> bool:
+        """True if actions are assessed."""
+        return self.settings.adaptation != "none"
+
+    @property
+    def repairs(self) -> bool:
+        """True if plans are repaired."""
+        return self.settings.adaptation == "all"
+
+
+class Acting(Behaviour):
+    """What all actions have in common: the way there, the place held, its assessment, and how it ends.
+
+    Args:
+        part: that it is on; data: of the vehicle; orders: of the run.
+    """
+
+    def __init__(self, part: Part, data: VehicleData, orders: Orders) -> None:
+        self._part, self._data, self._orders = part, data, orders
+        self._monitor = Monitor(data, orders.settings, part, orders.foretold)
+        self._approach = Approach(data.transit_speed_mps)
+        self._gain, self._raised_s = 1.0, -math.inf
+        self._seen_s: float | None = None
+        self._taken_s, self._there_s = 0.0, 0.0
+        self._expected_s: float | None = None
+        self._status = "proceeding"
+        self._is_done, self._has_failed = False, False
+
+    # What a step says of itself ------------------------------------------------------------------
+
+    def place_m(self, facts: Known) -> Point:
+        """Where to be now."""
+        at_m: Point = facts.get(("placedAt", self._part.of), self._part.place_m)
+        return at_m
+
+    def work_s(self) -> float:
+        """How long the work takes on site, as planned."""
+        raise NotImplementedError
+
+    def work(self, facts: Known) -> list[Fact]:
+        """Take note of what has become of the work; what is to be concluded of it."""
+        raise NotImplementedError
+
+    def resign(self) -> list[Fact]:
+        """The action has failed: it ends, or the plan is to go another way."""
+        self._is_done = True
+        return [(self._part.of, "outcome", "failed")]
+
+    # The seam of behaviours ----------------------------------------------------------------------
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due until it is done or has failed; it concludes what assessment finds."""
+        if self._is_done:
+            return Perception(0.0, done=True)
+        if self._has_failed:
+            return Perception(0.0, failed=True)
+        facts, now_s = picture.facts, picture.body.now_s
+        to_go_m = distance_m(motion, self.place_m(facts))
+        advance = self._approach.advance(to_go_m, now_s, performed)
+        if not performed:
+            self._seen_s = None
+            self._monitor.pause()
+            return attracted(to_go_m)
+        dt_s, self._seen_s = (0.0 if self._seen_s is None else now_s - self._seen_s), now_s
+        self._taken_s += dt_s
+        if self._expected_s is None:
+            time_s = to_go_m / self._data.transit_speed_mps + self.work_s()
+            self._expected_s = MARGIN_S + (1.0 + MARGIN_SHARE) * time_s
+        is_there = to_go_m <= NEAR_M
+        self._there_s += dt_s if is_there else 0.0
+        found = self._carry_on(motion, picture, to_go_m, dt_s) if self._orders.assesses else self._by_the_clock()
+        return replace_ends(
+            Perception(1.0, 1.0 if is_there else advance, concludes=as_observations(found) + self.created()),
+            self._is_done, self._has_failed,
+        )  # fmt: skip
+
+    def created(self) -> tuple[Observation, ...]:
+        """Instances that it asserts; none."""
+        return ()
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """On the way in transit, then held with the speed that is planned, or learnt."""
+        target_m = self.place_m(picture.facts)
+        if distance_m(motion, target_m) > NEAR_M:
+            return Reference(target_m, self._data.transit_speed_mps)
+        planned_mps = self._orders.settings.hold_speed_mps
+        if self._orders.assesses:
+            planned_mps = self._monitor.hold_speed_mps(picture.facts, planned_mps, self._gain)
+        return Reference(target_m, planned_mps)
+
+    # Without assessment, and with it -------------------------------------------------------------
+
+    def _by_the_clock(self) -> list[Fact]:
+        """Without assessment the plan alone says when the action is over."""
+        self._is_done = self._expected_s is not None and self._taken_s >= self._expected_s
+        return []
+
+    def _carry_on(self, motion: Motion, picture: Picture, to_go_m: float, dt_s: float) -> list[Fact]:
+        facts, now_s, settings = picture.facts, picture.body.now_s, self._orders.settings
+        is_there = to_go_m <= NEAR_M
+        if is_there:
+            self._monitor.hold(to_go_m, settings.tolerance_m, dt_s)
+            if self._monitor.quality < LOW_QUALITY and now_s - self._raised_s >= RAISE_S:
+                self._raised_s, self._gain = now_s, min(MOST_GAIN, RAISE * self._gain)
+        found = self._monitor.assess(motion, picture, self._asked_mps(to_go_m))
+        said = dict.fromkeys((attribute for _, attribute, *_ in found))
+        if "cameraDead" in said or facts.get(("cameraDead", self._data.name)):
+            self._has_failed = True
+            return found
+        if self._monitor.must_return(motion, facts, picture.body.battery):
+            self._has_failed = True
+            return [*found, (self._data.name, "returns", True)]
+        found += self.work(facts)
+        if not (self._is_done or self._has_failed):
+            found += self._time()
+        return found
+
+    def _asked_mps(self, to_go_m: float) -> float:
+        return self._data.transit_speed_mps if to_go_m > STEADY_M else 0.0
+
+    def _time(self) -> list[Fact]:
+        """Compare the time that the action has taken with the one expected."""
+        settings, expected_s = self._orders.settings, self._expected_s or math.inf
+        if self._taken_s > settings.failed_factor * expected_s:
+            return self._failed()
+        status = "late" if self._taken_s > settings.late_factor * expected_s else "proceeding"
+        if status == self._status:
+            return []
+        self._status = status
+        return [(self._data.name, "actionStatus", status)]
+
+    def _failed(self) -> list[Fact]:
+        self._status = "failed"
+        return [*self.resign(), (self._data.name, "actionStatus", "failed")]
+
+
+def replace_ends(perceived: Perception, is_done: bool, has_failed: bool) -> Perception:
+    """The perception of an action that has come to its end, if it has."""
+    if is_done or has_failed:
+        return perceived._replace(stimulus=0.0, done=is_done, failed=has_failed and not is_done)
+    return perceived
+
+
+class Looking(Acting):
+    """Looks for a part where it should be, and says where it is; if it is not there, where it is to be sought."""
+
+    def __init__(self, part: Part, data: VehicleData, orders: Orders) -> None:
+        super().__init__(part, data, orders)
+        self._focus: tuple[Observation, ...] = ()
+        self._has_said = False
+
+    def place_m(self, facts: Known) -> Point:
+        """Where the plan has it."""
+        return self._part.place_m
+
+    def work_s(self) -> float:
+        """As long as an image may take."""
+        return LOOK_S
+
+    def work(self, facts: Known) -> list[Fact]:
+        """Say where the part is once it was seen, and what is not as planned with it."""
+        part = self._part
+        seen_m = facts.get(("seenAt", part.of))
+        if seen_m is not None:
+            return self._placed(facts, seen_m) if self._there_s >= SETTLED_S else []
+        if self._there_s < LOOK_S:
+            return []
+        missing: Fact = part.of, "anomaly", "missing"
+        if not self._orders.repairs:
+            return [missing, *self._failed()]
+        self._has_failed = True
+        area: tuple[Fact, ...] = (
+            (SELF, "centre", part.place_m), (SELF, "radius", self._orders.settings.focus_radius_m),
+            (part.of, "focusArea", SELF),
+        )  # fmt: skip
+        self._focus = (Observation(area, found="FocusArea"),)
+        return [missing, (self._data.name, "actionStatus", "failed")]
+
+    def _placed(self, facts: Known, seen_m: Point) -> list[Fact]:
+        if self._has_said:
+            return []
+        part, at_m, self._has_said = self._part, self._monitor.corrected(facts, seen_m), True
+        displaced: list[Fact] = []
+        if math.dist(at_m, part.place_m) > DISPLACED_M:
+            displaced = [(part.of, "anomaly", "displaced")]
+        if facts.get(("isOpen", part.of)) is False:
+            self._is_done = True
+            return [*displaced, (part.of, "anomaly", "turned"), (part.of, "outcome", "done")]
+        return [*displaced, (part.of, "placedAt", at_m)]
+
+    def created(self) -> tuple[Observation, ...]:
+        """The focus area, once."""
+        found, self._focus = self._focus, ()
+        return found
+
+
+class Seeking(Looking):
+    """Directs the camera to a focus area: the vehicle goes along squares around its centre until it sees the part."""
+
+    def __init__(self, part: Part, data: VehicleData, orders: Orders) -> None:
+        super().__init__(part, data, orders)
+        camera = data.sensor(CameraSettings)
+        self._spacing_m = 1.5 * (camera.range_m if camera is not None else NEAR_M)
+        self._corners: list[Point] | None = None
+
+    def place_m(self, facts: Known) -> Point:
+        """The next corner."""
+        if self._corners is None:
+            area = facts.get(("focusArea", self._part.of))
+            centre_m = self._part.place_m if area is None else facts.get(("centre", area), self._part.place_m)
+            radius_m = 0.0 if area is None else facts.get(("radius", area), 0.0)
+            self._corners = squares(centre_m, radius_m, self._spacing_m)
+        return self._corners[0] if self._corners else self._part.place_m
+
+    def work_s(self) -> float:
+        """The way along all squares at survey speed."""
+        corners = self._corners or []
+        return sum(math.dist(*pair) for pair in pairwise(corners)) / self._data.survey_speed_mps
+
+    def work(self, facts: Known) -> list[Fact]:
+        """Go on to the next corner; the part is in sight, or there is none left."""
+        seen_m = facts.get(("seenAt", self._part.of))
+        if seen_m is not None:
+            return self._placed(facts, seen_m)
+        return [] if self._corners else self._failed()
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """As any action; a corner that is reached makes way for the next."""
+        if performed and self._corners and distance_m(motion, self._corners[0]) <= SEEKING_M:
+            self._corners.pop(0)
+        return super().perceive(motion, picture, performed)
+
+    def _asked_mps(self, to_go_m: float) -> float:
+        return 0.0  # it turns too often for its speed to say anything
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """Along the squares at survey speed."""
+        return Reference(self.place_m(picture.facts), self._data.survey_speed_mps)
+
+
+def squares(centre_m: Point, radius_m: float, spacing_m: float) -> list[Point]:
+    """Corners of squares around a centre, from within, so that everything is within half a spacing of the way.
+
+    >>> squares((0.0, 0.0), 4.0, 4.0)
+    [(4.0, 4.0), (-4.0, 4.0), (-4.0, -4.0), (4.0, -4.0), (4.0, 4.0)]
+    """
+    (x_m, y_m), found = centre_m, []
+    for ring in range(1, math.ceil(radius_m / spacing_m) + 1):
+        side_m = ring * spacing_m
+        turns = (1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1)
+        found += [(x_m + east * side_m, y_m + north * side_m) for east, north in turns]
+    return found
+
+
+class Working(Acting):
+    """Works on a part with a tool until that feels the end of the work.
+
+    Args:
+        part: that it is on; data: of the vehicle; orders: of the run.
+        pace: of the tool, as a multiple of the planned one.
+        is_wrench: of the tool.
+    """
+
+    def __init__(
+        self, part: Part, data: VehicleData, orders: Orders, pace: float = 1.0, is_wrench: bool = False
+    ) -> None:
+        super().__init__(part, data, orders)
+        self._pace, self._is_wrench = pace, is_wrench
+
+    def work_s(self) -> float:
+        """As planned."""
+        return self._part.work_s / self._pace
+
+    def work(self, facts: Known) -> list[Fact]:
+        """Done when the tool feels the end; resisted when it feels nothing though the place is held."""
+        part, share = self._part, facts.get(("workedShare", self._part.of))
+        if share is not None and share >= 1.0:
+            self._is_done = True
+            return [(part.of, "outcome", "done")]
+        if self._is_wrench or share != 0.0 or self._there_s * self._monitor.quality < NO_ADVANCE_SHARE * self.work_s():
+            return self._placed_anew(facts)
+        resists: Fact = part.of, "anomaly", "resists"
+        if not (self._orders.repairs and self._data.sensor(WrenchSettings)):
+            return [resists, *self._failed()]
+        self._has_failed = True
+        return [resists, (self._data.name, "actionStatus", "failed")]
+
+    def _placed_anew(self, facts: Known) -> list[Fact]:
+        """Where the part is by what is known of the camera now, if that is elsewhere."""
+        was_m, seen_m = (facts.get((attribute, self._part.of)) for attribute in ("placedAt", "seenAt"))
+        if was_m is None or seen_m is None or facts.get(("workedShare", self._part.of)):
+            return []
+        at_m = self._monitor.corrected(facts, seen_m)
+        return [(self._part.of, "placedAt", at_m)] if math.dist(at_m, was_m) > DISPLACED_M else []
+
+
+class Inspecting(Acting):
+    """Keeps the camera on each point of a part for long enough."""
+
+    def __init__(self, part: Part, data: VehicleData, orders: Orders) -> None:
+        super().__init__(part, data, orders)
+        self._nth = 0
+        self._at_s = 0.0
+
+    def place_m(self, facts: Known) -> Point:
+        """The first point that is left."""
+        return self._part.points_m[min(self._nth, len(self._part.points_m) - 1)]
+
+    def work_s(self) -> float:
+        """As planned."""
+        return self._part.work_there_s(self._data)
+
+    def work(self, facts: Known) -> list[Fact]:
+        """Go on to the next point that was not looked at for long enough."""
+        seen = facts.values(("inspectedPoint", self._part.of))
+        while self._nth < len(self._part.points_m) and self._nth in seen:
+            self._nth += 1
+        if self._nth < len(self._part.points_m):
+            return []
+        self._is_done = True
+        return [(self._part.of, "outcome", "done")]
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """As any action; without assessment the clock says when to go on to the next point."""
+        if performed and not self._orders.assesses and self._nth + 1 < len(self._part.points_m):
+            is_there = distance_m(motion, self.place_m(picture.facts)) <= NEAR_M
+            self._at_s = (self._at_s or picture.body.now_s) if is_there else 0.0
+            if is_there and picture.body.now_s - self._at_s >= self._part.work_s:
+                self._nth, self._at_s = self._nth + 1, 0.0
+        return super().perceive(motion, picture, performed)
+
+
+def wrenching(part: Part, data: VehicleData, orders: Orders) -> Working:
+    """To work with the wrench."""
+    wrench = data.sensor(WrenchSettings)
+    return Working(part, data, orders, 1.0 if wrench is None else wrench.pace, is_wrench=True)
