@@ -79,17 +79,25 @@ class Monitor:
 
     # What was learnt -----------------------------------------------------------------------------
 
-    def hold_speed_mps(self, facts: Known, planned_mps: float, gain: float) -> float:
+    def hold_speed_mps(self, facts: Known, now_s: float, planned_mps: float, gain: float) -> float:
         """Speed (m/s) to ask for so that a place is held.
 
         Args:
-            facts: of the vehicle; planned_mps: by the plan; gain: by which the speed was raised since it did not do.
+            facts: of the vehicle; now_s: the time now.
+            planned_mps: by the plan; gain: by which the speed was raised since it did not do.
         """
         share: float = max(0.1, facts.get(("thrustShare", self._me), 1.0))
-        east_mps, north_mps = facts.get(("flow", self._me), NOWHERE)
-        planned = self._planned_flow(0.0)
-        flow_mps = math.hypot(east_mps + planned[0], north_mps + planned[1])
-        return min(self._data.transit_speed_mps, gain * max(planned_mps, flow_mps + SPARE_MPS) / share)
+        wanted_mps = gain * max(planned_mps, self._flow_mps(facts, now_s) + SPARE_MPS) / share
+        return min(self._data.transit_speed_mps, wanted_mps)
+
+    def _flow_mps(self, facts: Known, now_s: float) -> float:
+        (east_mps, north_mps), planned = facts.get(("flow", self._me), NOWHERE), self._planned_flow(now_s)
+        return math.hypot(east_mps + planned[0], north_mps + planned[1])
+
+    def is_overpowered(self, facts: Known, now_s: float) -> bool:
+        """True if the current is faster than the vehicle can go now, by what was learnt of both."""
+        share: float = facts.get(("thrustShare", self._me), 1.0)
+        return self._flow_mps(facts, now_s) >= share * self._data.transit_speed_mps
 
     def corrected(self, facts: Known, seen_m: Point) -> Point:
         """Where something is that the camera shows at a place."""

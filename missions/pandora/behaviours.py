@@ -31,6 +31,9 @@ NO_ADVANCE_SHARE = 0.5
 """Work that should be so far and has not begun is resisted."""
 NEAR_M = 1.5
 """A vehicle this near to its place holds it."""
+SPACING_SHARE, ROUNDS = 1.5, 2
+"""The squares along which a part is sought lie so far apart, by the range of the camera, and are gone along so often:
+an image may show nothing."""
 SEEKING_M = 3.0
 """A corner of the way along which a part is sought counts as reached within this distance."""
 STEADY_M = 12.0
@@ -78,6 +81,7 @@ class Acting(Behaviour):
         self._taken_s, self._there_s = 0.0, 0.0
         self._expected_s: float | None = None
         self._status = "proceeding"
+        self._waits = False
         self._is_done, self._has_failed = False, False
 
     # What a step says of itself ------------------------------------------------------------------
@@ -116,7 +120,7 @@ class Acting(Behaviour):
             self._monitor.pause()
             return attracted(to_go_m)
         dt_s, self._seen_s = (0.0 if self._seen_s is None else now_s - self._seen_s), now_s
-        self._taken_s += dt_s
+        self._taken_s += 0.0 if self._waits else dt_s
         if self._expected_s is None:
             time_s = to_go_m / self._data.transit_speed_mps + self.work_s()
             self._expected_s = MARGIN_S + (1.0 + MARGIN_SHARE) * time_s
@@ -139,7 +143,7 @@ class Acting(Behaviour):
             return Reference(target_m, self._data.transit_speed_mps)
         planned_mps = self._orders.settings.hold_speed_mps
         if self._orders.assesses:
-            planned_mps = self._monitor.hold_speed_mps(picture.facts, planned_mps, self._gain)
+            planned_mps = self._monitor.hold_speed_mps(picture.facts, picture.body.now_s, planned_mps, self._gain)
         return Reference(target_m, planned_mps)
 
     # Without assessment, and with it -------------------------------------------------------------
@@ -164,6 +168,7 @@ class Acting(Behaviour):
         if self._monitor.must_return(motion, facts, picture.body.battery):
             self._has_failed = True
             return [*found, (self._data.name, "returns", True)]
+        found += self._wait(facts, now_s)
         found += self.work(facts)
         if not (self._is_done or self._has_failed):
             found += self._time()
@@ -171,6 +176,14 @@ class Acting(Behaviour):
 
     def _asked_mps(self, to_go_m: float) -> float:
         return self._data.transit_speed_mps if to_go_m > STEADY_M else 0.0
+
+    def _wait(self, facts: Known, now_s: float) -> list[Fact]:
+        """In a current that it cannot stem the vehicle does not expect to get on, where plans are repaired."""
+        waits = self._orders.repairs and self._monitor.is_overpowered(facts, now_s)
+        if waits == self._waits:
+            return []
+        self._waits = waits
+        return [(self._data.name, "overpowered", waits)]
 
     def _time(self) -> list[Fact]:
         """Compare the time that the action has taken with the one expected."""
@@ -254,7 +267,9 @@ class Seeking(Looking):
     def __init__(self, part: Part, data: VehicleData, orders: Orders) -> None:
         super().__init__(part, data, orders)
         camera = data.sensor(CameraSettings)
-        self._spacing_m = 1.5 * (camera.range_m if camera is not None else NEAR_M)
+        range_m, every_s = (NEAR_M, 1.0) if camera is None else (camera.range_m, camera.every_s)
+        self._spacing_m = SPACING_SHARE * range_m
+        self._speed_mps = min(data.survey_speed_mps, range_m / every_s)
         self._corners: list[Point] | None = None
 
     def place_m(self, facts: Known) -> Point:
@@ -263,13 +278,13 @@ class Seeking(Looking):
             area = facts.get(("focusArea", self._part.of))
             centre_m = self._part.place_m if area is None else facts.get(("centre", area), self._part.place_m)
             radius_m = 0.0 if area is None else facts.get(("radius", area), 0.0)
-            self._corners = squares(centre_m, radius_m, self._spacing_m)
+            self._corners = ROUNDS * squares(centre_m, radius_m, self._spacing_m)
         return self._corners[0] if self._corners else self._part.place_m
 
     def work_s(self) -> float:
-        """The way along all squares at survey speed."""
+        """The way along all squares, so slowly that every place of it comes into an image."""
         corners = self._corners or []
-        return sum(math.dist(*pair) for pair in pairwise(corners)) / self._data.survey_speed_mps
+        return sum(math.dist(*pair) for pair in pairwise(corners)) / self._speed_mps
 
     def work(self, facts: Known) -> list[Fact]:
         """Go on to the next corner; the part is in sight, or there is none left."""
@@ -288,8 +303,8 @@ class Seeking(Looking):
         return 0.0  # it turns too often for its speed to say anything
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Along the squares at survey speed."""
-        return Reference(self.place_m(picture.facts), self._data.survey_speed_mps)
+        """Along the squares."""
+        return Reference(self.place_m(picture.facts), self._speed_mps)
 
 
 def squares(centre_m: Point, radius_m: float, spacing_m: float) -> list[Point]:

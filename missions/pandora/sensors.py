@@ -53,7 +53,7 @@ class CameraSettings(SensorSettings):
 
     range_m: float = Field(6.0, gt=0.0, description="farthest point of a part that it sees")
     sigma_m: float = Field(0.2, gt=0.0, description="standard deviation of a place that it sees, on each axis")
-    every_s: float = Field(20.0, gt=0.0, description="time between two images")
+    every_s: float = Field(10.0, gt=0.0, description="time between two images")
     p_blank: float = Field(0.1, ge=0.0, lt=1.0, description="probability that an image shows nothing, for turbid water")
 
     def make(self, data: VehicleData) -> Sensor:
