@@ -141,7 +141,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         functional, executive = self.functional, self.executive
         self.social.note_planning_due()
         perceptions = functional.perceive(executive.decision.chosen)
-        if _conclude(self, perceptions, now_s):
+        if _note_what_was_found(self, perceptions, now_s):
             perceptions = functional.perceive(executive.decision.chosen)
         if self._note_what_is_done(perceptions, now_s):
             perceptions = functional.perceive(executive.decision.chosen)
@@ -314,7 +314,7 @@ def _recorded(sensed: Sensed, vehicle: Vehicle, now_s: float) -> Change:
         ) from error
 
 
-def _conclude(vehicle: Vehicle, perceptions: Sequence[Perception], now_s: float) -> bool:
+def _note_what_was_found(vehicle: Vehicle, perceptions: Sequence[Perception], now_s: float) -> bool:
     """Record what activities have found out; True if that had activities chosen anew."""
     sets = vehicle.executive.sets
     for of, perception in zip(sets, perceptions, strict=True):

@@ -13,7 +13,8 @@ panel by the camera    its place, and ``cameraOffset``                     ``cam
 =====================  ==================================================  ===========================  ==============
 
 An alarm sets the estimate to what the readings since the change say, and from then on that is expected. So a fault is
-told once, and a vehicle that is sound again says that too. Estimates are facts: they outlive the action. The camera
+told when it is found and whenever its estimate is corrected, and a vehicle that is sound again says that too. Estimates
+are facts: they outlive the action. The camera
 is dead when so many images in a row are missing that turbid water alone does so at the stated rate.
 """
 
@@ -66,7 +67,9 @@ class Monitor:
         self._told_quality = 1.0
         self._images: tuple[int, float] | None = None  # the number of the last, and when it came or was to come first
         self._logged: int | None = None
-        self._energy: tuple[float, float] | None = None  # what should have been used since the last reading, and was
+        self._energy: tuple[float, float, float] | None = (
+            None  # used before the reading, to be used since, and since when
+        )
         self._seen_s: float | None = None
         if self._log is not None:
             at = settings.alarm_at(self._log.every_s)
@@ -131,14 +134,15 @@ class Monitor:
         since_s = 0.0 if self._seen_s is None else now_s - self._seen_s
         self._seen_s = now_s
         if self._energy is not None:
-            self._energy = self._energy[0] + self._data.power_w(motion.speed_mps) * since_s, self._energy[1]
+            before_j, due_j, from_s = self._energy
+            self._energy = before_j, due_j + self._data.power_w(motion.speed_mps) * since_s, from_s
         found: list[Fact] = []
         logged = facts.get(("logged", self._me))
         if self._log is not None and logged is not None and logged != self._logged:
             is_first, self._logged = self._logged is None, logged
             if not is_first:
                 found += self._assess_log(motion, facts, now_s)
-            self._energy = 0.0, motion.energy_j
+            self._energy = motion.energy_j, 0.0, now_s
         if self._camera is not None:
             found += self._assess_camera(motion, facts, now_s)
         if abs(self.quality - self._told_quality) >= 0.25:
@@ -165,14 +169,16 @@ class Monitor:
         if any(off is not None for off in offs):
             flow = tuple(was + (off or 0.0) * sigma_mps for was, off in zip(estimate, offs, strict=True))
             found += _told(me, "flow", flow, "current", math.hypot(*flow) > SOUND_FLOW_MPS)
-        return found + self._assess_power(motion, facts)
+        return found + self._assess_power(motion, facts, now_s)
 
-    def _assess_power(self, motion: Motion, facts: Known) -> list[Fact]:
+    def _assess_power(self, motion: Motion, facts: Known, now_s: float) -> list[Fact]:
         if self._energy is None or self._log is None:
             return []
+        before_j, due_j, from_s = self._energy
+        if now_s - from_s < self._log.every_s / 2.0:
+            return []
         extra_w = facts.get(("extraPower", self._me), 0.0)
-        expected_j, before_j = self._energy
-        taken_w = (motion.energy_j - before_j - expected_j) / self._log.every_s
+        taken_w = (motion.energy_j - before_j - due_j) / (now_s - from_s)
         off = self._power.add((taken_w - extra_w) / POWER_SIGMA_W)
         if off is None:
             return []

@@ -313,9 +313,9 @@ def squares(centre_m: Point, radius_m: float, spacing_m: float) -> list[Point]:
     >>> squares((0.0, 0.0), 4.0, 4.0)
     [(4.0, 4.0), (-4.0, 4.0), (-4.0, -4.0), (4.0, -4.0), (4.0, 4.0)]
     """
-    (x_m, y_m), found = centre_m, []
-    for ring in range(1, math.ceil(radius_m / spacing_m) + 1):
-        side_m = ring * spacing_m
+    (x_m, y_m), found, n_rings = centre_m, [], math.ceil(radius_m / spacing_m)
+    for ring in range(1, n_rings + 1):
+        side_m = ring * radius_m / n_rings
         turns = (1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1)
         found += [(x_m + east * side_m, y_m + north * side_m) for east, north in turns]
     return found

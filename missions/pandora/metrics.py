@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 REPAIRED = "failed step"
 """Kind of the rows in the table of faults that say that a step failed and the plan goes another way."""
-HOME_M = 20.0
-"""A vehicle whose battery is empty nearer to where it started is not lost."""
+HOME_M = 25.0
+"""A vehicle whose battery is empty nearer to where it started, or to a rally point, is not lost."""
 
 
 def serviced_fraction(run: Run) -> float:
@@ -76,11 +76,16 @@ def n_repairs(run: Run) -> int:
 
 
 def n_lost(run: Run) -> int:
-    """Vehicles whose battery ran out away from where they started."""
+    """Vehicles whose battery ran out away from where they started and from rally points."""
     empty = {row[1]: row[0] for row in run.recorder.faults if row[2] == "energy"}
-    starts_m = {one.name: one.start_m for one in cast("PandoraScenario", run.scenario).vehicle}
-    at_m = {row[1]: (row[2], row[3]) for row in run.recorder.trajectories[-len(starts_m) :]}
-    return sum(math.dist(at_m.get(name, starts_m[name]), starts_m[name]) > HOME_M for name in empty)
+    scenario = cast("PandoraScenario", run.scenario)
+    at_m = {row[1]: (row[2], row[3]) for row in run.recorder.trajectories[-len(scenario.vehicle) :]}
+    homes_m = [point.position_m for point in scenario.rally_point]
+    return sum(
+        all(math.dist(at_m[one.name], home_m) > HOME_M for home_m in (one.start_m, *homes_m))
+        for one in scenario.vehicle
+        if one.name in empty
+    )
 
 
 METRICS = (
