@@ -67,9 +67,7 @@ class Monitor:
         self._told_quality = 1.0
         self._images: tuple[int, float] | None = None  # the number of the last, and when it came or was to come first
         self._logged: int | None = None
-        self._energy: tuple[float, float, float] | None = (
-            None  # used before the reading, to be used since, and since when
-        )
+        self._energy: tuple[float, float, float] | None = None  # used before a reading, due since, and since when
         self._seen_s: float | None = None
         if self._log is not None:
             at = settings.alarm_at(self._log.every_s)

@@ -26,6 +26,8 @@ TURNS = Table("turns", (TIME, VEHICLE, Column("part", "str"), Column("state", "s
 """When a tool had really done its work on a part: the state in which it left a valve; of an anode, clean."""
 MOST_SHARE = 0.999
 """A normal error is cut off here, and at the other end: at 3.1 standard deviations."""
+NEEDED_SHARE = 0.5
+"""Share of the images of a point that have to show it: some are blank."""
 TOUCH_GAP_S = 5.0
 """Two touches that are farther apart belong to two tries."""
 FELT_SHARE = 0.25
@@ -89,7 +91,7 @@ class Camera:
             if nth == 0:
                 found.append(Observation(self._shown(which, thing, pose, world.seed, number)))
             self._n_looks[which, nth] += 1
-            if self._n_looks[which, nth] == math.ceil(thing.work_s / settings.every_s):
+            if self._n_looks[which, nth] == max(1, int(NEEDED_SHARE * thing.work_s / settings.every_s)):
                 found.append(Observation(((thing.name, "inspectedPoint", nth),), (thing.name, nth)))
         return found
 

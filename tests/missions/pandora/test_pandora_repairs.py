@@ -131,7 +131,7 @@ def test_a_dead_camera_is_found_and_others_take_over(tmp_path: Path) -> None:
 
 
 def test_a_weak_thruster_is_learnt_and_asked_for_more(tmp_path: Path) -> None:
-    """At 0.3 of its speed 0.35 m/s are 0.1 m/s, and the current runs at 0.16 m/s: to hold a place it must ask for more."""
+    """At 0.3 of its speed 0.35 m/s are 0.1 m/s, and the current runs at 0.16 m/s: that takes asking for more."""
     weak = {"fault": [{**fault("slow", factor=0.3), "vehicle": one} for one in ("AUV00", "AUV01")]}
     blind, tactical = (flown(tmp_path, level, **weak) for level in ("none", "tactical"))
     assert n_false_claims(blind) > 0
