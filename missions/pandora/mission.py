@@ -25,7 +25,8 @@ from missions.meeting.job_mission import WORK, JobMission
 from missions.meeting.meeting import importance_of
 from missions.meeting.orders import expected_of
 from missions.metric import Metric
-from missions.pandora.behaviours import Acting, Inspecting, Looking, Orders, Seeking, Working, wrenching
+from missions.pandora.acting import Acting, Orders
+from missions.pandora.behaviours import Inspecting, Looking, Seeking, Working, wrenching
 from missions.pandora.checks import structure_faults
 from missions.pandora.figures import FIGURES
 from missions.pandora.metrics import METRICS

@@ -262,21 +262,11 @@ class FunctionalLayer:
         except TypeError:
             wrong = perceptions
         if wrong:
-            raise self._unsound(perceptions)
+            index, unsound = _unsound(perceptions)
+            raise self._broken(index, "perceive", PERCEPTION, unsound)
         if self._guidance.withdraws and self._guiding is not None:  # whoever makes way is not thrown back by it
             perceptions[self._guiding] = perceptions[self._guiding]._replace(advance=None)
         return perceptions
-
-    def _unsound(self, perceptions: Sequence[Perception]) -> PluginError:
-        """The error for the first answer that is no Perception with a stimulus of 0..1."""
-        index, wrong = next(
-            (index, one)
-            for index, one in enumerate(perceptions)
-            if not (
-                isinstance(one, Perception) and isinstance(one.stimulus, float | int) and 0.0 <= one.stimulus <= 1.0
-            )
-        )
-        return self._broken(index, "perceive", PERCEPTION, wrong)
 
     def act(self, dt_s: float, neighbours: Sequence[Neighbour] = ()) -> None:
         """Move for ``dt_s`` as guidance refers and neighbours allow; without guidance, slow down to a stop.
@@ -317,6 +307,15 @@ class FunctionalLayer:
         if not sound:
             raise self._broken(index, "reference", REFERENCE, reference)
         return reference
+
+
+def _unsound(perceptions: Sequence[Perception]) -> tuple[int, object]:
+    """Number and value of the first answer that is no Perception with a stimulus of 0..1."""
+    return next(
+        (index, one)
+        for index, one in enumerate(perceptions)
+        if not (isinstance(one, Perception) and isinstance(one.stimulus, float | int) and 0.0 <= one.stimulus <= 1.0)
+    )
 
 
 def embody(layer: FunctionalLayer, before: FunctionalLayer) -> None:
