@@ -36,6 +36,7 @@ from typing import NamedTuple, Protocol
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.picture import Picture
+from remoras.sensor import Observation
 from remoras.work import Point
 
 CAPTURE_M = 1.0
@@ -58,6 +59,8 @@ class Perception(NamedTuple):
         done: True once all there was to do has been done; it will not come back.
         failed: True once it is clear that this vehicle cannot do it: a sensor gives nothing, say.
         answers: 0..1, how much of a call for help would be settled if the vehicle turned to this activity.
+        concludes: what it has found out by comparing what it expected with what it perceives; recorded and told like
+            what a sensor observes, once for each time that it is said.
     """
 
     stimulus: float
@@ -65,6 +68,7 @@ class Perception(NamedTuple):
     done: bool = False
     failed: bool = False
     answers: float = 1.0
+    concludes: tuple[Observation, ...] = ()
 
 
 class Reference(NamedTuple):

@@ -2,7 +2,9 @@
 
 The current at the surface, less with depth, and to and fro with the tide::
 
-    c(z, t) = c_0 max(0, 1 - z / shear_depth) cos(2 pi (t / period + phase))
+    c(z, t) = c_0 max(0, 1 - z / shear_depth) cos(2 pi (t / period + phase)) + sum of surges
+
+A surge is added evenly over all depths while it lasts.
 
 A vehicle measures the current where it is, as a Doppler log does, and heads into it: to make good a course along the
 unit vector d at speed s through the water it goes at velocity g d - c through the water, with the speed over ground::
@@ -21,6 +23,16 @@ Velocity = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
+class Surge:
+    """A velocity that is added to the current from ``from_s`` to before ``until_s``, at all depths."""
+
+    from_s: float
+    until_s: float
+    east_mps: float
+    north_mps: float
+
+
+@dataclass(frozen=True, slots=True)
 class Current:
     """Velocity of the water.
 
@@ -29,6 +41,7 @@ class Current:
         shear_depth_m: at this depth it has fallen to nothing, evenly; infinite where it does not fall.
         tide_period_s: time in which it turns and returns; infinite where it does not.
         tide_phase: share of the period by which it is ahead at the start of the mission, 0..1.
+        surges: what is added for a time.
     """
 
     east_mps: float
@@ -36,6 +49,7 @@ class Current:
     shear_depth_m: float = math.inf
     tide_period_s: float = math.inf
     tide_phase: float = 0.0
+    surges: tuple[Surge, ...] = ()
 
     def at(self, depth_m: float, now_s: float) -> Velocity:
         """Velocity (m/s) at a depth and time.
@@ -48,11 +62,16 @@ class Current:
         """
         share = max(0.0, 1.0 - depth_m / self.shear_depth_m)
         share *= math.cos(math.tau * (now_s / self.tide_period_s + self.tide_phase))
-        return share * self.east_mps, share * self.north_mps
+        east_mps, north_mps = share * self.east_mps, share * self.north_mps
+        for surge in self.surges:
+            if surge.from_s <= now_s < surge.until_s:
+                east_mps, north_mps = east_mps + surge.east_mps, north_mps + surge.north_mps
+        return east_mps, north_mps
 
     def greatest_mps(self, depth_m: float) -> float:
-        """Greatest speed (m/s) at a depth, whatever the tide."""
-        return math.hypot(self.east_mps, self.north_mps) * max(0.0, 1.0 - depth_m / self.shear_depth_m)
+        """The greatest speed (m/s) that it may have at a depth, whatever the tide and even if all surges coincide."""
+        steady_mps = math.hypot(self.east_mps, self.north_mps) * max(0.0, 1.0 - depth_m / self.shear_depth_m)
+        return steady_mps + sum(math.hypot(surge.east_mps, surge.north_mps) for surge in self.surges)
 
 
 def through_water(course: Velocity, speed_mps: float, current: Velocity) -> Velocity:

@@ -40,6 +40,7 @@ class FaultKind(StrEnum):
     JOINS = "joins"
     BIASED = "biased"
     RESTARTS = "restarts"
+    DRAINS = "drains"
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +76,7 @@ class DeclaredFault:
         sensor: which sensor is dead or biased; all of them if None.
         bias: of kind biased: by how much, and of which attribute.
         keeps_memory: of kind restarts: True if the vehicle still knows then what it knew.
+        drain_w: of kind drains: power that is lost.
     """
 
     kind: FaultKind
@@ -86,6 +88,7 @@ class DeclaredFault:
     sensor: str | None = None
     bias: Bias | None = None
     keeps_memory: bool = False
+    drain_w: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +103,7 @@ class Fault:
         sensors: names of the sensors that are dead or biased.
         bias: of kind biased: by how much, and of which attribute.
         keeps_memory: of kind restarts: True if the vehicle still knows then what it knew.
+        drain_w: of kind drains: power that is lost.
     """
 
     kind: FaultKind
@@ -110,6 +114,7 @@ class Fault:
     sensors: tuple[str, ...] = ()
     bias: Bias | None = None
     keeps_memory: bool = False
+    drain_w: float = 0.0
 
     @property
     def span_s(self) -> tuple[float, float]:
@@ -124,6 +129,8 @@ class Fault:
         match self.kind:
             case FaultKind.SLOW:
                 return f"by the factor {self.factor:g}, {how_long}"
+            case FaultKind.DRAINS:
+                return f"{self.drain_w:g} W, {how_long}"
             case FaultKind.SENSOR:
                 return f"{', '.join(self.sensors)}, {how_long}"
             case FaultKind.JOINS:
@@ -152,6 +159,7 @@ class Condition:
         is_mute: nobody hears it; is_deaf: it hears nobody.
         speed_factor: what its speeds are multiplied by.
         dead_sensors: names of the sensors that yield nothing; biases: of the others.
+        drain_w: power that is lost.
     """
 
     is_there: bool = True
@@ -162,6 +170,7 @@ class Condition:
     speed_factor: float = 1.0
     dead_sensors: frozenset[str] = frozenset()
     biases: tuple[Bias, ...] = ()
+    drain_w: float = 0.0
 
     @property
     def is_alive(self) -> bool:
@@ -189,6 +198,7 @@ class Condition:
                 name for fault in holding if fault.kind is FaultKind.SENSOR for name in fault.sensors
             ),
             biases=tuple(replace(fault.bias, sensors=fault.sensors) for fault in holding if fault.bias is not None),
+            drain_w=sum(fault.drain_w for fault in holding),
         )
 
 
@@ -257,7 +267,7 @@ def drawn(
         data = database[_name(one, seed, stream, nth, database, organisation)]
         if at_s < min(duration_s, one.until_s) or one.kind is FaultKind.JOINS:
             sensors = _sensors(data, one.sensor) if one.kind in OF_SENSORS else ()
-            of = one.until_s, one.factor, sensors, one.bias, one.keeps_memory
+            of = one.until_s, one.factor, sensors, one.bias, one.keeps_memory, one.drain_w
             found.append(Fault(one.kind, data.name, at_s, *of))
     return tuple(sorted(found, key=lambda f: (f.span_s[0], database[f.vehicle].node, _kind_number(f.kind), f.at_s)))
 

@@ -191,7 +191,7 @@ class SocialPart(Protocol):
         objective, argument)``, ``FormGroup(group)`` and ``DissolveGroup(group)``; a task that names none is carried out
         by the one of its own name. Beside what the head of the group believes, tests and effects may be of these facts:
 
-        * ``("members", "Group.Role")``: who plays the role and is there;
+        * ``("members", "Group.Role")``: who plays the role and is there; ``("isA", "Instance.Class")``: it is inferred;
         * ``("lost", "Group.Role")``: who has left the role or fallen silent in it, as often as that happened;
         * ``("allocated", group)``: the strategy has allocated the roles, and nobody has left since;
         * ``("objective", "Group.Role.Objective")``: its argument, once it counts;

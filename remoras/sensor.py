@@ -50,6 +50,7 @@ class Pose(NamedTuple):
     """Where a sensor is and how it moves: metres, radians, metres per second; depth below the surface.
 
     What it perceives is where it is. What it reports is where the vehicle takes itself to be, ``error_m`` from there.
+    ``flow_mps`` is the velocity of the water there: (x east, y north).
     """
 
     x_m: float
@@ -58,6 +59,7 @@ class Pose(NamedTuple):
     heading_rad: float
     speed_mps: float
     error_m: tuple[float, float] = (0.0, 0.0)
+    flow_mps: tuple[float, float] = (0.0, 0.0)
 
     @property
     def believed_m(self) -> tuple[float, float]:

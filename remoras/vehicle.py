@@ -100,7 +100,7 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
     def suffer(self, condition: Condition) -> None:
         """Be in another condition from now on; called by the fleet when a fault begins or is over."""
         self.condition = condition
-        self.functional.impair(condition.speed_factor, condition.dead_sensors)
+        self.functional.impair(condition.speed_factor, condition.dead_sensors, condition.drain_w)
         if not condition.is_alive:
             self.functional.motion.speed_mps = 0.0
 
@@ -141,6 +141,8 @@ class Vehicle(mesa.Agent):  # type: ignore[misc]  # Mesa is untyped
         functional, executive = self.functional, self.executive
         self.social.note_planning_due()
         perceptions = functional.perceive(executive.decision.chosen)
+        if _note_what_was_found(self, perceptions, now_s):
+            perceptions = functional.perceive(executive.decision.chosen)
         if self._note_what_is_done(perceptions, now_s):
             perceptions = functional.perceive(executive.decision.chosen)
         before, decision = executive.decision, executive.decide(perceptions, now_s, dt_s)
@@ -317,6 +319,15 @@ def _conclude(vehicle: Vehicle, now_s: float) -> None:
     social, motion, picture = vehicle.social, vehicle.functional.believed, vehicle.functional.picture
     vehicle.conclude(social.findings(motion), now_s, not social.standing.is_cut_off)
     vehicle.conclude(social.conclusions.of_its_own(vehicle.data, social.present, picture, motion), now_s)
+
+
+def _note_what_was_found(vehicle: Vehicle, perceptions: Sequence[Perception], now_s: float) -> bool:
+    """Record what activities have found out; True if that had activities chosen anew."""
+    sets = vehicle.executive.sets
+    for of, perception in zip(sets, perceptions, strict=True):
+        for observation in perception.concludes:
+            vehicle._share(_recorded(Sensed(of.name, None, observation), vehicle, now_s), now_s)
+    return vehicle.executive.sets is not sets
 
 
 def _plan(vehicle: Vehicle, now_s: float) -> None:

@@ -41,6 +41,7 @@ ROOMS: dict[str, set[str]] = {
     "missions.trident": {
         "missions.trident", "missions.meeting", "missions.scenarios", "missions", "remoras", "worldmodel",
     },
+    "missions.pandora": {"missions.pandora", "missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.runs": {
         "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.social", "remoras.executive",
         "remoras.functional", "exchange", "exchange.acoustics", "worldmodel", "worldmodel.rdf",
@@ -66,6 +67,7 @@ DOORS: dict[str, set[str]] = {
     "remoras": {"exchange.acoustics.loss"},
     "missions.mapping": {"exchange.acoustics.loss"},
     "missions.trident": {"exchange.acoustics.loss"},
+    "missions.pandora": {"exchange.acoustics.loss"},
     "missions.scenarios": {"remoras.executive.satisfaction"},
     "visualisation": {"missions.runs.results", "missions.sweeps.folder", "missions.comparison"},
     "visualisation.runs": {"missions.runs.results"},
@@ -91,8 +93,10 @@ WORDS_OF = {
     ),
 }  # fmt: skip
 """Words of a mission that nothing outside its folder may know."""
-GENERAL = ("ReturningToArea", "area of operations", "areas of operations")
-"""A vehicle stays in the area of operations whatever its mission is."""
+GENERAL = (
+    "ReturningToArea", "area of operations", "areas of operations", "FocusArea", "focusArea", "focus area", "focus areas",
+)  # fmt: skip
+"""A vehicle stays in the area of operations whatever its mission is, and attends to focus areas of the core ontology."""
 SAYS_WHEN = "missions.sweeps.execution"  # stamps a line of the sweep's log with the time it finished
 SEEDED = {"Generator", "Philox", "SeedSequence", "BitGenerator", "default_rng"}
 CLOCKS = {

@@ -24,7 +24,9 @@ LOOKS = 7
 """`trial` of the draws that say what a look at an object of the sea shows."""
 CLOCKS = 8
 """`trial` of the draws that say how far clocks are off, and how fast they drift."""
-TURNS = 9
+SURGES = 9
+"""`trial` of the draws that say when the current rises."""
+TURNS = 10
 """`trial` of the draws that say when in a frame a vehicle sends, in ALOHA."""
 
 _LOW_64 = 0xFFFF_FFFF_FFFF_FFFF

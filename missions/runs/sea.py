@@ -35,7 +35,9 @@ def sea_of(scenario: Scenario, data: VehicleData, seed: int, carried_m: CarriedM
         seed: root of all draws.
         carried_m: where a beacon is that a vehicle carries, see ``Fleet.carried_m``.
     """
-    return Sea(scenario.current.water(), _navigation(scenario, data, seed, carried_m), _misses(scenario, data, seed))
+    return Sea(
+        scenario.current.water(seed), _navigation(scenario, data, seed, carried_m), _misses(scenario, data, seed)
+    )
 
 
 def _navigation(scenario: Scenario, data: VehicleData, seed: int, carried_m: CarriedM) -> Navigation | None:

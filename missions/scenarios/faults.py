@@ -28,6 +28,7 @@ OF_KIND = {
     "attribute": (FaultKind.BIASED,),
     "offset": (FaultKind.BIASED,),
     "memory": (FaultKind.RESTARTS,),
+    "drain_w": (FaultKind.DRAINS,),
 }
 """Keys that have an effect for some kinds only."""
 NOT_OF_JOINS = {
@@ -77,13 +78,13 @@ def _off(value: Any) -> Any:
 class FaultTable(Sparse):
     """One ``[[fault]]``."""
 
-    UNSAID = frozenset({"attribute", "offset", "memory"})
+    UNSAID = frozenset({"attribute", "offset", "memory", "drain_w"})
 
-    kind: Literal["lost", "mute", "deaf", "slow", "sensor", "joins", "biased", "restarts"] = Field(
+    kind: Literal["lost", "mute", "deaf", "slow", "sensor", "joins", "biased", "restarts", "drains"] = Field(
         description="what befalls the vehicle. lost: it does nothing any more; mute: nobody hears it; deaf: it hears "
         "nobody; slow: its speeds are multiplied by factor; sensor: its sensor yields nothing; joins: it is not there "
         "before at_s; biased: what its sensor reads of attribute is off by offset; restarts: it is off from at_s "
-        "on and begins anew at until_s"
+        "on and begins anew at until_s; drains: it loses drain_w beside what it uses"
     )
     vehicle: str = Field(
         description="name of the vehicle; any: drawn among those that have a sensor or are able to play a role with a "
@@ -114,6 +115,8 @@ class FaultTable(Sparse):
         "and work back from the others",
     )
 
+    drain_w: Positive | None = Field(None, description="of kind drains: power that is lost, W")
+
     def declared(self) -> DeclaredFault:
         """The fault as a value."""
         return DeclaredFault(
@@ -126,6 +129,7 @@ class FaultTable(Sparse):
             self.sensor,
             self._bias,
             self.memory == "kept",
+            self.drain_w or 0.0,
         )
 
     @property
@@ -215,6 +219,8 @@ def _when(key: str, table: Raw) -> Iterator[ConfigurationFault]:
             yield ConfigurationFault(
                 f"{key}.rate_per_h", shown(table["rate_per_h"]), "a vehicle restarts at a time: give at_s"
             )
+    if table.get("kind") == FaultKind.DRAINS and "drain_w" not in table:
+        yield ConfigurationFault(f"{key}.drain_w", "", "missing: the power that the vehicle loses, above 0 W")
     if joins and span_s is not None and span_s[0] <= 0.0:
         allowed = "must be above 0: a vehicle that is there from the start does not join"
         yield ConfigurationFault(f"{key}.at_s", shown(table["at_s"]), allowed)

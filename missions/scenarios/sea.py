@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
+from exchange.acoustics import loss
 from missions.errors import ConfigurationFault
 from missions.scenarios.abilities import sensor_tables
 from missions.scenarios.tables import (
     Name,
+    NotNegative,
     PointM,
     Positive,
     Raw,
@@ -21,11 +23,35 @@ from missions.scenarios.tables import (
     one_of,
     table_of,
 )
-from remoras.current import Current
+from remoras.current import Current, Surge
 
 
-class CurrentTable(Section):
+class SurgeTable(Section):
+    """One ``[[current.surge]]``: the current rises for a time, or turns."""
+
+    between_s: tuple[NotNegative, NotNegative] = Field(description="[earliest, latest] start, drawn once per run")
+    lasts_s: Positive = Field(description="how long it lasts")
+    east_mps: float = Field(0.0, ge=-5.0, le=5.0, description="what is added towards the east, at all depths")
+    north_mps: float = Field(0.0, ge=-5.0, le=5.0, description="what is added towards the north, at all depths")
+
+    @field_validator("between_s")
+    @classmethod
+    def _in_order(cls, given: PointM) -> PointM:
+        if given[0] > given[1]:
+            raise ValueError("the earliest start may not be later than the latest")
+        return given
+
+    def drawn(self, seed: int, number: int) -> Surge:
+        """The surge of the run with that seed; its number in the scenario keys the draw."""
+        earliest_s, latest_s = self.between_s
+        from_s = earliest_s + loss.uniform(seed, loss.SURGES, number, 0, 0) * (latest_s - earliest_s)
+        return Surge(from_s, from_s + self.lasts_s, self.east_mps, self.north_mps)
+
+
+class CurrentTable(Sparse):
     """The table ``[current]``."""
+
+    UNSAID = frozenset({"surge"})
 
     east_mps: float = Field(0.0, ge=-5.0, le=5.0, description="current towards the east at the surface")
     north_mps: float = Field(0.0, ge=-5.0, le=5.0, description="current towards the north at the surface")
@@ -39,13 +65,16 @@ class CurrentTable(Section):
         0.0, ge=0.0, le=1.0, description="share of the period that is over at the start: 0 full, 0.25 slack, 0.5 turned"
     )
 
-    def water(self) -> Current | None:
-        """The current; None where the water stands."""
-        if self.east_mps == self.north_mps == 0.0:
+    surge: tuple[SurgeTable, ...] = Field((), description="when it rises or turns for a time, a table each")
+
+    def water(self, seed: int) -> Current | None:
+        """The current of the run with that seed; None where the water stands."""
+        if self.east_mps == self.north_mps == 0.0 and not self.surge:
             return None
         depth_m = math.inf if self.shear_depth_m is None else self.shear_depth_m
         period_s = math.inf if self.tide_period_h is None else 3600.0 * self.tide_period_h
-        return Current(self.east_mps, self.north_mps, depth_m, period_s, self.tide_phase)
+        surges = tuple(one.drawn(seed, number) for number, one in enumerate(self.surge))
+        return Current(self.east_mps, self.north_mps, depth_m, period_s, self.tide_phase, surges)
 
 
 class NavigationTable(Section):
@@ -82,7 +111,7 @@ def current_faults(raw: Raw) -> Iterator[ConfigurationFault]:
     spread = table_of(raw, "uncertainty").get("speed_spread", 0.0)
     if not all(_is_number(one) for one in (*given.values(), spread)) or not _is_positive(shear_depth_m):
         return
-    current = Current(**given, shear_depth_m=shear_depth_m)
+    current = Current(**given, shear_depth_m=shear_depth_m, surges=_surges(table))
     worst: tuple[float, str] | None = None
     for vehicle in entries(raw, "vehicle"):
         depth_m, speed_mps = vehicle.get("depth_m", 0.0), vehicle.get("survey_speed_mps")
@@ -116,6 +145,12 @@ def beacon_faults(raw: Raw) -> Iterator[ConfigurationFault]:
             own = [table for one in vehicles if one.get("name") == carrier for table in sensor_tables(one)]
             names = [str(table.get("name") or table.get("type")) for table in own]
             yield from one_of(f"{key}.sensor", beacon["sensor"], names)
+
+
+def _surges(table: Raw) -> tuple[Surge, ...]:
+    """What surges add, whenever they come; malformed ones are passed over."""
+    added = [[one.get(key, 0.0) for key in ("east_mps", "north_mps")] for one in entries(table, "surge")]
+    return tuple(Surge(0.0, math.inf, *one) for one in added if all(map(_is_number, one)))
 
 
 def _is_number(value: object) -> bool:

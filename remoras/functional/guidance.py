@@ -58,6 +58,11 @@ class Guidance:
         self._greatest_speed_mps = max(data.transit_speed_mps, data.survey_speed_mps)
         self._speed_factor = 1.0
 
+    @property
+    def flow_mps(self) -> Velocity:
+        """Velocity of the water in the last motion tick: (x east, y north)."""
+        return self._flow_mps
+
     def slow_down(self, factor: float) -> None:
         """Let the vehicle go at this share of every speed from now on."""
         self._speed_factor = factor

@@ -13,7 +13,7 @@ from remoras.avoidance import Bounds, Neighbour
 from remoras.behaviours import Behaviour, Perception, Reference
 from remoras.database import VehicleData
 from remoras.errors import PluginError
-from remoras.functional.guidance import Guidance
+from remoras.functional.guidance import STILL, Guidance
 from remoras.functional.sensing import Sensed, Sensing
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, vital_behaviour
 from remoras.mission import FunctionalPart
@@ -118,6 +118,7 @@ class FunctionalLayer:
         self._behaviours: list[Behaviour] = []
         self._guiding: int | None = None
         picture.body.answering = _answering(data, ())
+        self._drain_w = 0.0
 
     @property
     def sensing(self) -> tuple[str, ...]:
@@ -126,7 +127,7 @@ class FunctionalLayer:
 
     # Faults --------------------------------------------------------------------------------------
 
-    def impair(self, speed_factor: float, dead_sensors: frozenset[str]) -> None:
+    def impair(self, speed_factor: float, dead_sensors: frozenset[str], drain_w: float = 0.0) -> None:
         """Let faults hold from now on, and no others.
 
         Guidance asks for the speeds that it is used to and gets its share of them; the reserve for the way home is that
@@ -135,7 +136,9 @@ class FunctionalLayer:
         Args:
             speed_factor: what every speed is multiplied by.
             dead_sensors: names of the sensors that yield nothing.
+            drain_w: power that the battery loses beside what the vehicle uses; the reserve does not know of it.
         """
+        self._drain_w = drain_w
         self._guidance.slow_down(speed_factor)
         self.picture.body.answering = _answering(self.data, dead_sensors)
         self._reserve_per_m = _reserve_per_m(self.data, speed_factor * self.data.survey_speed_mps)
@@ -238,6 +241,8 @@ class FunctionalLayer:
         pose = Pose(self.motion.x_m, self.motion.y_m, data.depth_m, motion.heading_rad, motion.speed_mps)
         if self._navigation is not None:
             pose = pose._replace(error_m=self._navigation.error_m)
+        if self._guidance.flow_mps != STILL:
+            pose = pose._replace(flow_mps=self._guidance.flow_mps)
         sensed = self._sensing.look(pose, now_s)
         if sensed:
             body.last_yield_s = now_s
@@ -264,21 +269,11 @@ class FunctionalLayer:
         except TypeError:
             wrong = perceptions
         if wrong:
-            raise self._unsound(perceptions)
+            index, unsound = _unsound(perceptions)
+            raise self._broken(index, "perceive", PERCEPTION, unsound)
         if self._guidance.withdraws and self._guiding is not None:  # whoever makes way is not thrown back by it
             perceptions[self._guiding] = perceptions[self._guiding]._replace(advance=None)
         return perceptions
-
-    def _unsound(self, perceptions: Sequence[Perception]) -> PluginError:
-        """The error for the first answer that is no Perception with a stimulus of 0..1."""
-        index, wrong = next(
-            (index, one)
-            for index, one in enumerate(perceptions)
-            if not (
-                isinstance(one, Perception) and isinstance(one.stimulus, float | int) and 0.0 <= one.stimulus <= 1.0
-            )
-        )
-        return self._broken(index, "perceive", PERCEPTION, wrong)
 
     def act(self, dt_s: float, neighbours: Sequence[Neighbour] = ()) -> None:
         """Move for ``dt_s`` as guidance refers and neighbours allow; without guidance, slow down to a stop.
@@ -292,6 +287,7 @@ class FunctionalLayer:
         """
         reference = None if self._guiding is None else self._reference(self._guiding)
         self._guidance.move(reference, neighbours, self.picture.peers.positions_m, self.picture.body.now_s, dt_s)
+        self.motion.energy_j += self._drain_w * dt_s
         self._check_energy()
         if self.exhausted:
             self.motion.speed_mps = 0.0
@@ -318,6 +314,15 @@ class FunctionalLayer:
         if not sound:
             raise self._broken(index, "reference", REFERENCE, reference)
         return reference
+
+
+def _unsound(perceptions: Sequence[Perception]) -> tuple[int, object]:
+    """Number and value of the first answer that is no Perception with a stimulus of 0..1."""
+    return next(
+        (index, one)
+        for index, one in enumerate(perceptions)
+        if not (isinstance(one, Perception) and isinstance(one.stimulus, float | int) and 0.0 <= one.stimulus <= 1.0)
+    )
 
 
 def embody(layer: FunctionalLayer, before: FunctionalLayer) -> None:

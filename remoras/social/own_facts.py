@@ -66,6 +66,8 @@ class OwnFacts:
                 return self.database[about]
             case "instances":
                 return self.beliefs.instances(about)
+            case "isA":
+                return self.beliefs.is_a(*about.rsplit(".", 1)) or default
         if self.gatherings.is_undone(key, self.is_cut_off):
             return default
         return self.beliefs.get(key, default)

@@ -13,6 +13,7 @@ from remoras.behaviours import Behaviour, Perception, Reference
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.picture import Body, Groups, Picture
+from remoras.sensor import Observation
 
 N_MOMENTS = 150
 FIELD_M = 400.0
@@ -103,7 +104,7 @@ def _answers(behaviour: Behaviour, moments: Sequence[Moment]) -> list[tuple[Perc
 
 def _check_perception(perceived: object, where: str) -> None:
     assert isinstance(perceived, Perception), f"{where}: perceive returned {perceived!r}, expected a Perception"
-    stimulus, advance, done, failed, answers = perceived
+    stimulus, advance, done, failed, answers, concludes = perceived
     is_share = isinstance(stimulus, float | int) and 0.0 <= stimulus <= 1.0
     assert is_share, f"{where}: stimulus is {stimulus!r}, expected a number of 0..1"
     is_degree = advance is None or (isinstance(advance, float | int) and -1.0 <= advance <= 1.0)
@@ -112,6 +113,8 @@ def _check_perception(perceived: object, where: str) -> None:
     assert isinstance(failed, bool), f"{where}: failed is {failed!r}, expected a bool"
     is_share = isinstance(answers, float | int) and 0.0 <= answers <= 1.0
     assert is_share, f"{where}: answers is {answers!r}, expected a number of 0..1"
+    is_list = isinstance(concludes, tuple) and all(isinstance(one, Observation) for one in concludes)
+    assert is_list, f"{where}: concludes is {concludes!r}, expected a tuple of Observation"
     assert not (done and stimulus > 0.0), f"{where}: all is done, and yet the stimulus is {stimulus}"
 
 

@@ -132,7 +132,9 @@ def test_alignments_are_about_our_terms_and_do_not_clash() -> None:
         assert any(namespace.endswith(asked) for namespace in namespaces), asked
 
 
-@pytest.mark.parametrize("folder", [ONTOLOGY_FOLDER, MISSIONS / "mapping"], ids=["core", "mapping"])
+@pytest.mark.parametrize(
+    "folder", [ONTOLOGY_FOLDER, MISSIONS / "mapping", MISSIONS / "pandora"], ids=["core", "mapping", "pandora"]
+)
 def test_rdf_xml_and_catalogue_are_those_of_the_turtle(folder: Path, tmp_path: Path) -> None:
     sources = [path for path in FILES if path.parent == folder]
     for path in sources:
@@ -151,7 +153,7 @@ def test_rdf_xml_and_catalogue_are_those_of_the_turtle(folder: Path, tmp_path: P
     assert [(folder / str(each)).resolve() for each in following] == ([] if folder == ONTOLOGY_FOLDER else [core])
 
 
-REMEDY = "run python -m worldmodel.rdfxml worldmodel/ontology missions/mapping"
+REMEDY = "run python -m worldmodel.rdfxml worldmodel/ontology missions/mapping missions/pandora"
 
 
 def test_a_users_own_ontology_is_written_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

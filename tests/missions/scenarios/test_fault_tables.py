@@ -124,7 +124,7 @@ def test_every_key_is_explained() -> None:
         (
             'kind = "dead"\nvehicle = "Diver"\nat_s = 3',
             "kind",
-            "'lost', 'mute', 'deaf', 'slow', 'sensor', 'joins', 'biased' or 'restarts'",
+            "'lost', 'mute', 'deaf', 'slow', 'sensor', 'joins', 'biased', 'restarts' or 'drains'",
         ),
         (
             'kind = "lost"\nvehicle = "Divr"\nat_s = 3',

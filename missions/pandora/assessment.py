@@ -1,0 +1,239 @@
+"""Status assessment: what a vehicle expects of its action against what it observes, and what it learns for the next.
+
+Sequential tests (``missions.pandora.sequential``) look at readings less what is expected of them, in standard
+deviations of the sensors:
+
+=====================  ==================================================  ===========================  ==============
+reading                expected                                            estimate that it updates     diagnosis
+=====================  ==================================================  ===========================  ==============
+speed by the log       ``thrustShare`` of the speed that was asked for     ``thrustShare``              thruster
+current by the log     what was foretold, and ``flow``                     ``flow``                     current
+power taken            what hotel and drag explain, and ``extraPower``     ``extraPower``               energy
+panel by the camera    its place, and ``cameraOffset``                     ``cameraOffset``             camera drifts
+=====================  ==================================================  ===========================  ==============
+
+An alarm sets the estimate to what the readings since the change say, and from then on that is expected. So a fault is
+told when it is found and whenever its estimate is corrected, and a vehicle that is sound again says that too. Estimates
+are facts: they outlive the action. The camera
+is dead when so many images in a row are missing that turbid water alone does so at the stated rate.
+"""
+
+from __future__ import annotations
+
+import math
+
+from missions.pandora.scenario import PandoraSettings
+from missions.pandora.sensors import CameraSettings, LogSettings
+from missions.pandora.sequential import Cusum
+from missions.pandora.structure import Part
+from remoras.current import Current
+from remoras.database import VehicleData
+from remoras.motion import Motion
+from remoras.picture import Picture
+from remoras.sensor import Fact, Observation
+from remoras.work import HOME_MARGIN, Known, Point
+
+POWER_SIGMA_W = 3.0
+"""Standard deviation of a reading of power: packets and manoeuvres come beside hotel and drag."""
+STEADY_S = 10.0
+"""A speed that has been asked for as long is reached."""
+QUALITY_S = 60.0
+"""Time in which the quality of holding forgets."""
+SPARE_MPS = 0.15
+"""A place is held with so much more speed than the current has."""
+SPARE_BATTERY = 0.03
+"""A vehicle turns home with so much of its battery to spare, by what it estimates to use."""
+SOUND_SHARE, SOUND_FLOW_MPS, SOUND_W, SOUND_M = 0.05, 0.05, 5.0, 0.2
+"""An estimate this near to what was planned says that all is well again."""
+
+NOWHERE: Point = (0.0, 0.0)
+
+
+class Monitor:
+    """Assesses one action of one vehicle.
+
+    Args:
+        data: of the vehicle.
+        settings: of the mission.
+        part: that the action is on.
+        foretold: the current by the plan; None where the water is to stand.
+    """
+
+    def __init__(self, data: VehicleData, settings: PandoraSettings, part: Part, foretold: Current | None) -> None:
+        self._me, self._data, self._part, self._foretold = data.name, data, part, foretold
+        self._log, self._camera = data.sensor(LogSettings), data.sensor(CameraSettings)
+        self.quality = 1.0
+        self._asked_mps, self._asked_s = 0.0, 0.0
+        self._told_quality = 1.0
+        self._images: tuple[int, float] | None = None  # the number of the last, and when it came or was to come first
+        self._logged: int | None = None
+        self._energy: tuple[float, float, float] | None = None  # used before a reading, due since, and since when
+        self._seen_s: float | None = None
+        if self._log is not None:
+            at = settings.alarm_at(self._log.every_s)
+            self._speed, self._power, self._flow = Cusum(at), Cusum(at), (Cusum(at), Cusum(at))
+        if self._camera is not None:
+            self._off = Cusum(settings.alarm_at(self._camera.every_s)), Cusum(settings.alarm_at(self._camera.every_s))
+            per_image = settings.false_alarms_per_h * self._camera.every_s / 3600.0
+            blank = max(self._camera.p_blank, 1e-9)
+            self._blind_after = max(3, math.ceil(math.log(per_image) / math.log(blank)))
+
+    # What was learnt -----------------------------------------------------------------------------
+
+    def hold_speed_mps(self, facts: Known, now_s: float, planned_mps: float, gain: float) -> float:
+        """Speed (m/s) to ask for so that a place is held.
+
+        Args:
+            facts: of the vehicle; now_s: the time now.
+            planned_mps: by the plan; gain: by which the speed was raised since it did not do.
+        """
+        share: float = max(0.1, facts.get(("thrustShare", self._me), 1.0))
+        wanted_mps = gain * max(planned_mps, self._flow_mps(facts, now_s) + SPARE_MPS) / share
+        return min(self._data.transit_speed_mps, wanted_mps)
+
+    def _flow_mps(self, facts: Known, now_s: float) -> float:
+        (east_mps, north_mps), planned = facts.get(("flow", self._me), NOWHERE), self._planned_flow(now_s)
+        return math.hypot(east_mps + planned[0], north_mps + planned[1])
+
+    def is_overpowered(self, facts: Known, now_s: float) -> bool:
+        """True if the current is faster than the vehicle can go now, by what was learnt of both."""
+        share: float = facts.get(("thrustShare", self._me), 1.0)
+        return self._flow_mps(facts, now_s) >= share * self._data.transit_speed_mps
+
+    def corrected(self, facts: Known, seen_m: Point) -> Point:
+        """Where something is that the camera shows at a place."""
+        off_m = facts.get(("cameraOffset", self._me), NOWHERE)
+        return seen_m[0] - off_m[0], seen_m[1] - off_m[1]
+
+    def _planned_flow(self, now_s: float) -> Point:
+        return NOWHERE if self._foretold is None else self._foretold.at(self._data.depth_m, now_s)
+
+    # What is assessed ----------------------------------------------------------------------------
+
+    def pause(self) -> None:
+        """The action is not performed: what was under way is not compared any more."""
+        self._seen_s = self._energy = self._images = None
+
+    def hold(self, off_m: float, tolerance_m: float, dt_s: float) -> None:
+        """Take note of how far the vehicle is from the place that it holds."""
+        weight = min(1.0, dt_s / QUALITY_S)
+        self.quality += weight * ((1.0 if off_m <= tolerance_m else 0.0) - self.quality)
+
+    def assess(self, motion: Motion, picture: Picture, asked_mps: float) -> list[Fact]:
+        """What it concludes at a decision, while the action is performed.
+
+        Args:
+            motion, picture: of the vehicle.
+            asked_mps: speed that the vehicle is asked for on its way; 0 if it holds a place.
+        """
+        now_s, facts = picture.body.now_s, picture.facts
+        if asked_mps != self._asked_mps or picture.body.contacts_m:
+            self._asked_mps, self._asked_s = asked_mps, now_s
+        since_s = 0.0 if self._seen_s is None else now_s - self._seen_s
+        self._seen_s = now_s
+        if self._energy is not None:
+            before_j, due_j, from_s = self._energy
+            self._energy = before_j, due_j + self._data.power_w(motion.speed_mps) * since_s, from_s
+        found: list[Fact] = []
+        logged = facts.get(("logged", self._me))
+        if self._log is not None and logged is not None and logged != self._logged:
+            is_first, self._logged = self._logged is None, logged
+            if not is_first:
+                found += self._assess_log(motion, facts, now_s)
+            self._energy = motion.energy_j, 0.0, now_s
+        if self._camera is not None:
+            found += self._assess_camera(motion, facts, now_s)
+        if abs(self.quality - self._told_quality) >= 0.25:
+            self._told_quality = self.quality
+            found.append((self._me, "holdQuality", self.quality))
+        return found
+
+    def _assess_log(self, motion: Motion, facts: Known, now_s: float) -> list[Fact]:
+        assert self._log is not None
+        found: list[Fact] = []
+        sigma_mps, me = self._log.sigma_mps, self._me
+        if self._asked_mps > 0.0 and now_s - self._asked_s >= STEADY_S:
+            share = facts.get(("thrustShare", me), 1.0)
+            off = self._speed.add((facts.get(("speedMeasured", me)) - share * self._asked_mps) / sigma_mps)
+            if off is not None:
+                share = min(2.0, max(0.0, share + off * sigma_mps / self._asked_mps))
+                found += _told(me, "thrustShare", share, "thruster", abs(share - 1.0) > SOUND_SHARE)
+        estimate, planned = facts.get(("flow", me), NOWHERE), self._planned_flow(now_s)
+        measured = facts.get(("flowMeasured", me))
+        offs = [
+            test.add((is_mps - was_mps - off_mps) / sigma_mps)
+            for test, is_mps, was_mps, off_mps in zip(self._flow, measured, planned, estimate, strict=True)
+        ]
+        if any(off is not None for off in offs):
+            flow = tuple(was + (off or 0.0) * sigma_mps for was, off in zip(estimate, offs, strict=True))
+            found += _told(me, "flow", flow, "current", math.hypot(*flow) > SOUND_FLOW_MPS)
+        return found + self._assess_power(motion, facts, now_s)
+
+    def _assess_power(self, motion: Motion, facts: Known, now_s: float) -> list[Fact]:
+        if self._energy is None or self._log is None:
+            return []
+        before_j, due_j, from_s = self._energy
+        if now_s - from_s < self._log.every_s / 2.0:
+            return []
+        extra_w = facts.get(("extraPower", self._me), 0.0)
+        taken_w = (motion.energy_j - before_j - due_j) / (now_s - from_s)
+        off = self._power.add((taken_w - extra_w) / POWER_SIGMA_W)
+        if off is None:
+            return []
+        extra_w = max(-1000.0, extra_w + off * POWER_SIGMA_W)
+        return _told(self._me, "extraPower", extra_w, "energy", extra_w > SOUND_W)
+
+    def _assess_camera(self, motion: Motion, facts: Known, now_s: float) -> list[Fact]:
+        assert self._camera is not None
+        looks, me = facts.get(("looks", self._me), -1), self._me
+        if self._images is None or looks != self._images[0]:
+            is_new, self._images = self._images is not None, (looks, now_s)
+            return self._assess_offset(motion, facts) if is_new else []
+        if now_s - self._images[1] <= (self._blind_after + 1) * self._camera.every_s:
+            return []
+        if facts.get(("cameraDead", me)):
+            return []
+        return [(me, "cameraDead", True), (me, "diagnosis", "camera dead")]
+
+    def _assess_offset(self, motion: Motion, facts: Known) -> list[Fact]:
+        """Compare the panel, if it is in sight, with its place."""
+        part, camera = self._part, self._camera
+        assert camera is not None
+        if part.panel_m is None or math.dist(part.panel_m, motion.position_m) > camera.range_m - 1.0:
+            return []
+        seen_m = facts.get(("seenAt", part.panel))
+        if seen_m is None:
+            return []
+        known = facts.get(("cameraOffset", self._me), NOWHERE)
+        offs = [
+            test.add((is_m - at_m - off_m) / camera.sigma_m)
+            for test, is_m, at_m, off_m in zip(self._off, seen_m, part.panel_m, known, strict=True)
+        ]
+        if all(off is None for off in offs):
+            return []
+        offset = tuple(was + (off or 0.0) * camera.sigma_m for was, off in zip(known, offs, strict=True))
+        return _told(self._me, "cameraOffset", offset, "camera drifts", math.hypot(*offset) > SOUND_M)
+
+    # Whether it still has the energy -------------------------------------------------------------
+
+    def must_return(self, motion: Motion, facts: Known, battery: float) -> bool:
+        """True if what is left of the battery is needed for the way home, by what the vehicle is known to use."""
+        extra_w = max(0.0, facts.get(("extraPower", self._me), 0.0))
+        if extra_w == 0.0:
+            return False
+        data = self._data
+        speed_mps = max(0.05, data.survey_speed_mps * min(1.0, facts.get(("thrustShare", self._me), 1.0)))
+        way_s = math.dist(motion.position_m, data.start_m) / speed_mps
+        need_j = HOME_MARGIN * way_s * (data.power_w(speed_mps) + extra_w)
+        return bool(battery <= SPARE_BATTERY + need_j / data.energy_j)
+
+
+def _told(me: str, attribute: str, value: float | tuple[float, ...], diagnosis: str, is_wrong: bool) -> list[Fact]:
+    """An estimate, and what it says of the vehicle."""
+    of: Fact = (me, attribute, value if isinstance(value, float | int) else (value[0], value[1]))
+    return [of, (me, "diagnosis", diagnosis if is_wrong else "sound")]
+
+
+def as_observations(facts: list[Fact]) -> tuple[Observation, ...]:
+    """Facts that are concluded together."""
+    return (Observation(tuple(facts)),) if facts else ()

@@ -1,0 +1,227 @@
+"""Actions on a part: what each step of the plan for it makes a vehicle do, and what becomes of it."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+from missions.pandora.acting import NEAR_M, Acting, Orders
+from missions.pandora.sensors import CameraSettings, WrenchSettings
+from missions.pandora.structure import Part
+from remoras.behaviours import Perception, Reference, distance_m
+from remoras.database import VehicleData
+from remoras.motion import Motion
+from remoras.picture import Picture
+from remoras.sensor import SELF, Fact, Observation
+from remoras.work import Known, Point
+
+LOOK_S = 120.0
+"""How long the plan has a vehicle look for a part where it should be."""
+SETTLED_S = 45.0
+"""A part is placed after so long, so that images have shown how far the camera is off."""
+DISPLACED_M = 1.0
+"""A part that is seen so far from its place is displaced; camera errors are a fraction of that."""
+NO_ADVANCE_SHARE = 0.5
+"""Work that should be so far and has not begun is resisted."""
+SPACING_SHARE, ROUNDS = 1.5, 2
+"""The squares along which a part is sought lie so far apart, by the range of the camera, and are gone along so often:
+an image may show nothing."""
+SEEKING_M = 3.0
+"""A corner of the way along which a part is sought counts as reached within this distance."""
+
+
+class Looking(Acting):
+    """Looks for a part where it should be, and says where it is; if it is not there, where it is to be sought."""
+
+    def __init__(self, part: Part, data: VehicleData, orders: Orders) -> None:
+        super().__init__(part, data, orders)
+        self._focus: tuple[Observation, ...] = ()
+        self._has_said = False
+
+    def place_m(self, facts: Known) -> Point:
+        """Where the plan has it."""
+        return self._part.place_m
+
+    def work_s(self) -> float:
+        """As long as an image may take."""
+        return LOOK_S
+
+    def work(self, facts: Known) -> list[Fact]:
+        """Say where the part is once it was seen, and what is not as planned with it."""
+        part = self._part
+        seen_m = facts.get(("seenAt", part.of))
+        if seen_m is not None:
+            return self._placed(facts, seen_m) if self._there_s >= SETTLED_S else []
+        if self._there_s < LOOK_S:
+            return []
+        missing: Fact = part.of, "anomaly", "missing"
+        if not self._orders.repairs:
+            return [missing, *self._failed()]
+        self._has_failed = True
+        focus: tuple[Fact, ...] = (
+            (SELF, "centre", part.place_m), (SELF, "radius", self._orders.settings.focus_radius_m),
+            (part.of, "focusArea", SELF),
+        )  # fmt: skip
+        self._focus = (Observation(focus, found="FocusArea"),)
+        return [missing, (self._data.name, "actionStatus", "failed")]
+
+    def _placed(self, facts: Known, seen_m: Point) -> list[Fact]:
+        if self._has_said:
+            return []
+        part, at_m, self._has_said = self._part, self._monitor.corrected(facts, seen_m), True
+        displaced: list[Fact] = []
+        if math.dist(at_m, part.place_m) > DISPLACED_M:
+            displaced = [(part.of, "anomaly", "displaced")]
+        if facts.get(("isOpen", part.of)) is False:
+            self._is_done = True
+            return [*displaced, (part.of, "anomaly", "turned"), (part.of, "outcome", "done")]
+        return [*displaced, (part.of, "placedAt", at_m)]
+
+    def created(self) -> tuple[Observation, ...]:
+        """The focus area, once."""
+        found, self._focus = self._focus, ()
+        return found
+
+
+class Seeking(Looking):
+    """Directs the camera to a focus area: the vehicle goes along squares around its centre until it sees the part."""
+
+    def __init__(self, part: Part, data: VehicleData, orders: Orders) -> None:
+        super().__init__(part, data, orders)
+        camera = data.sensor(CameraSettings)
+        range_m, every_s = (NEAR_M, 1.0) if camera is None else (camera.range_m, camera.every_s)
+        self._spacing_m = SPACING_SHARE * range_m
+        self._speed_mps = min(data.survey_speed_mps, range_m / every_s)
+        self._corners: list[Point] | None = None
+
+    def place_m(self, facts: Known) -> Point:
+        """The next corner."""
+        if self._corners is None:
+            focus = facts.get(("focusArea", self._part.of))
+            centre_m = self._part.place_m if focus is None else facts.get(("centre", focus), self._part.place_m)
+            radius_m = 0.0 if focus is None else facts.get(("radius", focus), 0.0)
+            self._corners = ROUNDS * squares(centre_m, radius_m, self._spacing_m)
+        return self._corners[0] if self._corners else self._part.place_m
+
+    def work_s(self) -> float:
+        """The way along all squares, so slowly that every place of it comes into an image."""
+        corners = self._corners or []
+        return sum(math.dist(*pair) for pair in pairwise(corners)) / self._speed_mps
+
+    def work(self, facts: Known) -> list[Fact]:
+        """Go on to the next corner; the part is in sight, or there is none left."""
+        seen_m = facts.get(("seenAt", self._part.of))
+        if seen_m is not None:
+            return self._placed(facts, seen_m)
+        return [] if self._corners else self._failed()
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """As any action; a corner that is reached makes way for the next."""
+        if performed and self._corners and distance_m(motion, self._corners[0]) <= SEEKING_M:
+            self._corners.pop(0)
+        return super().perceive(motion, picture, performed)
+
+    def _asked_mps(self, to_go_m: float) -> float:
+        return 0.0  # it turns too often for its speed to say anything
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """Along the squares."""
+        return Reference(self.place_m(picture.facts), self._speed_mps)
+
+
+def squares(centre_m: Point, radius_m: float, spacing_m: float) -> list[Point]:
+    """Corners of squares around a centre, from within, so that everything is within half a spacing of the way.
+
+    >>> squares((0.0, 0.0), 4.0, 4.0)
+    [(4.0, 4.0), (-4.0, 4.0), (-4.0, -4.0), (4.0, -4.0), (4.0, 4.0)]
+    """
+    (x_m, y_m), found, n_rings = centre_m, [], math.ceil(radius_m / spacing_m)
+    for ring in range(1, n_rings + 1):
+        side_m = ring * radius_m / n_rings
+        turns = (1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1)
+        found += [(x_m + east * side_m, y_m + north * side_m) for east, north in turns]
+    return found
+
+
+class Working(Acting):
+    """Works on a part with a tool until that feels the end of the work.
+
+    Args:
+        part: that it is on; data: of the vehicle; orders: of the run.
+        pace: of the tool, as a multiple of the planned one.
+        is_wrench: of the tool.
+    """
+
+    def __init__(
+        self, part: Part, data: VehicleData, orders: Orders, pace: float = 1.0, is_wrench: bool = False
+    ) -> None:
+        super().__init__(part, data, orders)
+        self._pace, self._is_wrench = pace, is_wrench
+
+    def work_s(self) -> float:
+        """As planned."""
+        return self._part.work_s / self._pace
+
+    def work(self, facts: Known) -> list[Fact]:
+        """Done when the tool feels the end; resisted when it feels nothing though the place is held."""
+        part, share = self._part, facts.get(("workedShare", self._part.of))
+        if share is not None and share >= 1.0:
+            self._is_done = True
+            return [(part.of, "outcome", "done")]
+        if self._is_wrench or share != 0.0 or self._there_s * self._monitor.quality < NO_ADVANCE_SHARE * self.work_s():
+            return self._placed_anew(facts)
+        resists: Fact = part.of, "anomaly", "resists"
+        if not (self._orders.repairs and self._data.sensor(WrenchSettings)):
+            return [resists, *self._failed()]
+        self._has_failed = True
+        return [resists, (self._data.name, "actionStatus", "failed")]
+
+    def _placed_anew(self, facts: Known) -> list[Fact]:
+        """Where the part is by what is known of the camera now, if that is elsewhere."""
+        was_m, seen_m = (facts.get((attribute, self._part.of)) for attribute in ("placedAt", "seenAt"))
+        if was_m is None or seen_m is None or facts.get(("workedShare", self._part.of)):
+            return []
+        at_m = self._monitor.corrected(facts, seen_m)
+        return [(self._part.of, "placedAt", at_m)] if math.dist(at_m, was_m) > DISPLACED_M else []
+
+
+class Inspecting(Acting):
+    """Keeps the camera on each point of a part for long enough."""
+
+    def __init__(self, part: Part, data: VehicleData, orders: Orders) -> None:
+        super().__init__(part, data, orders)
+        self._nth = 0
+        self._at_s = 0.0
+
+    def place_m(self, facts: Known) -> Point:
+        """The first point that is left."""
+        return self._part.points_m[min(self._nth, len(self._part.points_m) - 1)]
+
+    def work_s(self) -> float:
+        """As planned."""
+        return self._part.work_there_s(self._data)
+
+    def work(self, facts: Known) -> list[Fact]:
+        """Go on to the next point that was not looked at for long enough."""
+        seen = facts.values(("inspectedPoint", self._part.of))
+        while self._nth < len(self._part.points_m) and self._nth in seen:
+            self._nth += 1
+        if self._nth < len(self._part.points_m):
+            return []
+        self._is_done = True
+        return [(self._part.of, "outcome", "done")]
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """As any action; without assessment the clock says when to go on to the next point."""
+        if performed and not self._orders.assesses and self._nth + 1 < len(self._part.points_m):
+            is_there = distance_m(motion, self.place_m(picture.facts)) <= NEAR_M
+            self._at_s = (self._at_s or picture.body.now_s) if is_there else 0.0
+            if is_there and picture.body.now_s - self._at_s >= self._part.work_s:
+                self._nth, self._at_s = self._nth + 1, 0.0
+        return super().perceive(motion, picture, performed)
+
+
+def wrenching(part: Part, data: VehicleData, orders: Orders) -> Working:
+    """To work with the wrench."""
+    wrench = data.sensor(WrenchSettings)
+    return Working(part, data, orders, 1.0 if wrench is None else wrench.pace, is_wrench=True)

@@ -1,0 +1,242 @@
+"""The mission: each part of a structure is a job, and each job a small plan that its vehicle carries out and repairs.
+
+How a part is serviced, as each vehicle plans it (``mission.adaptation`` says how much of that there is)::
+
+    PursueServicing(part)  ->  Find, Do
+    Find(valve)            ->  Looking                     | Seeking     if it is a HiddenPart
+    Do(valve)              ->  Turning                     | Wrenching   if it is a StuckValve
+    Do(anode)              ->  Cleaning
+    Do(panel or chain)     ->  Inspecting
+
+What stands behind a bar is gone to when what stands before has failed, and its condition follows from what was asserted
+then, by the definitions of the vocabulary. Steps whose effects hold are not done again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any, ClassVar
+
+from missions.errors import ConfigurationFault
+from missions.figure import Declared, Place
+from missions.meeting.job_mission import WORK, JobMission
+from missions.meeting.meeting import importance_of
+from missions.meeting.orders import expected_of
+from missions.metric import Metric
+from missions.pandora.acting import Acting, Orders
+from missions.pandora.behaviours import Inspecting, Looking, Seeking, Working, wrenching
+from missions.pandora.checks import structure_faults
+from missions.pandora.figures import FIGURES
+from missions.pandora.metrics import METRICS
+from missions.pandora.scenario import PandoraScenario, with_roles
+from missions.pandora.sensors import (
+    LOOKS,
+    TURNS,
+    ArmSettings,
+    CameraSettings,
+    LogSettings,
+    WrenchSettings,
+)
+from missions.pandora.structure import Part, parts_of, structure_of
+from missions.pandora.things import Structure
+from missions.pandora.truth import MET, SERVICED, PandoraTruth
+from missions.scenarios.tables import Raw
+from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
+from remoras.behaviours import Behaviour
+from remoras.beliefs import Key
+from remoras.database import VehicleData
+from remoras.htn import ANY, Domain, FactsLike, Method, Operator, Task
+from remoras.mission import PURSUE
+from remoras.recorder import Recorder, Table
+from remoras.sensor import SensorSettings
+from remoras.work import Point
+
+ACTIONS: Mapping[str, tuple[Callable[[Part, VehicleData, Orders], Acting], tuple[type[SensorSettings], ...]]] = {
+    "Looking": (Looking, (CameraSettings, LogSettings)),
+    "Seeking": (Seeking, (CameraSettings, LogSettings)),
+    "Inspecting": (Inspecting, (CameraSettings, LogSettings)),
+    "Turning": (Working, (CameraSettings, LogSettings, ArmSettings)),
+    "Cleaning": (Working, (CameraSettings, LogSettings, ArmSettings)),
+    "Wrenching": (wrenching, (CameraSettings, LogSettings, WrenchSettings)),
+}
+"""Elementary tasks: how each is carried out, and the kinds of sensors that it switches on."""
+FINDING = ("Looking", "Seeking")
+BY_KIND = {"Valve": "Turning", "Anode": "Cleaning", "Panel": "Inspecting", "Chain": "Inspecting"}
+OBSERVED_PER_PART = 400
+"""Observations on each part by each vehicle, beside those of the log and the camera over time."""
+
+
+class PandoraMission(JobMission):
+    """The mission, made from a scenario."""
+
+    Scenario = PandoraScenario
+    group_missions = ("Maintenance",)
+    objective, kind = "Servicing", "ServiceTask"
+    needs = (*JobMission.needs, "objectiveServicing", "jobDone")
+    vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
+    sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {
+        "camera": CameraSettings, "log": LogSettings, "arm": ArmSettings, "wrench": WrenchSettings,
+    }  # fmt: skip
+    tables: ClassVar[tuple[Table, ...]] = (*JobMission.tables, LOOKS, TURNS, SERVICED, MET)
+    metrics: ClassVar[tuple[Metric, ...]] = METRICS
+    figures: ClassVar[tuple[Declared, ...]] = FIGURES
+    scenario: PandoraScenario
+
+    def __init__(self, scenario: PandoraScenario) -> None:
+        self._parts = parts_of(scenario)
+        calm = scenario.current.model_copy(update={"surge": ()})
+        self._orders_of_actions = Orders(scenario.mission, calm.water(0))
+        super().__init__(scenario)
+
+    @classmethod
+    def completed(cls, raw: Raw) -> Raw:
+        """With a role for every part."""
+        return with_roles(raw)
+
+    @classmethod
+    def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
+        """What is wrong with parts, and with what is upset."""
+        return structure_faults(raw)
+
+    def jobs_of(self, scenario: PandoraScenario) -> Iterable[Part]:
+        """The parts."""
+        return self._parts.values()
+
+    @property
+    def instances(self) -> Sequence[tuple[str, str]]:
+        """The parts, each of its kind, and the tasks of servicing them."""
+        return [one for part in self._parts.values() for one in ((part.kind, part.of), (self.kind, part.name))]
+
+    @property
+    def places(self) -> Sequence[Place]:
+        """Rally points, and the parts by their kinds."""
+        points = [Place(point.name, "rally point", (point.position_m,)) for point in self.scenario.rally_point]
+        return [*points, *(Place(part.name, part.kind.lower(), part.points_m) for part in self._parts.values())]
+
+    @property
+    def instances_found_per_vehicle(self) -> int:
+        """A focus area for each valve."""
+        return sum(part.kind == "Valve" for part in self._parts.values())
+
+    @property
+    def most_observations(self) -> int:
+        """Those of the log and of the camera, which come with time, and some for each part."""
+        every_s = [
+            sensor.every_s
+            for vehicle in self.scenario.vehicle
+            for kind in (CameraSettings, LogSettings)
+            for sensor in _sensors_of(vehicle.sensor, kind)
+        ]
+        n_readings = self.scenario.scenario.duration_s / min(every_s, default=20.0)
+        return int(8 * n_readings) + OBSERVED_PER_PART * len(self._parts)
+
+    def world(self, seed: int) -> Structure:
+        """The structure as it really is in the run with that seed."""
+        return structure_of(self._parts, self.scenario.upset, seed)
+
+    def truth(self, recorder: Recorder, world: Structure) -> PandoraTruth:
+        """Notes which parts were really serviced, and when a vehicle came to what is upset."""
+        return PandoraTruth(self.meeting, self.objective, recorder, world, self._parts)
+
+    # Plans ---------------------------------------------------------------------------------------
+
+    @cached_property
+    def activity_domain(self) -> Domain:
+        """How a part is serviced, see the text of this module; every task has the job and the data of its vehicle."""
+        adaptation = self.scenario.mission.adaptation
+        assesses, repairs = adaptation != "none", adaptation == "all"
+
+        def is_fit(facts: FactsLike, data: VehicleData) -> bool:
+            return not facts.get(("isA", f"{data.name}.UnfitVehicle"))
+
+        def is_hidden(facts: FactsLike, job: str, data: VehicleData) -> bool:
+            return is_fit(facts, data) and bool(facts.get(("isA", f"{self._parts[job].of}.HiddenPart")))
+
+        def is_stuck(facts: FactsLike, job: str, data: VehicleData) -> bool:
+            has_wrench = data.sensor(WrenchSettings) is not None
+            return has_wrench and is_fit(facts, data) and bool(facts.get(("isA", f"{self._parts[job].of}.StuckValve")))
+
+        def is_left(facts: FactsLike, objective: Objective, data: VehicleData) -> bool:
+            ends = self._parts[objective.argument].done, ("gatheredAt", objective.group)
+            return all(facts.get(key) is None for key in ends)
+
+        def is_placed(facts: FactsLike, job: str, data: VehicleData) -> bool:
+            return not self._is_found_first(job) or facts.get(("placedAt", self._parts[job].of)) is not None
+
+        def serve(facts: FactsLike, objective: Objective, data: VehicleData) -> list[Task]:
+            of = objective.argument, data
+            return [Task("Find", of), Task("Do", of)] if self._is_found_first(of[0]) else [Task("Do", of)]
+
+        def effects(job: str, name: str) -> Mapping[Hashable, Any]:
+            return {("placedAt", self._parts[job].of): ANY} if name in FINDING else {self._parts[job].done: ANY}
+
+        def operator(name: str) -> Operator:
+            return Operator(
+                name,
+                (lambda facts, job, data: True) if name in FINDING else is_placed,
+                lambda facts, job, data: effects(job, name),
+                expected=lambda facts, job, data: expected_of(
+                    self._parts[job], data, facts.get(("position", data.name)) or data.start_m
+                ),
+            )
+
+        def by_kind(facts: FactsLike, job: str, data: VehicleData) -> list[Task]:
+            return [Task(BY_KIND[self._parts[job].kind], (job, data))]
+
+        seek = Method("seek in the focus area", lambda facts, *of: [Task("Seeking", of)], is_hidden, ("Seeking",))
+        force = Method("with the wrench", lambda facts, *of: [Task("Wrenching", of)], is_stuck, ("Wrenching",))
+        find = Method("where the plan has it", lambda facts, *of: [Task("Looking", of)], uses=("Looking",))
+        do = Method("as planned", by_kind, uses=tuple(sorted(set(BY_KIND.values()))))
+        return Domain.of(
+            [operator(name) for name in ACTIONS],
+            {
+                f"{PURSUE}{self.objective}": [
+                    Method("serve", serve, is_left, ("Find", "Do") if assesses else ("Do",)),
+                    Method("nothing left", lambda facts, *of: [], lambda facts, *of: not is_left(facts, *of), ()),
+                ],
+                "Find": [find, seek] if repairs else [find],
+                "Do": [do, force] if repairs else [do],
+            },
+        )
+
+    def _is_found_first(self, job: str) -> bool:
+        """True for what may be elsewhere, unless the plan is carried out blindly."""
+        return self.scenario.mission.adaptation != "none" and self._parts[job].kind == "Valve"
+
+    def activities(
+        self,
+        steps: Sequence[Sequence[Task]],
+        objective: Objective,
+        data: VehicleData,
+        facts: FactsLike,
+        position_m: Point,
+    ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
+        """One activity for each step."""
+        importance = importance_of({self.objective: self.meeting.importance[WORK]}, objective)
+        sets = []
+        for task in (task for together in steps for task in together):
+            kinds = ACTIONS[task.name][1]
+            sensors = tuple(one.name for one in data.sensors if isinstance(one, kinds))
+            activity = Activity(task.name, ActivityType.GUIDANCE, (objective.argument,), sensors)
+            sets.append(ActivitySet(objective, ActivityKind.INDIVIDUAL, (activity,), importance))
+        return tuple(sets), frozenset({("gatheredAt", objective.group)})
+
+    def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
+        """The action on a part, or what the meeting asks for."""
+        found = self.meeting.behaviour(activity, data)
+        if found is not None:
+            return found
+        make, _ = ACTIONS[activity.name]
+        return make(self._parts[activity.parameters[0]], data, self._orders_of_actions)
+
+    def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
+        """The work on a part, without looking for it first."""
+        return ACTIONS[BY_KIND[job.kind]][0](job, data, self._orders_of_actions)
+
+
+def _sensors_of(tables: Sequence[Mapping[str, Any]], kind: type[Any]) -> list[Any]:
+    """Settings of the sensors of one kind among the tables of a vehicle; what is malformed is reported elsewhere."""
+    wanted = {"camera": CameraSettings, "log": LogSettings}
+    return [kind(**one) for one in tables if wanted.get(str(one.get("type"))) is kind]

@@ -1,0 +1,145 @@
+"""Tables that a scenario of this mission has beside those of every mission of jobs."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field, field_validator
+
+from missions.meeting.job_mission import JobScenario, JobSettings
+from missions.pandora.sequential import threshold
+from missions.scenarios.tables import Name, PointM, Positive, Raw, Section, Sparse, entries, names_of, table_of
+
+ANY = "any"
+"""Stands for a valve that is drawn."""
+KINDS = {"panel": "Panel", "valve": "Valve", "chain": "Chain", "anode": "Anode"}
+"""Tables of the parts of a structure, and the classes of the ontology that they are of."""
+TOLD = (
+    "objectiveServicing", "jobDone", "diagnosis", "anomaly", "outcome", "placedAt", "focusArea", "centre", "radius",
+)  # fmt: skip
+"""Attributes that vehicles need of each other in this mission; all others they keep to themselves."""
+URGENCY = 10
+"""How urgently they need those that the scenario does not list."""
+
+
+class PartTable(Section):
+    """What the tables of all parts have in common."""
+
+    name: Name = Field(description="name of the part; its task is called `service NAME`")
+    work_s: Positive = Field(description="how long a camera looks at each point of it, or a tool works on it")
+
+
+class PlacedTable(PartTable):
+    """One ``[[panel]]`` or ``[[anode]]``."""
+
+    position_m: PointM = Field(description="where the plan has it, x east, y north")
+
+
+class ValveTable(PlacedTable):
+    """One ``[[valve]]``, which is to be closed."""
+
+    panel: str = Field(description="panel on which it sits")
+
+
+class ChainTable(PartTable):
+    """One ``[[chain]]``."""
+
+    points_m: tuple[PointM, ...] = Field(min_length=2, max_length=200, description="points to be looked at, in order")
+
+
+class UpsetTable(Sparse):
+    """One ``[[upset]]``: a valve is not where, or as, the plan takes it to be."""
+
+    UNSAID = frozenset({"distance_m"})
+
+    kind: Literal["moved", "turned", "stuck"] = Field(
+        description="moved: it is distance_m from its place; turned: it is closed already; stuck: it takes a wrench"
+    )
+    part: str = Field(ANY, description="name of a valve; any: drawn, once per run, among those without an upset")
+    distance_m: Positive | None = Field(None, description="of kind moved: how far, in a direction that is drawn")
+
+
+class PandoraSettings(JobSettings):
+    """The ``[mission]`` table."""
+
+    adaptation: Literal["none", "tactical", "all"] = Field(
+        "all",
+        description="none: the plan is carried out step by step, each for its planned time; tactical: actions are "
+        "assessed and their parameters learnt; all: beside that, the plan is repaired by what is inferred",
+    )
+    false_alarms_per_h: float = Field(
+        0.01, gt=0.0, le=10.0, description="rate at which each sequential test raises an alarm where nothing is wrong"
+    )
+    hold_speed_mps: Positive = Field(0.35, description="speed through the water with which a place is held, as planned")
+    tolerance_m: Positive = Field(0.5, description="a vehicle this near to a place holds it")
+    late_factor: float = Field(1.5, gt=1.0, description="an action is late after this multiple of its expected time")
+    failed_factor: float = Field(4.0, gt=1.0, description="and has failed after this multiple")
+    focus_radius_m: Positive = Field(20.0, description="how far around its place a part is sought")
+
+    @field_validator("failed_factor")
+    @classmethod
+    def _after_late(cls, given: float, info: Any) -> float:
+        if given <= info.data.get("late_factor", 0.0):
+            raise ValueError("an action fails after it is late: allowed: above late_factor")
+        return given
+
+    def alarm_at(self, every_s: float) -> float:
+        """Threshold of a two-sided sequential test that sees a reading every so many seconds."""
+        return threshold(3600.0 / (every_s * self.false_alarms_per_h))
+
+
+class PandoraScenario(JobScenario):
+    """The whole input of a run of this mission."""
+
+    UNSAID = JobScenario.UNSAID | {"upset"}
+
+    mission: PandoraSettings = PandoraSettings()
+    panel: tuple[PlacedTable, ...] = ()
+    valve: tuple[ValveTable, ...] = ()
+    chain: tuple[ChainTable, ...] = ()
+    anode: tuple[PlacedTable, ...] = ()
+    upset: tuple[UpsetTable, ...] = ()
+
+
+def job_of(part: str) -> str:
+    """Name of the task of servicing a part."""
+    return f"service {part}"
+
+
+def part_names(raw: Raw) -> list[str]:
+    """Names of all parts, in the order of their kinds."""
+    return [name for kind in KINDS for name in names_of(raw, kind)]
+
+
+def with_roles(raw: Raw) -> Raw:
+    """The tables with a role for each part in the first group, and with the needs of this mission.
+
+    Vehicles that list the roles they are able to play are able to play these too, unless some vehicle lists them. What
+    is listed already stays.
+    """
+    groups, parts = entries(raw, "group"), part_names(raw)
+    if not parts or not groups or not isinstance(groups[0].get("role"), list):
+        return raw
+    listed = {role.get("job") for role in entries(groups[0], "role")}
+    new = [
+        {"name": f"Servicer of {part}", "maximum": 1, "job": job_of(part)}
+        for part in parts
+        if job_of(part) not in listed
+    ]
+    names = [str(one["name"]) for one in new]
+    found: dict[str, Any] = {**raw, "group": list(raw["group"])}
+    found["group"][found["group"].index(groups[0])] = {**groups[0], "role": [*groups[0]["role"], *new]}
+    if isinstance(raw.get("vehicle"), list):
+        found["vehicle"] = [_able(one, names) for one in raw["vehicle"]]
+    communication = table_of(raw, "communication")
+    if isinstance(needs := communication.get("needs"), dict):
+        stated = {**dict.fromkeys(TOLD, URGENCY), **needs}
+        found["communication"] = {**communication, "needs": stated}
+    return found
+
+
+def _able(vehicle: Any, roles: list[str]) -> Any:
+    played = vehicle.get("playable_roles") if isinstance(vehicle, dict) else None
+    if not isinstance(played, list) or not vehicle.get("sensor"):
+        return vehicle
+    return {**vehicle, "playable_roles": [*played, *(role for role in roles if role not in played)]}

@@ -1,0 +1,228 @@
+"""What vehicles perceive and work with: a camera, a log, and two tools, an arm and a wrench.
+
+Each draw is keyed by seed, vehicle and number of the reading: no strategy, loss or fault changes what a reading shows.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from functools import cache
+from statistics import NormalDist
+from typing import ClassVar
+
+from pydantic import Field
+
+from exchange.acoustics import loss
+from missions.pandora.things import Structure, Thing
+from remoras.database import VehicleData
+from remoras.recorder import TIME, VEHICLE, Column, Table
+from remoras.sensor import Fact, Observation, Pose, Sensor, SensorSettings
+
+LOOKS = Table("looks", (TIME, VEHICLE, Column("part", "str"), Column("point", "int")))
+"""When a camera had really looked at a point of a part for long enough."""
+TURNS = Table("turns", (TIME, VEHICLE, Column("part", "str"), Column("state", "str")))
+"""When a tool had really done its work on a part: the state in which it left a valve; of an anode, clean."""
+MOST_SHARE = 0.999
+"""A normal error is cut off here, and at the other end: at 3.1 standard deviations."""
+NEEDED_SHARE = 0.5
+"""Share of the images of a point that have to show it: some are blank."""
+TOUCH_GAP_S = 5.0
+"""Two touches that are farther apart belong to two tries."""
+FELT_SHARE = 0.25
+"""A tool says how far it is whenever it has done so much more."""
+FELT_S = 30.0
+"""It says too that it has come no farther after working for so long."""
+LOG_STREAM = 60_000
+"""Readings of logs are drawn apart from those of cameras, whose numbers stay below this."""
+
+
+@cache
+def _normal(share: float) -> float:
+    return NormalDist().inv_cdf(min(max(share, 1.0 - MOST_SHARE), MOST_SHARE))
+
+
+def error(seed: int, reading: int, node: int, which: int) -> float:
+    """A standard normal error of a reading, drawn by seed, its number, node and what it is about."""
+    return _normal(loss.uniform(seed, loss.LOOKS, reading, node, which))
+
+
+class CameraSettings(SensorSettings):
+    """The table ``[vehicle.sensor]`` of a camera."""
+
+    EQUIPMENT: ClassVar[str] = "Camera"
+
+    range_m: float = Field(6.0, gt=0.0, description="farthest point of a part that it sees")
+    sigma_m: float = Field(0.2, gt=0.0, description="standard deviation of a place that it sees, on each axis")
+    every_s: float = Field(10.0, gt=0.0, description="time between two images")
+    p_blank: float = Field(0.1, ge=0.0, lt=1.0, description="probability that an image shows nothing, for turbid water")
+
+    def make(self, data: VehicleData) -> Sensor:
+        """The camera of a vehicle."""
+        return Camera(self, data)
+
+
+class Camera:
+    """Shows where parts are, how valves stand, and which points it has looked at for long enough.
+
+    Args:
+        settings: its table; data: of the vehicle that carries it.
+    """
+
+    table = LOOKS
+
+    def __init__(self, settings: CameraSettings, data: VehicleData) -> None:
+        self._settings, self._vehicle, self._node = settings, data.name, data.node
+        self._next_s, self._n_images, self._n_good = 0.0, 0, 0
+        self._n_looks: Counter[tuple[int, int]] = Counter()
+
+    def sense(self, pose: Pose, world: Structure, now_s: float) -> list[Observation]:
+        """What an image shows, if one is due."""
+        if now_s < self._next_s:
+            return []
+        settings, number = self._settings, self._n_images
+        self._next_s, self._n_images = now_s + settings.every_s, number + 1
+        if loss.uniform(world.seed, loss.MISSES, number, self._node, 0) < settings.p_blank:
+            return []
+        self._n_good += 1
+        found = [Observation(((self._vehicle, "looks", self._n_good % 65_536),))]
+        for which, thing, nth in world.near((pose.x_m, pose.y_m), settings.range_m):
+            if nth == 0:
+                found.append(Observation(self._shown(which, thing, pose, world.seed, number)))
+            self._n_looks[which, nth] += 1
+            if self._n_looks[which, nth] == max(1, int(NEEDED_SHARE * thing.work_s / settings.every_s)):
+                found.append(Observation(((thing.name, "inspectedPoint", nth),), (thing.name, nth)))
+        return found
+
+    def _shown(self, which: int, thing: Thing, pose: Pose, seed: int, number: int) -> tuple[Fact, ...]:
+        off_m = [error(seed, number, self._node, 2 * which + axis) for axis in (0, 1)]
+        seen_m = tuple(
+            at_m + believed_m + self._settings.sigma_m * one
+            for at_m, believed_m, one in zip(thing.points_m[0], pose.error_m, off_m, strict=True)
+        )
+        place: Fact = thing.name, "seenAt", (seen_m[0], seen_m[1])
+        return (place, (thing.name, "isOpen", thing.state == "open")) if thing.kind == "Valve" else (place,)
+
+
+class LogSettings(SensorSettings):
+    """The table ``[vehicle.sensor]`` of a Doppler log."""
+
+    EQUIPMENT: ClassVar[str] = "DopplerVelocityLog"
+
+    sigma_mps: float = Field(0.03, gt=0.0, description="standard deviation of a reading, on each axis")
+    every_s: float = Field(20.0, gt=0.0, description="time between two readings")
+
+    def make(self, data: VehicleData) -> Sensor:
+        """The log of a vehicle."""
+        return Log(self, data)
+
+
+class Log:
+    """Measures speed through the water, and how the water moves over the ground.
+
+    Args:
+        settings: its table; data: of the vehicle that carries it.
+    """
+
+    table = None
+
+    def __init__(self, settings: LogSettings, data: VehicleData) -> None:
+        self._settings, self._vehicle, self._node = settings, data.name, data.node
+        self._next_s, self._number = 0.0, 0
+
+    def sense(self, pose: Pose, world: Structure, now_s: float) -> Sequence[Observation]:
+        """A reading, if one is due."""
+        if now_s < self._next_s:
+            return ()
+        self._next_s, self._number = now_s + self._settings.every_s, self._number + 1
+        speed, east, north = (
+            self._settings.sigma_mps * error(world.seed, self._number, self._node, LOG_STREAM + which)
+            for which in range(3)
+        )
+        me, flow_mps = self._vehicle, (pose.flow_mps[0] + east, pose.flow_mps[1] + north)
+        facts: tuple[Fact, ...] = (
+            (me, "speedMeasured", pose.speed_mps + speed), (me, "flowMeasured", flow_mps),
+            (me, "logged", self._number % 65_536),
+        )  # fmt: skip
+        return (Observation(facts),)
+
+
+class ToolSettings(SensorSettings):
+    """What the tables of tools have in common."""
+
+    EQUIPMENT: ClassVar[str] = "Manipulator"
+    STRONG: ClassVar[bool]
+    """True if it turns a valve that is stuck."""
+
+    reach_m: float = Field(1.0, gt=0.0, description="farthest part that it touches")
+    pace: float = Field(1.0, gt=0.0, description="how fast it works, as a multiple of the planned pace")
+
+    def make(self, data: VehicleData) -> Sensor:
+        """The tool of a vehicle."""
+        return Tool(self.reach_m, self.pace, self.STRONG)
+
+
+class ArmSettings(ToolSettings):
+    """The table ``[vehicle.sensor]`` of an arm."""
+
+    STRONG: ClassVar[bool] = False
+
+
+class WrenchSettings(ToolSettings):
+    """The table ``[vehicle.sensor]`` of a wrench: slow, and strong."""
+
+    STRONG: ClassVar[bool] = True
+    pace: float = Field(0.25, gt=0.0, description="how fast it works, as a multiple of the planned pace")
+
+
+class Tool:
+    """Works on the nearest valve or anode within its reach for as long as it touches it.
+
+    A valve that it has turned to its end stays so until it is let go of; turned again it opens.
+
+    Args:
+        reach_m: farthest part that it touches.
+        pace: how fast it works, as a multiple of the planned pace.
+        is_strong: it turns what is stuck.
+    """
+
+    table = TURNS
+
+    def __init__(self, reach_m: float, pace: float, is_strong: bool) -> None:
+        self._reach_m, self._pace, self._is_strong = reach_m, pace, is_strong
+        self._part, self._touched_s, self._last_s, self._felt = "", 0.0, -math.inf, 0.0
+        self._felt_s = -math.inf
+        self._is_over = False
+        self._states: dict[str, str] = {}
+
+    def sense(self, pose: Pose, world: Structure, now_s: float) -> list[Observation]:
+        """How far the work is, now and then, and how it has ended."""
+        at_m = pose.x_m, pose.y_m
+        near = [one for _, one, _ in world.near(at_m, self._reach_m) if one.kind in ("Valve", "Anode")]
+        if not near:
+            return []
+        thing = min(near, key=lambda one: math.dist(at_m, one.points_m[0]))
+        since_s, self._last_s = now_s - self._last_s, now_s
+        if thing.name != self._part or since_s > TOUCH_GAP_S:
+            self._part, self._touched_s, self._felt, self._is_over, self._felt_s = thing.name, 0.0, 0.0, False, now_s
+            return []
+        if self._is_over:
+            return []
+        moves = self._is_strong or not thing.is_stuck
+        self._touched_s += since_s * self._pace if moves else 0.0
+        share = min(1.0, self._touched_s / thing.work_s)
+        if share == 1.0:
+            return self._ended(thing)
+        if share - self._felt < FELT_SHARE and now_s - self._felt_s < FELT_S:
+            return []
+        self._felt, self._felt_s = share, now_s
+        return [Observation(((thing.name, "workedShare", share),))]
+
+    def _ended(self, thing: Thing) -> list[Observation]:
+        self._is_over = True
+        if thing.kind != "Valve":
+            return [Observation(((thing.name, "workedShare", 1.0),), (thing.name, "clean"))]
+        state = "open" if self._states.get(thing.name, thing.state) == "closed" else "closed"
+        self._states[thing.name] = state
+        return [Observation(((thing.name, "workedShare", 1.0),), (thing.name, state))]

@@ -1,0 +1,115 @@
+"""The structure: what the plan has of its parts, how they really are in one run, and the jobs that they are.
+
+How parts really are is drawn by seed and number of the upset, in a stream of its own: no strategy, loss or other fault
+changes it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+from exchange.acoustics import loss
+from missions.pandora.scenario import ANY, KINDS, PandoraScenario, UpsetTable, ValveTable, job_of
+from missions.pandora.sensors import ArmSettings, CameraSettings
+from missions.pandora.things import Structure, Thing
+from remoras.beliefs import Key
+from remoras.database import VehicleData
+from remoras.work import Outlook, Point
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part as the plan has it, and the task of servicing it; a ``remoras.work.Job``.
+
+    Attributes:
+        of: name of the part.
+        kind: class of its instance.
+        points_m: where it is; chains have many.
+        work_s: how long each point is looked at, or a tool works on it.
+        panel_m: where the panel is on which it sits; None if it sits on none.
+        panel: name of that panel, or empty.
+        needs: nothing has to be done before.
+    """
+
+    of: str
+    kind: str
+    points_m: tuple[Point, ...]
+    work_s: float
+    panel_m: Point | None = None
+    panel: str = ""
+    needs: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of the task of servicing it."""
+        return job_of(self.of)
+
+    @property
+    def place_m(self) -> Point:
+        """Its first point."""
+        return self.points_m[0]
+
+    @property
+    def takes_arm(self) -> bool:
+        """True for what a tool works on; the rest is looked at."""
+        return self.kind in ("Valve", "Anode")
+
+    @property
+    def done(self) -> Key:
+        """A vehicle has done with it."""
+        return "jobDone", self.name
+
+    def is_able(self, data: VehicleData) -> bool:
+        """True if the vehicle has a camera and, where the part takes one, an arm."""
+        has_arm = data.sensor(ArmSettings) is not None or not self.takes_arm
+        return data.sensor(CameraSettings) is not None and has_arm
+
+    def work_there_s(self, data: VehicleData) -> float:
+        """How long the work takes on site: all points, and the way between them at survey speed."""
+        way_m = sum(math.dist(*pair) for pair in zip(self.points_m, self.points_m[1:], strict=False))
+        return len(self.points_m) * self.work_s + way_m / data.survey_speed_mps
+
+    def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
+        """When and where the vehicle will be free if it services the part next; None if it is not able."""
+        if not self.is_able(data):
+            return None
+        way_s = math.dist(outlook.position_m, self.place_m) / data.transit_speed_mps
+        return Outlook(outlook.free_s + way_s + self.work_there_s(data), self.points_m[-1])
+
+
+def parts_of(scenario: PandoraScenario) -> dict[str, Part]:
+    """The service tasks by name, each with its part."""
+    panels = {panel.name: panel.position_m for panel in scenario.panel}
+    found = {}
+    for kind, of_class in KINDS.items():
+        for table in getattr(scenario, kind):
+            points_m = getattr(table, "points_m", None) or (table.position_m,)
+            panel = table.panel if isinstance(table, ValveTable) else table.name if kind == "panel" else ""
+            found[job_of(table.name)] = Part(table.name, of_class, points_m, table.work_s, panels.get(panel), panel)
+    return found
+
+
+def structure_of(parts: Mapping[str, Part], upsets: Iterable[UpsetTable], seed: int) -> Structure:
+    """The structure as it really is in the run with that seed."""
+    things = {part.of: Thing(part.of, part.kind, part.points_m, part.work_s) for part in parts.values()}
+    free = [part.of for part in parts.values() if part.kind == "Valve"]
+    for upset in upsets:
+        if upset.part in free:
+            free.remove(upset.part)
+    for number, upset in enumerate(upsets):
+        which, direction = (loss.uniform(seed, loss.FINDS, number, 0, draw) for draw in (0, 1))
+        name = free.pop(int(which * len(free))) if upset.part == ANY else upset.part
+        things[name] = _upset(things[name], upset, direction)
+    return Structure(tuple(things.values()), seed)
+
+
+def _upset(thing: Thing, upset: UpsetTable, direction: float) -> Thing:
+    if upset.kind == "turned":
+        return replace(thing, state="closed", upset=upset.kind)
+    if upset.kind == "stuck":
+        return replace(thing, is_stuck=True, upset=upset.kind)
+    (x_m, y_m), off_m = thing.points_m[0], upset.distance_m or 0.0
+    moved_m = x_m + off_m * math.cos(math.tau * direction), y_m + off_m * math.sin(math.tau * direction)
+    return replace(thing, points_m=(moved_m,), upset=upset.kind)

@@ -1,0 +1,110 @@
+"""Truth of this mission: which parts were really serviced, whatever vehicles believe, and when upsets were met."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from missions.meeting.meeting import Meeting
+from missions.meeting.truth import JobTruth
+from missions.pandora.sensors import LOOKS, TURNS
+from missions.pandora.structure import Part
+from missions.pandora.things import Structure
+from remoras.mission import FleetView, Milestone
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+
+SERVICED = Table("serviced", (TIME, VEHICLE, Column("part", "str")))
+"""When a part was really serviced: a valve closed, an anode clean, all points of a panel or chain looked at."""
+MET = Table("met", (TIME, VEHICLE, Column("part", "str"), Column("kind", "str")))
+"""When a vehicle that is to work on a part that is not as planned first came near to where the plan has it."""
+MET_M = 6.0
+"""It has come near within this distance."""
+
+
+class PandoraTruth(JobTruth):
+    """Counts what tools and cameras really did.
+
+    Args:
+        meeting: of the mission; objective: of roles with a part; recorder: takes the rows.
+        structure: as it really is; parts: as planned.
+    """
+
+    def __init__(
+        self, meeting: Meeting, objective: str, recorder: Recorder, structure: Structure, parts: Mapping[str, Part]
+    ) -> None:
+        super().__init__(meeting, objective, recorder)
+        self._looks, self._turns = recorder.rows(LOOKS.name), recorder.rows(TURNS.name)
+        self._serviced_rows, self._met_rows = recorder.rows(SERVICED.name), recorder.rows(MET.name)
+        self._n_looks = self._n_turns = 0
+        self._left: dict[str, set[int]] = {
+            one.name: set(range(len(one.points_m))) for one in structure.things if one.kind in ("Panel", "Chain")
+        }
+        self._parts, self._serviced = {part.of: part for part in parts.values()}, set[str]()
+        self._states = {one.name: one.state for one in structure.things if one.kind == "Valve"}
+        self._to_meet = {one.name: one for one in structure.things if one.upset}
+
+    @property
+    def goal_fraction(self) -> float:
+        """Share of the parts that are really serviced."""
+        return len(self._serviced) / len(self._parts) if self._parts else 1.0
+
+    @property
+    def is_over(self) -> bool:
+        """True once all groups have met: nobody goes back to what was taken for done."""
+        return self._n_meetings > 0 and not self._apart
+
+    def watch(self, fleet: FleetView, now_s: float) -> None:
+        """Note what was done since the last look."""
+        claimed = len(self._done)
+        super().watch(fleet, now_s)
+        for time_s, vehicle, name, point in self._looks[self._n_looks :]:
+            left = self._left.get(name)
+            if left is not None and point in left:
+                left.remove(point)
+                if not left:
+                    self._note(time_s, vehicle, name)
+        self._n_looks = len(self._looks)
+        for time_s, vehicle, name, state in self._turns[self._n_turns :]:
+            if name in self._states:
+                self._states[name] = state
+                if state == "open" and name in self._serviced:
+                    self._serviced.remove(name)
+            if state != "open":
+                self._note(time_s, vehicle, name)
+        self._n_turns = len(self._turns)
+        if claimed < len(self._done):
+            self._note_turned(now_s)
+        self._meet(fleet, now_s)
+
+    def _note(self, time_s: float, vehicle: str, name: str) -> None:
+        if name not in self._serviced:
+            self._serviced.add(name)
+            self._serviced_rows.append((time_s, vehicle, name))
+
+    def _note_turned(self, now_s: float) -> None:
+        """A valve that was closed from the start counts once a vehicle has done with it and it is closed still."""
+        of = {part.name: name for name, part in self._parts.items()}
+        for time_s, vehicle, job in self._rows:
+            name = of[job]
+            if self._states.get(name) == "closed" and name not in self._serviced:
+                self._note(max(time_s, now_s), vehicle, name)
+
+    def _meet(self, fleet: FleetView, now_s: float) -> None:
+        for name in list(self._to_meet):
+            at_m, upset = self._parts[name].place_m, self._to_meet[name].upset
+            for vehicle in fleet.vehicles:
+                near = math.dist(vehicle.position_m, at_m) <= MET_M and vehicle.sensing
+                if near and any(one.argument == self._parts[name].name for one in vehicle.objectives_of(vehicle.name)):
+                    del self._to_meet[name]
+                    self._met_rows.append((now_s, vehicle.name, name, upset))
+                    self.milestones.append(Milestone(now_s, f"met_{upset}", vehicle.name))
+                    break
+
+    def close(self, fleet: FleetView, now_s: float) -> str:
+        """Say who is missing where, and what was not serviced though it may be taken for done."""
+        left: Sequence[str] = [name for name in self._parts if name not in self._serviced]
+        reason = super().close(fleet, now_s)
+        if not left:
+            return reason
+        why = f"not serviced: {', '.join(left)}"
+        return f"{reason}; {why}" if reason else why

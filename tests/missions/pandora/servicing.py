@@ -1,0 +1,60 @@
+"""A little structure for tests: the shipped scenario with one panel, its three valves and two vehicles."""
+
+import copy
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from missions.runs.run import Run, run
+from missions.scenarios import load, shipped
+from missions.scenarios.scenario import Scenario
+
+RAW = tomllib.loads(shipped()["pandora-inspection"].read_text(encoding="utf-8"))
+
+
+def raw() -> dict[str, Any]:
+    """The tables, without anything that befalls."""
+    tables = copy.deepcopy(RAW)
+    for key in ("fault", "upset", "chain"):
+        del tables[key]
+    del tables["current"]["surge"]
+    tables["panel"] = tables["panel"][:1]
+    tables["valve"] = [one for one in tables["valve"] if one["panel"] == "panel A"]
+    tables["anode"] = [one for one in tables["anode"] if one["name"] == "anode NW"]
+    tables["vehicle"] = tables["vehicle"][:2]
+    return tables
+
+
+def written(folder: Path, tables: dict[str, Any]) -> Path:
+    """The tables as a file."""
+    path = folder / "little.toml"
+    path.write_text(tomli_w.dumps(tables), encoding="utf-8")
+    return path
+
+
+def little(folder: Path, adaptation: str = "all", **more: Any) -> Scenario:
+    """The scenario with further tables; what befalls the current is ``surge``."""
+    tables = raw()
+    tables["mission"]["adaptation"] = adaptation
+    if "surge" in more:
+        tables["current"]["surge"] = more.pop("surge")
+    for key, value in more.items():
+        tables[key] = {**tables[key], **value} if isinstance(value, dict) else value
+    return load(str(written(folder, tables)))
+
+
+def flown(folder: Path, adaptation: str = "all", seed: int = 1, **more: Any) -> Run:
+    """A run of it."""
+    return run(little(folder, adaptation, **more), seed)
+
+
+def found(done: Run) -> list[tuple[str, str]]:
+    """(subject, finding) of everything that vehicles found."""
+    return [(row[4], row[6]) for row in done.recorder.items if row[5] in ("diagnosis", "anomaly") and row[6] != "sound"]
+
+
+def fault(kind: str, **more: Any) -> dict[str, Any]:
+    """A fault of AUV01 early in the mission."""
+    return {"vehicle": "AUV01", "kind": kind, "at_s": 20.0, **more}
