@@ -61,8 +61,8 @@ def draw_services(axes: Axes, results: RunResults, style: Style) -> str:
         label = None if vehicle in shown else vehicle
         shown.add(vehicle)
         colour, height = style.looks[vehicle].colour, 0.6 / len(style.looks)
-        lane = names.index(service) - 0.3 + (list(style.looks).index(vehicle) + 0.5) * height
-        axes.barh(lane, to_s - from_s, left=from_s, height=height, color=colour, label=label)
+        at = names.index(service) - 0.3 + (list(style.looks).index(vehicle) + 0.5) * height
+        axes.barh(at, to_s - from_s, left=from_s, height=height, color=colour, label=label)
     axes.set_yticks(range(len(names)), names)
     axes.invert_yaxis()
     axes.set_xlim(0.0, end_s)

@@ -1,0 +1,160 @@
+"""Runs: what comes of a failed service under each response, and what each part of the mission is there for."""
+
+import math
+
+import pytest
+from intervening import SEED, Run, metric, run, said
+
+from missions.trident.modules import ATTEMPTS
+
+DECEIVED = 3
+"""Seed of a run in which a camera that is hardly better than chance rejects what is chosen first."""
+
+
+def recovered_s(of: Run) -> float:
+    found = metric(of, "target_recovered_s")
+    return math.inf if found is None else found
+
+
+def steps(of: Run, name: str) -> list[str]:
+    """Tasks of that name that were ever running, in order, each once."""
+    tasks = [str(row[8]) for row in of.recorder.plans if str(row[8]).startswith(f"{name}(") and row[10] == "running"]
+    return list(dict.fromkeys(tasks))
+
+
+def test_without_faults_all_three_responses_do_the_same() -> None:
+    times_s = {response: recovered_s(run(response=response)) for response in ("fixed", "repair", "matching")}
+    assert len(set(times_s.values())) == 1
+    assert times_s["fixed"] < math.inf
+    assert run().completed
+
+
+def test_one_map_is_made_of_what_both_have_charted() -> None:
+    finished = run()
+    by = {
+        name: {row[2:] for row in finished.recorder.rows("charted") if row[1] == name} for name in ("ASV00", "IAUV00")
+    }
+    assert by["ASV00"]
+    assert by["IAUV00"]
+    assert not by["ASV00"] & by["IAUV00"]
+    assert metric(finished, "charted_fraction") == 1.0
+
+
+@pytest.mark.parametrize("service", ["IAUV00 arm", "ASV00 console"])
+def test_a_fixed_plan_stops_where_its_service_fails(service: str) -> None:
+    assert recovered_s(run(response="fixed", failing=(service,))) == math.inf
+    assert recovered_s(run(failing=(service,))) < math.inf
+
+
+def test_a_repair_notices_by_what_does_not_come_of_it_and_matching_by_what_the_service_says() -> None:
+    """Twelve attempts of 60 s are waited for, and one minute, before the repair turns to the gripper."""
+    repaired, matched = run(response="repair", failing=("IAUV00 arm",)), run(failing=("IAUV00 arm",))
+    assert [one.split(", ")[2] for one in steps(repaired, "Handling")] == ["IAUV00 arm", "IAUV00 gripper"]
+    assert [one.split(", ")[2] for one in steps(matched, "Handling")] == ["IAUV00 gripper"]
+    assert recovered_s(repaired) - recovered_s(matched) > 600.0
+
+
+def test_a_service_of_the_other_vehicle_takes_the_place_of_one_that_failed() -> None:
+    """Both surveys of the AUV fail: it asks the surface vehicle, which charts what is left and says when it is done."""
+    failing = ("IAUV00 stereo", "IAUV00 sidescan")
+    assert recovered_s(run(response="repair", failing=failing)) == math.inf
+    finished = run(failing=failing)
+    assert [row[1:] for row in said(finished, "requestedOf")] == [("IAUV00", "east", "ASV00 multibeam")]
+    assert [row[1:] for row in said(finished, "surveyedBy")][-1] == ("ASV00", "east", "ASV00")
+    assert recovered_s(finished) < math.inf
+
+
+def test_without_inference_nothing_is_matched() -> None:
+    finished = run("mission.inference=false", until_s=600.0)
+    assert metric(finished, "charted_fraction") == 0.0
+    assert steps(finished, "Surveying") == []
+
+
+def test_the_choice_goes_over_to_the_recogniser_when_the_console_fails() -> None:
+    assert {row[1] for row in said(run(), "chosen")} == {"ASV00"}
+    assert {row[1] for row in said(run(failing=("ASV00 console",)), "chosen")} == {"IAUV00"}
+
+
+def test_a_module_without_self_test_fails_in_silence_and_is_noticed_all_the_same() -> None:
+    """Tiles stay blank that the vehicle is over: after a minute of it the step has failed, and the next way is gone."""
+    silent = run("vehicle.IAUV00.sensor.1.self_test=false", failing=("IAUV00 stereo",), until_s=1200.0)
+    assert {row[3] for row in said(silent, "serviceStatus")} == {"available"}
+    failed_s = [row[0] for row in silent.recorder.faults if row[2] == "failed step"]
+    assert 300.0 < failed_s[0] < 500.0
+    assert [one.split(", ")[1] for one in steps(silent, "Surveying") if one.startswith("Surveying(east")] == [
+        "IAUV00 stereo)",
+        "IAUV00 sidescan)",
+    ]
+
+
+def test_a_decoy_that_is_found_out_is_rejected_and_another_is_chosen() -> None:
+    """Whatever looks like the target from above, the camera tells from near."""
+    finished = run("vehicle.IAUV00.sensor.4.p_right=0.51", seed=DECEIVED)
+    (_, _, rejected, verdict), *_ = said(finished, "verdict")
+    assert verdict == "decoy"
+    chosen = [row[3] for row in said(finished, "chosen")]
+    assert chosen[0] == rejected
+    assert rejected not in chosen[1:]
+    assert metric(finished, "n_violations") == 0
+
+
+# Navigation
+
+
+@pytest.mark.slow
+def test_fixes_bound_the_error_and_escort_keeps_them_coming() -> None:
+    error_m = {e: metric(run(f"mission.escort_m={e}"), "navigation_error_m") for e in (0.0, 80.0)}
+    assert error_m[80.0] < 10.0 < error_m[0.0]
+    without = metric(run(failing=("ASV00 usbl",), at_s=1.0, response="fixed"), "navigation_error_m")
+    assert without > 2.0 * error_m[0.0]
+
+
+def test_a_dead_positioning_system_is_made_up_for_at_the_transponder() -> None:
+    finished = run(failing=("ASV00 usbl",))
+    (fixed, *_) = said(finished, "fixedOn")
+    assert fixed[1:] == ("IAUV00", "IAUV00", "true")
+    assert said(run(failing=("ASV00 usbl",), response="fixed"), "fixedOn") == []
+
+
+@pytest.mark.slow
+def test_attempts_are_made_where_the_candidate_was_seen_and_a_worse_finder_makes_them_worse() -> None:
+    def off_m(*settings: str) -> float:
+        runs = [run(*settings, seed=seed, per=0.0) for seed in (2, 3, 4)]
+        rows = [row for one in runs for row in one.recorder.rows(ATTEMPTS.name)]
+        return sum(row[5] for row in rows) / len(rows)
+
+    near_m, far_m = off_m(), off_m("vehicle.IAUV00.sensor.4.sigma_m=1.5", "vehicle.IAUV00.sensor.4.p_right=1.0")
+    assert near_m < 1.0 < far_m
+
+
+# Communication
+
+
+@pytest.mark.slow
+def test_with_all_messages_lost_each_does_what_it_can_alone_and_comes_home() -> None:
+    """The AUV takes over all work, chooses by itself and recovers; both end where they meant to meet."""
+    silence = ",".join(f'{{kind="mute",vehicle="{name}",at_s=0.0}}' for name in ("ASV00", "IAUV00"))
+    finished = run(f"fault=[{silence}]", until_s=7200.0)
+    assert metric(finished, "charted_fraction") == 1.0
+    assert metric(finished, "recovered")
+    assert {row[1] for row in said(finished, "chosen")} >= {"IAUV00"}
+    last = {row[1]: row[2:4] for row in finished.recorder.trajectories}
+    for name in ("ASV00", "IAUV00"):  # as far as it knows where it is: it has no fixes
+        assert math.dist(last[name], (190.0, 60.0)) < 25.0 + 100.0
+
+
+def test_one_seed_same_bytes() -> None:
+    once, again = run(failing=("IAUV00 arm",), until_s=1800.0), run.__wrapped__(failing=("IAUV00 arm",), until_s=1800.0)
+    for name in ("trajectories", "items", "packets", "plans", "charted", "attempts", "choreography"):
+        assert once.recorder.rows(name) == again.recorder.rows(name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "strategy",
+    ["plan-and-dispatch", "central", "contract-net", "status-broadcast", "cbba", "rendezvous-sync", "oracle"],
+)
+def test_every_strategy_that_tells_its_vehicles_something_recovers_the_target(strategy: str) -> None:
+    finished = run(f"strategy.name={strategy}", seed=SEED)
+    assert finished.completed
+    assert metric(finished, "recovered")

@@ -1,0 +1,107 @@
+"""What a vehicle concludes for itself, which of its sensors tell that they work, and beacons that vehicles carry."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from missions.runs.assembly import assemble
+from missions.runs.setup import resolved
+from missions.scenarios import load
+from missions.trident import TridentMission
+from remoras.faults import Condition, Fault, FaultKind
+from remoras.mission import Finding
+from remoras.navigation import Beacon, Navigation, NavigationConstants
+
+NAME = "trident-intervention"
+
+
+def fleet(*settings: str) -> Any:
+    return assemble(resolved(load(NAME, [("--set", one) for one in settings])), 2)
+
+
+def dead(vehicle: str, sensor: str) -> Condition:
+    return Condition.under([Fault(FaultKind.SENSOR, vehicle, 0.0, sensors=(sensor,))])
+
+
+def test_a_vehicle_sees_which_of_its_sensors_say_that_they_work() -> None:
+    asv, auv = fleet("vehicle.IAUV00.sensor.1.self_test=false").vehicles
+    assert asv.functional.picture.body.answering == ("multibeam", "usbl", "console")
+    assert "stereo" not in auv.functional.picture.body.answering  # it tells nothing, working or not
+    asv.suffer(dead("ASV00", "usbl"))
+    assert asv.functional.picture.body.answering == ("multibeam", "console")
+    asv.suffer(Condition.under([]))
+    assert asv.functional.picture.body.answering == ("multibeam", "usbl", "console")
+
+
+def test_a_beacon_is_where_its_carrier_is_and_silent_with_it() -> None:
+    whole = fleet()
+    asv = whole.vehicles[0]
+    assert whole.carried_m("ASV00", "usbl") == asv.functional.motion.position_m
+    for condition in (
+        dead("ASV00", "usbl"),
+        Condition.under([Fault(FaultKind.MUTE, "ASV00", 0.0)]),
+        Condition.under([Fault(FaultKind.LOST, "ASV00", 0.0)]),
+    ):
+        asv.suffer(condition)
+        assert whole.carried_m("ASV00", "usbl") is None
+    asv.suffer(dead("ASV00", "console"))
+    assert whole.carried_m("ASV00", "usbl") is not None
+
+
+def test_an_error_shrinks_near_a_beacon_that_moves_and_grows_when_it_is_gone() -> None:
+    at_m: list[Any] = [(1000.0, 0.0)]
+    beacon = Beacon(lambda: at_m[0], 50.0)
+    adrift = Navigation(NavigationConstants(0.1, 10.0, (beacon,)), 20.0, lambda n: 0.0)
+    adrift.go((0.0, 0.0), 100.0, 10.0)
+    assert adrift.error_m == pytest.approx((10.0, 0.0))
+    at_m[0] = (30.0, 0.0)
+    adrift.go((0.0, 0.0), 0.0, 10.0)
+    assert adrift.error_m == pytest.approx((10.0 / math.e, 0.0))
+    at_m[0] = None
+    adrift.go((0.0, 0.0), 100.0, 10.0)
+    assert adrift.error_m == pytest.approx((10.0 / math.e + 10.0, 0.0))
+
+
+class Talkative(TridentMission):
+    """Concludes one thing, and says it once."""
+
+    def conclusions(self, data: Any, organisation: Any, beliefs: Any, picture: Any, motion: Any) -> Sequence[Finding]:
+        told = beliefs.get(("serviceCost", "ASV00 usbl"))
+        return [] if told is not None or data.name != "ASV00" else [Finding("ASV00 usbl", "serviceCost", 7.0)]
+
+
+class Wrong(TridentMission):
+    """Concludes what is no finding."""
+
+    def conclusions(self, *of: Any) -> Sequence[Finding]:
+        return ["nothing"]  # type: ignore[list-item]
+
+
+def of_mission(mission: type[TridentMission]) -> Any:
+    setup = resolved(load(NAME, [("--set", "scenario.duration_s=30"), ("--per", "channel.per=0.0")]))
+    return assemble(replace(setup, mission=mission.from_scenario(setup.scenario)), 2)
+
+
+def test_what_a_vehicle_concludes_is_recorded_and_told() -> None:
+    whole = of_mission(Talkative)
+    whole.run()
+    rows = [row for row in whole.recorder.items if row[5] == "serviceCost"]
+    assert [(row[1], row[4], row[6], row[7]) for row in rows] == [("ASV00", "ASV00 usbl", "7.0", "told")]
+    assert whole.vehicles[1].beliefs.get(("serviceCost", "ASV00 usbl")) == 7.0
+
+
+def test_what_is_no_finding_is_refused_by_name() -> None:
+    with pytest.raises(Exception, match=r"conclusions.*a list of Finding"):
+        of_mission(Wrong).run()
+
+
+def test_plans_may_ask_what_is_of_a_class() -> None:
+    whole = fleet()
+    auv = whole.vehicles[1]
+    assert auv.social.facts.get(("instances", "Manipulation")) == ("IAUV00 arm", "IAUV00 gripper")
+    assert auv.social.facts.get(("instances", "TargetReacquisition")) == ()
+    auv.conclude([auv.beliefs.fact("IAUV00 camera", "providedBy", "IAUV00")], 1.0)
+    assert auv.social.facts.get(("instances", "TargetReacquisition")) == ("IAUV00 camera",)
