@@ -78,7 +78,7 @@ def draw_upset(axes: Axes, results: RunResults, style: Style) -> str:
         return "All parts were serviced."
     east_m, north_m = zip(*left_m, strict=True)
     axes.scatter(east_m, north_m, marker="x", s=60, color=style.black, label="not serviced")
-    return f"{len(left_m)} parts were not serviced."
+    return f"Parts that were not serviced: {len(left_m)}."
 
 
 FIGURES: tuple[Declared, ...] = (
