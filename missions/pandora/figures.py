@@ -45,7 +45,7 @@ def draw_findings(axes: Axes, results: RunResults, style: Style) -> str:
         for row in _rows(results, "items")
         if row["attribute"] in ("diagnosis", "anomaly") and row["value"] != "sound"
     ]
-    befell = [(row["time_s"], f"{row['kind']}: {row['detail']}") for row in _rows(results, "faults")
+    befell = [(row["time_s"], f"{row['kind']}: {row['vehicle']}") for row in _rows(results, "faults")
               if row["kind"] in ("slow", "sensor", "biased", "drains") and row["detail"] != "over"]  # fmt: skip
     befell += [(row["time_s"], f"{row['kind']}: {row['part']}") for row in _rows(results, MET.name)]
     names = list(dict.fromkeys([*(name for _, name in befell), *(row["value"] for row in findings)]))
