@@ -69,9 +69,13 @@ class Current:
         return east_mps, north_mps
 
     def greatest_mps(self, depth_m: float) -> float:
-        """The greatest speed (m/s) that it may have at a depth, whatever the tide and even if all surges coincide."""
+        """The greatest speed (m/s) that it may have at a depth, whatever the tide and wherever its surges point."""
         steady_mps = math.hypot(self.east_mps, self.north_mps) * max(0.0, 1.0 - depth_m / self.shear_depth_m)
-        return steady_mps + sum(math.hypot(surge.east_mps, surge.north_mps) for surge in self.surges)
+        added_mps = [
+            sum(math.hypot(s.east_mps, s.north_mps) for s in self.surges if s.from_s <= begins.from_s < s.until_s)
+            for begins in self.surges
+        ]
+        return steady_mps + max(added_mps, default=0.0)
 
 
 def through_water(course: Velocity, speed_mps: float, current: Velocity) -> Velocity:

@@ -93,10 +93,8 @@ WORDS_OF = {
     ),
 }  # fmt: skip
 """Words of a mission that nothing outside its folder may know."""
-GENERAL = (
-    "ReturningToArea", "area of operations", "areas of operations", "FocusArea", "focusArea", "focus area", "focus areas",
-)  # fmt: skip
-"""A vehicle stays in the area of operations whatever its mission is, and attends to focus areas of the core ontology."""
+GENERAL = ("ReturningToArea", "area of operations", "areas of operations", "FocusArea", "focusArea", "focus area")
+"""A vehicle stays in the area of operations whatever its mission is; focus areas are of the core ontology."""
 SAYS_WHEN = "missions.sweeps.execution"  # stamps a line of the sweep's log with the time it finished
 SEEDED = {"Generator", "Philox", "SeedSequence", "BitGenerator", "default_rng"}
 CLOCKS = {

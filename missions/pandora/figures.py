@@ -45,7 +45,7 @@ def draw_findings(axes: Axes, results: RunResults, style: Style) -> str:
         for row in _rows(results, "items")
         if row["attribute"] in ("diagnosis", "anomaly") and row["value"] != "sound"
     ]
-    befell = [(row["time_s"], f"{row['kind']}: {row['detail']}") for row in _rows(results, "faults")
+    befell = [(row["time_s"], f"{row['kind']}: {row['vehicle']}") for row in _rows(results, "faults")
               if row["kind"] in ("slow", "sensor", "biased", "drains") and row["detail"] != "over"]  # fmt: skip
     befell += [(row["time_s"], f"{row['kind']}: {row['part']}") for row in _rows(results, MET.name)]
     names = list(dict.fromkeys([*(name for _, name in befell), *(row["value"] for row in findings)]))
@@ -78,7 +78,7 @@ def draw_upset(axes: Axes, results: RunResults, style: Style) -> str:
         return "All parts were serviced."
     east_m, north_m = zip(*left_m, strict=True)
     axes.scatter(east_m, north_m, marker="x", s=60, color=style.black, label="not serviced")
-    return f"{len(left_m)} parts were not serviced."
+    return f"Parts that were not serviced: {len(left_m)}."
 
 
 FIGURES: tuple[Declared, ...] = (

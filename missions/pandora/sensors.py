@@ -33,7 +33,7 @@ TOUCH_GAP_S = 5.0
 FELT_SHARE = 0.25
 """A tool says how far it is whenever it has done so much more."""
 FELT_S = 30.0
-"""It says too that it has come no farther after working for so long."""
+"""It says too that it has come no farther at all after working for so long."""
 LOG_STREAM = 60_000
 """Readings of logs are drawn apart from those of cameras, whose numbers stay below this."""
 
@@ -214,7 +214,8 @@ class Tool:
         share = min(1.0, self._touched_s / thing.work_s)
         if share == 1.0:
             return self._ended(thing)
-        if share - self._felt < FELT_SHARE and now_s - self._felt_s < FELT_S:
+        is_stuck = share == self._felt and now_s - self._felt_s >= FELT_S
+        if share - self._felt < FELT_SHARE and not is_stuck:
             return []
         self._felt, self._felt_s = share, now_s
         return [Observation(((thing.name, "workedShare", share),))]

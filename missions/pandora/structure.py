@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
 
 from exchange.acoustics import loss
 from missions.pandora.scenario import ANY, KINDS, PandoraScenario, UpsetTable, ValveTable, job_of
@@ -41,12 +43,17 @@ class Part:
     panel: str = ""
     needs: tuple[str, ...] = ()
 
-    @property
+    @cached_property
     def name(self) -> str:
         """Name of the task of servicing it."""
         return job_of(self.of)
 
-    @property
+    @cached_property
+    def way_m(self) -> float:
+        """Way along its points (m)."""
+        return sum(math.dist(*pair) for pair in pairwise(self.points_m))
+
+    @cached_property
     def place_m(self) -> Point:
         """Its first point."""
         return self.points_m[0]
@@ -63,19 +70,18 @@ class Part:
 
     def is_able(self, data: VehicleData) -> bool:
         """True if the vehicle has a camera and, where the part takes one, an arm."""
-        has_arm = data.sensor(ArmSettings) is not None or not self.takes_arm
-        return data.sensor(CameraSettings) is not None and has_arm
+        return data.sensor(CameraSettings) is not None and (not self.takes_arm or data.sensor(ArmSettings) is not None)
 
     def work_there_s(self, data: VehicleData) -> float:
         """How long the work takes on site: all points, and the way between them at survey speed."""
-        way_m = sum(math.dist(*pair) for pair in zip(self.points_m, self.points_m[1:], strict=False))
-        return len(self.points_m) * self.work_s + way_m / data.survey_speed_mps
+        return len(self.points_m) * self.work_s + self.way_m / data.survey_speed_mps
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
         """When and where the vehicle will be free if it services the part next; None if it is not able."""
         if not self.is_able(data):
             return None
-        way_s = math.dist(outlook.position_m, self.place_m) / data.transit_speed_mps
+        (from_x_m, from_y_m), (x_m, y_m) = outlook.position_m, self.place_m
+        way_s = math.hypot(x_m - from_x_m, y_m - from_y_m) / data.transit_speed_mps
         return Outlook(outlook.free_s + way_s + self.work_there_s(data), self.points_m[-1])
 
 

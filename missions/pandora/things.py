@@ -6,7 +6,7 @@ What a tool does to a part is kept by the tool: a part is serviced once, and nob
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from remoras.work import Point
 
@@ -33,18 +33,36 @@ class Thing:
     upset: str = ""
 
 
+BUCKET_M = 20.0
+"""Points are looked up by squares of this side."""
+
+
 @dataclass(frozen=True)
 class Structure:
     """All parts of one run; ``seed`` is the root of what sensors show of them."""
 
     things: tuple[Thing, ...]
     seed: int = 0
+    _buckets: dict[tuple[int, int], list[tuple[int, Thing, int]]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+
+    def __post_init__(self) -> None:
+        for number, thing in enumerate(self.things):
+            for nth, (x_m, y_m) in enumerate(thing.points_m):
+                bucket = math.floor(x_m / BUCKET_M), math.floor(y_m / BUCKET_M)
+                self._buckets.setdefault(bucket, []).append((number, thing, nth))
 
     def near(self, at_m: Point, within_m: float) -> list[tuple[int, Thing, int]]:
-        """Points of parts within a distance: number of the part, the part, number of the point."""
-        return [
-            (number, thing, nth)
-            for number, thing in enumerate(self.things)
-            for nth, point_m in enumerate(thing.points_m)
-            if math.dist(at_m, point_m) <= within_m
+        """Points of parts within a distance: number of the part, the part, number of the point; in that order."""
+        columns, rows = (
+            range(math.floor((one - within_m) / BUCKET_M), math.floor((one + within_m) / BUCKET_M) + 1) for one in at_m
+        )
+        found = [
+            one
+            for column in columns
+            for row in rows
+            for one in self._buckets.get((column, row), ())
+            if math.dist(at_m, one[1].points_m[one[2]]) <= within_m
         ]
+        return sorted(found, key=lambda one: (one[0], one[2]))

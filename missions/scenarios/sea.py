@@ -21,6 +21,7 @@ from missions.scenarios.tables import (
     entries,
     names_of,
     one_of,
+    point_of,
     table_of,
 )
 from remoras.current import Current, Surge
@@ -148,9 +149,14 @@ def beacon_faults(raw: Raw) -> Iterator[ConfigurationFault]:
 
 
 def _surges(table: Raw) -> tuple[Surge, ...]:
-    """What surges add, whenever they come; malformed ones are passed over."""
-    added = [[one.get(key, 0.0) for key in ("east_mps", "north_mps")] for one in entries(table, "surge")]
-    return tuple(Surge(0.0, math.inf, *one) for one in added if all(map(_is_number, one)))
+    """What surges add, from the earliest time to the latest that they may last to; malformed ones are passed over."""
+    found = []
+    for one in entries(table, "surge"):
+        added, lasts_s = [one.get(key, 0.0) for key in ("east_mps", "north_mps")], one.get("lasts_s")
+        if all(map(_is_number, [*added, lasts_s])) and (spans := point_of(one, "between_s")):
+            earliest_s, latest_s = spans[0]
+            found.append(Surge(earliest_s, latest_s + float(lasts_s), *added))  # type: ignore[arg-type]
+    return tuple(found)
 
 
 def _is_number(value: object) -> bool:

@@ -9,6 +9,7 @@ from sampling import sampled
 from visiting_mission import VisitingMission, visiting_scenario
 
 from missions.mapping import MappingMission
+from missions.pandora import PandoraMission
 from missions.scenarios import load
 from remoras.mission import Mission
 from tests.missions.small_mission import SMALL
@@ -29,6 +30,11 @@ def test_the_mapping_mission_conforms(tmp_path: Path) -> None:
 @pytest.mark.parametrize("scenario", sampled(["mapping-rendezvous", "mapping-patches"], "mapping-rendezvous"))
 def test_every_shipped_scenario_conforms(scenario: str) -> None:
     conformance.check(MappingMission, load(scenario))
+
+
+@pytest.mark.slow
+def test_the_mission_of_service_conforms() -> None:
+    conformance.check(PandoraMission, load("pandora-inspection"))
 
 
 @pytest.mark.parametrize(
