@@ -6,8 +6,11 @@ from missions.runs.run import run
 from missions.runs.summary import summary
 from missions.scenarios import load, shipped
 
+DAY = "pandora-day"
+"""Takes too long to be flown to its end in tests."""
 
-@pytest.mark.parametrize("name", list(shipped()))
+
+@pytest.mark.parametrize("name", [name for name in shipped() if name != DAY])
 @pytest.mark.parametrize("policy", ["ack", "mps-ack-repeat"])
 def test_it_completes_over_a_lossy_channel(name: str, policy: str) -> None:
     loaded = load(name, [("--per", "channel.per=0.3"), ("--policy", f"communication.policy={policy}")])
@@ -15,6 +18,12 @@ def test_it_completes_over_a_lossy_channel(name: str, policy: str) -> None:
     assert report["completed"], report["reason"]
     assert report["false_beliefs"] == 0
     assert 0.95 < report["goal_fraction"] <= 1.0
+
+
+def test_a_day_begins() -> None:
+    """The first hour of 24."""
+    keys = "scenario.duration_s=3600.0", "fault=[]", "current.surge=[]"
+    assert run(load(DAY, [("--set", key) for key in keys]), seed=1).goal_fraction > 0.04
 
 
 def test_strategies_and_loss_do_not_touch_each_others_draws() -> None:
