@@ -1,12 +1,15 @@
-"""The items that wait in a bounded queue, and those that wait outside of it until there is room."""
+"""What bounds a queue: room, with the items outside of it; deadlines; and what is said no more."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from heapq import heappop, heappush
 
 from exchange.lines import Candidate
 from exchange.packets import ItemUid
+from exchange.values import Waiting
+from worldmodel import Terms
 
 
 class Bounds:
@@ -77,6 +80,10 @@ class Bounds:
         """True if the item with that name waits outside; looks through all."""
         return any(one.uid == uid for outside in self._outside.values() for one in outside.values())
 
+    def outside(self, column: int) -> Candidate | None:
+        """The item of a column, if it waits outside."""
+        return next((found[column] for found in self._outside.values() if column in found), None)
+
     def put_outside(self, candidate: Candidate) -> None:
         """Let an item wait outside."""
         limited = None if candidate.terms.queue_limit is None else candidate.about[1]
@@ -96,4 +103,55 @@ class Bounds:
                 if attribute is not None and limit is not None and len(self._limited.get(attribute, ())) >= limit:
                     break
                 del outside[column]
+                yield candidate
+
+
+class Ended:
+    """Items that are said no more, though not all who need them are known to hold them."""
+
+    def __init__(self) -> None:
+        self._terms: dict[int, Terms] = {}  # by column: by which that is so
+
+    def add(self, candidate: Candidate) -> None:
+        """An item is said no more."""
+        self._terms[candidate.column] = candidate.terms
+
+    def bars(self, column: int, waiting: Waiting, terms: Terms, now_s: float, is_new_need: bool) -> bool:
+        """True if an item may not wait again: it is too old, or those who need it ask for no more than they had.
+
+        Args:
+            column: of the item.
+            waiting: what is known from when it waited before.
+            terms: of those who need it now.
+            now_s: the time (s).
+            is_new_need: True if somebody needs it now who did not before.
+        """
+        ended = self._terms.get(column)
+        if ended is None:
+            return False
+        is_served = terms == ended or (waiting.n_said > 0 and not terms.acknowledged)
+        if (is_served and not is_new_need) or now_s > waiting.observed_s + terms.time_to_live_s:
+            return True
+        del self._terms[column]
+        return False
+
+
+class Deadlines:
+    """Until when candidates may wait, the earliest first."""
+
+    def __init__(self) -> None:
+        self._heap: list[tuple[float, int, Candidate]] = []
+        self._n_added = 0
+
+    def add(self, candidate: Candidate) -> None:
+        """A candidate comes in that may have one."""
+        if math.isfinite(candidate.terms.time_to_live_s):
+            self._n_added += 1
+            heappush(self._heap, (candidate.deadline_s, self._n_added, candidate))
+
+    def before(self, now_s: float) -> Iterator[Candidate]:
+        """Those that still wait and may not any more; each is to be let go of before the next."""
+        while self._heap and self._heap[0][0] < now_s:
+            at_s, _, candidate = heappop(self._heap)
+            if candidate.line is not None and candidate.deadline_s == at_s:
                 yield candidate

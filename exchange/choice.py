@@ -54,9 +54,25 @@ class Lines:
         """How many candidates stand in them."""
         return sum(line.n_waiting for line in self._lines.values())
 
-    def has_above(self, priority: float) -> bool:
-        """True if a candidate of a higher priority waits."""
-        return any(line.n_waiting and line.priority > priority for line in self._lines.values())
+    def barred(self, moment: Moment, above: float) -> Counter[Unsaid]:
+        """How many of those that wait may not go at that moment, by the reason.
+
+        Args:
+            moment: of the own slot.
+            above: only what has a higher priority goes.
+        """
+        reasons = Counter[Unsaid]()
+        for line in self._lines.values():
+            if line.n_waiting and (reason := self.bar(line, moment.now_s, above)) is not None:
+                reasons[reason] += line.n_waiting
+        return reasons
+
+    def bar(self, line: Line, now_s: float, above: float) -> Unsaid | None:
+        """Why nothing of a line may go; None if it may."""
+        if line.priority <= above:
+            return Unsaid.COVERT
+        is_blacked_out = line.blackout_s > 0.0 and now_s - self._said_s.get(line.about, -math.inf) < line.blackout_s
+        return Unsaid.BLACKOUT if is_blacked_out else None
 
     def choose(self, room: Room, moment: Moment, above: float) -> tuple[list[Candidate], Counter[Unsaid]]:
         """Fill a packet; returns what goes, the most valuable first, and how many do not go, by the reason.
@@ -111,19 +127,13 @@ class Lines:
             if line.n_waiting == 0:
                 if line.shared is None:
                     del self._lines[line.key]
-            elif line.priority <= above:
-                unsaid[Unsaid.COVERT] += line.n_waiting
-            elif self.is_blacked_out(line, moment.now_s):
-                unsaid[Unsaid.BLACKOUT] += line.n_waiting
+            elif (reason := self.bar(line, moment.now_s, above)) is not None:
+                unsaid[reason] += line.n_waiting
             else:
                 n_waiting += line.n_waiting
                 n_repeated += line.n_repeated
                 self._compare(heads, line, moment)
         return heads, n_waiting, n_repeated
-
-    def is_blacked_out(self, line: Line, now_s: float) -> bool:
-        """True while it is too early for another packet with values of what a line is about."""
-        return line.blackout_s > 0.0 and now_s - self._said_s.get(line.about, -math.inf) < line.blackout_s
 
     def _compare(self, heads: list[Head], line: Line, moment: Moment) -> None:
         """Let the head of a line compete with the others."""

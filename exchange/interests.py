@@ -175,15 +175,16 @@ class Interests:
         unneeded: list[Expiry] = []
         for column in self._may_send:
             entry, was_open = self._ledger.entries[column], bool(before >> column & 1)
+            needed_before = self._needed_by(column)
             is_needed = self._judge(column)
             if is_needed and self._is_lacked(column, believes):
                 if not was_open:
                     entry.is_eased = False
-                    self._send(column, now_s)
+                    self._send(column, now_s, bool(self._needed_by(column) & ~needed_before))
                     continue
                 if entry.is_eased:
                     entry.priority = max(1, entry.priority // ADDRESSED_SHARE)
-                self._queue.revalue(column, entry.priority, self.terms_of(entry.about))
+                self._queue.revalue(column, entry.priority, self.terms_of(entry.about), now_s)
             elif was_open:
                 self._queue.drop(column)
                 self._addressed.discard(column)
@@ -204,7 +205,11 @@ class Interests:
         for column in self._ledger.columns(self._sendable & ~(done | self._queue.open)):
             self._send(column, now_s)
 
-    def _send(self, column: int, now_s: float) -> None:
+    def _needed_by(self, column: int) -> int:
+        """Nodes (bit word) that need an item, by the last judgement."""
+        return sum(1 << node for node, items in enumerate(self._ledger.unneeded) if not items >> column & 1)
+
+    def _send(self, column: int, now_s: float, is_new_need: bool = False) -> None:
         entry = self._ledger.entries[column]
         fragment = entry.fragment
         if entry.waiting is None:
@@ -213,7 +218,7 @@ class Interests:
         if entry.addressed:
             self._addressed.add(column)
         terms = self.terms_of(entry.about)
-        self._queue.take(column, fragment, entry.waiting, self._size_bits(fragment), terms, now_s)
+        self._queue.take(column, fragment, entry.waiting, self._size_bits(fragment), terms, now_s, is_new_need)
 
     def _judge(self, column: int) -> bool:
         """Note who needs an item; True if anybody else does."""

@@ -247,7 +247,6 @@ class ExchangeManager:
         """Let the own slot that opens at ``now_s`` pass without a packet; returns its number."""
         slot = self._own_slot(now_s)
         self._ageing.open(slot)
-        self.queue.keep_silent(now_s)
         self._signals = ()
         return slot
 

@@ -8,11 +8,9 @@ waits outside of the queue, and comes in once there is room: nothing that is to 
 
 from __future__ import annotations
 
-import math
 from collections import Counter
-from heapq import heappop, heappush
 
-from exchange.bounds import Bounds
+from exchange.bounds import Bounds, Deadlines, Ended
 from exchange.choice import Lines, Room
 from exchange.lines import STATUS_COLUMN, Candidate
 from exchange.packets import Fragment, ItemUid
@@ -30,7 +28,6 @@ class Queue:
 
     Attributes:
         open: item set of those that wait, outside of the queue too.
-        over: item set of those that are said no more for good.
         unsaid: how many candidates were not said in the last own slot, by the reason.
     """
 
@@ -39,12 +36,11 @@ class Queue:
         self._items = Bounds(limit)
         self._status: dict[tuple[int, int], Candidate] = {}  # by subject and attribute
         self._n_status = 0
-        self._deadlines: list[tuple[float, int, Candidate]] = []
-        self._n_deadlines = 0
+        self._deadlines = Deadlines()
         self._n_slots = 0
         self._expired: list[Expiry] = []
+        self._ended = Ended()
         self.open = 0
-        self.over = 0
         self.unsaid: Counter[Unsaid] = Counter()
 
     def __len__(self) -> int:
@@ -61,8 +57,11 @@ class Queue:
         size_bits: int,
         terms: Terms = PLAIN,
         now_s: float = 0.0,
+        is_new_need: bool = False,
     ) -> None:
-        """Let an item wait, unless it is over; where there is no room, one of those that wait makes room, or it does.
+        """Let an item wait; where there is no room, one of those that wait makes room, or it does.
+
+        What is said no more waits again if somebody comes to need it, or other terms ask for more, while it is of use.
 
         Args:
             column: of the item.
@@ -71,8 +70,9 @@ class Queue:
             size_bits: about its size.
             terms: of those who need it.
             now_s: the time (s).
+            is_new_need: True if somebody needs it now who did not before.
         """
-        if self.over >> column & 1:
+        if self._ended.bars(column, waiting, terms, now_s, is_new_need):
             return
         candidate = Candidate(fragment, column, waiting, terms, (0, *fragment.uid), size_bits)
         waiting.time_to_live_s = terms.time_to_live_s
@@ -94,8 +94,7 @@ class Queue:
             self._leave(candidate)
             self._tell(candidate, Expired.SUPERSEDED, fragment.time_s)
         candidate.fragment, candidate.size_bits, candidate.terms = fragment, size_bits, terms
-        waiting = candidate.waiting
-        waiting.resume(self._n_slots)
+        (waiting := candidate.waiting).resume(self._n_slots)
         waiting.priority, waiting.observed_s, waiting.n_said = priority, fragment.time_s, 0
         waiting.time_to_live_s = terms.time_to_live_s
         self._place(candidate)
@@ -111,20 +110,17 @@ class Queue:
         """Let an item wait no longer; what it has gained counts if it comes in again."""
         if self.open >> column & 1:
             self.open ^= 1 << column
-            if (candidate := self._items.get(column)) is not None:
-                self._let_go(candidate)
-            else:
-                self._items.forget_outside(column)
+            self._withdraw(column)
 
-    def revalue(self, column: int, priority: int, terms: Terms) -> None:
-        """Another priority, or other terms, hold for an item that waits."""
-        candidate = self._items.get(column)
+    def revalue(self, column: int, priority: int, terms: Terms, now_s: float = 0.0) -> None:
+        """Another priority, or other terms, hold for an item that waits, inside or outside of the queue."""
+        candidate = self._items.get(column) or self._items.outside(column)
         if candidate is None or (priority, terms) == (candidate.waiting.priority, candidate.terms):
             return
-        self._let_go(candidate)
+        self._withdraw(column)
         candidate.waiting.priority, candidate.terms = priority, terms
         candidate.waiting.time_to_live_s = terms.time_to_live_s
-        self._enter(candidate)
+        self._let_in(candidate, now_s)
 
     # What goes out -------------------------------------------------------------------------------
 
@@ -136,29 +132,36 @@ class Queue:
             now_s: when the own slot opens.
             above: only what has a higher priority goes.
         """
-        for candidate in self._items.from_outside():
-            self._enter(candidate)
-        self._expire_old(now_s)
+        self._update(now_s)
         self._n_slots += 1
         moment = Moment(now_s, self._n_slots)
-        chosen, self.unsaid = self._lines.choose(room, moment, above)
-        if n_outside := self._items.n_outside:
-            self.unsaid[Unsaid.OVERFLOW] = n_outside
-        elif not chosen and not self.unsaid:
-            self.unsaid[Unsaid.NOTHING_OPEN] = 1
+        chosen, unsaid = self._lines.choose(room, moment, above)
+        self._note_unsaid(unsaid, not chosen)
         for candidate in chosen:
             self._note_said(candidate, moment)
         return chosen
 
-    def keep_silent(self, now_s: float) -> None:
-        """Let an own slot pass without a packet."""
-        self._expire_old(now_s)
-        n_waiting = self._lines.n_waiting
-        self.unsaid = Counter({Unsaid.COVERT: n_waiting} if n_waiting else {Unsaid.NOTHING_OPEN: 1})
+    def stays_silent(self, now_s: float, above: float) -> bool:
+        """True if nothing waits that may go now: of a higher priority than ``above``, and not in a blackout."""
+        self._update(now_s)
+        barred = self._lines.barred(Moment(now_s, self._n_slots), above)
+        is_silent = barred.total() == self._lines.n_waiting
+        self._note_unsaid(barred, True)
+        return is_silent
 
-    def has_above(self, priority: float) -> bool:
-        """True if something waits that has a higher priority."""
-        return self._lines.has_above(priority)
+    def _note_unsaid(self, reasons: Counter[Unsaid], is_empty: bool) -> None:
+        """Keep why what waits was not said; ``is_empty`` if nothing was."""
+        self.unsaid = reasons
+        if n_outside := self._items.n_outside:
+            reasons[Unsaid.OVERFLOW] = n_outside
+        elif is_empty and not reasons:
+            reasons[Unsaid.NOTHING_OPEN] = 1
+
+    def _update(self, now_s: float) -> None:
+        """Let in what waits outside and has room now, and let go of what is too old."""
+        for candidate in self._items.from_outside():
+            self._enter(candidate)
+        self._expire_old(now_s)
 
     def take_expired(self) -> tuple[Expiry, ...]:
         """What has come to be said no more since this was asked last."""
@@ -180,11 +183,8 @@ class Queue:
         candidate = self._items.named(uid)
         if candidate is None or candidate.line is None or candidate.waiting.since_slot == self._n_slots > 0:
             return None
-        if candidate.waiting.priority <= above:
-            return Unsaid.COVERT
-        if self._lines.is_blacked_out(candidate.line, now_s):
-            return Unsaid.BLACKOUT
-        return Unsaid.WAITING if candidate.is_repeated else Unsaid.LOWER_VALUE
+        plain = Unsaid.WAITING if candidate.is_repeated else Unsaid.LOWER_VALUE
+        return self._lines.bar(candidate.line, now_s, above) or plain
 
     # Coming and going ----------------------------------------------------------------------------
 
@@ -197,12 +197,11 @@ class Queue:
             return
         if victim.line is not None:
             self._let_go(victim)
-        comes_back = victim.terms.acknowledged
-        if comes_back:
+        if victim.terms.acknowledged:
             self._items.put_outside(victim)
         else:
             self._end(victim)
-        self._tell(victim, Expired.OVERFLOW, now_s, comes_back)
+        self._tell(victim, Expired.OVERFLOW, now_s, comes_back=victim.terms.acknowledged)
 
     def _enter(self, candidate: Candidate) -> None:
         """Put an item among those that wait."""
@@ -213,12 +212,17 @@ class Queue:
     def _place(self, candidate: Candidate) -> None:
         """Put a candidate that comes in into its line, and note until when it may wait."""
         self._lines.place(candidate, self._n_slots)
-        if math.isfinite(candidate.terms.time_to_live_s):
-            self._n_deadlines += 1
-            heappush(self._deadlines, (candidate.deadline_s, self._n_deadlines, candidate))
+        self._deadlines.add(candidate)
+
+    def _withdraw(self, column: int) -> None:
+        """Take an item from among those that wait, inside or outside of the queue."""
+        if (candidate := self._items.get(column)) is not None:
+            self._let_go(candidate)
+        else:
+            self._items.forget_outside(column)
 
     def _let_go(self, candidate: Candidate) -> None:
-        """Take an item from among those that wait."""
+        """Take an item out of the queue."""
         self._items.remove(candidate)
         self._leave(candidate)
 
@@ -230,7 +234,7 @@ class Queue:
     def _end(self, candidate: Candidate) -> None:
         """An item is said no more for good."""
         self.open &= ~(1 << candidate.column)
-        self.over |= 1 << candidate.column
+        self._ended.add(candidate)
 
     def _note_said(self, candidate: Candidate, moment: Moment) -> None:
         """It has been said: it waits again from 0, if it is to be acknowledged."""
@@ -253,11 +257,7 @@ class Queue:
 
     def _expire_old(self, now_s: float) -> None:
         """Let go of what is older than its time to live."""
-        deadlines = self._deadlines
-        while deadlines and deadlines[0][0] < now_s:
-            at_s, _, candidate = heappop(deadlines)
-            if candidate.line is None or candidate.deadline_s != at_s:
-                continue
+        for candidate in self._deadlines.before(now_s):
             if candidate.column == STATUS_COLUMN:
                 self._leave(candidate)
                 candidate.waiting.credit = 0

@@ -193,7 +193,7 @@ class Radio:
     def speak(self, signals: Iterable[tuple[tuple[str, str], int]], now_s: float) -> Transmission | None:
         """The packet for the own slot, with satisfactions -128..127 by (group, role); None while it keeps silent."""
         above, queue = least_priority(self._covert, now_s), self.manager.queue
-        if above > 0 and not queue.has_above(above):
+        if above > 0 and queue.stays_silent(now_s, above):
             note_slot(self._recorder, self._me, queue, self.manager.keep_silent(now_s), now_s)
             return None
         offered = []

@@ -39,9 +39,10 @@ def noise_in_band_db(low_khz: float, high_khz: float, shipping: float, wind_mps:
     >>> round(noise_in_band_db(22.5, 27.5, 0.5, 5.0), 2)
     75.58
     """
-    step_khz = (high_khz - low_khz) / STEPS
+    step = math.log(high_khz / low_khz) / STEPS  # even on the logarithm, over which the density is smooth
     total = 0.0
     for number in range(STEPS + 1):
         weight = 1 if number in (0, STEPS) else 4 if number % 2 else 2
-        total += weight * 10.0 ** (noise_db_per_hz(low_khz + number * step_khz, shipping, wind_mps) / 10.0)
-    return 10.0 * math.log10(total * 1000.0 * step_khz / 3.0)
+        frequency_khz = low_khz * math.exp(number * step)
+        total += weight * frequency_khz * 10.0 ** (noise_db_per_hz(frequency_khz, shipping, wind_mps) / 10.0)
+    return 10.0 * math.log10(total * 1000.0 * step / 3.0)

@@ -101,7 +101,7 @@ class Storm:
         if store is not None and before is not None:
             for guid, parts in before.parts.items():
                 if before.is_whole(guid) and model.has_arrived(guid):
-                    life.take(parts.values())
+                    life.take(part for part in parts.values() if before.holds(part))
         if is_twin:
             self.twins.append(life)
             self.doubled.add(node)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import chain
@@ -103,9 +104,10 @@ class Life:
             self.parts.setdefault(fragment.block.guid, {}).setdefault(fragment.index, fragment)
 
     def is_whole(self, guid: Guid) -> bool:
-        """True if it was given all parts of a block."""
-        parts = self.parts.get(guid, {})
-        return bool(parts) and len(parts) == next(iter(parts.values())).count
+        """True if it was given all parts of a block; two vehicles of one number make several of one name."""
+        parts = self.parts.get(guid, {}).values()
+        counts = Counter((part.count, part.time_s) for part in parts)
+        return any(n_parts == count for (count, _), n_parts in counts.items())
 
     def holds(self, fragment: Fragment) -> bool:
         """True if it holds an item with this content: in its world model, or as part of a block that is not whole."""

@@ -171,8 +171,39 @@ def test_what_is_older_than_its_time_to_live_is_not_said_any_more() -> None:
     assert said(queue, 2, 60.5) == [1]
     (expiry,) = queue.take_expired()
     assert (expiry.uid, expiry.reason, expiry.latency_s) == (item(0).uid, Expired.TIME_TO_LIVE, 60.5)
-    take(queue, 0)
+    take(queue, 0, terms=Terms(time_to_live_s=60.0))
     assert said(queue, 2, 61.0) == [1]
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "is_new_need", "now_s", "again"),
+    [
+        (Terms(acknowledged=False), Terms(acknowledged=False), False, 1.0, []),
+        (Terms(acknowledged=False), Terms(acknowledged=False), True, 1.0, [0]),
+        (Terms(acknowledged=False), Terms(60.0, acknowledged=False), False, 1.0, []),
+        (Terms(acknowledged=False), Terms(), False, 1.0, [0]),
+        (Terms(acknowledged=False), Terms(60.0), True, 61.0, []),
+    ],
+)
+def test_what_was_said_once_goes_to_whom_it_was_not_for(
+    before: Terms, now: Terms, is_new_need: bool, now_s: float, again: list[int]
+) -> None:
+    """Who comes to need it, or needs it acknowledged, has it while it is of use; whom it was for, not twice."""
+    queue = Queue()
+    waiting = take(queue, 0, terms=before)
+    assert said(queue, 1) == [0]
+    queue.take(0, item(0), waiting, SIZE_BITS, now, now_s, is_new_need)
+    assert said(queue, 1, now_s) == again
+
+
+def test_what_was_too_old_for_one_need_goes_to_one_that_takes_older_values() -> None:
+    queue, short = Queue(), Terms(time_to_live_s=10.0)
+    waiting = take(queue, 0, terms=short)
+    assert said(queue, 1, 11.0) == []
+    queue.take(0, item(0), waiting, SIZE_BITS, short, 12.0)
+    assert said(queue, 1, 12.0) == []
+    queue.take(0, item(0), waiting, SIZE_BITS, Terms(time_to_live_s=60.0), 12.0)
+    assert said(queue, 1, 12.0) == [0]
 
 
 def test_in_a_blackout_nothing_about_the_same_goes() -> None:
@@ -254,6 +285,27 @@ def test_a_need_has_a_limit_of_its_own() -> None:
     assert said(queue, 9, 9.0) == [3, 2]
 
 
+def test_other_needs_hold_outside_of_the_queue_too() -> None:
+    """What waits outside becomes urgent and takes older values: it makes another go out, and does not expire."""
+    queue = Queue(limit=1)
+    take(queue, 0, 9)
+    take(queue, 1, 1, Terms(time_to_live_s=10.0))
+    queue.revalue(1, 50, Terms(), 5.0)
+    assert said(queue, 9, 20.0) == [1]
+    assert queue.why_unsaid(item(0).uid, 20.0) is Unsaid.OVERFLOW
+    assert Expired.TIME_TO_LIVE not in {one.reason for one in queue.take_expired()}
+
+
+def test_a_limit_that_comes_to_hold_bounds_what_waits_already() -> None:
+    queue, terms = Queue(), Terms(queue_limit=2)
+    for column in range(4):
+        take(queue, column)
+    for column in range(4):
+        queue.revalue(column, 1, terms, 1.0)
+    assert len(queue) == 2
+    assert queue.open == 0b1111
+
+
 def test_stale_entries_are_cleared_away() -> None:
     """1000 items come and are settled while one of another priority keeps the packet: no line keeps them."""
     queue = Queue()
@@ -282,6 +334,25 @@ def test_each_candidate_that_does_not_go_has_its_reason() -> None:
     assert queue.why_unsaid(item(3).uid, 0.0, 8) is Unsaid.COVERT
     assert queue.why_unsaid(item(3).uid, 0.0) is Unsaid.LOWER_VALUE
     assert queue.why_unsaid(item(2).uid, 0.0) is None
+
+
+def test_a_covert_slot_is_empty_unless_something_may_go() -> None:
+    """What is in a blackout or too old may not go, however urgent; what waited for room outside may, once it has it."""
+    queue = Queue(limit=1)
+    take(queue, 0, 50, Terms(blackout_s=30.0))
+    take(queue, 1, 50)
+    assert not queue.stays_silent(0.0, 40)
+    assert said(queue, 1, 0.0) == [0]
+    assert queue.stays_silent(9.0, 40)
+    assert queue.unsaid == {Unsaid.BLACKOUT: 1, Unsaid.OVERFLOW: 1}
+    queue.drop(0)
+    assert not queue.stays_silent(9.0, 40)
+    assert queue.stays_silent(9.0, 50)
+    assert queue.unsaid == {Unsaid.COVERT: 1}
+    queue.drop(1)
+    take(queue, 2, 50, Terms(time_to_live_s=5.0))
+    assert queue.stays_silent(9.0, 40)
+    assert queue.unsaid == {Unsaid.NOTHING_OPEN: 1}
 
 
 def test_a_newer_status_takes_the_place_of_the_older_one() -> None:

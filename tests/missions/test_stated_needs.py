@@ -95,6 +95,31 @@ def test_a_need_told_once_is_said_once_though_packets_are_lost(tmp_path: Path) -
     assert most_said("acknowledged = true") > 1
 
 
+def test_what_was_said_once_for_one_need_goes_to_a_later_one(tmp_path: Path) -> None:
+    """AUV01 needs cells said once; ASV00, which needs them later, has as many as if nobody had needed them before."""
+    later = NEED + f"from_s = {BEGINS_S}\n"
+    first = NEED.replace("ASV00", "AUV01") + f"acknowledged = false\nuntil_s = {BEGINS_S - 10.0}\n"
+    alone, behind = (
+        fleet_of(scenario(tmp_path, tables, "channel.per=0.3", listed=["mappedCell"]))
+        for tables in (later, first + later)
+    )
+    let_go = {row[4] for row in behind.recorder.rows("deliveries") if row[3] == "expired"}
+    assert "said once" in let_go
+    assert cells(behind, 0, BEGINS_S) == cells(alone, 0, BEGINS_S) > 0
+
+
+def test_a_covert_vehicle_sends_nothing_for_what_is_in_a_blackout(tmp_path: Path) -> None:
+    """Its cells are urgent enough, but each area's go once a minute: between, no packet gives it away."""
+    tables = (
+        NEED.replace("= 5", "= 60") + "blackout_s = 60.0\n[[covert]]\nvehicle = 'AUV01'\nabove = 50\nfrom_s = 50.0\n"
+    )
+    fleet = fleet_of(scenario(tmp_path, tables, listed=["mappedCell"]))
+    said = [row for row in fleet.recorder.packets if row[2] == "AUV01" and row[1] >= 50.0]
+    assert said
+    assert all(row[10] for row in said)
+    assert "blackout" in {row[3] for row in fleet.recorder.rows("unsaid") if row[2] == "AUV01"}
+
+
 def test_what_is_older_than_the_time_to_live_expires_with_its_reason(tmp_path: Path) -> None:
     fleet = fleet_of(scenario(tmp_path, NEED + "ttl_s = 15.0", "channel.per=0.8", listed=["mappedCell"]))
     expired = [row for row in fleet.recorder.rows("deliveries") if row[4] == "time to live"]
