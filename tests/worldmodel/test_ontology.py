@@ -209,7 +209,8 @@ def test_capabilities_follow_from_parts() -> None:
 
 
 def test_the_page_of_terms_has_a_section_for_every_file_with_terms() -> None:
-    listed = re.findall(r"^```\{terms\} ([\w/]+)$", (MISSIONS.parent / "docs" / "ontology.md").read_text(), re.MULTILINE)
+    page = (MISSIONS.parent / "docs" / "ontology.md").read_text()
+    listed = re.findall(r"^```\{terms\} ([\w/]+)$", page, re.MULTILINE)
     names = {path.stem if path.parent == ONTOLOGY_FOLDER else f"{path.parent.name}/{path.stem}" for path in FILES}
     declaring = names - {"core", "alignments", "situation"}
     assert sorted(listed) == sorted(declaring)
