@@ -45,6 +45,10 @@ class Known(Protocol):
         """Every value of a fact that was ever told, but for what banned vehicles said."""
         ...
 
+    def instances(self, of_class: str, /) -> tuple[str, ...]:
+        """The names of all that is known to be of a class, told or concluded."""
+        ...
+
     @property
     def n_told(self) -> int:
         """It grows whenever what ``values`` gives changes: what was worked out of these sets holds until then."""
@@ -58,6 +62,9 @@ class _Nothing:
 
     def values(self, key: Key) -> Set[Any]:
         return frozenset()
+
+    def instances(self, of_class: str, /) -> tuple[str, ...]:
+        return ()
 
     @property
     def n_told(self) -> int:
