@@ -70,12 +70,12 @@ def posterior(prior: Array, p_yes: Array, n_yes: Counts, n_no: Counts) -> Array:
                 powers[n] = powers[n - 1] * chances
                 powers[n] /= powers[n].max()  # only ratios count; so nothing underflows
             weights *= powers[counts].T
-    return np.asarray(weights / _total(weights))
+    return np.asarray(weights / _total(weights), dtype=np.float64)
 
 
 def _total(weights: Array) -> Array:
     """Sum over kinds in a fixed order."""
-    total = weights[0].copy()
+    total: Array = weights[0].copy()
     for row in weights[1:]:
         total += row
     return total

@@ -31,7 +31,7 @@ def contact_range_m(scenario: ArrowsScenario) -> float:
     links = scenario.channel.link_model(deployment, 0)
     size_bits, range_m = deployment.modem.payload_bits, scenario.communication.range_m
     ranges_m = [range_m * number / N_RANGES for number in range(1, N_RANGES + 1)]
-    losses = [links.p_loss(Transmission(0, 0.0, 0, size_bits), 1, one_m) for one_m in ranges_m]
+    losses = [links.p_loss(Transmission(0, 0, 0.0, size_bits), 1, one_m) for one_m in ranges_m]
     limit = max(scenario.mission.contact_loss, min(losses))
     return max(one_m for one_m, p_loss in zip(ranges_m, losses, strict=True) if p_loss <= limit)
 

@@ -63,7 +63,7 @@ def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
     axes.set_xlabel(style.axis("time", "s"))
     axes.set_ylabel(style.axis("information", "bit"))
     return (
-        "Information: divergence of a map from the prior. Below the dashed line a vehicle has not heard of all looks."
+        "Information: divergence of a map from the prior. A vehicle below the dashed line has not heard of all looks."
     )
 
 

@@ -1,7 +1,8 @@
 """What is known of the sea before the search: a map of probabilities for each kind of thing, from historic finds.
 
 Around each historic find lies a hill of density (1 - d^2 / s^2)^2 within the distance s, zero beyond (the quartic
-kernel of density estimation, up to its scale). The hills of a kind and an even share sum to 1 over the cells; times the number expected this is the probability that a cell holds such a thing.
+kernel of density estimation, up to its scale). The hills of a kind and an even share sum to 1 over the cells; times the
+number expected this is the probability that a cell holds such a thing.
 """
 
 from __future__ import annotations

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from missions.meeting.job_mission import JobScenario, JobSettings
-from missions.scenarios.tables import PointM, Positive, Probability, Section
+from missions.scenarios.tables import PointM, Positive, Probability, Section, Sparse
 
 KINDS = ("amphorae", "wooden hull", "steel hull", "rock")
 """What may lie in a cell, beside nothing."""
@@ -60,8 +60,10 @@ class SearchTable(Section):
     cell_m: float = Field(CELL_M, ge=5.0, description="side of a cell; a cell holds one thing at most")
 
 
-class KindTable(Section):
+class KindTable(Sparse):
     """One ``[[kind]]``: a kind of thing that may lie there, how much of it is expected, and where."""
+
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"map"})
 
     name: Kind = Field(description="what it is")
     expected: float = Field(gt=0.0, le=1000.0, description="how many are expected in the whole area")
