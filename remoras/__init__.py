@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from remoras.database import VehicleData
     from remoras.errors import RemorasError
     from remoras.face import Run, compare, exchange_study, load, open, run, sweep
+    from remoras.known import Known
     from remoras.mission import Finding, FleetView, Milestone, Mission, Truth, VehicleView
     from remoras.motion import Motion
     from remoras.organisation import Group
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
     from remoras.sensor import SELF, Observation, Pose, Sensor, SensorSettings
     from remoras.strategy import Declaration, Move, Negotiator, Situation, Statement, Strategy
     from remoras.swept import Sweep
-    from remoras.work import DivisibleJob, Job, Known, Outlook, Work
+from remoras.work import DivisibleJob, Job, Outlook, Work
 
 _HOMES = {
     "remoras.swept": ("Sweep",),

@@ -18,10 +18,11 @@ from missions.arrows.detectors import ANOMALY, shown_of
 from missions.arrows.scenario import NOTHING, UNKNOWN, ArrowsScenario
 from remoras.behaviours import ADVANCING, DONE, DUE, IDLE, Approach, Behaviour, Perception, Reference, distance_m
 from remoras.database import VehicleData
+from remoras.known import Known
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.sensor import Observation
-from remoras.work import Known, Point
+from remoras.work import Point
 
 TARGET, BACK_BY = "searchTarget", "backBy"
 ARRIVED_M = 10.0

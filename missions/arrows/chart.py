@@ -12,7 +12,7 @@ import numpy as np
 
 from missions.arrows.bayes import posterior
 from missions.arrows.grid import N_DETECTORS, Array, Grid, contact_of, swept_of
-from remoras.work import Known
+from remoras.known import Known
 
 SWEPT, CONTACT = "swept", "contact"
 """Attributes of vehicles: looks that found nothing, and looks that found something."""
