@@ -26,6 +26,8 @@ from missions.arrows.grid import Array
 
 Counts = npt.NDArray[np.int64]
 LN2 = math.log(2.0)
+SMALLEST = 1e-250
+"""No probability falls below it, so that a later look can tell it from nothing."""
 N_TERMS = 12
 """Of the series of the logarithm: its error is below 1e-15."""
 
@@ -69,7 +71,8 @@ def posterior(prior: Array, p_yes: Array, n_yes: Counts, n_no: Counts) -> Array:
             for n in range(1, most + 1):
                 powers[n] = powers[n - 1] * chances
                 powers[n] /= powers[n].max()  # only ratios count; so nothing underflows
-            weights *= powers[counts].T
+            weights = np.maximum(weights * powers[counts].T, SMALLEST)
+            weights /= _total(weights)
     return np.asarray(weights / _total(weights), dtype=np.float64)
 
 

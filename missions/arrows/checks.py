@@ -27,7 +27,7 @@ def arrows_faults(raw: Raw) -> Iterator[ConfigurationFault]:
     """
     yield from _area(raw)
     yield from _kinds(raw)
-    for number, find in enumerate(entries(raw, "historic_find")):
+    for number, find in enumerate(entries(raw, "historic_find"), 1):
         key = f"historic_find.{number}"
         yield from one_of(f"{key}.kind", find.get("kind"), names_of(raw, "kind"))
         yield from outside_faults(raw, [(f"{key}.position_m", at_m) for at_m in point_of(find, "position_m")])
@@ -80,13 +80,19 @@ def _kinds(raw: Raw) -> Iterator[ConfigurationFault]:
         return
     faults = [one for kind in entries(raw, "kind") if "map" in kind for one in _map(kind, grid)]
     yield from faults
-    expected = {} if faults else _expected(raw, grid)
+    expected = {} if faults or not _are_numbers(raw) else _expected(raw, grid)
     if expected:
         fullest = float(np.sum(list(expected.values()), axis=0).max())
         name = max(expected, key=lambda one: float(expected[one].max()))
         if fullest > 1.0:
             allowed = "at most 1 of all kinds together: expect fewer, spread them farther, or take smaller cells"
             yield ConfigurationFault(f"kind.{name}.expected", f"{fullest:.3g} things in one cell", allowed)
+
+
+def _are_numbers(raw: Raw) -> bool:
+    """True if all maps are; others are reported elsewhere."""
+    maps = [kind["map"] for kind in entries(raw, "kind") if "map" in kind]
+    return all(_is_number(one) for rows in maps for row in rows for one in row)
 
 
 def _expected(raw: Raw, grid: Grid) -> dict[str, Array]:
@@ -114,10 +120,12 @@ def _map(kind: Raw, grid: Grid) -> Iterator[ConfigurationFault]:
         allowed = f"{grid.n_rows} rows of {grid.n_columns} numbers: one for each cell, from the south-west"
         yield ConfigurationFault(key, f"{len(rows)} rows of {sizes or 0}", allowed)
         return
-    for row, numbers in enumerate(rows):
-        for column, one in enumerate(numbers):
-            if not _is_number(one) or one < 0.0:
-                yield ConfigurationFault(f"{key}.{row}.{column}", str(one), "a finite number from 0 on")
+    if not all(_is_number(one) for row in rows for one in row):
+        return
+    for number, row in enumerate(rows, 1):
+        for place, one in enumerate(row, 1):
+            if one < 0.0:
+                yield ConfigurationFault(f"{key}.{number}.{place}", f"{one:g}", "a number from 0 on")
                 return
     total = math.fsum(one for row in rows for one in row)
     if abs(total - 1.0) > SUM_TOLERANCE:

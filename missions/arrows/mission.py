@@ -66,7 +66,6 @@ class ArrowsMission(JobMission):
     Scenario = ArrowsScenario
     group_missions = ("Search",)
     objective, kind = SEARCHING, "SearchArea"
-    needs = (*JobMission.needs, "location", "contact")
     vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {
         "acoustic": AcousticSettings, "magnetic": MagneticSettings, "optical": CameraSettings,
