@@ -241,7 +241,7 @@ class Identifying(Behaviour):
     def __init__(self, chart: Chart, scenario: ArrowsScenario, searchers: Sequence[str], data: VehicleData) -> None:
         self._chart, self._settings = chart, scenario.mission
         self._optical, self._searchers, self._data = scenario.detector.optical, searchers, data
-        self._names = (NOTHING, *(kind.name for kind in scenario.kind))
+        self._names = (NOTHING, *(kind.name for kind in scenario.kinds))
         self._approach = Approach(data.transit_speed_mps)
         self._at: str | None = None
         self._place_m: Point | None = None

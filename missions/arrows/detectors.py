@@ -202,13 +202,13 @@ class Camera:
             thing = None
         right, which, east, north = (loss.uniform(world.seed, loss.MISSES, number, self._node, n) for n in range(4))
         really = 0 if thing is None else thing.kind
-        others = [kind for kind in range(1 + len(world.scenario.kind)) if kind != really]
+        others = [kind for kind in range(1 + len(world.scenario.kinds)) if kind != really]
         shown = really if right >= settings.p_false or not others else others[int(which * len(others))]
         if thing is None:
             seen_m = pose.believed_m
         else:
             x_m, y_m = _seen_m(thing, 0, world, (east, north), settings.sigma_m)
             seen_m = x_m + pose.error_m[0], y_m + pose.error_m[1]
-        names = [NOTHING, *(kind.name for kind in world.scenario.kind)]
+        names = [NOTHING, *(kind.name for kind in world.scenario.kinds)]
         facts = (SELF, "location", seen_m, settings.sigma_m), (SELF, "shown", shown_code(number, self._node, shown))
         return [Observation(facts, (names[shown], names[really], *seen_m), ANOMALY, SAME_M)]

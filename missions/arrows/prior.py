@@ -41,7 +41,7 @@ def share_map(grid: Grid, finds_m: list[Point], spread_m: float, uniform_share: 
         uniform_share: share that is even.
     """
     hills = np.zeros(grid.n_cells)
-    for x_m, y_m in finds_m:
+    for x_m, y_m in sorted(finds_m):  # sums are the same bytes in whatever order they are listed
         dx_m, dy_m = grid.x_m - x_m, grid.y_m - y_m
         height = np.maximum(0.0, 1.0 - (dx_m * dx_m + dy_m * dy_m) / (spread_m * spread_m))
         hills += height * height
@@ -53,7 +53,7 @@ def share_map(grid: Grid, finds_m: list[Point], spread_m: float, uniform_share: 
 def prior_of(scenario: ArrowsScenario) -> Array:
     """The probability of each kind in each cell, shape (1 + kinds, n_cells); columns sum to 1, the first is nothing."""
     grid = grid_of(scenario)
-    rows = [kind.expected * _shares(grid, kind, scenario) for kind in scenario.kind]
+    rows = [kind.expected * _shares(grid, kind, scenario) for kind in scenario.kinds]
     occupied = rows[0].copy()
     for row in rows[1:]:
         occupied += row
@@ -71,5 +71,5 @@ def rates_of(scenario: ArrowsScenario) -> Array:
     """Rate of contacts by detector and kind: shape (detectors, 1 + kinds), the first column is nothing."""
     detectors: list[DetectorTable] = [getattr(scenario.detector, name) for name in DETECTORS]
     return np.array(
-        [[one.p_false, *(one.p_detect.get(kind.name, one.p_false) for kind in scenario.kind)] for one in detectors]
+        [[one.p_false, *(one.p_detect.get(kind.name, one.p_false) for kind in scenario.kinds)] for one in detectors]
     )

@@ -111,3 +111,8 @@ class ArrowsScenario(JobScenario):
     kind: tuple[KindTable, ...] = Field(min_length=1)
     historic_find: tuple[HistoricFindTable, ...] = ()
     detector: DetectorsTable
+
+    @property
+    def kinds(self) -> tuple[KindTable, ...]:
+        """What may lie in a cell, numbered from 1 on in an order that is not that of the file."""
+        return tuple(sorted(self.kind, key=lambda one: KINDS.index(one.name)))

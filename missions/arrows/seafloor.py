@@ -48,7 +48,7 @@ class Seafloor:
 
 def drawn(grid: Grid, prior: Array, scenario: ArrowsScenario, rates: Array, seed: int) -> Seafloor:
     """The seafloor of the run with that seed."""
-    names, things = [kind.name for kind in scenario.kind], dict[int, Thing]()
+    names, things = [kind.name for kind in scenario.kinds], dict[int, Thing]()
     occupied = (prior[0] < 1.0).nonzero()[0]
     for cell in map(int, occupied):
         share = loss.uniform(seed, loss.FINDS, cell, 0, 0)

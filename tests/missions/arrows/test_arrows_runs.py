@@ -1,6 +1,7 @@
 """Runs: what telling, inference and contact are there for, by what goes when they are taken away."""
 
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -117,6 +118,46 @@ def test_a_lost_searcher_leaves_its_part_to_the_other(tmp_path: Path) -> None:
     with_it = [(row[2], row[3]) for row in run().recorder.trajectories if row[1] == "AUV02"]
     assert way != with_it
     assert metric(of, "found_fraction") > 0.0
+
+
+def tables(text_: str, name: str) -> list[str]:
+    """The tables of a list, each with its text."""
+    return [f"[[{name}]]{part.split('[[')[0]}" for part in text_.split(f"[[{name}]]")[1:]]
+
+
+def test_the_order_of_tables_makes_no_difference(tmp_path: Path) -> None:
+    shuffled = text()
+    for name in ("kind", "historic_find"):
+        listed = [one.split("\n# ")[0].rstrip() + "\n\n" for one in tables(shuffled, name)]
+        for one in listed:
+            assert one.rstrip() in shuffled
+            shuffled = shuffled.replace(one.rstrip() + "\n", "", 1)
+        shuffled += "\n" + "".join(reversed(listed))
+    file = tmp_path / "shuffled.toml"
+    file.write_text(shuffled, encoding="utf-8")
+    assert run_of(str(file)).recorder.trajectories == run().recorder.trajectories
+
+
+def test_a_shift_of_the_whole_world_shifts_the_search(tmp_path: Path) -> None:
+    """Nothing is found sooner or later because the origin of the chart is elsewhere."""
+    shifted = re.sub(
+        r"^(position_m|start_m) = \[(.*), (.*)\]",
+        lambda of: f"{of[1]} = [{float(of[2]) + 1024.0}, {float(of[3]) - 2048.0}]",
+        text(),
+        flags=re.MULTILINE,
+    )
+    for old, new in (
+        ("x_m = [-100.0, 1300.0]", "x_m = [924.0, 2324.0]"),
+        ("y_m = [-200.0, 900.0]", "y_m = [-2248.0, -1148.0]"),
+        ("x_m = [0.0, 1200.0]", "x_m = [1024.0, 2224.0]"),
+        ("y_m = [0.0, 800.0]", "y_m = [-2048.0, -1248.0]"),
+    ):
+        assert old in shifted
+        shifted = shifted.replace(old, new)
+    file = tmp_path / "shifted.toml"
+    file.write_text(shifted, encoding="utf-8")
+    found = [[row[:5] for row in of.recorder.rows("contacts")] for of in (run(), run_of(str(file)))]
+    assert found[0] == found[1]
 
 
 @pytest.mark.slow
