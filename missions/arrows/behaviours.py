@@ -29,6 +29,8 @@ ARRIVED_M = 10.0
 """A target this near is reached."""
 STALE_S = 240.0
 """A choice is made anew after so long, whether its target is reached or not."""
+HELD_S = STALE_S + 60.0
+"""What another vehicle chose longer ago holds no more: it would have chosen anew and been heard."""
 ORDERS_S = 10.0
 """How often a head looks whether somebody needs another target."""
 HOVER_M = 2.0
@@ -37,10 +39,28 @@ ENOUGH_IMAGES = 12
 """After so many images an anomaly that is not identified stays unknown."""
 
 
-def ways_of(facts: Known, positions_m: Mapping[str, Point], others: Sequence[str]) -> list[Way]:
-    """Where others go, as far as that was heard: from where each was last, or from where it goes."""
-    targets_m = ((one, facts.get((TARGET, one))) for one in others)
-    return [(positions_m.get(one, target_m), target_m) for one, target_m in targets_m if target_m is not None]
+class Held:
+    """Where others go, as far as that was heard; who has said nothing new for long may be lost, and holds nothing.
+
+    Args:
+        others: names of vehicles.
+    """
+
+    def __init__(self, others: Sequence[str]) -> None:
+        self._others = others
+        self._since_s: dict[str, tuple[Point, float]] = {}
+
+    def note(self, facts: Known, now_s: float) -> None:
+        """Note what was heard since the last look."""
+        for one in self._others:
+            target_m = facts.get((TARGET, one))
+            if target_m is not None and (one not in self._since_s or self._since_s[one][0] != target_m):
+                self._since_s[one] = target_m, now_s
+
+    def ways(self, positions_m: Mapping[str, Point], now_s: float) -> list[Way]:
+        """From where each was last heard to be, or from where it goes, to there."""
+        lately = ((one, target_m) for one, (target_m, at_s) in self._since_s.items() if now_s - at_s <= HELD_S)
+        return [(positions_m.get(one, target_m), target_m) for one, target_m in lately]
 
 
 class Searching(Behaviour):
@@ -56,7 +76,7 @@ class Searching(Behaviour):
         self, chart: Chart, choosing: Choosing, reach: Reach, others: Sequence[str], data: VehicleData, until_s: float
     ) -> None:
         self._chart, self._choosing, self._reach = chart, choosing, reach
-        self._leash, self._others = Leash(reach), others
+        self._leash, self._others, self._held = Leash(reach), others, Held(others)
         self._track = Track(choosing, chart.grid)
         self._data, self._until_s = data, until_s
         self._target_m: Point | None = None
@@ -69,6 +89,7 @@ class Searching(Behaviour):
         if now_s >= self._until_s:
             return DONE
         at_m, speed_mps = motion.position_m, self._choosing.speed_mps
+        self._held.note(picture.facts, now_s)
         if not performed:
             return DUE
         self._track.note(at_m, now_s)
@@ -91,7 +112,7 @@ class Searching(Behaviour):
 
     def _choose(self, picture: Picture, at_m: Point, now_s: float) -> Point:
         self._chart.update(picture.facts, (self._data.name, *self._others))
-        held = ways_of(picture.facts, picture.peers.positions_m, self._others)
+        held = self._held.ways(picture.peers.positions_m, now_s)
         chosen_m = self._choosing.choose(self._chart, held, self._track, at_m, self._leash, now_s)
         return self._reach.point_m if chosen_m is None else chosen_m
 

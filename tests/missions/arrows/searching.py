@@ -38,3 +38,24 @@ def run_of(scenario: str, *settings: str, seed: int = SEED, search_s: float = 12
     """A short run of a scenario file."""
     given = f"mission.search_s={search_s}", f"scenario.duration_s={search_s + 900.0}", *settings
     return missions.runs.run.run(load(scenario, [("--set", one) for one in given]), seed=seed)
+
+
+class Facts:
+    """What is known, as maps and behaviours ask for it.
+
+    Attributes:
+        told: every value of facts; known: the latest of others.
+    """
+
+    def __init__(self, told: dict[tuple[str, str], set[int]]) -> None:
+        self.told, self.n_told = told, 0
+        self.known: dict[tuple[str, str], object] = {}
+
+    def get(self, key: tuple[str, str], default: object = None) -> object:
+        return self.known.get(key, default)
+
+    def values(self, key: tuple[str, str]) -> set[int]:
+        return self.told.get(key, set())
+
+    def instances(self, of_class: str) -> tuple[str, ...]:
+        return ()

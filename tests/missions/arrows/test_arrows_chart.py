@@ -4,7 +4,7 @@ import random
 
 from hypothesis import given
 from hypothesis import strategies as st
-from searching import mission
+from searching import Facts, mission
 
 from missions.arrows.chart import CONTACT, SWEPT
 from missions.arrows.grid import Grid, contact_code, contact_of, swept_code, swept_of
@@ -42,22 +42,6 @@ def test_cells_in_range_are_all_those_and_no_others(x_m: float, y_m: float, rang
         squared = (at_m[0] - x_m) ** 2 + (at_m[1] - y_m) ** 2
         if abs(squared - range_m**2) > 1e-6:
             assert (cell in near) == (squared < range_m**2)
-
-
-class Facts:
-    """What is known, as a map asks for it."""
-
-    def __init__(self, told: dict[tuple[str, str], set[int]]) -> None:
-        self.told, self.n_told = told, 0
-
-    def get(self, key: tuple[str, str], default: object = None) -> object:
-        return default
-
-    def values(self, key: tuple[str, str]) -> set[int]:
-        return self.told.get(key, set())
-
-    def instances(self, of_class: str) -> tuple[str, ...]:
-        return ()
 
 
 def looks(seed: int) -> list[tuple[str, str, int]]:

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from searching import mission
+from searching import Facts, mission
 
+from missions.arrows.behaviours import HELD_S, Held
 from missions.arrows.choosing import Choosing, Track, lanes
 from missions.arrows.contact import Leash, Reach, contact_range_m
 from remoras.activities import Activity, ActivityType
@@ -43,6 +44,18 @@ def test_what_others_hold_is_left_to_them() -> None:
     other = chosen((200.0, 300.0), ((200.0, 300.0), alone))
     assert math.dist(alone, other) > 100.0
     assert chosen((200.0, 300.0), ((200.0, 300.0), alone), repulsion=0.0) == alone
+
+
+def test_what_a_silent_vehicle_chose_long_ago_is_left_to_it_no_more() -> None:
+    held, facts = Held(("AUV02",)), Facts({})
+    facts.known["searchTarget", "AUV02"] = (500.0, 500.0)
+    held.note(facts, 0.0)
+    held.note(facts, 200.0)
+    assert held.ways({"AUV02": (400.0, 500.0)}, 200.0) == [((400.0, 500.0), (500.0, 500.0))]
+    assert held.ways({}, HELD_S + 1.0) == []
+    facts.known["searchTarget", "AUV02"] = (100.0, 500.0)
+    held.note(facts, HELD_S + 2.0)
+    assert held.ways({}, HELD_S + 3.0) == [((100.0, 500.0), (100.0, 500.0))]
 
 
 def test_what_was_just_looked_at_is_worth_nothing() -> None:
