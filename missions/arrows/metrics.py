@@ -117,15 +117,21 @@ def told_per_km(run: Run) -> float | Absent:
 
 
 def alone_of(run: Run) -> dict[str, tuple[float, float]]:
-    """Of each searcher: how long it was out of contact in all, and at a stretch, until the search ended (s)."""
-    until_s = min(search_s_of(run), run.end_s)
+    """Of each searcher: how long it was out of contact in all, and at a stretch (s).
+
+    That is until the search ended, or until it spoke last, for a lost vehicle hears nobody.
+    """
     heard: dict[str, list[float]] = {name: [0.0] for name in cast("ArrowsMission", run.mission).searchers}
+    last_s = dict.fromkeys(heard, 0.0)
     for row in run.recorder.packets:
+        if row[2] in heard:
+            last_s[row[2]] = row[8]
         for vehicle in row[6]:
             if vehicle in heard:
                 heard[vehicle].append(row[8])
     found = {}
     for name, of in heard.items():
+        until_s = min(search_s_of(run), last_s[name])
         times_s = [*(one for one in sorted(of) if one < until_s), until_s]
         gaps_s = [after - before for before, after in pairwise(times_s)]
         alone_s = [gap_s - SILENCE_S for gap_s in gaps_s if gap_s > SILENCE_S]
