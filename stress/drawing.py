@@ -35,7 +35,7 @@ class Plan:
 
     Attributes:
         scenario: name or file; strategy: its name; settings: KEY=VALUE.
-        vehicles: names by node.
+        vehicles: names by node; sensing: those with sensors.
         kinds: from which schedules are drawn.
         usual_s: time of the mission without faults (s); its whole duration where it does not complete.
         completes: True if it completes without faults.
@@ -48,6 +48,7 @@ class Plan:
     strategy: str
     settings: tuple[str, ...]
     vehicles: tuple[str, ...]
+    sensing: tuple[str, ...]
     kinds: tuple[str, ...]
     usual_s: float
     completes: bool
@@ -85,13 +86,14 @@ def plan_of(scenario: str, strategy: str = "", settings: Sequence[str] = (), kin
     named = [kind.name for kind in ALL if kind.family.value in kinds]
     found = kinds_named([*named, *(one for one in kinds if one not in list(Family))])
     own = load(scenario, overrides(strategy, settings))
-    usual = run(own, seed=1)
+    usual, sensing = run(own, seed=1), {one.name for one in own.vehicle if one.sensor}
     protection = own.communication.crc_bits or (CRC_BITS if own.communication.key_file else 0)
     return Plan(
         scenario,
         strategy or own.strategy.name,
         tuple(settings),
         fleet_of(own),
+        tuple(name for name in fleet_of(own) if name in sensing),
         tuple(name for name in found if _is_possible(KINDS[name], own)),
         usual.end_s,
         usual.completed,
@@ -148,7 +150,9 @@ def _drawn(kind: Kind, draws: Draws, plan: Plan, heal_s: float, staying: str) ->
     until_s: float | None = round(at_s + max(10.0, draws.uniform() * (heal_s - at_s)), 1)
     if until_s is not None and until_s > heal_s:
         until_s = round(heal_s, 1)
-    vehicle = draws.one_of(plan.vehicles)
+    with_sensors = kind.family is Family.SENSOR and kind.name != "misplaced"
+    able = plan.sensing if with_sensors else plan.vehicles
+    vehicle = draws.one_of(able)
     whose: dict[str, Any] = {"vehicle": vehicle}
     if kind.family is Family.LINK:
         peers = [name for name in plan.vehicles if name != vehicle]
@@ -157,7 +161,7 @@ def _drawn(kind: Kind, draws: Draws, plan: Plan, heal_s: float, staying: str) ->
             whose.setdefault("vehicle", vehicle)
         if kind.name == "echo":
             whose.pop("peer", None)
-    if kind.may_stay and staying and draws.uniform() < 2.0 * P_STAYS:
+    if kind.may_stay and staying in able and draws.uniform() < 2.0 * P_STAYS:
         whose, until_s = {"vehicle": staying}, None
     if kind.name == FaultKind.JOINS:
         at_s = max(at_s, 1.0)

@@ -62,7 +62,7 @@ class RoughSea:
             changed: list[Arrival] = []
             for one in arrivals:
                 if _is_meant(fault, sender, one.receiver, vehicle, peer):
-                    found = self._befallen(number, fault, slot, sender, one)
+                    found = self._befallen(number, fault, slot, one)
                     self._happened[fault.kind] += found != [one]
                     changed += found
                 else:
@@ -70,7 +70,7 @@ class RoughSea:
             arrivals = changed
         return sorted(arrivals, key=lambda one: (one.receiver, one.time_s))
 
-    def _befallen(self, number: int, fault: StressFault, slot: int, sender: int, one: Arrival) -> list[Arrival]:
+    def _befallen(self, number: int, fault: StressFault, slot: int, one: Arrival) -> list[Arrival]:
         """What a fault makes of one arrival."""
         if fault.kind == "partition":
             return []
@@ -89,10 +89,10 @@ class RoughSea:
             case "late":
                 return [later]
             case "bits":
-                return [one.__class__(one.receiver, one.time_s, _flipped(one.data, fault.bits, draw))]
+                return [Arrival(one.receiver, one.time_s, _flipped(one.data, fault.bits, draw))]
             case "cut":
-                return [one.__class__(one.receiver, one.time_s, one.data[: draw % len(one.data)])]
-        return [one.__class__(one.receiver, one.time_s, self._forge(one.data, slot, draw))]
+                return [Arrival(one.receiver, one.time_s, one.data[: draw % max(1, len(one.data))])]
+        return [Arrival(one.receiver, one.time_s, self._forge(one.data, slot, draw))]
 
 
 def _is_meant(fault: StressFault, sender: int, receiver: int, vehicle: int | None, peer: int | None) -> bool:
@@ -107,8 +107,8 @@ def _is_meant(fault: StressFault, sender: int, receiver: int, vehicle: int | Non
 
 def _flipped(data: bytes, bits: int, draw: int) -> bytes:
     """The bytes with so many bits turned, at different places."""
-    damaged, n_bits = bytearray(data), 8 * len(data)
-    for bit in range(bits):
+    damaged, n_bits = bytearray(data), max(1, 8 * len(data))
+    for bit in range(min(bits, 8 * len(data))):
         byte, place = divmod((draw + bit * (1 + draw % 97)) % n_bits, 8)
         damaged[byte] ^= 128 >> place
     return bytes(damaged)
