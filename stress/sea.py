@@ -107,8 +107,8 @@ def _is_meant(fault: StressFault, sender: int, receiver: int, vehicle: int | Non
 
 def _flipped(data: bytes, bits: int, draw: int) -> bytes:
     """The bytes with so many bits turned, at different places."""
-    damaged, n_bits = bytearray(data), max(1, 8 * len(data))
-    for bit in range(min(bits, 8 * len(data))):
-        byte, place = divmod((draw + bit * (1 + draw % 97)) % n_bits, 8)
+    damaged, n_bits = bytearray(data), 8 * len(data)
+    for bit in range(min(bits, n_bits)):
+        byte, place = divmod((draw + bit * (1 + draw % (n_bits // bits or 1))) % n_bits, 8)
         damaged[byte] ^= 128 >> place
     return bytes(damaged)
