@@ -63,6 +63,7 @@ class Kind:
 
 LINK, VEHICLE, SENSOR, MIND = Family.LINK, Family.VEHICLE, Family.SENSOR, Family.MIND
 ON_LINK = ("peer", "share")
+JUMPS_S = (-30.0, -2.0, -0.3, 0.3, 2.0, 30.0)
 
 ALL = (
     Kind("loss", LINK, "packets are lost", ON_LINK, (0.1, 0.9)),
@@ -81,7 +82,7 @@ ALL = (
     Kind("restarts", VEHICLE, "it is off and begins anew", ("memory",), strengths={"memory": ("kept", "lost")}),
     Kind("slow", VEHICLE, "it is slower", ("factor",), strengths={"factor": (0.4, 0.6, 0.8)}, may_stay=True),
     Kind("joins", VEHICLE, "the vehicle is not there before", is_sudden=True),
-    Kind("clock", VEHICLE, "its clock jumps, and is set back", ("by_s",), strengths={"by_s": (-2.0, -0.3, 0.3, 2.0)}),
+    Kind("clock", VEHICLE, "its clock jumps, and is set back", ("by_s",), strengths={"by_s": JUMPS_S}),
     Kind("sensor", SENSOR, "its sensors yield nothing", ("sensor",), may_stay=True),
     Kind("biased", SENSOR, "what a sensor reads is off", ("sensor", "attribute", "offset")),
     Kind("drains", VEHICLE, "it loses power", ("drain_w",), strengths={"drain_w": (50.0, 200.0)}),

@@ -65,6 +65,7 @@ class Rigging:
             life = self._begin(vehicle)
             if fault.keeps_memory:
                 life.inherit(old)
+                life.had = {guid for guid in old.had if old.model.has_arrived(guid)}
             return vehicle
 
         fleet._make_anew = rigged_anew

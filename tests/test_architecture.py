@@ -64,7 +64,9 @@ ROOMS: dict[str, set[str]] = {
         "stress", "stress.invariants", "missions", "missions.scenarios", "missions.runs", "missions.sweeps", "remoras",
         "exchange", "exchange.acoustics", "worldmodel",
     },
-    "stress.invariants": {"stress.invariants", "stress", "missions.runs", "remoras", "exchange", "worldmodel"},
+    "stress.invariants": {
+        "stress.invariants", "stress", "missions.runs", "missions.scenarios", "remoras", "exchange", "worldmodel",
+    },
     "stress.storm": {"stress.storm", "stress", "exchange", "exchange.acoustics", "worldmodel"},
 }  # fmt: skip
 """Rooms that the modules of a room may import."""

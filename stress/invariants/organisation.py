@@ -43,7 +43,7 @@ class Cardinality:
 
     name = "cardinality"
     moment = Moment.END
-    not_under = frozenset({"forged", "bits", "cut", "deaf", "mute", "lost", "sulks"})
+    not_under = frozenset({"forged", "bits", "cut", "deaf for good", "mute for good"})
 
     def broken(self, scene: Scene) -> str | None:
         """Look at what those in contact take themselves to play, if they have had the time to agree."""
