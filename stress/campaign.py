@@ -89,7 +89,7 @@ def kinds_of(outcome: Outcome) -> set[str]:
     return {kind + FOR_GOOD if kind in staying else kind for kind in outcome.happened if outcome.happened[kind]}
 
 
-def judge(schedule: Schedule, added: tuple[str, ...], twice: bool = False) -> Outcome:
+def judge(schedule: Schedule, added: tuple[str, ...] = (), twice: bool = False) -> Outcome:
     """Run one schedule with all invariants of its scenario; called in processes of their own, too.
 
     Args:

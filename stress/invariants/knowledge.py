@@ -89,14 +89,21 @@ class Remembered:
     """No vehicle loses what it held, or was given whole."""
 
     name = "remembered"
-    moment = Moment.END
+    moment = Moment.TICK
     not_under = DAMAGE
 
+    def __init__(self) -> None:
+        self._n_past = 0
+
     def broken(self, scene: Scene) -> str | None:
-        """Look at all that was recorded and given."""
-        if scene.is_selective or scene.setup.scenario.worldmodel.prune:
+        """Look at all that was recorded and given when a vehicle has begun anew, and at the end."""
+        witness, is_over = scene.witness, scene.finished is not None
+        if (self._n_past == len(witness.past) and not is_over) or scene.is_selective:
             return None
-        return _said(flaw for life in scene.witness.all_alive() for flaw in scene.witness.lost(life))
+        self._n_past = len(witness.past)
+        if scene.setup.scenario.worldmodel.prune:
+            return None
+        return _said(flaw for life in witness.all_alive() for flaw in witness.lost(life))
 
 
 class Past:

@@ -15,7 +15,6 @@ from typing import Any
 import pytest
 from small_sea import small_plan
 
-from exchange.blocks import Assembly
 from exchange.codec import Codec
 from exchange.holders import Holders
 from exchange.listening import Listener
@@ -60,7 +59,6 @@ class Planted:
         return small_plan(*self.kinds, settings=self.settings)
 
 
-SHORT = ("communication.modem=whoi-fsk-0", "communication.range_m=1000")
 CHECKED = ("communication.crc_bits=32",)
 REAL_MERGE, REAL_EMBODY = radio.merge, vehicle.embody
 N_CALLS = itertools.count()
@@ -92,8 +90,11 @@ def shift_what_is_merged(patch: Patch) -> None:
     patch.setattr(radio, "merge", merge)
 
 
-def take_parts_for_whole(patch: Patch) -> None:
-    patch.setattr(Assembly, "add", lambda self, fragment, frame=0, known=(): fragment.block)
+def merge_all_facts_but_the_last(patch: Patch) -> None:
+    def merge(model: Any, blocks: Any, now_s: float) -> Merged:
+        return REAL_MERGE(model, [one._replace(facts=one.facts[:-1] or one.facts) for one in blocks], now_s)
+
+    patch.setattr(radio, "merge", merge)
 
 
 def forget_at_a_restart(patch: Patch) -> None:
@@ -218,7 +219,7 @@ PLANTS = (
     Planted("exceptions", raise_at_a_jump, frozenset({"misplaced"})),
     Planted("beliefs", believe_that_all_hold_what_is_new_here),
     Planted("recorded", shift_what_is_merged),
-    Planted("whole-blocks", take_parts_for_whole, settings=SHORT),
+    Planted("whole-blocks", merge_all_facts_but_the_last),
     Planted("remembered", forget_at_a_restart, frozenset({"restarts"})),
     Planted("past", believe_the_future, frozenset({"forged"})),
     Planted("sound-packets", check_no_checksum, frozenset({"bits"}), CHECKED),
