@@ -149,7 +149,7 @@ class Agreement:
 
     def broken(self, scene: Scene) -> str | None:
         """Look at the world models of those in contact."""
-        if scene.is_selective or not scene.rested:
+        if scene.is_selective or not scene.rested or scene.is_silent:
             return None
         lives = [scene.lives[vehicle.name] for vehicle in scene.in_contact() if vehicle.radio.communicates]
         return _said(scene.witness.apart(lives, of_all=scene.setup.policy.repeat))
@@ -164,7 +164,7 @@ class Rest:
 
     def broken(self, scene: Scene) -> str | None:
         """Look at the queues of those in contact."""
-        if scene.is_selective or scene.rested is None or len(scene.in_contact()) < 2:
+        if scene.is_selective or scene.rested is None or scene.is_silent or len(scene.in_contact()) < 2:
             return None
-        lives = [scene.lives[v.name] for v in scene.in_contact() if v.radio.communicates and not v.social.is_silent]
+        lives = [scene.lives[v.name] for v in scene.in_contact() if v.radio.communicates]
         return _said(scene.witness.restless(lives))

@@ -93,6 +93,11 @@ class Scene:
         """True if vehicles need not keep what all others know."""
         return self.setup.subjects is not None or bool(self.setup.stated) or bool(self.setup.scenario.covert)
 
+    @property
+    def is_silent(self) -> bool:
+        """True if a strategy keeps somebody silent who could speak: the others wait for its word, as they should."""
+        return any(vehicle.social.is_silent for vehicle in self.in_contact())
+
     def in_contact(self) -> list[Vehicle]:
         """Vehicles that are alive, hear and are heard."""
         return [v for v in self.fleet.vehicles if v.is_alive and not (v.condition.is_mute or v.condition.is_deaf)]

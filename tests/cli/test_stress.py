@@ -1,6 +1,7 @@
 """``remoras stress`` as one calls it: its report, its files, a repeated schedule, and what it refuses."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -58,12 +59,15 @@ class Half:
 """
 
 
-@pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    (tmp_path / "own_laws.py").write_text(BREAKS, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.syspath_prepend(str(tmp_path))
-    return tmp_path
+@pytest.fixture(scope="module")
+def here(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The current folder, with a file of invariants."""
+    folder = tmp_path_factory.mktemp("laws")
+    (folder / "own_laws.py").write_text(BREAKS, encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.syspath_prepend(str(folder))
+        yield folder
 
 
 def test_a_breach_is_shrunk_written_and_repeated_byte_for_byte(here: Path) -> None:
@@ -86,7 +90,7 @@ def test_a_breach_is_shrunk_written_and_repeated_byte_for_byte(here: Path) -> No
     ("arguments", "says"),
     [
         (("mapping-rendezvouz",), "did you mean 'mapping-rendezvous'?"),
-        (("mapping-rendezvous", "--faults", "lose"), "did you mean 'loss'?"),
+        (("mapping-rendezvous", "--faults", "partitions"), "did you mean 'partition'?"),
         (("mapping-rendezvous", "--seeds", "9:1"), "--seeds '9:1'"),
         (("mapping-rendezvous", "--time", "soon"), "--time 'soon'"),
         (("mapping-rendezvous", "--time", "0.01s", *SHORT), "--time = 0.01 s: one seed takes up to"),
