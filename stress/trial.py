@@ -7,7 +7,7 @@ import time
 import traceback
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ from remoras.faults import FaultKind
 from remoras.fleet import rare_collections
 from remoras.recorder import Recorder
 from stress.forging import forger
-from stress.invariants.ending import NoException, SameDigest
+from stress.invariants.ending import Finishes, NoException, SameDigest
 from stress.invariants.seam import Heard, Invariant, Moment, Scene
 from stress.kinds import ENDING, KINDS
 from stress.minds import BrokenStrategy, forged_act
@@ -207,7 +207,7 @@ class _Trial:
 
 
 def run_trial(schedule: Schedule, invariants: Sequence[type[Invariant]]) -> Outcome:
-    """Run a schedule.
+    """Run a schedule; where survivors do not finish, its seed is run without faults, too: they might not either.
 
     Args:
         schedule: what befalls the fleet.
@@ -216,7 +216,14 @@ def run_trial(schedule: Schedule, invariants: Sequence[type[Invariant]]) -> Outc
     Raises:
         ConfigurationError: the schedule contradicts its scenario, or an invariant raises.
     """
-    return _Trial(schedule, [one() for one in invariants]).run()
+    outcome = _Trial(schedule, [one() for one in invariants]).run()
+    if outcome.broken is None or outcome.broken.invariant != Finishes.name or not schedule.fault:
+        return outcome
+    alone = _Trial(schedule.with_faults(()), [Finishes()]).run()
+    if alone.broken is None:
+        return outcome
+    judged = tuple(name for name in outcome.judged if name != Finishes.name)  # it is this seed of the mission
+    return replace(outcome, broken=None, judged=judged)
 
 
 def repeated(schedule: Schedule, invariants: Sequence[type[Invariant]]) -> Outcome:
@@ -226,10 +233,7 @@ def repeated(schedule: Schedule, invariants: Sequence[type[Invariant]]) -> Outco
     broken = first.broken
     if broken is None and first.digest != second.digest:
         broken = Broken(SameDigest.name, first.end_s, f"one run gives {first.digest}, another {second.digest}")
-    return Outcome(
-        schedule, broken, judged, first.happened, first.recovered, first.completed, first.end_s, first.digest,
-        first.wall_s + second.wall_s,
-    )  # fmt: skip
+    return replace(first, broken=broken, judged=judged, wall_s=first.wall_s + second.wall_s)
 
 
 def effective_kinds(schedule: Schedule, setup: Setup) -> frozenset[str]:

@@ -9,7 +9,7 @@ from stress.invariants.seam import Moment, Scene
 from stress.kinds import ENDING
 
 CLOSE = 1e-6
-SENSES = frozenset({"sensor", "biased", "random", "frozen", "misplaced", "drains"})
+SENSES = frozenset({"sensor", "biased", "random", "frozen", "drains"})
 """Kinds under which work may stay undone though nobody is to blame."""
 LIES = frozenset({"forged", "forged-done", "bits", "cut"})
 
