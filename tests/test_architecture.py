@@ -16,7 +16,7 @@ from typing import NamedTuple
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-OURS = ("worldmodel", "exchange", "remoras", "missions", "visualisation")
+OURS = ("worldmodel", "exchange", "remoras", "missions", "visualisation", "stress")
 MAX_LINES, MAX_CLASS_LINES = 400, 250
 
 ROOMS: dict[str, set[str]] = {
@@ -61,6 +61,14 @@ ROOMS: dict[str, set[str]] = {
     "visualisation.sweeps": {"visualisation.sweeps", "visualisation", "missions", "missions.comparison", "worldmodel"},
     "visualisation.replay": {"visualisation.replay", "visualisation", "missions", "worldmodel"},
     "visualisation.exports": {"visualisation.exports", "visualisation", "missions"},
+    "stress": {
+        "stress", "stress.invariants", "missions", "missions.scenarios", "missions.runs", "missions.sweeps", "remoras",
+        "exchange", "exchange.acoustics", "worldmodel",
+    },
+    "stress.invariants": {
+        "stress.invariants", "stress", "missions.runs", "missions.scenarios", "remoras", "exchange", "worldmodel",
+    },
+    "stress.storm": {"stress.storm", "stress", "exchange", "exchange.acoustics", "worldmodel"},
 }  # fmt: skip
 """Rooms that the modules of a room may import."""
 DOORS: dict[str, set[str]] = {
@@ -84,7 +92,7 @@ STAND_ALONE = {
     "remoras.htn": {"remoras.errors"},
     "remoras.executive.satisfaction": {"remoras.activities"},
 }
-FACE = ("remoras", "remoras.face", "remoras.swept")
+FACE = ("remoras", "remoras.face", "remoras.swept", "remoras.testing")
 ROOF = "remoras.cli"
 ENTRY = "remoras.__main__"
 WORDS_OF = {
@@ -356,6 +364,9 @@ def test_every_package_says_what_is_promised_to_stay(package: str) -> None:
         ("visualisation.sweeps.comparison", "from missions.sweeps.driver import sweep"),
         ("visualisation.exports.mcap", "from visualisation.runs import reading"),
         ("exchange.schedule", "import random"),
+        ("remoras.fleet", "from stress.schedule import Schedule"),
+        ("missions.runs.run", "import stress.trial"),
+        ("stress.storm.storm", "from missions.runs.run import run"),
         ("exchange.schedule", "def later():\n    from random import random"),
     ],
 )

@@ -45,6 +45,7 @@ from missions.mapping.finds import (
 )
 from missions.mapping.ground import grounds_of
 from missions.mapping.inspecting import Inspecting
+from missions.mapping.invariants import TrueCoverage
 from missions.mapping.jobs import SurveyJob, swaths_of
 from missions.mapping.metrics import METRICS
 from missions.mapping.objects import FOUND_PER_OBJECT, MOST_LOOKS, ClassifierSettings
@@ -125,6 +126,7 @@ class MappingMission(Mission):
     tables = (COVERAGE, GOAL)
     metrics: ClassVar[tuple[Metric, ...]] = METRICS
     figures: ClassVar[tuple[Declared, ...]] = FIGURES
+    invariants: ClassVar[tuple[type, ...]] = (TrueCoverage,)
 
     def __init__(
         self,

@@ -92,9 +92,10 @@ def p95_latency_s(run: Run) -> float | None:
 
 
 def latencies_s(recorder: Recorder) -> list[float]:
-    """Times from the observation of items to their receptions, ascending."""
+    """Times from the observation of items to their receptions, ascending; what damage made up was never observed."""
     observed = {item: time_s for time_s, _, item, _, event in recorder.knowledge if event == "observed"}
-    return sorted(time_s - observed[item] for time_s, _, item, _, event in recorder.knowledge if event == "received")
+    received = [(row[0], row[2]) for row in recorder.knowledge if row[4] == "received"]
+    return sorted(time_s - observed[item] for time_s, item in received if item in observed)
 
 
 def quantile(ordered: Sequence[float], share: float) -> float:
@@ -122,7 +123,7 @@ def consistency(recorder: Recorder, n_vehicles: int) -> tuple[float | None, floa
     for time_s, _, item, _, event in recorder.knowledge:  # in time order; a vehicle receives an item once
         if event == "observed":
             observed_s[item], lacking[item] = time_s, n_vehicles - 1
-        elif event == "received":
+        elif event == "received" and item in observed_s:
             lacking[item] -= 1
             if not lacking[item]:
                 waits_s.append(time_s - observed_s[item])

@@ -30,7 +30,7 @@ def with_strategies(listed: Sequence[str], added: Iterable[str]) -> tuple[tuple[
     found, faults = list(listed), []
     for given in added:
         try:
-            name = _importable(given)
+            name = importable(given)
             strategy_named(name)
         except PluginError as error:
             faults.append(ConfigurationFault(OPTION, f'"{given}"', str(error)))
@@ -39,7 +39,7 @@ def with_strategies(listed: Sequence[str], added: Iterable[str]) -> tuple[tuple[
     return tuple(found), faults
 
 
-def _importable(given: str) -> str:
+def importable(given: str) -> str:
     """A strategy as scenarios name it; the folder of a file is on Python's path then.
 
     Raises:

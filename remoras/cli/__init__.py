@@ -3,7 +3,20 @@
 Commands register with the application; what they need is imported when they are called, so ``--help`` answers at once.
 """
 
-from remoras.cli import budgets, exports, files, live, nodes, policies, replay, runs, sweeps
+from remoras.cli import budgets, exports, files, live, nodes, policies, replay, runs, stress, sweeps
 from remoras.cli.app import app, main
 
-__all__ = ["app", "budgets", "exports", "files", "live", "main", "nodes", "policies", "replay", "runs", "sweeps"]
+__all__ = [
+    "app",
+    "budgets",
+    "exports",
+    "files",
+    "live",
+    "main",
+    "nodes",
+    "policies",
+    "replay",
+    "runs",
+    "stress",
+    "sweeps",
+]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -12,7 +11,7 @@ import typer
 
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli import completion
-from remoras.cli.app import USAGE, Format, Json, app, command, fail, one_of, show_json
+from remoras.cli.app import Format, Json, command, fail, one_of, show_json
 from remoras.cli.tables import on_terminal, show_table
 
 EXAMPLES = ("scenario", "study", "organisation")
@@ -324,14 +323,3 @@ def doctor() -> None:
         drawn = draw_run(Results.read(Path(folder) / "run"), (), Path(folder), Format.PNG)
         print(f"drew {len(drawn.files)} files")
     print("ok")
-
-
-def _not_available(name: str) -> None:
-    @app.command(name, hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
-    def unavailable() -> None:
-        print(f"remoras: {name} is not available in this version", file=sys.stderr)
-        raise typer.Exit(USAGE)
-
-
-for _name in ("stress",):
-    _not_available(_name)

@@ -24,7 +24,7 @@ from remoras.social.formations import Formations
 from remoras.social.reigns import AGREED_BEFORE, Age, Reigns
 from remoras.social.reports import takes_sensors
 from remoras.social.requests import Requests
-from remoras.social.succession import Claim, Headship, excluded_by_leading, role_after, yielding_above
+from remoras.social.succession import Claim, Headship, excluded_by_leading, playing, role_after, yielding_above
 from remoras.social.waiting_list import WaitingList
 from worldmodel import Change, Observation
 
@@ -163,7 +163,12 @@ class Consultation:
         yielding |= self._waiting_list.yielding(asked, age, agreed.organisation)
         is_blind = asked.assignee in agreed.blind and takes_sensors(self._rules, self._groups[asked.group], asked)
         unavailable = agreed.unavailable | ({asked.assignee} if is_blind else NOBODY)
-        outcome = may_assign(asked, agreed.organisation, self._rules, led, yielding, unavailable)
+        organisation = agreed.organisation
+        if asked.act is Act.SUCCEED:
+            succession = self._groups[asked.group].succession
+            left = [one for one in succession if self._given_at(asked.group, one, asked.issuer) > age]
+            organisation = playing(organisation, asked.issuer, asked.group, left)
+        outcome = may_assign(asked, organisation, self._rules, led, yielding, unavailable)
         if outcome not in LAWFUL:
             self._refuse(asked, outcome, observation, agreed, not alone, again)
         elif asked.act is Act.SUCCEED:
@@ -276,6 +281,8 @@ class Consultation:
     def _hand_over(self, to: Request, holders: list[str] | tuple[str, ...], age: Age, agreed: Agreed) -> None:
         """Let holders leave a role for another, unless a newer word says something else of one of them."""
         for name in holders:
+            if self._reigns.has_claimed(name, self._given_at(to.group, to.role, name)):
+                self._newest[to.group, to.role, name] = age  # it has the role by a lesser claim
             if name != to.assignee and self._is_newest((to.group, to.role, name), age):
                 agreed.leave(Request(to.issuer, Act.RELEASE, to.group, to.role, name))
         if self._is_newest(to.about, age):

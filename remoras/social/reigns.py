@@ -47,6 +47,10 @@ class Reigns:
         self.n_changes += 1
         self._claimed.setdefault(group, []).append(_Claimed(claim, age, vehicle))
 
+    def has_claimed(self, vehicle: str, age: Age) -> bool:
+        """True if a vehicle has claimed to lead a group at ``age``."""
+        return any((vehicle, age) == (one.vehicle, one.since) for of in self._claimed.values() for one in of)
+
     def change(self, group: str, vehicle: str, leads: bool, age: Age) -> None:
         """A vehicle was given the role of the head at ``age``, or has left it."""
         self.n_changes += 1

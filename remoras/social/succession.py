@@ -7,7 +7,7 @@ are heard and however often: ``Headship`` is a join. Whoever led before and hear
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from typing import NamedTuple
 
 from remoras.database import AUVDatabase
@@ -138,3 +138,20 @@ def excluded_by_leading(group: Group, vehicle: str, organisation: Organisation) 
         return ()
     held = organisation.roles_of(vehicle, group.name)
     return tuple(one for one in held if (one.group, one.role) in head.incompatible)
+
+
+def playing(organisation: Organisation, vehicle: str, group: str, roles: Iterable[str]) -> Organisation:
+    """The organisation as it was when a vehicle claimed to lead a group: it plays the roles that it has left since.
+
+    Else a claim would count for those who hear of it before another has taken the place of its issuer, and not for
+    those who hear of it later.
+
+    Args:
+        organisation: as it is now.
+        vehicle: that claimed to lead; group: which; roles: of the succession that it has left since.
+    """
+    for role in roles:
+        for other in organisation.members(group, role):
+            organisation, _ = organisation.leave_role(other, group, role)
+        organisation, _ = organisation.assign(vehicle, group, role)
+    return organisation

@@ -24,7 +24,6 @@ from remoras.cli import main
 from remoras.face import load as face_load
 
 SHORT = ["--set", "scenario.duration_s=30"]
-NOT_BUILT = ["stress"]
 HEAVY = ["numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "pydantic", "scipy"]
 
 
@@ -678,11 +677,6 @@ def test_the_doctor_finds_this_installation_well():
     assert result.exit_code == 0, result.output
     assert "mesa" in result.stdout
     assert result.stdout.rstrip().endswith("ok")
-
-
-@pytest.mark.parametrize("command", NOT_BUILT)
-def test_a_command_that_is_not_built_says_so(command: str):
-    assert refused(command, "--json", "whatever") == f"remoras: {command} is not available in this version\n"
 
 
 @pytest.mark.parametrize(

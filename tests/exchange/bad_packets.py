@@ -16,11 +16,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
 
-from storm import Make
-from storm_lives import LOST, chances, flipped
 from storm_vehicles import creates, maker, maps, schedule_of, storm_of
 
 from exchange.policies import POLICIES
+from remoras.testing import LOST, Make, chances, flipped
 from worldmodel import merge
 
 VICTIM = 3

@@ -2,16 +2,9 @@
 
 `Storm` runs real managers with real world models in continuous time. Each copy of each packet is lost, heard, late,
 doubled or damaged as a `Fate` says; vehicles die, restart with or without memory, join late, use another's number and
-have clocks of their own. An independent record knows what was recorded, by content, and what each vehicle was given.
-It is made of what went into `record` and of which packets were taken, not of what managers say of each other.
+have clocks of their own.
 
-The law. Vehicle v believes that peer p holds item u. This is false if p, in its present life, does not hold the
-content that v holds under the name u. It is excused while v has not taken any packet of p's present life, provided it
-is not p's first: v cannot know of a restart before it hears of it. Nothing else is excused, with one exception. While
-two vehicles use one number, their items have the same names: those are excused that have not noticed, and all others
-as to items of that number; with ``forgives_names`` even the two as to names that both have given. What a vehicle gave
-up (parts of a block that never came whole, a block that waited too long) it does not hold; peers know it at the latest
-when a calm is over.
+What is true meanwhile is the business of the ``Witness``, which has the law that is checked.
 
 `check` raises `LawBroken` if there is a false belief, a value that nobody recorded, a part of a block in a world model,
 or if a vehicle lost what it held. `calm` lets a time without losses pass and checks that all who live agree and are
@@ -25,13 +18,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain, count, repeat
 from typing import Protocol
 
-from storm_lives import HEARD, Aired, Fate, Life, flipped
-
 from exchange.manager import ExchangeManager
 from exchange.packets import ItemUid, Reception
 from exchange.schedule import TdmaSchedule
-from worldmodel import Block, PropertyValue, Stated, WorldModel, merge, tidy
-from worldmodel.facts import Guid
+from stress.lives import Aired, Life
+from stress.storm.fates import HEARD, Fate, flipped
+from stress.witness import Flaw, Witness
+from worldmodel import Stated, WorldModel, merge, tidy
 
 
 class LawBroken(AssertionError):
@@ -47,7 +40,7 @@ class Make(Protocol):
         """Make them; ``store`` is the world model of the life before, if it was kept."""
 
 
-class Storm:
+class Storm(Witness):
     """Managers on a sea where everything goes wrong that is asked for.
 
     Args:
@@ -68,6 +61,7 @@ class Storm:
         travel_s: float = 1.0,
         tolerates_damage: bool = False,
     ) -> None:
+        super().__init__()
         self.make = make
         self.schedule = schedule
         self.n_nodes = schedule.n_nodes
@@ -75,14 +69,7 @@ class Storm:
         self.travel_s = travel_s
         self.tolerates_damage = tolerates_damage
         self.now_s = 0.0
-        self.recorded: dict[Guid, set[Block]] = {}
-        self.statuses: set[tuple[int, float, PropertyValue]] = set()
         self.faults: list[tuple[float, int, str]] = []
-        self.lives: dict[int, Life] = {}
-        self.past: list[Life] = []
-        self.twins: list[Life] = []
-        self.doubled: set[int] = set()
-        self.forgives_names = False
         self.aired: list[Aired] = []
         self._fates: Iterator[Fate] = repeat(HEARD)
         self._order = count()
@@ -99,9 +86,7 @@ class Storm:
         number = 0 if before is None else before.number + 1
         life = Life(node, number, epoch, model, manager, self.offsets_s[node], is_twin=is_twin)
         if store is not None and before is not None:
-            for guid, parts in before.parts.items():
-                if before.is_whole(guid) and model.has_arrived(guid):
-                    life.take(part for part in parts.values() if before.holds(part))
+            life.inherit(before)
         if is_twin:
             self.twins.append(life)
             self.doubled.add(node)
@@ -109,10 +94,6 @@ class Storm:
             self.lives[node] = life
         self._let_speak(life)
         return life
-
-    def all_alive(self) -> list[Life]:
-        """The vehicles that are switched on, twins behind the others."""
-        return [life for life in (*self.lives.values(), *self.twins) if life.is_alive]
 
     def is_alive(self, node: int) -> bool:
         """True while the vehicle is switched on."""
@@ -157,15 +138,9 @@ class Storm:
         """Let a vehicle record facts of its own and offer them; returns the items."""
         life = self.lives[who] if isinstance(who, int) else who
         change = life.model.record(facts, max(0.0, self.now_s + life.offset_s))
-        block = change.block
-        if block.is_status:
-            self.statuses |= {(block.origin, block.time_s, fact) for fact in block.facts}
-        else:
-            self.recorded.setdefault(block.guid, set()).add(block)
+        self.note_recorded(life, change.block)
         fragments = life.manager.offer([change])
         life.take(fragments)
-        if not block.is_status:
-            life.had.add(block.guid)
         return tuple(fragment.uid for fragment in fragments)
 
     # Time ----------------------------------------------------------------------------------------
@@ -213,7 +188,7 @@ class Storm:
         for uid in sent.items:
             fragment = life.parts.get((uid.origin, uid.epoch, uid.sequence), {}).get(uid.part)
             if fragment is None:
-                raise LawBroken(f"{self._name(life)} says {uid}, which it was never given")
+                raise LawBroken(f"{life.name} says {uid}, which it was never given")
             fragments.append(fragment)
         aired = Aired(life, slot, sent.data, tuple(fragments))
         self.aired.append(aired)
@@ -244,70 +219,17 @@ class Storm:
         elif data != aired.data:
             life.took_damaged += 1
             if not self.tolerates_damage:
-                raise LawBroken(f"{self._name(life)} takes a damaged packet of {self._name(aired.sender)} for good")
+                raise LawBroken(f"{life.name} takes a damaged packet of {aired.sender.name} for good")
         else:
             if reception.sender != aired.sender.node:
-                raise LawBroken(f"{self._name(life)} takes a packet of {aired.sender.node} for {reception.sender}'s")
-            life.take(aired.fragments)
-            known = life.heard.get(aired.sender.node)
-            if known is None or known.number <= aired.sender.number:
-                life.heard[aired.sender.node] = aired.sender
+                raise LawBroken(f"{life.name} takes a packet of {aired.sender.node} for {reception.sender}'s")
+            self.note_taken(life, aired)
         merge(life.model, reception.blocks, own_s)
         return reception
 
-    # What is true --------------------------------------------------------------------------------
-
     def check(self) -> None:
         """Raise LawBroken if anything is believed or known that is not so, or was lost."""
-        if false := self.false_beliefs():
-            v, p, uid = false[0]
-            raise LawBroken(f"{len(false)} false beliefs; at {self.now_s:g} s {v} believes that {p} holds {uid}")
-        for life in self.all_alive():
-            self._check_knowledge(life)
-
-    def false_beliefs(self) -> list[tuple[str, str, ItemUid]]:
-        """Who believes of whom what is false, and not excused."""
-        found = []
-        for life in self.all_alive():
-            doubled = self.doubled - {life.node}
-            if (self.twins or life.is_twin) and not life.has_noticed:
-                continue
-            for peer in self.lives.values():
-                first = peer.number == 0
-                if peer.node == life.node or not (first or life.heard.get(peer.node) is peer):
-                    continue
-                found += [
-                    (self._name(life), self._name(peer), fragment.uid)
-                    for fragment in life.fragments()
-                    if fragment.origin not in doubled
-                    and not (self.forgives_names and len(self.recorded[fragment.block.guid]) > 1)
-                    and life.manager.believes(peer.node, fragment.uid)
-                    and fragment.block.guid not in peer.gave_up
-                    and not peer.holds(fragment)
-                ]
-        return found
-
-    def _check_knowledge(self, life: Life) -> None:
-        """Raise LawBroken if a world model has what nobody recorded, or lost what it had."""
-        if life.took_damaged:
-            return
-        model, name = life.model, self._name(life)
-        for block in chain(model.blocks(), model.arrivals.waiting.values(), model.arrivals.refused.values()):
-            if block not in self.recorded.get(block.guid, ()):
-                raise LawBroken(f"{name} knows {block}; recorded was {self.recorded.get(block.guid)}")
-            life.had.add(block.guid)
-        for status in model.statuses():
-            for fact in status.facts:
-                if (status.origin, status.time_s, fact) not in self.statuses:
-                    raise LawBroken(f"{name} knows {status}, which nobody recorded")
-        lost = [guid for guid in life.had if guid not in life.gave_up and not model.has_arrived(guid)]
-        if lost:
-            raise LawBroken(f"{name} lost {lost}")
-        for guid in life.parts:
-            if guid[0] in self.doubled or guid in life.gave_up:
-                continue
-            if life.is_whole(guid) and not model.has_arrived(guid):
-                raise LawBroken(f"{name} was given all of {guid} and does not have it")
+        _refuse(self.flaws(), f" at {self.now_s:g} s")
 
     # Calm ----------------------------------------------------------------------------------------
 
@@ -325,27 +247,15 @@ class Storm:
         Args:
             of_all: also of items whose origin lives no more; else of those whose origin could say them.
         """
-        alive = self.all_alive()
-        for life in alive:
-            for other in alive:
-                origins = {(one.node, one.epoch) for one in alive}
-                missing = [
-                    guid
-                    for guid in other.had
-                    if (of_all or guid[:2] in origins)
-                    and other.model.has_arrived(guid)
-                    and not life.model.has_arrived(guid)
-                ]
-                if missing:
-                    raise LawBroken(f"{self._name(life)} lacks {missing[:5]} of {self._name(other)}: {len(missing)}")
+        _refuse(self.apart(self.all_alive(), of_all))
 
     def check_rest(self) -> None:
         """Raise LawBroken if a manager still has something to say, or waits for something."""
-        for life in self.all_alive():
-            if life.manager.n_open:
-                raise LawBroken(f"{self._name(life)} has {life.manager.n_open} items open")
-            if waiting := life.model.arrivals.waiting:
-                raise LawBroken(f"{self._name(life)}: {len(waiting)} blocks wait")
+        _refuse(self.restless(self.all_alive()))
 
-    def _name(self, life: Life) -> str:
-        return f"{life.node}" + (f" (life {life.number})" if life.number else "") + (" (twin)" if life.is_twin else "")
+
+def _refuse(flaws: Iterator[Flaw], when: str = "") -> None:
+    """Raise LawBroken for the first flaw, if there is one."""
+    flaw = next(flaws, None)
+    if flaw is not None:
+        raise LawBroken(f"{flaw.breach}{when}: {flaw.text}")

@@ -1,67 +1,16 @@
-"""What becomes of packets and vehicles in a `storm`: fates, and lives with what is true of them."""
+"""Lives: what is true of a vehicle from when it is switched on until it stops, whatever it believes itself."""
 
 from __future__ import annotations
 
-import random
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import chain
-from typing import NamedTuple
 
 from exchange.manager import ExchangeManager
 from exchange.packets import Fragment
 from worldmodel import WorldModel
 from worldmodel.facts import Guid
-
-
-class Copy(NamedTuple):
-    """One arrival of a packet at one receiver.
-
-    Attributes:
-        late_slots: by how much it comes later than sound needs, in slots.
-        flips: numbers of the bits that are damaged, counted round the packet.
-    """
-
-    late_slots: float = 0.0
-    flips: tuple[int, ...] = ()
-
-
-Fate = tuple[Copy, ...]
-"""What becomes of a packet at one receiver: each copy that arrives."""
-
-HEARD: Fate = (Copy(),)
-LOST: Fate = ()
-DOUBLED: Fate = (Copy(), Copy(0.05))
-
-
-def late(slots: float) -> Fate:
-    """It comes so many slots late."""
-    return (Copy(slots),)
-
-
-def replayed(slots: float) -> Fate:
-    """It is heard, and once more so many slots later."""
-    return (Copy(), Copy(slots))
-
-
-def damaged(*flips: int) -> Fate:
-    """It comes with these bits flipped."""
-    return (Copy(0.0, flips),)
-
-
-def chances(seed: int, *fates: tuple[float, Fate]) -> Iterator[Fate]:
-    """Fates without end, each with its chance; what is left is heard."""
-    draws = random.Random(seed)
-    while True:
-        number = draws.random()
-        for chance, fate in fates:
-            number -= chance
-            if number < 0.0:
-                yield fate
-                break
-        else:
-            yield HEARD
 
 
 @dataclass(eq=False)
@@ -98,10 +47,21 @@ class Life:
     had: set[Guid] = field(default_factory=set)
     gave_up: set[Guid] = field(default_factory=set)
 
+    @property
+    def name(self) -> str:
+        """Its node, and which life of it."""
+        return f"{self.node}" + (f" (life {self.number})" if self.number else "") + (" (twin)" if self.is_twin else "")
+
     def take(self, fragments: Iterable[Fragment]) -> None:
         """Note what it recorded or was given; what came first under a name stays."""
         for fragment in fragments:
             self.parts.setdefault(fragment.block.guid, {}).setdefault(fragment.index, fragment)
+
+    def inherit(self, before: Life) -> None:
+        """Note what it kept of the life before: the blocks that were whole there."""
+        for guid, parts in before.parts.items():
+            if before.is_whole(guid) and self.model.has_arrived(guid):
+                self.take(part for part in parts.values() if before.holds(part))
 
     def is_whole(self, guid: Guid) -> bool:
         """True if it was given all parts of a block; two vehicles of one number make several of one name."""
@@ -109,13 +69,17 @@ class Life:
         counts = Counter((part.count, part.time_s) for part in parts)
         return any(n_parts == count for (count, _), n_parts in counts.items())
 
+    def part(self, fragment: Fragment) -> Fragment | None:
+        """What it was given under the name of a fragment."""
+        return self.parts.get(fragment.block.guid, {}).get(fragment.index)
+
     def holds(self, fragment: Fragment) -> bool:
         """True if it holds an item with this content: in its world model, or as part of a block that is not whole."""
         guid = fragment.block.guid
         if self.is_whole(guid):
             block = self.model.arrived(guid)
             return block is not None and block.time_s == fragment.time_s and set(fragment.facts) <= set(block.facts)
-        return self.parts.get(guid, {}).get(fragment.index) == fragment and self.manager.holds(fragment.uid)
+        return self.part(fragment) == fragment and self.manager.holds(fragment.uid)
 
     def fragments(self) -> Iterator[Fragment]:
         """All that it was given."""
@@ -130,12 +94,3 @@ class Aired:
     slot: int
     data: bytes
     fragments: tuple[Fragment, ...]
-
-
-def flipped(data: bytes, flips: Iterable[int]) -> bytes:
-    """The bytes with these bits turned; numbers count round."""
-    damaged = bytearray(data)
-    for bit in flips:
-        byte, place = divmod(bit % (8 * len(damaged)), 8)
-        damaged[byte] ^= 128 >> place
-    return bytes(damaged)

@@ -1,0 +1,79 @@
+"""What every run of the mapping mission keeps: its verdict is that of the ground, worked out a second time.
+
+See ``stress.invariants.seam`` for what an invariant is; only whoever tests asks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import Any, cast
+
+from missions.mapping.scenario import MappingScenario
+from missions.mapping.sensors import LIMIT_TOLERANCE, Cell, SwathSettings
+
+ROUNDING = 1e-6
+
+
+class TrueCoverage:
+    """Cells count as covered if, and only if, a working sensor passed them, and a complete mission has its share."""
+
+    name = "ground"
+    moment = "tick"
+    not_under = frozenset[str]()
+
+    def __init__(self) -> None:
+        self._looked: dict[str, set[tuple[float, float, float]]] = {}
+
+    def broken(self, scene: Any) -> str | None:
+        """Note where working sensors are; at the end compare with the tables and the verdict."""
+        if scene.finished is not None:
+            return self._judged(scene)
+        for vehicle in scene.fleet.vehicles:
+            layer, dead = vehicle.functional, vehicle.condition.dead_sensors
+            if not vehicle.is_alive or not layer.sensing:
+                continue
+            motion, data = layer.motion, layer.data
+            for one in data.sensors:
+                if isinstance(one, SwathSettings) and one.name in layer.sensing and one.name not in dead:
+                    limit_mps = data.speed_factor * one.speed_limit_mps * LIMIT_TOLERANCE
+                    if motion.speed_mps <= limit_mps:
+                        looked = self._looked.setdefault(vehicle.name, set())
+                        looked.add((motion.x_m, motion.y_m, one.swath_m / 2.0))
+        return None
+
+    def _judged(self, scene: Any) -> str | None:
+        run, scenario = scene.finished, cast("MappingScenario", scene.setup.scenario)
+        world = run.mission.world(run.seed)
+        covered = {(name, cell) for name, looked in self._looked.items() for cell in _cells(looked, world)}
+        told = {(row[1], (row[2], row[3])) for row in run.recorder.rows("coverage")}
+        if covered != told:
+            wrong = sorted(covered ^ told)
+            return f"{len(wrong)} cells are covered on the ground or in the table alone: {wrong[:3]}"
+        cells = {cell for _, cell in covered}
+        share = len(cells) / len(world.cells) if world.cells else 0.0
+        if abs(scene.summary["coverage_fraction"] - share) > ROUNDING:
+            return f"coverage_fraction is {scene.summary['coverage_fraction']}; on the ground it is {share:.6f}"
+        if world.features or not run.completed:
+            return None
+        able = [v.functional.data for v in scene.fleet.vehicles if v.is_alive]
+        left = Counter(area for cell, (area, _) in world.cells.items() if cell not in cells)
+        jobs = run.mission.jobs
+        n_open = sum(n for area, n in left.items() if area not in jobs or any(jobs[area].is_able(one) for one in able))
+        if len(cells) < scenario.mission.goal * (len(cells) + n_open) - ROUNDING:
+            return f"completed with {len(cells)} cells covered and {n_open} open; the goal is {scenario.mission.goal:g}"
+        return None
+
+
+def _cells(looked: set[tuple[float, float, float]], world: Any) -> set[Cell]:
+    """Cells whose centre was within reach of a sensor at one of its places."""
+    size, found = world.cell_m, set[Cell]()
+    for x_m, y_m, reach_m in looked:
+        n = math.ceil(reach_m / size) + 1
+        column, row = int(x_m // size), int(y_m // size)
+        for cell in ((column + i, row + j) for i in range(-n, n + 1) for j in range(-n, n + 1)):
+            if cell in world.cells and cell not in found:
+                dx_m, dy_m = (cell[0] + 0.5) * size - x_m, (cell[1] + 0.5) * size - y_m
+                if dx_m * dx_m + dy_m * dy_m <= reach_m * reach_m:
+                    found.add(cell)
+    return found

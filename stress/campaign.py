@@ -1,0 +1,187 @@
+"""A campaign: many schedules, drawn from seeds, each run once; what was broken is shrunk."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import chain, islice
+
+from missions.errors import ConfigurationError, ConfigurationFault
+from missions.scenarios import load
+from missions.sweeps.pool import SupervisedPool, WorkerDied
+from stress.drawing import Plan, schedule_of
+from stress.invariants.ending import NoException, SameDigest
+from stress.schedule import Schedule, overrides
+from stress.shipped import invariants_of
+from stress.shrinking import Shrunk, shrunk
+from stress.trial import FOR_GOOD, Broken, Outcome, repeated, run_trial
+
+TWICE_EVERY = 10
+"""One seed in so many is run twice, to see whether both runs give the same."""
+LONGER = 4.0
+"""How many times as long as the run without faults one seed may take."""
+
+
+@dataclass
+class Tally:
+    """An invariant under a kind: runs in which it held though the kind had happened, and seeds that broke it."""
+
+    held: int = 0
+    broken: list[int] = field(default_factory=list)
+
+
+@dataclass
+class Report:
+    """What came of a campaign.
+
+    Attributes:
+        plan: from which schedules were drawn; outcomes: by seed; shrunk: the first breach of each invariant, by name.
+        invariants: names in the order of tables.
+        wall_s: what it took on this machine.
+    """
+
+    plan: Plan
+    invariants: tuple[str, ...]
+    outcomes: list[Outcome]
+    shrunk: dict[str, Shrunk] = field(default_factory=dict)
+    wall_s: float = 0.0
+
+    @property
+    def broken(self) -> list[Outcome]:
+        """Outcomes with a breach."""
+        return [one for one in self.outcomes if one.broken is not None]
+
+    @property
+    def happened(self) -> Counter[str]:
+        """Events of each kind in all runs."""
+        return sum((Counter(one.happened) for one in self.outcomes), Counter())
+
+    @property
+    def recovered(self) -> Counter[str]:
+        """Ways of recovery in all runs."""
+        return sum((Counter(one.recovered) for one in self.outcomes), Counter())
+
+    def table(self) -> dict[tuple[str, str], Tally]:
+        """Tallys by invariant and kind; a tally that is not there was not exercised."""
+        found: dict[tuple[str, str], Tally] = {}
+        for one in self.outcomes:
+            if one.broken is None:
+                for name in one.judged:
+                    for kind in kinds_of(one):
+                        found.setdefault((name, kind), Tally()).held += 1
+            else:
+                name = one.broken.invariant
+                small = self.shrunk.get(name)
+                is_own = small is not None and small.schedule.stress.seed == one.seed
+                kinds = small.schedule.kinds if small is not None and is_own else kinds_of(one)
+                for kind in kinds:
+                    found.setdefault((name, kind), Tally()).broken.append(one.seed)
+        return found
+
+
+def kinds_of(outcome: Outcome) -> set[str]:
+    """Kinds that have changed anything in a run; those of which a fault stays for good by themselves."""
+    staying = {fault.kind for fault in outcome.schedule.permanent}
+    return {kind + FOR_GOOD if kind in staying else kind for kind in outcome.happened if outcome.happened[kind]}
+
+
+def judge(schedule: Schedule, added: tuple[str, ...] = (), twice: bool = False) -> Outcome:
+    """Run one schedule with all invariants of its scenario; called in processes of their own, too.
+
+    Args:
+        schedule: what befalls the fleet.
+        added: invariants that a user names.
+        twice: run it twice and compare.
+    """
+    about = schedule.stress
+    invariants = invariants_of(load(about.scenario, overrides(about.strategy, about.settings)), added)
+    return (repeated if twice else run_trial)(schedule, invariants)
+
+
+def campaign(
+    plan: Plan,
+    seeds: Iterable[int],
+    added: tuple[str, ...] = (),
+    jobs: int = 1,
+    limit_s: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Report:
+    """Run the schedules of seeds, and shrink the first breach of each invariant.
+
+    Args:
+        plan: from which schedules are drawn.
+        seeds: of schedules.
+        added: invariants that a user names.
+        jobs: processes.
+        limit_s: no seed is begun after this time (s).
+        progress: is told how many seeds are done.
+
+    Raises:
+        ConfigurationError: an invariant raises; or the time is too short for one seed.
+    """
+    began = time.perf_counter()
+    if limit_s is not None and limit_s < LONGER * plan.cost_s:
+        allowed = f"one seed takes up to {LONGER * plan.cost_s:.1f} s here: give more"
+        raise ConfigurationError("remoras stress", [ConfigurationFault("--time", f"{limit_s:g} s", allowed)])
+    names = [one.name for one in invariants_of(load(plan.scenario, overrides(plan.strategy, plan.settings)), added)]
+    report = Report(plan, tuple(str(name) for name in names), [])
+
+    def begun_in_time() -> Iterator[int]:
+        for seed in seeds:
+            if limit_s is not None and time.perf_counter() - began > limit_s:
+                return
+            yield seed
+
+    for outcome in _outcomes(plan, begun_in_time(), added, jobs):
+        report.outcomes.append(outcome)
+        if progress is not None:
+            progress(len(report.outcomes))
+    report.outcomes.sort(key=lambda one: one.seed)
+    for outcome in report.broken:
+        broken = outcome.broken
+        if broken is not None and broken.invariant not in report.shrunk:
+            again = partial(judge, added=added, twice=broken.invariant == SameDigest.name)
+            report.shrunk[broken.invariant] = shrunk(outcome, again)
+    report.wall_s = time.perf_counter() - began
+    return report
+
+
+def _outcomes(plan: Plan, seeds: Iterator[int], added: tuple[str, ...], jobs: int) -> Iterator[Outcome]:
+    """What comes of each seed, in the order in which they finish."""
+    first = list(islice(seeds, 2))
+    if jobs == 1 or len(first) < 2:
+        for seed in chain(first, seeds):
+            yield judge(schedule_of(plan, seed), added, seed % TWICE_EVERY == 0)
+        return
+    with SupervisedPool(jobs, "stress.campaign") as pool:
+        seeds = chain(first, seeds)
+        under_way: dict[Future[Outcome], Schedule] = {}
+
+        def begin(number: int) -> None:
+            for seed in islice(seeds, number):
+                schedule = schedule_of(plan, seed)
+                under_way[pool.submit(judge, schedule, added, seed % TWICE_EVERY == 0)] = schedule
+
+        try:
+            begin(2 * jobs)
+            while under_way:
+                done, _ = wait(under_way, return_when=FIRST_COMPLETED)
+                for one in done:
+                    yield _result(one, under_way.pop(one))
+                begin(len(done))
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _result(future: Future[Outcome], schedule: Schedule) -> Outcome:
+    """What came of a seed; a process that died broke the law that nothing leaves a vehicle."""
+    try:
+        return future.result()
+    except WorkerDied as error:
+        broken = Broken(NoException.name, 0.0, str(error))
+        return Outcome(schedule, broken, (NoException.name,), {}, {}, False, 0.0, "", 0.0)

@@ -1,0 +1,178 @@
+"""Drawing schedules: a pure function of plan and seed; which kinds are on, whom, when and how strongly is drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from missions.errors import ConfigurationError, ConfigurationFault
+from missions.runs.run import run
+from missions.scenarios import load
+from missions.scenarios.scenario import Scenario
+from remoras.faults import FaultKind
+from stress.draws import Draws
+from stress.kinds import ALL, KINDS, SELDOM, Family, Kind
+from stress.schedule import VERSION, About, Schedule, StressFault, fleet_of, frame_s, overrides
+from worldmodel import suggestion
+
+MOST_KINDS, MOST_OF_A_KIND = 4, 2
+P_STAYS = 0.25
+"""Probability that a fault which may last for good does; of one vehicle at most in a schedule."""
+P_CHECKED = 0.7
+"""Probability that packets have a checksum where some are damaged and the scenario has none: else much passes."""
+CRC_BITS = 32
+DAMAGING = frozenset({"bits", "cut"})
+LEASES = 3
+"""Leases of absence that the survivors may wait for after what is transient has healed."""
+SLACK = 1.5
+"""How many times as long as without faults the mission may take then."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """From what schedules are drawn.
+
+    Attributes:
+        scenario: name or file; strategy: its name; settings: KEY=VALUE.
+        vehicles: names by node; sensing: those with sensors.
+        kinds: from which schedules are drawn.
+        usual_s: time of the mission without faults (s); its whole duration where it does not complete.
+        completes: True if it completes without faults.
+        grace_s: what leases of absence take (s).
+        is_checked: True if packets have a checksum anyway.
+        cost_s: what that run took on this machine (s); nothing follows from it but estimates.
+    """
+
+    scenario: str
+    strategy: str
+    settings: tuple[str, ...]
+    vehicles: tuple[str, ...]
+    sensing: tuple[str, ...]
+    kinds: tuple[str, ...]
+    usual_s: float
+    completes: bool
+    grace_s: float
+    is_checked: bool
+    cost_s: float = 0.0
+
+
+def kinds_named(names: Sequence[str]) -> tuple[str, ...]:
+    """Kinds in the order of tables; all but the seldom without names.
+
+    Raises:
+        ConfigurationError: there is none of a name.
+    """
+    unknown = [one for one in names if one not in KINDS]
+    if unknown:
+        families = {family.value: [kind.name for kind in ALL if kind.family is family] for family in Family}
+        allowed = f"allowed: {', '.join(KINDS)}; or {', '.join(families)}{suggestion(unknown[0], [*KINDS, *families])}"
+        raise ConfigurationError("remoras stress", [ConfigurationFault("--faults", f'"{unknown[0]}"', allowed)])
+    return tuple(kind.name for kind in ALL if (kind.name in names if names else kind.name not in SELDOM))
+
+
+def plan_of(scenario: str, strategy: str = "", settings: Sequence[str] = (), kinds: Sequence[str] = ()) -> Plan:
+    """What a plan needs to know of a scenario: it is run once without faults of schedules.
+
+    Args:
+        scenario: shipped name or file.
+        strategy: shipped name or ``package.module:object``; the scenario's if empty.
+        settings: KEY=VALUE of the scenario.
+        kinds: names of kinds or families; all if empty.
+
+    Raises:
+        ConfigurationError: something is wrong with the scenario or the kinds.
+    """
+    named = [kind.name for kind in ALL if kind.family.value in kinds]
+    found = kinds_named([*named, *(one for one in kinds if one not in list(Family))])
+    own = load(scenario, overrides(strategy, settings))
+    usual, sensing = run(own, seed=1), {one.name for one in own.vehicle if one.sensor}
+    protection = own.communication.crc_bits or (CRC_BITS if own.communication.key_file else 0)
+    return Plan(
+        scenario,
+        strategy or own.strategy.name,
+        tuple(settings),
+        fleet_of(own),
+        tuple(name for name in fleet_of(own) if name in sensing),
+        tuple(name for name in found if _is_possible(KINDS[name], own)),
+        usual.end_s,
+        usual.completed,
+        LEASES * own.communication.lease_frames * frame_s(own),
+        protection >= CRC_BITS,
+        usual.wall_s,
+    )
+
+
+def _is_possible(kind: Kind, scenario: Scenario) -> bool:
+    """True unless no vehicle of a scenario can be befallen by a kind."""
+    if kind.family is not Family.SENSOR or kind.name == "misplaced":
+        return True
+    return any(vehicle.sensor for vehicle in scenario.vehicle) and kind.name != "biased"
+
+
+def schedule_of(plan: Plan, seed: int) -> Schedule:
+    """The schedule of a seed."""
+    draws = Draws(seed, 0)
+    heal_s = round(plan.usual_s * draws.between(0.15, 0.6), 1)
+    kinds = draws.some_of(plan.kinds, 1 + int(draws.uniform() * MOST_KINDS))
+    settings = list(plan.settings)
+    if not DAMAGING.isdisjoint(kinds) and not plan.is_checked and draws.uniform() < P_CHECKED:
+        settings.append(f"communication.crc_bits={CRC_BITS}")
+    staying = draws.one_of(plan.vehicles) if draws.uniform() < 0.5 else ""
+    faults: list[StressFault] = []
+    for number, name in enumerate(kinds, 1):
+        own = Draws(seed, number)
+        for _ in range(1 + int(own.uniform() * MOST_OF_A_KIND)):
+            fault = _drawn(KINDS[name], own, plan, heal_s, staying)
+            if not any(_excludes(fault, other) for other in faults):
+                faults.append(fault)
+    bound_s = plan.usual_s
+    if plan.completes:
+        factor = min((one.factor or 1.0 for one in faults if one.is_permanent), default=1.0)
+        bound_s = round(heal_s + SLACK * plan.usual_s / factor + plan.grace_s, 1)
+    about = About(
+        version=VERSION,
+        scenario=plan.scenario,
+        strategy=plan.strategy,
+        settings=tuple(settings),
+        vehicles=plan.vehicles,
+        seed=seed,
+        heal_s=heal_s,
+        bound_s=bound_s,
+        must_finish=plan.completes,
+    )
+    return Schedule(stress=about, fault=tuple(sorted(faults, key=lambda one: (one.at_s, one.kind, one.vehicle))))
+
+
+def _drawn(kind: Kind, draws: Draws, plan: Plan, heal_s: float, staying: str) -> StressFault:
+    """One fault of a kind, over by ``heal_s`` unless it befalls ``staying`` and stays."""
+    at_s = round(draws.uniform() * 0.8 * heal_s, 1)
+    until_s: float | None = round(at_s + max(10.0, draws.uniform() * (heal_s - at_s)), 1)
+    if until_s is not None and until_s > heal_s:
+        until_s = round(heal_s, 1)
+    with_sensors = kind.family is Family.SENSOR and kind.name != "misplaced"
+    able = plan.sensing if with_sensors else plan.vehicles
+    vehicle = draws.one_of(able)
+    whose: dict[str, Any] = {"vehicle": vehicle}
+    if kind.family is Family.LINK:
+        peers = [name for name in plan.vehicles if name != vehicle]
+        whose = [{}, {"vehicle": vehicle}, {"vehicle": vehicle, "peer": draws.one_of(peers)}][int(3 * draws.uniform())]
+        if kind.name in ("partition", "echo"):
+            whose.setdefault("vehicle", vehicle)
+        if kind.name == "echo":
+            whose.pop("peer", None)
+    if kind.may_stay and staying in able and draws.uniform() < 2.0 * P_STAYS:
+        whose, until_s = {"vehicle": staying}, None
+    if kind.name == FaultKind.JOINS:
+        at_s = max(at_s, 1.0)
+    if kind.is_sudden:
+        until_s = None
+    return StressFault(kind=kind.name, at_s=at_s, until_s=until_s, **whose, **kind.drawn(draws))
+
+
+def _excludes(fault: StressFault, other: StressFault) -> bool:
+    """True if two faults cannot be in one schedule: the same of one vehicle, or one that is away twice."""
+    away = {FaultKind.LOST, FaultKind.RESTARTS, FaultKind.JOINS}
+    if fault.vehicle != other.vehicle or not fault.vehicle:
+        return False
+    return fault.kind == other.kind or (fault.kind in away and other.kind in away)

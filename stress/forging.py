@@ -1,0 +1,70 @@
+"""Forged packets: in good form, from a true one, with a value in it that its sender did not say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from exchange.codec import Codec
+from exchange.errors import ExchangeError
+from exchange.packets import Fragment, Packet
+from exchange.schedule import TdmaSchedule
+from worldmodel import PropertyValue, WorldModel
+
+
+def forger(codec: Codec, slots: TdmaSchedule, model: Callable[[], WorldModel]) -> Callable[[bytes, int, int], bytes]:
+    """What forges packets of a fleet.
+
+    Args:
+        codec: of the fleet; slots: its TDMA.
+        model: a world model of the fleet, which knows what values are in range.
+    """
+
+    def forge(data: bytes, slot: int, draw: int) -> bytes:
+        frame, start_s = slots.frame_of(slot), slots.base_s(slot)
+        try:
+            packet = codec.decode(data, frame, start_s)
+            forged = _forged(packet, draw, model())
+            if forged == packet:
+                return data
+            head = codec.head(data)
+            return codec.encode(
+                forged.sender, forged.rows, forged.fragments, forged.signals, frame, forged.epoch, start_s,
+                forged.summary, head.place, forged.n_turns,
+            )  # fmt: skip
+        except ExchangeError:
+            return data  # damaged before: it stays what it is
+
+    return forge
+
+
+def _forged(packet: Packet, draw: int, model: WorldModel) -> Packet:
+    """The packet with one value of one of its fragments changed; as it is if it has none that could be."""
+    fragments = list(packet.fragments)
+    for index in range(len(fragments)):
+        at = (draw + index) % len(fragments)
+        fact = fragments[at].facts[draw % len(fragments[at].facts)]
+        for other in _others(fact, draw):
+            if other != fact and model.may_record(other):
+                facts = tuple(other if one is fact else one for one in fragments[at].facts)
+                fragments[at] = _with(fragments[at], facts)
+                return replace(packet, fragments=tuple(fragments))
+    return replace(packet, signals=tuple(replace(one, value=-128) for one in packet.signals))
+
+
+def _with(fragment: Fragment, facts: tuple[PropertyValue, ...]) -> Fragment:
+    one = fragment
+    return Fragment(one.origin, one.sequence, one.time_s, facts, one.index, one.count, one.epoch)
+
+
+def _others(fact: PropertyValue, draw: int) -> list[PropertyValue]:
+    """Facts that differ in their value."""
+    value = fact.value
+    if isinstance(value, bool):
+        return [fact._replace(value=not value)]
+    if isinstance(value, tuple):
+        return [fact._replace(value=(value[0] + far_m, value[1] - far_m)) for far_m in (5000.0, 300.0, -200.0)]
+    if isinstance(value, int | float):
+        kind = type(value)
+        return [fact._replace(value=kind(value + step)) for step in (1 + draw % 7, -(1 + draw % 7), 1)]
+    return []

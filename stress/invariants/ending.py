@@ -1,0 +1,113 @@
+"""Invariants of how a run ends: it is what its tables say, and the survivors finish."""
+
+from __future__ import annotations
+
+import math
+
+from stress.invariants.motion import has_current
+from stress.invariants.seam import Moment, Scene
+from stress.kinds import ENDING
+
+CLOSE = 1e-6
+SENSES = frozenset({"sensor", "biased", "random", "frozen", "drains"})
+"""Kinds under which work may stay undone though nobody is to blame."""
+LIES = frozenset({"forged", "forged-done", "bits", "cut"})
+
+
+class NoException:
+    """No exception leaves a vehicle, but for one that names the plug-in which broke its promise."""
+
+    name = "exceptions"
+    moment = Moment.END
+    not_under = frozenset[str]()
+
+    def broken(self, scene: Scene) -> str | None:
+        """Nothing here: whoever steps the fleet sees what leaves it."""
+        return None
+
+
+class SameDigest:
+    """The same schedule gives the same tables, byte for byte."""
+
+    name = "repeats"
+    moment = Moment.END
+    not_under = frozenset[str]()
+
+    def broken(self, scene: Scene) -> str | None:
+        """Nothing here: whoever runs a schedule twice compares."""
+        return None
+
+
+class Finishes:
+    """After what is transient has healed, the survivors complete the mission by the bound."""
+
+    name = "finishes"
+    moment = Moment.END
+    not_under = SENSES | LIES | ENDING
+
+    def broken(self, scene: Scene) -> str | None:
+        """Look at the verdict."""
+        run, about = scene.finished, scene.schedule.stress
+        if run is None or not about.must_finish or run.completed:
+            return None
+        return f"not complete by {about.bound_s:g} s, healed at {about.heal_s:g} s: {run.reason}"
+
+
+class TrueVerdict:
+    """A mission counts as complete if, and only if, its goal is reached, and then there is no reason against it."""
+
+    name = "verdict"
+    moment = Moment.END
+    not_under = frozenset[str]()
+
+    def broken(self, scene: Scene) -> str | None:
+        """Compare verdict, goal, reason and milestones."""
+        run, summary = scene.finished, scene.summary
+        if run is None:
+            return None
+        is_noted = any(one.name == "mission_complete" for one in run.milestones)
+        if run.completed and (run.goal_fraction < 1.0 or run.reason or not is_noted):
+            return f"completed with {run.goal_fraction:g} of the goal, reason {run.reason!r}"
+        if not run.completed and not run.reason:
+            return "not completed, for no reason"
+        if bool(summary["completed"]) is not run.completed or summary["goal_fraction"] > 1.0:
+            return f"the summary says {summary['completed']} and {summary['goal_fraction']:g} of the goal"
+        return None
+
+
+class SummaryOfTables:
+    """The figures of the summary follow from the tables."""
+
+    name = "summary"
+    moment = Moment.END
+    not_under = frozenset[str]()
+
+    def broken(self, scene: Scene) -> str | None:
+        """Work figures out anew."""
+        if (run := scene.finished) is None:
+            return None
+        rows, packets = run.recorder.trajectories, run.recorder.packets
+        distance_m, at, energy_j = 0.0, dict[str, tuple[float, float]](), dict[str, float]()
+        for _, vehicle, x_m, y_m, _, _, used_j, _ in rows:
+            if vehicle in at:
+                distance_m += math.hypot(x_m - at[vehicle][0], y_m - at[vehicle][1])
+            at[vehicle], energy_j[vehicle] = (x_m, y_m), used_j
+        n_heard, n_lost = sum(len(row[6]) for row in packets), sum(len(row[7]) + len(row[-1]) for row in packets)
+        expected = {
+            "n_packets": len(packets),
+            "n_bytes": sum(row[3] for row in packets) // 8,
+            "delivery_ratio": n_heard / (n_heard + n_lost) if n_heard + n_lost else None,
+            "energy_j": round(math.fsum(energy_j.values()), 2),
+            "mission_time_s": round(rows[-1][0], 4) if run.completed else scene.setup.scenario.scenario.duration_s,
+            "n_vehicles": len(at),
+        }
+        for name, value in expected.items():
+            given = scene.summary.get(name)
+            if (value is None) != (given is None) or (value is not None and abs(given - value) > CLOSE * (1 + value)):
+                return f"{name} is {given}; the tables say {value}"
+        if not has_current(scene) and abs(scene.summary["distance_m"] - distance_m) > 1.0:
+            return f"distance_m is {scene.summary['distance_m']}; the tracks are {distance_m:.3f} m long"
+        times = [one.time_s for one in run.milestones]
+        if times != sorted(times) or (times and times[-1] > rows[-1][0] + CLOSE):
+            return f"milestones at {times}, the last row is of {rows[-1][0]:g} s"
+        return None

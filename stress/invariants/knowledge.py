@@ -1,0 +1,170 @@
+"""Invariants of the exchange: what vehicles know and believe is what was recorded and given."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from stress.invariants.seam import Moment, Scene
+from stress.witness import Breach, Flaw
+
+DAMAGE = frozenset({"bits", "cut", "forged"})
+"""Kinds by which packets say what was not said, where no checksum or key protects them."""
+MANY = 3
+"""Flaws that a message names."""
+
+
+def _said(flaws: Iterable[Flaw]) -> str | None:
+    """The flaws in words; None without any."""
+    found = [flaw.text for flaw in flaws]
+    more = f"; and {len(found) - MANY} more" if len(found) > MANY else ""
+    return "; ".join(found[:MANY]) + more if found else None
+
+
+class Beliefs:
+    """Nobody believes that a peer holds content which it lacks."""
+
+    name = "beliefs"
+    moment = Moment.EVENT
+    not_under = DAMAGE
+
+    def broken(self, scene: Scene) -> str | None:
+        """Look at what is believed anew with a packet; at the end at all that is."""
+        heard, witness = scene.heard, scene.witness
+        if heard is None:
+            flaws = witness.false_beliefs() if not scene.is_selective else []
+            return _said(Flaw(Breach.BELIEF, f"{one} believes that {other} holds {uid}") for one, other, uid in flaws)
+        for node, uid in heard.reception.beliefs:
+            peer = witness.lives[node]
+            if witness.is_excused(heard.life, peer) or (uid.origin, uid.epoch, uid.sequence) in peer.gave_up:
+                continue
+            if not peer.manager.holds(uid):
+                return f"{heard.vehicle.name} believes that {peer.name} holds {uid}, which it lacks"
+            parts = heard.life.parts.get((uid.origin, uid.epoch, uid.sequence), {})
+            fragment = parts.get(uid.part)
+            if fragment is None:
+                return f"{heard.vehicle.name} believes that {peer.name} holds {uid}, which it was never given itself"
+            if not scene.is_selective and witness.is_false(heard.life, peer, fragment):
+                return f"{heard.vehicle.name} believes that {peer.name} holds {fragment}, but it has other content"
+        return None
+
+
+class _Founded:
+    """Flaws of one kind in what world models have."""
+
+    breaches: frozenset[Breach]
+    moment = Moment.EVENT
+    not_under = DAMAGE
+
+    def broken(self, scene: Scene) -> str | None:
+        """Look at what has come in with a packet; at the end at all that is in."""
+        return _said(flaw for flaw in self._flaws(scene) if flaw.breach in self.breaches)
+
+    @staticmethod
+    def _flaws(scene: Scene) -> Iterator[Flaw]:
+        witness, heard = scene.witness, scene.heard
+        if heard is None:
+            for life in witness.all_alive():
+                yield from witness.unfounded(life)
+            return
+        for change in heard.changes:
+            if (flaw := witness.flaw_of(heard.life, change.block)) is not None:
+                yield flaw
+
+
+class Recorded(_Founded):
+    """No vehicle knows a value that nobody recorded."""
+
+    name = "recorded"
+    breaches = frozenset({Breach.UNRECORDED, Breach.OTHER_CONTENT})
+
+
+class WholeBlocks(_Founded):
+    """No vehicle knows a part of a block."""
+
+    name = "whole-blocks"
+    breaches = frozenset({Breach.PARTIAL})
+
+
+class Remembered:
+    """No vehicle loses what it held, or was given whole."""
+
+    name = "remembered"
+    moment = Moment.TICK
+    not_under = DAMAGE
+
+    def __init__(self) -> None:
+        self._n_past = 0
+
+    def broken(self, scene: Scene) -> str | None:
+        """Look at all that was recorded and given when a vehicle has begun anew, and at the end."""
+        witness, is_over = scene.witness, scene.finished is not None
+        if (self._n_past == len(witness.past) and not is_over) or scene.is_selective:
+            return None
+        self._n_past = len(witness.past)
+        if scene.setup.scenario.worldmodel.prune:
+            return None
+        return _said(flaw for life in witness.all_alive() for flaw in witness.lost(life))
+
+
+class Past:
+    """No fact counts that lies in the future of who heard it, beyond the tolerance of clocks."""
+
+    name = "past"
+    moment = Moment.EVENT
+    not_under = frozenset[str]()
+
+    def broken(self, scene: Scene) -> str | None:
+        """Look at what has come in with a packet."""
+        if (heard := scene.heard) is None:
+            return None
+        model = heard.life.model
+        latest_s = heard.own_s + model.clock_tolerance_s + model.clock_grid.step
+        for change in heard.changes:
+            if change.block.time_s > latest_s:
+                return f"{heard.vehicle.name} heard at {heard.own_s:g} s of {change.block}"
+        return None
+
+
+class SoundPackets:
+    """No damaged packet is taken for a sound one."""
+
+    name = "sound-packets"
+    moment = Moment.EVENT
+    not_under = DAMAGE
+
+    def broken(self, scene: Scene) -> str | None:
+        """Look at a packet that was taken and that nobody sent."""
+        heard = scene.heard
+        if heard is None or heard.aired is not None or heard.reception.fault is not None:
+            return None
+        return f"{heard.vehicle.name} takes a packet for {heard.reception.sender}'s that nobody sent"
+
+
+class Agreement:
+    """After a quiet time, those who hear each other know the same."""
+
+    name = "agreement"
+    moment = Moment.END
+    not_under = DAMAGE
+
+    def broken(self, scene: Scene) -> str | None:
+        """Look at the world models of those in contact."""
+        if scene.is_selective or not scene.rested or scene.is_silent:
+            return None
+        lives = [scene.lives[vehicle.name] for vehicle in scene.in_contact() if vehicle.radio.communicates]
+        return _said(scene.witness.apart(lives, of_all=scene.setup.policy.repeat))
+
+
+class Rest:
+    """After a quiet time nobody has anything left to say, and nothing waits."""
+
+    name = "rest"
+    moment = Moment.END
+    not_under = DAMAGE | {"deaf for good"}  # who is heard and acknowledges nothing is told again and again
+
+    def broken(self, scene: Scene) -> str | None:
+        """Look at the queues of those in contact."""
+        if scene.is_selective or scene.rested is None or scene.is_silent or len(scene.in_contact()) < 2:
+            return None
+        lives = [scene.lives[v.name] for v in scene.in_contact() if v.radio.communicates]
+        return _said(scene.witness.restless(lives))

@@ -1,0 +1,60 @@
+"""Invariants of the organisation: who plays what, and by whose will."""
+
+from __future__ import annotations
+
+from remoras.organisation import Organisation
+from remoras.recorder import ORGANISATION
+from remoras.wellformed import Defect, faults_of
+from stress.invariants.seam import Moment, Scene
+
+PEER, GROUP, ROLE, EVENT, ISSUER, ACT = (
+    ORGANISATION.column_names.index(name) for name in ("peer", "group", "role", "event", "issuer", "act")
+)
+QUIET_LEASES = 2.0
+"""Leases of absence after healing, from when on the organisation has to be well formed."""
+
+
+class Authority:
+    """Nobody plays a role, or has an objective, by the will of who has no authority to give it."""
+
+    name = "authority"
+    moment = Moment.TICK
+    not_under = frozenset({"forged", "bits", "cut"})
+
+    def __init__(self) -> None:
+        self._n_read = 0
+
+    def broken(self, scene: Scene) -> str | None:
+        """Look at what vehicles have come to hold true of the organisation since the last tick."""
+        rows = scene.fleet.recorder.organisation
+        forged = set(scene.forged)
+        for row in rows[self._n_read :] if forged else ():
+            acts = [(row[ISSUER], f"{row[GROUP]}.{row[ROLE]}", kind) for kind in ("role", "objective")]
+            if row[EVENT] == "assigned" and row[PEER] == row[ISSUER] and row[ACT] == "assign" and acts[0] in forged:
+                return f"{row[1]} takes {row[PEER]} for {acts[0][1]}, by its own will alone"
+            if row[EVENT] == "given" and acts[1] in forged:
+                return f"{row[1]} heeds an objective of {acts[1][1]} by {row[ISSUER]}, which is outside"
+        self._n_read = len(rows)
+        return None
+
+
+class Cardinality:
+    """Some leases after healing, no role has more holders than it has room for, nor one who may not hold it."""
+
+    name = "cardinality"
+    moment = Moment.END
+    not_under = frozenset({"forged", "bits", "cut", "deaf for good", "mute for good"})
+
+    def broken(self, scene: Scene) -> str | None:
+        """Look at what those in contact take themselves to play, if they have had the time to agree."""
+        lease_s = scene.setup.scenario.communication.lease_frames * scene.setup.schedule.frame_s
+        ended_s = scene.fleet.ended_s
+        if ended_s < scene.schedule.stress.heal_s + QUIET_LEASES * lease_s:
+            return None
+        own = [a for v in scene.in_contact() for a in v.social.organisation.roles_of(v.name)]
+        groups = tuple(scene.setup.agreement.organisation.groups.values())
+        wrong = (Defect.TOO_MANY, Defect.PLAYED_BY, Defect.INCOMPATIBLE)
+        for one in faults_of(Organisation.of(groups, own)):
+            if one.defect in wrong:
+                return f"{one.key}: {one.given}; allowed: {one.allowed}"
+        return None

@@ -1,0 +1,122 @@
+"""The seam of invariants: what must hold of a run, when it is looked at, and under which kinds of faults.
+
+An invariant is a class without arguments; each run has an object of its own, which may keep what it has seen::
+
+    class NobodyTurnsBack:
+        \"\"\"No vehicle goes back to its start before the mission ends.\"\"\"
+
+        name = "nobody-turns-back"
+        moment = Moment.TICK
+        not_under = frozenset({"slow"})
+
+        def broken(self, scene: Scene) -> str | None:
+            for vehicle in scene.fleet.vehicles:
+                if ...:
+                    return f"{vehicle.name} is back at {scene.now_s:g} s"
+            return None
+
+It sees everything and changes nothing. ``--invariant mine.py:NobodyTurnsBack`` adds it; a mission declares its own in
+``invariants``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any, NamedTuple, Protocol
+
+from exchange.packets import Reception
+from missions.runs.run import Run
+from missions.runs.setup import Setup
+from remoras.fleet import Fleet
+from remoras.vehicle import Vehicle
+from stress.lives import Aired, Life
+from stress.schedule import Schedule
+from stress.witness import Witness
+from worldmodel import Change
+
+
+class Moment(StrEnum):
+    """When an invariant is looked at."""
+
+    EVENT = "event"
+    TICK = "tick"
+    END = "end"
+
+
+class Heard(NamedTuple):
+    """A packet that a vehicle has heard: who, what was sent (None if it was forged or damaged), what came of it."""
+
+    vehicle: Vehicle
+    life: Life
+    aired: Aired | None
+    reception: Reception
+    changes: tuple[Change, ...]
+    own_s: float
+
+
+@dataclass
+class Scene:
+    """What invariants see of a run.
+
+    Attributes:
+        setup: the scenario resolved; schedule: what befalls the fleet; fleet: as it is now.
+        witness: what was recorded and given to whom.
+        lives: present life of each vehicle, by name.
+        effective: kinds of the schedule against which nothing protects the packets of this scenario.
+        forged: (vehicle, group or subject, what) of each act that a fault of the mind has forged.
+        heard: of the moment EVENT: the packet.
+        finished: of the moment END: the run; summary: its figures.
+        rested: True if the exchange after the mission left nothing open; None where it did not go on.
+    """
+
+    setup: Setup
+    schedule: Schedule
+    fleet: Fleet
+    witness: Witness
+    lives: dict[str, Life]
+    effective: frozenset[str]
+    forged: list[tuple[str, str, str]] = field(default_factory=list)
+    heard: Heard | None = None
+    finished: Run | None = None
+    summary: Mapping[str, Any] = field(default_factory=dict)
+    rested: bool | None = None
+
+    @property
+    def now_s(self) -> float:
+        """Time of the mission (s)."""
+        return self.fleet.now_s
+
+    @property
+    def is_selective(self) -> bool:
+        """True if vehicles need not keep what all others know."""
+        return self.setup.subjects is not None or bool(self.setup.stated) or bool(self.setup.scenario.covert)
+
+    @property
+    def is_silent(self) -> bool:
+        """True if a strategy keeps somebody silent who could speak: the others wait for its word, as they should."""
+        return any(vehicle.social.is_silent for vehicle in self.in_contact())
+
+    def in_contact(self) -> list[Vehicle]:
+        """Vehicles that are alive, hear and are heard."""
+        return [v for v in self.fleet.vehicles if v.is_alive and not (v.condition.is_mute or v.condition.is_deaf)]
+
+
+class Invariant(Protocol):
+    """One thing that must hold."""
+
+    @property
+    def name(self) -> str:
+        """By which it is called in tables."""
+
+    @property
+    def moment(self) -> Moment:
+        """When it is looked at."""
+
+    @property
+    def not_under(self) -> frozenset[str]:
+        """Kinds of faults under which it is not promised, unless something protects the packets."""
+
+    def broken(self, scene: Scene) -> str | None:
+        """What does not hold, in words; None if all is well."""

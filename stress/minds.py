@@ -1,0 +1,156 @@
+"""Faults of the mind: what a vehicle says that it may not, and strategies that break their promises."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from remoras.database import AUVDatabase
+from remoras.mission import Mission
+from remoras.organisation import Group, Organisation, RoleAssignment
+from remoras.strategy import Declaration, Move, Negotiator, Situation, Strategy
+from remoras.vehicle import Vehicle
+from remoras.work import Work
+from stress.kinds import ENDING
+from stress.schedule import Schedule, StressFault
+from stress.witness import Witness
+from worldmodel import PropertyValue
+
+OBJECTIVE = "objective"
+"""With this begin the names of attributes by which roles have objectives."""
+
+
+@dataclass(frozen=True)
+class Act:
+    """A forged statement: facts by uid to be recorded, and who says what of which role or instance."""
+
+    facts: tuple[tuple[int, int, Any], ...]
+    issuer: str
+    about: str
+    kind: str
+
+
+def forged_act(fault: StressFault, vehicle: Vehicle, mission: Mission, witness: Witness) -> Act | None:
+    """What a vehicle says under a fault of the mind; None where there is nothing that it could forge."""
+    match fault.kind:
+        case "forged-role":
+            return _forged_role(vehicle)
+        case "forged-objective":
+            return _forged_objective(vehicle, witness)
+        case "forged-done":
+            return _forged_done(vehicle, mission)
+    return None
+
+
+def _forged_role(vehicle: Vehicle) -> Act | None:
+    """The lead of a group whose head it is not."""
+    organisation, beliefs = vehicle.social.organisation, vehicle.beliefs
+    for group in organisation.groups.values():
+        role = group.head_role
+        if role is not None and vehicle.name not in organisation.heads(group.name):
+            fact = beliefs.fact(vehicle.name, "playsRole", group.path(role))
+            return Act((fact[:3],), vehicle.name, group.path(role), "role")
+    return None
+
+
+def _forged_objective(vehicle: Vehicle, witness: Witness) -> Act | None:
+    """An objective that somebody has given a role, for a role of a group that the vehicle is no member of."""
+    organisation, beliefs = vehicle.social.organisation, vehicle.beliefs
+    tbox = beliefs.model.tbox
+    attributes = {one.uid for one in tbox.attributes if one.name.startswith(OBJECTIVE) and one.name != OBJECTIVE}
+    given = [
+        fact for _, blocks in sorted(witness.recorded.items()) for block in blocks for fact in block.facts
+        if fact.attribute in attributes
+    ]  # fmt: skip
+    for group in organisation.groups.values():
+        if given and not organisation.is_member(vehicle.name, group.name) and group.roles:
+            path = group.path(group.roles[0].name)
+            fact: PropertyValue = given[0]
+            return Act(((beliefs.uid(path), fact.attribute, fact.value),), vehicle.name, path, OBJECTIVE)
+    return None
+
+
+def _forged_done(vehicle: Vehicle, mission: Mission) -> Act | None:
+    """A job that nobody is known to have done is done by the vehicle, it says."""
+    beliefs = vehicle.beliefs
+    for job in mission.jobs.values():
+        attribute, subject = job.done
+        if beliefs.get(job.done) is None:
+            uid = beliefs.model.tbox.attribute_named(attribute).uid
+            values: Sequence[Any] = (vehicle.data.node, True)
+            for value in values:
+                fact = PropertyValue(beliefs.uid(subject), uid, value)
+                if beliefs.model.may_record(fact):
+                    return Act(((fact.subject, fact.attribute, fact.value),), vehicle.name, subject, "done")
+    return None
+
+
+class BrokenStrategy:
+    """A strategy whose negotiators raise, or answer what is not allowed, from a time on.
+
+    Args:
+        sound: what it is otherwise.
+        schedule: whose faults it has.
+        happened: counts them.
+    """
+
+    def __init__(self, sound: Strategy, schedule: Schedule, happened: Counter[str]) -> None:
+        self._sound = sound
+        self._faults = [fault for fault in schedule.fault if fault.kind in ENDING]
+        self._happened = happened
+
+    @property
+    def name(self) -> str:
+        """Name of the sound strategy."""
+        return self._sound.name
+
+    @property
+    def declaration(self) -> Declaration:
+        """That of the sound strategy."""
+        return self._sound.declaration
+
+    def form(self, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
+        """As the sound strategy does."""
+        return self._sound.form(database, groups)
+
+    def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
+        """As the sound strategy does."""
+        return self._sound.adapt(work)
+
+    def negotiator(self, me: str, group: Group) -> Negotiator | None:
+        """That of the sound strategy, which breaks its promise in time."""
+        sound = self._sound.negotiator(me, group)
+        own = [fault for fault in self._faults if fault.vehicle == me]
+        return sound if sound is None or not own else _Broken(sound, own, self._happened)
+
+
+class _Broken:
+    def __init__(self, sound: Negotiator, faults: Sequence[StressFault], happened: Counter[str]) -> None:
+        self._sound = sound
+        self._faults = faults
+        self._happened = happened
+
+    def negotiate(self, situation: Situation) -> Move:
+        """What the sound one answers, until the time of a fault."""
+        for fault in self._faults:
+            if situation.now_s >= fault.at_s:
+                self._happened[fault.kind] += 1
+                if fault.kind == "raises":
+                    raise ZeroDivisionError("a fault of the schedule")
+                return (fault.kind,)  # type: ignore[return-value]  # what is not allowed
+        return self._sound.negotiate(situation)
+
+
+Sulking = Callable[[], list[tuple[tuple[str, str], int]]]
+LEAST = -128
+
+
+def sulking(signals: Sulking, is_on: Callable[[], bool]) -> Sulking:
+    """Influence signals of the least satisfaction while a fault holds."""
+
+    def said() -> list[tuple[tuple[str, str], int]]:
+        return [(role, LEAST) for role, _ in signals()] if is_on() else signals()
+
+    return said

@@ -1,0 +1,219 @@
+"""Schedules: what befalls a fleet in one run, as a frozen value that is written as TOML and read again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import chain
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationError
+
+from missions.document import Document
+from missions.errors import ConfigurationError, ConfigurationFault
+from missions.files import shown, text_of, toml_value
+from missions.scenarios import load
+from missions.scenarios.scenario import Scenario
+from missions.scenarios.tables import PointM, Section, one_of
+from stress.kinds import KINDS
+
+VERSION = 1
+"""Of the form of schedules, and of what their kinds mean."""
+SETTLE_FRAMES = 240
+"""Longest quiet time after the mission, in TDMA frames."""
+READY_S = 1e-6
+"""What a clock that jumps during the run is ahead at its start: so little that it never shows."""
+NOT_OF_SCENARIO = ("peer", "share", "slots", "bits", "one_way", "by_s", "by_m")
+
+
+class StressFault(Section):
+    """One ``[[fault]]`` of a schedule; those of kinds that a scenario may declare are the same there."""
+
+    kind: str = Field(description="what befalls the vehicle or the link")
+    vehicle: str = Field("", description="name of the vehicle; of a link the sender; any if absent")
+    peer: str = Field("", description="of a link: name of the receiver; any if absent")
+    at_s: float = Field(ge=0.0, description="when it begins")
+    until_s: float | None = Field(None, gt=0.0, description="when it is over; for good if absent")
+    share: float = Field(1.0, gt=0.0, le=1.0, description="share of packets or readings that it befalls")
+    slots: float = Field(1.0, gt=0.0, description="by how many slots packets come later, or how long bursts are")
+    bits: int = Field(1, ge=1, description="bits that are flipped in a packet")
+    one_way: bool = Field(False, description="of kind partition: only what the vehicle sends is cut off")
+    by_s: float = Field(0.0, description="of kind clock: by how much it jumps forward")
+    by_m: float = Field(5000.0, description="of kind misplaced: how far reports are off, to the east")
+    factor: float | None = Field(None, gt=0.0, lt=1.0, description="of kind slow: share of its speeds that is left")
+    memory: Literal["kept", "lost"] | None = Field(None, description="of kind restarts: whether it knows what it knew")
+    sensor: str | None = Field(None, description="of kinds sensor and biased: name of the sensor; all if absent")
+    attribute: str | None = Field(None, description="of kind biased: attribute of the facts that are off")
+    offset: float | PointM | None = Field(None, description="of kind biased: what is added")
+    drain_w: float | None = Field(None, description="of kind drains: power that is lost, W")
+
+    @property
+    def ends_s(self) -> float:
+        """When it is over (s); infinite for good."""
+        return float("inf") if self.until_s is None else self.until_s
+
+    def holds(self, now_s: float) -> bool:
+        """True while it holds."""
+        return self.at_s <= now_s < self.ends_s
+
+    @property
+    def is_permanent(self) -> bool:
+        """True if it lasts for good."""
+        kind = KINDS[self.kind]
+        return self.until_s is None and kind.may_stay
+
+    def said(self) -> dict[str, Any]:
+        """The keys that say something, as TOML has them."""
+        return self.model_dump(mode="json", exclude_defaults=True)
+
+
+class About(Section):
+    """The table ``[stress]``."""
+
+    version: int = Field(description="of the form of schedules")
+    scenario: str = Field(description="shipped scenario or TOML file")
+    strategy: str = Field(description="organisational strategy")
+    settings: tuple[str, ...] = Field((), description="KEY=VALUE of the scenario")
+    vehicles: tuple[str, ...] = Field(description="names of the fleet, in the order of their nodes")
+    seed: Annotated[int, Field(ge=0, le=2**53)] = Field(description="root of all draws of the run")
+    heal_s: float = Field(gt=0.0, description="when what is transient is over, and the survivors have to go on")
+    bound_s: float = Field(gt=0.0, description="by when the mission has to be complete")
+    must_finish: bool = Field(True, description="the mission completes without faults, so survivors must complete it")
+
+
+class Schedule(Section):
+    """What befalls a fleet in one run.
+
+    Two schedules that are equal give runs that are equal, byte for byte.
+    """
+
+    stress: About
+    fault: tuple[StressFault, ...] = ()
+
+    @property
+    def kinds(self) -> frozenset[str]:
+        """Kinds of its faults."""
+        return frozenset(fault.kind for fault in self.fault)
+
+    @property
+    def permanent(self) -> tuple[StressFault, ...]:
+        """Faults that last for good."""
+        return tuple(fault for fault in self.fault if fault.is_permanent)
+
+    def with_faults(self, faults: Sequence[StressFault]) -> Schedule:
+        """The same with other faults."""
+        return self.model_copy(update={"fault": tuple(faults)})
+
+    def numbered(self) -> Iterator[tuple[int, StressFault]]:
+        """Faults with numbers by which their draws are keyed: those of a fault do not depend on the others."""
+        for fault in self.fault:
+            name = f"{fault.kind} {fault.vehicle} {fault.peer} {fault.at_s}"
+            yield sum(ord(letter) * 31**place for place, letter in enumerate(name)) % (1 << 31), fault
+
+    def as_toml(self) -> str:
+        """The schedule as a file; reading it gives an equal one."""
+        about = self.stress.model_dump(mode="json", exclude_defaults=True)
+        tables = [("[stress]", about), *(("\n[[fault]]", fault.said()) for fault in self.fault)]
+        lines = [[head, *(f"{key} = {toml_value(value)}" for key, value in table.items())] for head, table in tables]
+        return "".join(f"{line}\n" for line in chain.from_iterable(lines))
+
+    def scenario(self) -> Scenario:
+        """The scenario of the run, with the faults that it can declare itself.
+
+        Raises:
+            ConfigurationError: the faults contradict those of the scenario, or each other.
+        """
+        about = self.stress
+        own = load(about.scenario, overrides(about.strategy, about.settings))
+        told = [table.model_dump(mode="json", exclude_none=True) for table in own.fault]
+        told += [fault.said() for fault in self.fault if KINDS[fault.kind].is_of_scenario]
+        given: dict[str, Any] = {"scenario.duration_s": about.bound_s}
+        given["scenario.settle_s"] = SETTLE_FRAMES * frame_s(own)
+        given |= {f"vehicle.{name}.clock": {"offset_s": off_s} for name, off_s in self._clocks().items()}
+        mine = [("schedule", f"{key}={toml_value(value)}") for key, value in given.items()]
+        if told:
+            mine.append(("schedule", f"fault={toml_value(told)}"))
+        others = [one for one in about.settings if one.partition("=")[0].strip() not in given]
+        return load(about.scenario, [*overrides(about.strategy, others), *mine])
+
+    def _clocks(self) -> dict[str, float]:
+        """By how much clocks are ahead at the start, of those that are ever off."""
+        found: dict[str, float] = {}
+        for fault in self.fault:
+            if fault.kind == "clock":
+                found[fault.vehicle] = found.get(fault.vehicle, 0.0) + (fault.by_s if fault.at_s == 0.0 else 0.0)
+        return {name: off_s or READY_S for name, off_s in found.items()}
+
+
+def overrides(strategy: str, settings: Sequence[str]) -> list[tuple[str, str]]:
+    """What changes a scenario, with the option that each comes from."""
+    named = [("--strategy", f"strategy.name={strategy}")] if strategy else []
+    return named + [("--set", one) for one in settings]
+
+
+def frame_s(scenario: Scenario) -> float:
+    """Length of a TDMA frame of a scenario (s)."""
+    from missions.runs.setup import resolved
+
+    return resolved(scenario).schedule.frame_s
+
+
+def read_schedule(path: Path) -> Schedule:
+    """The schedule that a file has.
+
+    Raises:
+        ConfigurationError: with all that is wrong with it: of another version or fleet, a fault of an unknown kind or
+            vehicle or after the end.
+    """
+    document = Document.of_text(text_of(path), str(path))
+    try:
+        schedule = Schedule.model_validate(document.raw)
+    except ValidationError as error:
+        raise document.error(document.faults_of(error, Schedule)) from None
+    faults = [*_faults_of_about(schedule.stress)]
+    if not faults:
+        for number, fault in enumerate(schedule.fault, 1):
+            faults += _faults_of(f"fault.{number}", fault, schedule.stress)
+    if faults:
+        raise document.error(faults)
+    return schedule
+
+
+def _faults_of_about(about: About) -> Iterator[ConfigurationFault]:
+    if about.version != VERSION:
+        yield ConfigurationFault("stress.version", str(about.version), f"this is version {VERSION}: draw it anew")
+        return
+    try:
+        scenario = load(about.scenario, overrides(about.strategy, about.settings))
+    except ConfigurationError as error:
+        yield ConfigurationFault("stress.scenario", f'"{about.scenario}"', "; ".join(str(error).splitlines()))
+        return
+    fleet = fleet_of(scenario)
+    if about.vehicles != fleet:
+        allowed = f"the fleet of {about.scenario} is {toml_value(fleet)}"
+        yield ConfigurationFault("stress.vehicles", toml_value(about.vehicles), allowed)
+
+
+def _faults_of(key: str, fault: StressFault, about: About) -> Iterator[ConfigurationFault]:
+    """What is wrong with one fault."""
+    yield from one_of(f"{key}.kind", fault.kind, list(KINDS))
+    if fault.kind not in KINDS:
+        return
+    kind = KINDS[fault.kind]
+    for name in ("vehicle", "peer"):
+        if getattr(fault, name) or (name == "vehicle" and kind.family != "link"):
+            yield from one_of(f"{key}.{name}", getattr(fault, name), about.vehicles)
+    if fault.at_s >= about.bound_s:
+        allowed = f"must be below stress.bound_s = {about.bound_s:g}, when the run is over"
+        yield ConfigurationFault(f"{key}.at_s", shown(fault.at_s), allowed)
+    if fault.until_s is not None and fault.until_s <= fault.at_s:
+        yield ConfigurationFault(f"{key}.until_s", shown(fault.until_s), f"must be above at_s = {fault.at_s:g}")
+    for name in fault.said():
+        if name not in ("kind", "vehicle", "at_s", "until_s", *kind.keys):
+            allowed = f"not used by kind {kind.name}: leave it out"
+            yield ConfigurationFault(f"{key}.{name}", shown(getattr(fault, name)), allowed)
+
+
+def fleet_of(scenario: Scenario) -> tuple[str, ...]:
+    """Names of the vehicles of a scenario in the order of their nodes."""
+    return tuple(one.name for one in sorted(scenario.vehicle, key=lambda one: one.slot))

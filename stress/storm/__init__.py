@@ -1,0 +1,3 @@
+"""A rough sea for exchange managers alone, without a mission."""
+
+__all__: list[str] = []

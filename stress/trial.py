@@ -1,0 +1,317 @@
+"""A trial: one run of the real fleet under a schedule, watched by invariants."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+import traceback
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from missions.errors import ConfigurationError, ConfigurationFault
+from missions.runs.assembly import assemble, channel_of
+from missions.runs.run import result_of, settled_of
+from missions.runs.setup import Setup, resolved
+from missions.runs.summary import summary
+from missions.scenarios.parts import strategy_of
+from remoras.errors import PluginError
+from remoras.faults import FaultKind
+from remoras.fleet import rare_collections
+from remoras.recorder import Recorder
+from stress.forging import forger
+from stress.invariants.ending import Finishes, NoException, SameDigest
+from stress.invariants.seam import Heard, Invariant, Moment, Scene
+from stress.kinds import ENDING, KINDS
+from stress.minds import BrokenStrategy, forged_act
+from stress.rigging import Rigging
+from stress.schedule import Schedule, StressFault
+from stress.sea import RoughSea
+from stress.witness import Witness
+
+CHECKED_BITS = 32
+"""Checksums of so many bits let one damaged packet in four thousand million pass."""
+EVENTS_SHOWN = 12
+FOR_GOOD = " for good"
+"""Behind a kind of which a fault stays: less is promised then."""
+STATED = frozenset({"forged-role", "forged-objective", "forged-done"})
+
+
+@dataclass(frozen=True)
+class Broken:
+    """An invariant that did not hold.
+
+    Attributes:
+        invariant: its name; time_s: when; text: what was wrong.
+        before: the last events until then.
+    """
+
+    invariant: str
+    time_s: float
+    text: str
+    before: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a trial.
+
+    Attributes:
+        schedule: that was run.
+        broken: the first invariant that did not hold; None if all that are promised did.
+        judged: names of the invariants that are promised under the schedule.
+        happened: how often each kind of its faults has changed anything.
+        recovered: how often vehicles went each way of recovery.
+        completed: the mission is complete; end_s: when the run ended.
+        digest: of all tables and figures.
+        wall_s: what it took on this machine.
+    """
+
+    schedule: Schedule
+    broken: Broken | None
+    judged: tuple[str, ...]
+    happened: Mapping[str, int]
+    recovered: Mapping[str, int]
+    completed: bool
+    end_s: float
+    digest: str
+    wall_s: float
+
+    @property
+    def seed(self) -> int:
+        """Of the schedule."""
+        return self.schedule.stress.seed
+
+
+@dataclass
+class _Trial:
+    schedule: Schedule
+    invariants: Sequence[Invariant]
+    happened: Counter[str] = field(default_factory=Counter)
+    broken: Broken | None = None
+
+    def run(self) -> Outcome:
+        """Run the schedule until its end, or until something does not hold."""
+        began = time.perf_counter()
+        scenario = self.schedule.scenario()
+        strategy = None
+        if not ENDING.isdisjoint(self.schedule.kinds):
+            strategy = BrokenStrategy(strategy_of(scenario), self.schedule, self.happened)
+        setup = resolved(scenario, strategy)
+        seed = self.schedule.stress.seed
+        forge = forger(setup.codec, setup.schedule, lambda: fleet.vehicles[0].beliefs.model)
+        if scenario.communication.key_file:
+            forge = _without_key
+        self.sea = RoughSea(channel_of(setup, seed), self.schedule, setup.schedule, forge, self.happened)
+        fleet = assemble(setup, seed, self.sea)
+        self.fleet, self.setup = fleet, setup
+        effective = effective_kinds(self.schedule, setup)
+        self.scene = Scene(setup, self.schedule, fleet, Witness(), {}, effective)
+        promised = [one for one in self.invariants if one.not_under.isdisjoint(effective)]
+        self.of = {moment: [one for one in promised if one.moment == moment] for moment in Moment}
+        self.rigging = Rigging(self.scene, self._listen, self.happened)
+        self.sudden = sorted(_moments(self.schedule), key=lambda one: one[0])
+        with rare_collections():
+            self._sail()
+        return self._outcome([one.name for one in promised if one.name != SameDigest.name], began)
+
+    def _sail(self) -> None:
+        """Step the fleet to its end, and let it rest."""
+        scene, fleet = self.scene, self.fleet
+        try:
+            while fleet.running and self.broken is None:
+                while self.sudden and self.sudden[0][0] <= fleet.now_s:
+                    self._let_happen(*self.sudden.pop(0)[1:])
+                fleet.step()
+                self._look(Moment.TICK)
+            if self.broken is None:
+                self._rest()
+        except ConfigurationError:
+            raise
+        except Exception as error:  # whatever leaves a vehicle is what is looked for
+            if _is_own(error):
+                raise
+            is_meant = isinstance(error, PluginError) and any(self.happened[kind] for kind in ENDING)
+            if not is_meant or f"strategy {self.setup.strategy.name}" not in str(error):
+                self._break(NoException.name, _said(error))
+        scene.heard = None
+
+    def _rest(self) -> None:
+        """Let the exchange go on undisturbed, and look at how all ended."""
+        scene, fleet = self.scene, self.fleet
+        self.sea.is_calm = True
+        settled = settled_of(self.setup, fleet)
+        scene.heard = None
+        for vehicle in fleet.vehicles:
+            scene.lives[vehicle.name].is_alive = vehicle.is_alive
+        scene.rested = None if settled is None else settled.complete
+        scene.finished = result_of(self.setup, self.schedule.stress.seed, fleet, 0.0, settled)
+        scene.summary = summary(scene.finished)
+        for moment in Moment:
+            self._look(moment)
+
+    def _look(self, moment: Moment) -> None:
+        """Ask the invariants of a moment."""
+        for one in self.of[moment]:
+            if self.broken is not None:
+                return
+            try:
+                text = one.broken(self.scene)
+            except Exception as error:  # it may be somebody else's
+                raise ConfigurationError(
+                    "remoras stress", [ConfigurationFault("--invariant", one.name, f"its broken raised {_said(error)}")]
+                ) from error
+            if text is not None:
+                self._break(one.name, text)
+
+    def _listen(self, heard: Heard) -> None:
+        self.scene.heard = heard
+        self._look(Moment.EVENT)
+
+    def _break(self, name: str, text: str) -> None:
+        now_s = self.fleet.now_s
+        self.broken = self.broken or Broken(name, now_s, text, tuple(last_events(self.fleet.recorder, now_s)))
+
+    def _let_happen(self, fault: StressFault, by_s: float) -> None:
+        """Let a sudden fault befall its vehicle; a clock jumps by so much."""
+        fleet, scene = self.fleet, self.scene
+        vehicle = next(one for one in fleet.vehicles if one.name == fault.vehicle)
+        if fault.kind == "clock":
+            fleet.clocks[vehicle.data.node].set_by(by_s)
+            fleet.traffic.await_slot(vehicle.data.node)  # as after any setting of a clock
+            self.happened["clock"] += 1
+            return
+        act = forged_act(fault, vehicle, self.setup.mission, scene.witness) if vehicle.is_alive else None
+        if act is not None:
+            self.happened[fault.kind] += 1
+            scene.forged.append((act.issuer, act.about, act.kind))
+            vehicle.conclude(act.facts, fleet.clocks[vehicle.data.node].reads(fleet.now_s))
+
+    def _outcome(self, judged: Sequence[str], began: float) -> Outcome:
+        fleet, recorder = self.fleet, self.fleet.recorder
+        outcome = Outcome(
+            self.schedule,
+            self.broken,
+            tuple(judged),
+            dict(self.happened + Counter(_declared(self.schedule, recorder))),
+            dict(recoveries(recorder)),
+            fleet.completed,
+            fleet.now_s,
+            digest_of(recorder, self.scene.summary),
+            round(time.perf_counter() - began, 3),
+        )
+        fleet.close()
+        return outcome
+
+
+def run_trial(schedule: Schedule, invariants: Sequence[type[Invariant]]) -> Outcome:
+    """Run a schedule; where survivors do not finish, its seed is run without faults, too: they might not either.
+
+    Args:
+        schedule: what befalls the fleet.
+        invariants: that are looked at; each run makes objects of its own.
+
+    Raises:
+        ConfigurationError: the schedule contradicts its scenario, or an invariant raises.
+    """
+    outcome = _Trial(schedule, [one() for one in invariants]).run()
+    if outcome.broken is None or outcome.broken.invariant != Finishes.name or not schedule.fault:
+        return outcome
+    alone = _Trial(schedule.with_faults(()), [Finishes()]).run()
+    if alone.broken is None:
+        return outcome
+    judged = tuple(name for name in outcome.judged if name != Finishes.name)  # it is this seed of the mission
+    return replace(outcome, broken=None, judged=judged)
+
+
+def repeated(schedule: Schedule, invariants: Sequence[type[Invariant]]) -> Outcome:
+    """Run a schedule twice: besides all else, both runs must give the same tables."""
+    first, second = run_trial(schedule, invariants), run_trial(schedule, invariants)
+    judged = (*first.judged, SameDigest.name)
+    broken = first.broken
+    if broken is None and first.digest != second.digest:
+        broken = Broken(SameDigest.name, first.end_s, f"one run gives {first.digest}, another {second.digest}")
+    return replace(first, broken=broken, judged=judged, wall_s=first.wall_s + second.wall_s)
+
+
+def effective_kinds(schedule: Schedule, setup: Setup) -> frozenset[str]:
+    """Kinds of a schedule and its scenario against which nothing protects packets."""
+    communication = setup.scenario.communication
+    kinds = set(schedule.kinds) | {table.kind for table in setup.scenario.fault}
+    if communication.key_file:
+        kinds -= {"bits", "cut", "forged"}
+    if communication.crc_bits >= CHECKED_BITS:
+        kinds -= {"bits", "cut"}
+    return frozenset(kinds | {fault.kind + FOR_GOOD for fault in schedule.permanent})
+
+
+def digest_of(recorder: Recorder, figures: Mapping[str, Any]) -> str:
+    """Digest of all tables and figures of a run, but for what depends on the machine."""
+    found = hashlib.sha256()
+    for name in sorted(recorder.tables):
+        found.update(f"{name} {recorder.rows(name)!r}".encode())
+    found.update(repr([(key, value) for key, value in figures.items() if key != "wall_s"]).encode())
+    return found.hexdigest()[:20]
+
+
+def recoveries(recorder: Recorder) -> Counter[str]:
+    """How often vehicles noticed that something was wrong, or went on all the same, by way."""
+    own = set(FaultKind)
+    found = Counter(row[2] for row in recorder.faults if row[2] not in own)
+    found.update(row[3] for row in recorder.peers)
+    found.update(f"taken for {row[3]}" for row in recorder.membership)
+    found.update(f"refused act: {row[-1]}" for row in recorder.organisation if row[5] == "refused")
+    found.update(f"step {row[-3]}" for row in recorder.plans if row[-3] in ("failed", "dropped"))
+    return found
+
+
+def last_events(recorder: Recorder, until_s: float) -> Iterator[str]:
+    """The last rows of a run that say what happened, in words."""
+    rows: list[tuple[float, str]] = []
+    for table in ("faults", "refused", "peers", "membership", "roles", "organisation"):
+        rows += [(row[0], f"{table}: " + " ".join(map(str, row[1:]))) for row in recorder.rows(table)[-EVENTS_SHOWN:]]
+    for row in recorder.packets[-EVENTS_SHOWN:]:
+        rows.append((row[1], f"packet: {row[2]} in slot {row[0]} to {', '.join(row[6]) or 'nobody'}"))
+    shown = sorted(one for one in rows if one[0] <= until_s)[-EVENTS_SHOWN:]
+    return (f"{time_s:.1f} s {text}" for time_s, text in shown)
+
+
+def _moments(schedule: Schedule) -> Iterator[tuple[float, StressFault, float]]:
+    """When a sudden fault befalls its vehicle, and by how much its clock jumps then."""
+    for fault in schedule.fault:
+        if fault.kind in STATED:
+            yield fault.at_s, fault, 0.0
+        elif fault.kind == "clock":
+            if fault.at_s > 0.0:
+                yield fault.at_s, fault, fault.by_s
+            if fault.until_s is not None:
+                yield fault.until_s, fault, -fault.by_s
+
+
+def _declared(schedule: Schedule, recorder: Recorder) -> dict[str, int]:
+    """How often the faults that the scenario declares have begun, and clocks that are off from the start."""
+    own = {fault.kind for fault in schedule.fault if KINDS[fault.kind].is_of_scenario}
+    begun = Counter(row[2] for row in recorder.faults if row[2] in own and row[3] != "over")
+    begun["clock"] = sum(fault.kind == "clock" and fault.at_s == 0.0 for fault in schedule.fault)
+    return +begun
+
+
+def _without_key(data: bytes, slot: int, draw: int) -> bytes:
+    """What one who has no key makes of a packet."""
+    return data[:-1] + bytes([data[-1] ^ (1 + draw % 255)])
+
+
+def _is_own(error: BaseException) -> bool:
+    """True if an exception was raised by this package, not by a vehicle."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return bool(frames) and Path(__file__).parent in Path(frames[-1].filename).parents
+
+
+def _said(error: BaseException) -> str:
+    """An exception in one line, with where it came from."""
+    frames = traceback.extract_tb(error.__traceback__)
+    where = f" in {frames[-1].filename.rpartition('/')[2]}:{frames[-1].lineno}" if frames else ""
+    text = " ".join(str(error).split())
+    return f"{type(error).__name__}: {text}{where}"

@@ -1,0 +1,190 @@
+"""A witness: an independent record of what was recorded and given to whom, and what follows from it.
+
+It is made of what went into ``record`` and of which packets were taken, not of what managers say of each other.
+
+The law. Vehicle v believes that peer p holds item u. This is false if p, in its present life, does not hold the
+content that v holds under the name u. It is excused while v has not taken any packet of p's present life, provided it
+is not p's first: v cannot know of a restart before it hears of it. Nothing else is excused, with one exception. While
+two vehicles use one number, their items have the same names: those are excused that have not noticed, and all others
+as to items of that number; with ``forgives_names`` even the two as to names that both have given. What a vehicle gave
+up (parts of a block that never came whole, a block that waited too long) it does not hold; peers know it at the latest
+when a calm is over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from enum import StrEnum
+from itertools import chain
+from typing import NamedTuple
+
+from exchange.packets import Fragment, ItemUid
+from stress.lives import Aired, Life
+from worldmodel import Block, PropertyValue
+from worldmodel.facts import Guid
+
+
+class Breach(StrEnum):
+    """Ways in which what vehicles know or believe may differ from what is true."""
+
+    BELIEF = "a false belief"
+    UNRECORDED = "a value that nobody recorded"
+    OTHER_CONTENT = "other content under a known name"
+    PARTIAL = "part of a block"
+    LOST = "knowledge that was lost"
+    APART = "knowledge that differs after a quiet time"
+    RESTLESS = "no rest after a quiet time"
+
+
+class Flaw(NamedTuple):
+    """One difference from what is true: its kind, and who and what in words."""
+
+    breach: Breach
+    text: str
+
+
+class Witness:
+    """The record of one fleet.
+
+    Attributes:
+        recorded: blocks that were recorded, by name; statuses: origin, time and fact of each that was.
+        lives: present life of each node; past: those before; twins: second vehicles of a number.
+        doubled: numbers that two vehicles have used; forgives_names: see the law.
+    """
+
+    def __init__(self) -> None:
+        self.recorded: dict[Guid, set[Block]] = {}
+        self.statuses: set[tuple[int, float, PropertyValue]] = set()
+        self.lives: dict[int, Life] = {}
+        self.past: list[Life] = []
+        self.twins: list[Life] = []
+        self.doubled: set[int] = set()
+        self.forgives_names = False
+
+    def all_alive(self) -> list[Life]:
+        """The vehicles that are switched on, twins behind the others."""
+        return [life for life in (*self.lives.values(), *self.twins) if life.is_alive]
+
+    # What happens --------------------------------------------------------------------------------
+
+    def note_recorded(self, life: Life, block: Block) -> None:
+        """A vehicle has recorded a block of its own."""
+        if block.is_status:
+            self.statuses |= {(block.origin, block.time_s, fact) for fact in block.facts}
+        else:
+            self.recorded.setdefault(block.guid, set()).add(block)
+            if block.is_item:
+                life.had.add(block.guid)
+
+    def note_taken(self, life: Life, aired: Aired) -> None:
+        """A vehicle has taken a sound packet."""
+        life.take(aired.fragments)
+        known = life.heard.get(aired.sender.node)
+        if known is None or known.number <= aired.sender.number:
+            life.heard[aired.sender.node] = aired.sender
+
+    # What is true --------------------------------------------------------------------------------
+
+    def is_false(self, life: Life, peer: Life, fragment: Fragment) -> bool:
+        """True if a vehicle must not believe that a peer holds an item as it holds it itself."""
+        return (
+            fragment.origin not in self.doubled - {life.node}
+            and not (self.forgives_names and len(self.recorded[fragment.block.guid]) > 1)
+            and fragment.block.guid not in peer.gave_up
+            and not peer.holds(fragment)
+        )
+
+    def is_excused(self, life: Life, peer: Life) -> bool:
+        """True while a vehicle cannot know of a peer's present life."""
+        return peer.node == life.node or not (peer.number == 0 or life.heard.get(peer.node) is peer)
+
+    def false_beliefs(self) -> list[tuple[str, str, ItemUid]]:
+        """Who believes of whom what is false, and not excused."""
+        found = []
+        for life in self.all_alive():
+            if (self.twins or life.is_twin) and not life.has_noticed:
+                continue
+            for peer in self.lives.values():
+                if self.is_excused(life, peer):
+                    continue
+                found += [
+                    (life.name, peer.name, fragment.uid)
+                    for fragment in life.fragments()
+                    if life.manager.believes(peer.node, fragment.uid) and self.is_false(life, peer, fragment)
+                ]
+        return found
+
+    def flaws(self) -> Iterator[Flaw]:
+        """All that is believed or known and not so, or was lost."""
+        for one, other, uid in self.false_beliefs():
+            yield Flaw(Breach.BELIEF, f"{one} believes that {other} holds {uid}")
+        for life in self.all_alive():
+            if not life.took_damaged:
+                yield from self.unfounded(life)
+                yield from self.lost(life)
+
+    def unfounded(self, life: Life) -> Iterator[Flaw]:
+        """What a world model has and nobody recorded."""
+        model = life.model
+        for block in chain(model.blocks(), model.arrivals.waiting.values(), model.arrivals.refused.values()):
+            if (flaw := self.flaw_of(life, block)) is not None:
+                yield flaw
+            life.had.add(block.guid)
+        for status in model.statuses():
+            if (flaw := self.flaw_of(life, status)) is not None:
+                yield flaw
+
+    def flaw_of(self, life: Life, block: Block) -> Flaw | None:
+        """What is wrong with a block or status that a vehicle knows; None if somebody recorded it."""
+        if block.is_status:
+            if all((block.origin, block.time_s, fact) in self.statuses for fact in block.facts):
+                return None
+            return Flaw(Breach.UNRECORDED, f"{life.name} knows {block}, which nobody recorded")
+        recorded = self.recorded.get(block.guid, set[Block]())
+        if block in recorded:
+            return None
+        is_part = any(set(block.facts) < set(one.facts) for one in recorded)
+        breach = Breach.PARTIAL if is_part else Breach.OTHER_CONTENT if recorded else Breach.UNRECORDED
+        return Flaw(breach, f"{life.name} knows {block}; recorded was {recorded or 'nothing'}")
+
+    def lost(self, life: Life) -> Iterator[Flaw]:
+        """What a vehicle held or was given whole, and has no more."""
+        model = life.model
+        for guid in life.had:
+            if guid not in life.gave_up and not model.has_arrived(guid):
+                yield Flaw(Breach.LOST, f"{life.name} lost {guid}")
+        for guid in life.parts:
+            if guid[0] in self.doubled or guid in life.gave_up:
+                continue
+            if life.is_whole(guid) and not model.has_arrived(guid):
+                yield Flaw(Breach.LOST, f"{life.name} was given all of {guid} and does not have it")
+
+    def apart(self, alive: Iterable[Life], of_all: bool = True) -> Iterator[Flaw]:
+        """What some of those who hear each other lack of others after a quiet time.
+
+        Args:
+            alive: who hear each other.
+            of_all: also items whose origin lives no more; else those whose origin could say them.
+        """
+        alive = list(alive)
+        origins = {(one.node, one.epoch) for one in alive}
+        for life in alive:
+            for other in alive:
+                missing = [
+                    guid
+                    for guid in other.had
+                    if (of_all or guid[:2] in origins)
+                    and other.model.has_arrived(guid)
+                    and not life.model.has_arrived(guid)
+                ]
+                if missing:
+                    text = f"{life.name} lacks {missing[:5]} of {other.name}: {len(missing)}"
+                    yield Flaw(Breach.APART, text)
+
+    def restless(self, alive: Iterable[Life]) -> Iterator[Flaw]:
+        """Who still has something to say, or waits for something, after a quiet time."""
+        for life in alive:
+            if life.manager.n_open:
+                yield Flaw(Breach.RESTLESS, f"{life.name} has {life.manager.n_open} items open")
+            if waiting := life.model.arrivals.waiting:
+                yield Flaw(Breach.RESTLESS, f"{life.name}: {len(waiting)} blocks wait")

@@ -1,0 +1,240 @@
+"""Faults planted in the code, one for each invariant: a mechanism is taken out or turned round.
+
+Each is to be named, by the invariant that is about it, from seeds alone. ``needs`` are kinds without which the
+mechanism has nothing to do: seeds whose schedules have none of them are passed over, which takes no run.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import pytest
+from small_sea import small_plan
+
+from exchange.codec import Codec
+from exchange.holders import Holders
+from exchange.listening import Listener
+from exchange.packets import Fragment, Packet
+from exchange.peers import Peers
+from exchange.sealing import Checksum
+from missions.mapping.truth import MappingTruth
+from missions.runs import metrics
+from remoras import authority, radio, vehicle
+from remoras.functional.layer import FunctionalLayer
+from remoras.functional.sensing import Sensing
+from remoras.jumps import Jumps
+from remoras.radio import Radio
+from remoras.separation import Separation
+from remoras.social import consultation
+from remoras.social.consultation import Consultation
+from remoras.social.standing import Standing
+from remoras.testing import Plan
+from worldmodel.facts import Merged
+from worldmodel.store import Store
+
+Patch = pytest.MonkeyPatch
+
+
+@dataclass(frozen=True)
+class Planted:
+    """A fault in the code.
+
+    Attributes:
+        invariant: that is to name it; plant: plants it; needs: kinds of which one is needed.
+        settings: of the small mission, beside its own; kinds: that are drawn from.
+    """
+
+    invariant: str
+    plant: Callable[[Patch], None]
+    needs: frozenset[str] = frozenset()
+    settings: tuple[str, ...] = ()
+    kinds: tuple[str, ...] = ()
+
+    def plan(self) -> Plan:
+        """From what schedules are drawn; made before the fault is planted."""
+        return small_plan(*self.kinds, settings=self.settings)
+
+
+CHECKED = ("communication.crc_bits=32",)
+REAL_MERGE, REAL_EMBODY = radio.merge, vehicle.embody
+N_CALLS = itertools.count()
+
+
+def raise_at_a_jump(patch: Patch) -> None:
+    sound = Jumps.suspected
+
+    def suspected(self: Jumps, block: Any) -> Any:
+        jump = sound(self, block)
+        return None if jump is None else 1 // 0
+
+    patch.setattr(Jumps, "suspected", suspected)
+
+
+def believe_that_all_hold_what_is_new_here(patch: Patch) -> None:
+    def take(self: Holders, column: int) -> None:
+        for node in range(len(self._state.believes)):
+            self._state.believes[node] |= 1 << column
+
+    patch.setattr(Holders, "take", take)
+
+
+def shift_what_is_merged(patch: Patch) -> None:
+    def merge(model: Any, blocks: Any, now_s: float) -> Merged:
+        shifted = [one._replace(time_s=max(0.0, one.time_s - 0.1)) if now_s > 100.0 else one for one in blocks]
+        return REAL_MERGE(model, shifted, now_s)
+
+    patch.setattr(radio, "merge", merge)
+
+
+def merge_all_facts_but_the_last(patch: Patch) -> None:
+    def merge(model: Any, blocks: Any, now_s: float) -> Merged:
+        return REAL_MERGE(model, [one._replace(facts=one.facts[:-1] or one.facts) for one in blocks], now_s)
+
+    patch.setattr(radio, "merge", merge)
+
+
+def forget_at_a_restart(patch: Patch) -> None:
+    def remember(model: Any, kept: Any, now_s: float) -> Merged:
+        return REAL_MERGE(model, [block for _, block in kept.items() if block is not None][::2], now_s)
+
+    patch.setattr(vehicle, "remember", remember)
+
+
+def believe_the_future(patch: Patch) -> None:
+    sound = Codec._decode
+
+    def decode(self: Codec, data: bytes, frame: int = 0, slot_start_s: float = 0.0) -> Packet:
+        packet = sound(self, data, frame, slot_start_s)
+        later = [
+            Fragment(f.origin, f.sequence, f.time_s + 60.0, f.facts, f.index, f.count, f.epoch)
+            for f in packet.fragments
+        ]
+        return replace(packet, fragments=tuple(later)) if frame % 16 == 5 else packet
+
+    patch.setattr(Codec, "_decode", decode)
+    patch.setattr(Store, "latest_time_s", lambda self, now_s: math.inf)
+
+
+def check_no_checksum(patch: Patch) -> None:
+    patch.setattr(Checksum, "stripped", lambda self, data, frame: data[: len(data) - self.size_bits // 8])
+
+
+def never_catch_up(patch: Patch) -> None:
+    patch.setattr(Listener, "_catch_up", lambda self, now_s: None)
+    patch.setattr(Listener, "reopen", lambda self, now_s: None)
+
+
+def never_park(patch: Patch) -> None:
+    sound = Peers.speak
+    patch.setattr(Peers, "speak", lambda self, frame, parking: sound(self, frame, False))
+
+
+def grant_everything(patch: Patch) -> None:
+    patch.setattr(consultation, "may_assign", lambda asked, *rest: authority.Outcome.SUCCESS)
+
+
+def let_no_head_step_down(patch: Patch) -> None:
+    sound = Consultation._hand_over
+    patch.setattr(Consultation, "_hand_over", lambda self, to, holders, *rest: sound(self, to, (), *rest))
+
+
+def divide_by_nothing(patch: Patch) -> None:
+    sound = FunctionalLayer.impair
+
+    def impair(self: FunctionalLayer, speed_factor: float, *rest: Any) -> None:
+        sound(self, speed_factor, *rest)
+        if speed_factor < 1.0:
+            self.motion.speed_mps = math.nan
+
+    patch.setattr(FunctionalLayer, "impair", impair)
+
+
+def begin_anew_elsewhere(east_m: float) -> Callable[[Patch], None]:
+    def plant(patch: Patch) -> None:
+        def embody(layer: FunctionalLayer, before: FunctionalLayer) -> None:
+            REAL_EMBODY(layer, before)
+            layer.motion.x_m += east_m
+
+        patch.setattr(vehicle, "embody", embody)
+
+    return plant
+
+
+def begin_anew_charged(patch: Patch) -> None:
+    def embody(layer: FunctionalLayer, before: FunctionalLayer) -> None:
+        REAL_EMBODY(layer, before)
+        layer.motion.energy_j = 0.0
+
+    patch.setattr(vehicle, "embody", embody)
+
+
+def see_nobody(patch: Patch) -> None:
+    patch.setattr(Separation, "look", lambda self: {})
+
+
+def complete_before_the_meeting(patch: Patch) -> None:
+    sound = MappingTruth.observe
+
+    def observe(self: MappingTruth, view: Any, now_s: float) -> bool:
+        return sound(self, view, now_s) or self.goal_fraction >= 1.0
+
+    patch.setattr(MappingTruth, "observe", observe)
+
+
+def count_bytes_twice(patch: Patch) -> None:
+    sound = metrics.n_bits
+    patch.setattr(metrics, "n_bits", lambda run: sound(run) + 8 * len(run.recorder.refused))
+
+
+def claim_nothing(patch: Patch) -> None:
+    patch.setattr(Standing, "claims", lambda self: [])
+
+
+def keep_count_between_runs(patch: Patch) -> None:
+    sound = Radio.tidy
+
+    def tidy(self: Radio, now_s: float) -> None:
+        self._record_fault(now_s, "call", str(next(N_CALLS)))
+        sound(self, now_s)
+
+    patch.setattr(Radio, "tidy", tidy)
+
+
+def map_with_dead_sensors(patch: Patch) -> None:
+    sound = Sensing.look
+
+    def look(self: Sensing, *rest: Any) -> Any:
+        found = sound(self, *rest)
+        self.looking = tuple(name for name, _ in self._on)
+        return found
+
+    patch.setattr(Sensing, "look", look)
+
+
+PLANTS = (
+    Planted("exceptions", raise_at_a_jump, frozenset({"misplaced"})),
+    Planted("beliefs", believe_that_all_hold_what_is_new_here),
+    Planted("recorded", shift_what_is_merged),
+    Planted("whole-blocks", merge_all_facts_but_the_last),
+    Planted("remembered", forget_at_a_restart, frozenset({"restarts"})),
+    Planted("past", believe_the_future, frozenset({"forged"})),
+    Planted("sound-packets", check_no_checksum, frozenset({"bits"}), CHECKED),
+    Planted("agreement", never_catch_up, frozenset({"deaf", "partition", "restarts", "lost"})),
+    Planted("rest", never_park, frozenset({"lost"})),
+    Planted("authority", grant_everything, frozenset({"forged-role", "forged-objective"})),
+    Planted("cardinality", let_no_head_step_down, frozenset({"mute", "partition", "lost"})),
+    Planted("finite", divide_by_nothing, frozenset({"slow"})),
+    Planted("borders", begin_anew_elsewhere(5000.0), frozenset({"restarts"})),
+    Planted("speed", begin_anew_elsewhere(50.0), frozenset({"restarts"})),
+    Planted("energy", begin_anew_charged, frozenset({"restarts"})),
+    Planted("separation", see_nobody),
+    Planted("verdict", complete_before_the_meeting),
+    Planted("summary", count_bytes_twice, frozenset({"cut", "bits", "late", "twice"})),
+    Planted("finishes", claim_nothing, frozenset({"lost"})),
+    Planted("repeats", keep_count_between_runs),
+    Planted("ground", map_with_dead_sensors, frozenset({"sensor"})),
+)
