@@ -19,8 +19,9 @@ sys.path.insert(0, str(ROOT))
 os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
 
 import remoras  # noqa: E402
-from missions.mapping.mission import MappingMission  # noqa: E402
+from missions.files import MISSIONS  # noqa: E402
 from missions.scenarios.explanations import explanations  # noqa: E402
+from missions.scenarios.formation import FORMATION_WORDS  # noqa: E402
 from missions.sweeps.study import study_explanations  # noqa: E402
 from worldmodel import ban_ontology_path, core_ontology_paths, need_ontology_path, read_tbox, slot_ontology_path  # noqa: E402
 from worldmodel.vocabulary import terms_of  # noqa: E402
@@ -84,16 +85,21 @@ class Keys(SphinxDirective):
 
 
 class Terms(SphinxDirective):
-    """A list of the classes and attributes of one shipped ontology file: what each is, and its definition."""
+    """A list of the classes and attributes of one shipped ontology file: what each is, and its definition.
+
+    A file of a mission is named with its folder: ``mapping/finds``.
+    """
 
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
         """A definition for each term."""
         listed = nodes.definition_list()
-        optional = (ban_ontology_path(), need_ontology_path(), slot_ontology_path())
-        for term in terms_of(read_tbox(*core_ontology_paths(), *optional, *MappingMission.vocabulary)):
-            if term.file == self.arguments[0]:
+        mission, _, file = self.arguments[0].rpartition("/")
+        optional = (ban_ontology_path(), need_ontology_path(), slot_ontology_path(), FORMATION_WORDS)
+        more = sorted((MISSIONS / mission).glob("*.ttl")) if mission else optional
+        for term in terms_of(read_tbox(*core_ontology_paths(), *more)):
+            if term.file == file:
                 name = nodes.term("", "", nodes.literal("", term.name), nodes.Text(f"  ({term.kind})"))
                 said = nodes.paragraph("", "", nodes.Text(term.meaning))
                 listed += nodes.definition_list_item("", name, nodes.definition("", said))

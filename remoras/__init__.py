@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from remoras.database import VehicleData
     from remoras.errors import RemorasError
     from remoras.face import Run, compare, exchange_study, load, open, run, sweep
+    from remoras.known import Known
     from remoras.mission import Finding, FleetView, Milestone, Mission, Truth, VehicleView
     from remoras.motion import Motion
     from remoras.organisation import Group
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
     from remoras.sensor import SELF, Observation, Pose, Sensor, SensorSettings
     from remoras.strategy import Declaration, Move, Negotiator, Situation, Statement, Strategy
     from remoras.swept import Sweep
-    from remoras.work import DivisibleJob, Job, Known, Outlook, Work
+    from remoras.work import DivisibleJob, Job, Outlook, Work
 
 _HOMES = {
     "remoras.swept": ("Sweep",),
@@ -83,7 +84,8 @@ _HOMES = {
     "remoras.recorder": ("TIME", "VEHICLE", "Column", "Recorder", "Table"),
     "remoras.sensor": ("SELF", "Observation", "Pose", "Sensor", "SensorSettings"),
     "remoras.strategy": ("Declaration", "Move", "Negotiator", "Situation", "Statement", "Strategy"),
-    "remoras.work": ("DivisibleJob", "Job", "Known", "Outlook", "Work"),
+    "remoras.known": ("Known",),
+    "remoras.work": ("DivisibleJob", "Job", "Outlook", "Work"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -38,12 +38,13 @@ from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs, Key
 from remoras.database import VehicleData
 from remoras.htn import Domain, FactsLike, Task
+from remoras.known import Known
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.recorder import Recorder, Table
 from remoras.sensor import SensorSettings
-from remoras.work import Job, Known, Point
+from remoras.work import Job, Point
 
 ALLOCATE_ROLES, GIVE_MISSION, ASSIGN_OBJECTIVE = "AllocateRoles", "GiveMission", "AssignObjective"
 FORM_GROUP, DISSOLVE_GROUP = "FormGroup", "DissolveGroup"

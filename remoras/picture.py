@@ -7,7 +7,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from exchange.links import PeerLinks
-from remoras.work import NOTHING_KNOWN, Known, Point
+from remoras.known import NOTHING_KNOWN, Known
+from remoras.work import Point
 
 
 @dataclass(slots=True)

@@ -8,14 +8,15 @@ is open, and offered to vehicles, only once they are.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Set
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 from remoras.beliefs import Key
 from remoras.database import AUVDatabase, VehicleData
+from remoras.known import Known
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 
 Point = tuple[float, float]
@@ -32,40 +33,6 @@ class Outlook(NamedTuple):
 
     free_s: float
     position_m: Point
-
-
-class Known(Protocol):
-    """What a vehicle knows, to be looked up by ``(attribute, instance)``; ``Beliefs`` is one."""
-
-    def get(self, key: Key, default: Any = None, /) -> Any:
-        """The latest value of a fact, or ``default`` if it is not known."""
-        ...
-
-    def values(self, key: Key) -> Set[Any]:
-        """Every value of a fact that was ever told, but for what banned vehicles said."""
-        ...
-
-    @property
-    def n_told(self) -> int:
-        """It grows whenever what ``values`` gives changes: what was worked out of these sets holds until then."""
-        ...
-
-
-@dataclass(frozen=True)
-class _Nothing:
-    def get(self, key: Key, default: Any = None, /) -> Any:
-        return default
-
-    def values(self, key: Key) -> Set[Any]:
-        return frozenset()
-
-    @property
-    def n_told(self) -> int:
-        return 0
-
-
-NOTHING_KNOWN: Known = _Nothing()
-"""What is known before the mission."""
 
 
 class Job(Protocol):

@@ -42,6 +42,7 @@ ROOMS: dict[str, set[str]] = {
         "missions.trident", "missions.meeting", "missions.scenarios", "missions", "remoras", "worldmodel",
     },
     "missions.pandora": {"missions.pandora", "missions.meeting", "missions.scenarios", "missions", "remoras"},
+    "missions.arrows": {"missions.arrows", "missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.runs": {
         "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.social", "remoras.executive",
         "remoras.functional", "exchange", "exchange.acoustics", "worldmodel", "worldmodel.rdf",
@@ -76,6 +77,7 @@ DOORS: dict[str, set[str]] = {
     "missions.mapping": {"exchange.acoustics.loss"},
     "missions.trident": {"exchange.acoustics.loss"},
     "missions.pandora": {"exchange.acoustics.loss"},
+    "missions.arrows": {"exchange.acoustics.loss", "exchange.acoustics.link"},
     "missions.scenarios": {"remoras.executive.satisfaction"},
     "visualisation": {"missions.runs.results", "missions.sweeps.folder", "missions.comparison"},
     "visualisation.runs": {"missions.runs.results"},
@@ -98,6 +100,9 @@ WORDS_OF = {
     "missions.trident": (
         "trident", "choreography", "decoy", "decoys", "clamp", "gripper", "reacquire", "reacquiring", "usbl",
         "likeness", "recogniser", "transponder",
+    ),
+    "missions.arrows": (
+        "archaeology", "archaeological", "amphorae", "wooden", "magnetometer", "lawnmower", "cell", "cells", "area",
     ),
 }  # fmt: skip
 """Words of a mission that nothing outside its folder may know."""
@@ -282,6 +287,11 @@ def test_no_modules_import_each_other() -> None:
     assert circles(arrows) == []
 
 
+def own_words(module: str) -> set[str]:
+    """Words of the mission that a module belongs to: another one may have the same."""
+    return {word for mission, words in WORDS_OF.items() if within(module, mission) for word in words}
+
+
 @pytest.mark.parametrize("mission", WORDS_OF)
 def test_the_words_of_a_mission_stay_in_its_folder(mission: str) -> None:
     found = [
@@ -289,7 +299,7 @@ def test_the_words_of_a_mission_stay_in_its_folder(mission: str) -> None:
         for module, text in SOURCES.items()
         if not within(module, mission)
         for line, word in words_in(text)
-        if word in WORDS_OF[mission]
+        if word in WORDS_OF[mission] and word not in own_words(module)
     ]
     assert not found, "\n".join(found)
 

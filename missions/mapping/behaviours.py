@@ -30,9 +30,10 @@ from remoras.behaviours import (
     distance_m,
 )
 from remoras.database import VehicleData
+from remoras.known import Known
 from remoras.motion import Motion
 from remoras.picture import Picture
-from remoras.work import Known, Point
+from remoras.work import Point
 
 DEAD_ROWS = 2
 """A sensor that yields nothing on so many whole rows is taken for dead."""

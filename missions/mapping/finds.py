@@ -22,8 +22,9 @@ from missions.scenarios.tables import Raw, entries, list_of, names_of, table_of
 from remoras.activities import Objective
 from remoras.beliefs import Key
 from remoras.database import VehicleData
+from remoras.known import Known
 from remoras.organisation import Group
-from remoras.work import Known, Outlook, Point
+from remoras.work import Outlook, Point
 
 INSPECTING = "Inspecting"
 """Objective of a role with a find."""

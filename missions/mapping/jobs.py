@@ -11,8 +11,9 @@ from missions.mapping.ground import Followed, Ground, Way, ground_of
 from missions.mapping.sensors import mapping_speed_mps, swath_m
 from remoras.beliefs import Key
 from remoras.database import AUVDatabase, VehicleData
+from remoras.known import Known
 from remoras.organisation import Group
-from remoras.work import Known, Outlook, Point
+from remoras.work import Outlook, Point
 
 CELL_M = 25.0
 """Side of the cells of an area that is given without any."""

@@ -67,13 +67,14 @@ from remoras.beliefs import Beliefs, Key
 from remoras.database import VehicleData
 from remoras.errors import PlanningError
 from remoras.htn import Domain, FactsLike, Task
+from remoras.known import Known
 from remoras.mission import Finding, Mission
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.recorder import Recorder
 from remoras.sensor import SensorSettings
-from remoras.work import Known, Point
+from remoras.work import Point
 
 COLLECTIVE = frozenset({*OBJECTIVES, "Positioning"})
 

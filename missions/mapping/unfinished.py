@@ -13,9 +13,9 @@ from collections.abc import Collection, Iterable
 from missions.mapping.jobs import SurveyJob
 from remoras.behaviours import Behaviour, Perception, Reference
 from remoras.htn import FactsLike
+from remoras.known import Known
 from remoras.motion import Motion
 from remoras.picture import Picture
-from remoras.work import Known
 
 
 def is_to_be_inspected(facts: FactsLike, find: str) -> bool:

@@ -119,6 +119,7 @@ class JobMission(Mission):
             settings.patience_s,
             settings.meeting_deadline_s,
             settings.importance,
+            self.meets_from_s(scenario),
         )
         self._domain = Domain.of(
             self.meeting.operators(self._jobs, self.objective),
@@ -141,6 +142,10 @@ class JobMission(Mission):
     def switched_on(self, job: Job, data: VehicleData) -> tuple[str, ...]:
         """Names of the sensors that the vehicle switches on for a job; all of them by default."""
         return tuple(sensor.name for sensor in data.sensors)
+
+    def meets_from_s(self, scenario: Any) -> float:
+        """Before this time (s) nobody meets; at once by default. It counts where there is no job to wait for."""
+        return 0.0
 
     # What follows --------------------------------------------------------------------------------
 

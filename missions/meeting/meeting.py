@@ -85,6 +85,7 @@ class Meeting:
         patience_s: a leader is content if news came in this time.
         deadline_s: a head that has waited this long at the rally point meets with those who are there.
         importance: of objectives, see ``importance_of``.
+        opens_s: nobody meets before; a head waits for others from then on.
     """
 
     groups: Mapping[str, Group]
@@ -94,6 +95,7 @@ class Meeting:
     patience_s: float
     deadline_s: float
     importance: Mapping[str, float]
+    opens_s: float = 0.0
 
     def founding_objectives(self) -> list[Objective]:
         """Heads supervise their groups from the start."""
@@ -189,6 +191,8 @@ class Meeting:
         """
         if group.rally_point is None or not self._is_there(group, motion.position_m, 0.0):
             return ()
+        if picture.body.now_s < self.opens_s:
+            return ()
         has_met = group.name in picture.groups.gathered
         if has_met and self._is_complete(group, organisation, beliefs, picture):
             return ()
@@ -208,7 +212,8 @@ class Meeting:
 
         Who supervises other groups begins to wait when they have met.
         """
-        since_s = max(picture.body.settled_s, picture.groups.idle_since_s.get(group.name, math.inf))
+        idle_s = picture.groups.idle_since_s.get(group.name, math.inf)
+        since_s = max(picture.body.settled_s, idle_s, self.opens_s)
         for other in self._before(group):
             met_s = beliefs.observed_s(("gatheredAt", other))
             since_s = max(since_s, math.inf if met_s is None else met_s)

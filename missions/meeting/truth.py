@@ -32,7 +32,7 @@ class MeetingTruth:
         self.milestones: list[Milestone] = []
         self._rally_points_m = meeting.rally_points_m
         self._radius_m = meeting.arrival_radius_m
-        self._deadline_s = meeting.deadline_s
+        self._deadline_s, self._opens_s = meeting.deadline_s, meeting.opens_s
         self._there_s: dict[tuple[str, str], float] = {}  # vehicle and group
         self._has_met: set[tuple[str, str]] = set()
         self._is_planned = False
@@ -72,7 +72,7 @@ class MeetingTruth:
             self._consulted = True
             self.milestones.append(Milestone(now_s, "consultation_done"))
         self.watch(fleet, now_s)
-        for group in list(self._apart):
+        for group in list(self._apart) if now_s >= self._opens_s else ():
             if any(other.name in self._meets_after[group.name] for other in self._apart):
                 continue
             self._note_who_is_there(survivors, group, now_s)

@@ -11,10 +11,11 @@ from missions.pandora.structure import Part
 from remoras.behaviours import Approach, Behaviour, Perception, Reference, attracted, distance_m
 from remoras.current import Current
 from remoras.database import VehicleData
+from remoras.known import Known
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.sensor import Fact, Observation
-from remoras.work import Known, Point
+from remoras.work import Point
 
 RAISE, RAISE_S, MOST_GAIN, LOW_QUALITY = 1.25, 30.0, 4.0, 0.8
 """A vehicle that holds its place badly asks for so much more speed from then on, so often and so far."""

@@ -28,10 +28,11 @@ from missions.pandora.sequential import Cusum
 from missions.pandora.structure import Part
 from remoras.current import Current
 from remoras.database import VehicleData
+from remoras.known import Known
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.sensor import Fact, Observation
-from remoras.work import HOME_MARGIN, Known, Point
+from remoras.work import HOME_MARGIN, Point
 
 POWER_SIGMA_W = 3.0
 """Standard deviation of a reading of power: packets and manoeuvres come beside hotel and drag."""

@@ -10,10 +10,11 @@ from missions.pandora.sensors import CameraSettings, WrenchSettings
 from missions.pandora.structure import Part
 from remoras.behaviours import Perception, Reference, distance_m
 from remoras.database import VehicleData
+from remoras.known import Known
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.sensor import SELF, Fact, Observation
-from remoras.work import Known, Point
+from remoras.work import Point
 
 LOOK_S = 120.0
 """How long the plan has a vehicle look for a part where it should be."""

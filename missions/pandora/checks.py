@@ -9,10 +9,12 @@ from collections.abc import Iterator
 from missions.errors import ConfigurationFault
 from missions.pandora.scenario import ANY, KINDS
 from missions.scenarios.checks import outside_faults
-from missions.scenarios.tables import PointM, Raw, entries, names_of, one_of, point_of
+from missions.scenarios.tables import PointM, Raw, bounds_of, entries, names_of, one_of, point_of
 
 APART_M = 2.5
 """Parts lie so far from each other at least, so that a tool touches one alone."""
+SEEN_APART_M = 0.5
+"""So far apart lie points that are looked at, as far as a vehicle that holds its place may be off."""
 
 
 def structure_faults(raw: Raw) -> Iterator[ConfigurationFault]:
@@ -60,7 +62,7 @@ def _names(raw: Raw) -> Iterator[ConfigurationFault]:
 
 
 def _overlaps(raw: Raw) -> Iterator[ConfigurationFault]:
-    """What a tool works on too near to another such part, or the points of two parts of one kind in one place."""
+    """What a tool works on too near to another such part, and points that are looked at too near to each other."""
     placed = [(kind, name, point_m) for kind, name, points_m in _points(raw) for point_m in points_m]
     worked = [one for one in placed if one[0] in ("valve", "anode")]
     for number, (kind, name, at_m) in enumerate(worked):
@@ -71,10 +73,24 @@ def _overlaps(raw: Raw) -> Iterator[ConfigurationFault]:
     looked = [one for one in placed if one[0] in ("panel", "chain")]
     for number, (kind, name, at_m) in enumerate(looked):
         for _, other, other_m in looked[:number]:
-            if at_m == other_m:
+            if math.dist(at_m, other_m) < SEEN_APART_M:
                 key = _key_of(f"{kind}.")
-                allowed = f"where {other} is already; allowed: a place of its own"
+                allowed = f"{math.dist(at_m, other_m):.3g} m from {other}; allowed: {SEEN_APART_M:g} m or more"
                 yield ConfigurationFault(f"{kind}.{name}.{key}", str(list(at_m)), allowed)
+
+
+def _moved_out(raw: Raw, key: str, distance_m: object, part: object) -> Iterator[ConfigurationFault]:
+    """A distance by which a valve, in whichever direction, would leave the world."""
+    bounds = bounds_of(raw)
+    valves = [one for one in entries(raw, "valve") if part in (ANY, one.get("name"))]
+    places_m = [at_m for one in valves for at_m in point_of(one, "position_m")]
+    if bounds is None or not places_m or isinstance(distance_m, bool) or not isinstance(distance_m, int | float):
+        return
+    west_m, south_m, east_m, north_m = bounds
+    room_m = min(min(x - west_m, east_m - x, y - south_m, north_m - y) for x, y in places_m)
+    if 0.0 < room_m < distance_m:
+        allowed = f"at most {room_m:g}: beyond, the valve may lie outside of the world"
+        yield ConfigurationFault(key, f"{distance_m:g}", allowed)
 
 
 def _upsets(raw: Raw) -> Iterator[ConfigurationFault]:
@@ -88,6 +104,8 @@ def _upsets(raw: Raw) -> Iterator[ConfigurationFault]:
         seen.add(part)
         if kind == "moved" and "distance_m" not in upset:
             yield ConfigurationFault(f"{key}.distance_m", "", "missing: how far the valve is from its place")
+        if kind == "moved":
+            yield from _moved_out(raw, f"{key}.distance_m", upset.get("distance_m"), part)
         if kind in ("turned", "stuck") and "distance_m" in upset:
             allowed = f"not used by kind {kind}, only by moved: leave it out"
             yield ConfigurationFault(f"{key}.distance_m", str(upset["distance_m"]), allowed)

@@ -112,6 +112,7 @@ def current_faults(raw: Raw) -> Iterator[ConfigurationFault]:
     spread = table_of(raw, "uncertainty").get("speed_spread", 0.0)
     if not all(_is_number(one) for one in (*given.values(), spread)) or not _is_positive(shear_depth_m):
         return
+    yield from _late_surges(raw)
     current = Current(**given, shear_depth_m=shear_depth_m, surges=_surges(table))
     worst: tuple[float, str] | None = None
     for vehicle in entries(raw, "vehicle"):
@@ -146,6 +147,18 @@ def beacon_faults(raw: Raw) -> Iterator[ConfigurationFault]:
             own = [table for one in vehicles if one.get("name") == carrier for table in sensor_tables(one)]
             names = [str(table.get("name") or table.get("type")) for table in own]
             yield from one_of(f"{key}.sensor", beacon["sensor"], names)
+
+
+def _late_surges(raw: Raw) -> Iterator[ConfigurationFault]:
+    """Surges that cannot begin before the end."""
+    given_s = table_of(raw, "scenario").get("duration_s")
+    duration_s = float(given_s) if isinstance(given_s, int | float) else math.inf
+    for number, surge in enumerate(entries(table_of(raw, "current"), "surge"), 1):
+        for earliest_s, latest_s in point_of(surge, "between_s"):
+            if earliest_s >= duration_s:
+                given = f"[{earliest_s:g}, {latest_s:g}]"
+                allowed = f"begins after the end: before scenario.duration_s = {duration_s:g}"
+                yield ConfigurationFault(f"current.surge.{number}.between_s", given, allowed)
 
 
 def _surges(table: Raw) -> tuple[Surge, ...]:

@@ -23,9 +23,10 @@ from remoras.behaviours import (
     distance_m,
 )
 from remoras.database import VehicleData
+from remoras.known import Known
 from remoras.motion import Motion
 from remoras.picture import Picture
-from remoras.work import Known, Point
+from remoras.work import Point
 
 CREEP_MPS, NEAR_M, IN_PLACE_M = 0.3, 8.0, 0.1
 """Over the last metres a vehicle goes this slowly, from so far away, until it is so near."""

@@ -101,7 +101,8 @@ def _services(raw: Raw, tbox: TBox) -> Iterator[ConfigurationFault]:
         if activity == CHOOSE:
             for name in able:
                 if modules[name][1].get("self_test") is False:
-                    key = f"vehicle.{modules[name][0].get('name')}.sensor"
+                    carrier = modules[name][0].get("name")
+                    key = f"vehicle.{carrier}.sensor.{name.removeprefix(f'{carrier} ')}"
                     allowed = f"{name} makes choices, so it has to tell whether it works; allowed: self_test = true"
                     yield ConfigurationFault(f"{key}.self_test", "false", allowed)
     requires = table_of(table_of(raw, "activity"), SURVEY).get("requires")
@@ -111,9 +112,11 @@ def _services(raw: Raw, tbox: TBox) -> Iterator[ConfigurationFault]:
 
 
 def _named(key: str, table: Raw, able: Collection[str]) -> Iterator[ConfigurationFault]:
-    """Services that the plan has for an activity, and that are not able to do it."""
+    """Services that the plan has for an activity, and that are not able to do it; that none is, is told elsewhere."""
+    if not able:
+        return
     if "service" not in table:
-        yield ConfigurationFault(f"{key}.service", "", f"is missing; allowed: {', '.join(able) or 'none'}")
+        yield ConfigurationFault(f"{key}.service", "", f"is missing; allowed: {', '.join(able)}")
     for where, given in [("service", table.get("service")), *(("spare", one) for one in list_of(table, "spare"))]:
         yield from one_of(f"{key}.{where}", given, sorted(able))
 

@@ -16,12 +16,13 @@ from remoras.beliefs import Key
 from remoras.database import AUVDatabase
 from remoras.errors import PlanningError
 from remoras.htn import NoPlan, Plan, Task, plan
+from remoras.known import NOTHING_KNOWN
 from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, GIVE_MISSION, SocialPart
 from remoras.nesting import meets_after, supervisors_of
 from remoras.organisation import Group, Organisation
 from remoras.social.reports import scarce_energy_j
 from remoras.strategy import Strategy, adapt_roles, form_groups
-from remoras.work import NOTHING_KNOWN, jobs_left, precedence, works
+from remoras.work import jobs_left, precedence, works
 
 
 @dataclass(frozen=True, slots=True)

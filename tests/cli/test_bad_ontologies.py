@@ -25,7 +25,8 @@ BAD = {
     "without range": (
         "ex:p a owl:DatatypeProperty ; rdfs:domain rm:Vehicle .",
         "ex:p: 0 rdfs:range",
-        "xsd:double, xsd:decimal, xsd:integer, xsd:boolean, xsd:string, rm:Point, owl:oneOf (strings) or a declared class",
+        "xsd:double, xsd:decimal, xsd:integer, xsd:boolean, xsd:string, rm:Point, owl:oneOf (strings) "
+        "or a declared class",
     ),
     "a name twice": (
         "ex:Valve a owl:Class ; rdfs:subClassOf rm:ObjectOfInterest .",

@@ -8,6 +8,7 @@ import pytest
 from sampling import sampled
 from visiting_mission import VisitingMission, visiting_scenario
 
+from missions.arrows import ArrowsMission
 from missions.mapping import MappingMission
 from missions.pandora import PandoraMission
 from missions.scenarios import load
@@ -36,6 +37,12 @@ def test_every_shipped_scenario_conforms(scenario: str) -> None:
 def test_the_mission_of_service_conforms() -> None:
     keys = "fault=[]", "current.surge=[]", "chain=[]", "anode=[]", "scenario.duration_s=900.0"
     conformance.check(PandoraMission, load("pandora-inspection", [("--set", key) for key in keys]))
+
+
+@pytest.mark.slow
+def test_the_mission_of_search_conforms() -> None:
+    keys = "mission.search_s=200.0", "scenario.duration_s=500.0"
+    conformance.check(ArrowsMission, load("arrows-archaeology", [("--set", key) for key in keys]))
 
 
 @pytest.mark.parametrize(

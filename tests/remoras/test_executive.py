@@ -318,7 +318,12 @@ def test_continuing_keeps_a_vehicle_from_wavering() -> None:
 # Decisions ----------------------------------------------------------------------------------------
 
 perceptions_drawn = st.lists(
-    st.builds(Perception, st.floats(0.0, 1.0), st.sampled_from([None, ADVANCING.advance, STANDING.advance])),
+    st.builds(
+        Perception,
+        st.floats(0.0, 1.0),
+        st.sampled_from([None, ADVANCING.advance, STANDING.advance]),
+        concludes=st.just(()),
+    ),
     min_size=5,
     max_size=5,
 )

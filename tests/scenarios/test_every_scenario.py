@@ -10,7 +10,11 @@ DAY = "pandora-day"
 """Takes too long to be flown to its end in tests."""
 
 
-@pytest.mark.parametrize("name", [name for name in shipped() if name != DAY])
+SEARCH = "arrows-archaeology"
+"""Whether enough is found depends on what lies there; its channel has no loss rate."""
+
+
+@pytest.mark.parametrize("name", [name for name in shipped() if name not in (DAY, SEARCH)])
 @pytest.mark.parametrize("policy", ["ack", "mps-ack-repeat"])
 def test_it_completes_over_a_lossy_channel(name: str, policy: str) -> None:
     loaded = load(name, [("--per", "channel.per=0.3"), ("--policy", f"communication.policy={policy}")])
@@ -24,6 +28,14 @@ def test_a_day_begins() -> None:
     """The first hour of 24."""
     keys = "scenario.duration_s=3600.0", "fault=[]", "current.surge=[]"
     assert run(load(DAY, [("--set", key) for key in keys]), seed=1).goal_fraction > 0.04
+
+
+@pytest.mark.parametrize("policy", ["ack", "mps-ack-repeat"])
+def test_a_search_ends_with_all_together(policy: str) -> None:
+    keys = f"communication.policy={policy}", "mission.search_s=900.0"
+    finished = run(load(SEARCH, [("--set", key) for key in keys]), seed=2)
+    assert "gathered" in {one.name for one in finished.milestones}
+    assert summary(finished)["false_beliefs"] == 0
 
 
 def test_strategies_and_loss_do_not_touch_each_others_draws() -> None:

@@ -47,6 +47,7 @@ def test_a_part_that_cannot_be(tmp_path: Path, table: str, entry: int, change: d
         ([{"kind": "stuck", "part": "valve A9"}], 'upset.1.part = "valve A9": allowed: valve A1, valve A2, valve A3'),
         ([{"kind": "stuck", "part": "valve A1"}] * 2, 'upset.2.part = "valve A1": is upset already'),
         ([{"kind": "stuck"}] * 4, "upset = 4 tables: each befalls another valve, and there are 3"),
+        ([{"kind": "moved", "distance_m": 900.0}], "upset.1.distance_m = 900: at most "),
         ([{"kind": "melted"}], "'moved', 'turned' or 'stuck'"),
     ],
 )  # fmt: skip
@@ -88,3 +89,19 @@ def test_roles_are_added_once() -> None:
     assert with_roles(once) == once
     jobs = [role.get("job") for role in once["group"][0]["role"]]
     assert jobs[2:] == [f"service {part}" for part in ("panel A", "valve A1", "valve A2", "valve A3", "anode NW")]
+
+
+def test_a_panel_in_the_place_of_another(tmp_path: Path) -> None:
+    tables = raw()
+    (panel,) = tables["panel"]
+    near = {**panel, "name": "panel Z", "position_m": [panel["position_m"][0], panel["position_m"][1] + 0.25]}
+    said = refusal(tmp_path, {**tables, "panel": [panel, near]})
+    assert "panel.panel Z.position_m" in said
+    assert "0.25 m from panel A; allowed: 0.5 m or more" in said
+
+
+def test_a_surge_that_begins_after_the_end(tmp_path: Path) -> None:
+    tables = raw()
+    end_s = tables["scenario"]["duration_s"]
+    tables["current"]["surge"] = [{"between_s": [end_s, end_s + 1.0], "lasts_s": 60.0, "east_mps": 0.1}]
+    assert "current.surge.1.between_s" in refusal(tmp_path, tables)

@@ -1,0 +1,139 @@
+"""Bayes' rule over cells: what looks with known error rates say of what lies where.
+
+Each cell holds one thing at most: nothing, or one of some kinds. Given what it holds, looks at it are independent, and
+cells are independent of each other; so the map after any looks is prior times likelihoods, cell by cell::
+
+    P(k | looks)  ~  P(k) * prod over detectors d of  p_dk^yes_d * (1 - p_dk)^no_d
+
+with p_dk the rate at which d answers yes to kind k (for nothing: its false alarms), yes_d and no_d the numbers of its
+answers at the cell. Only these numbers count, so it makes no difference in which order looks are heard. Nothing but
++ - * / and the exact parts of a float is used, so that maps are the same bytes on every machine.
+
+Information is in bits. The information of a look at a cell is the mutual information of its answer and of what the
+cell holds, what it may be expected to tell; what looks have told is the divergence of the map from the prior (Kullback
+and Leibler), whose mean over what may be the case is the former (Cover and Thomas, Elements of Information Theory,
+chapter 2).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from missions.arrows.grid import Array
+
+Counts = npt.NDArray[np.int64]
+LN2 = math.log(2.0)
+SMALLEST = 1e-250
+"""No probability falls below it, so that a later look can tell it from nothing."""
+N_TERMS = 12
+"""Of the series of the logarithm: its error is below 1e-15."""
+
+
+def log2_of(x: Array) -> Array:
+    """Binary logarithm of numbers from 0 on; that of 0 is taken as 0, since it only ever stands beside a factor of 0.
+
+    By the series of artanh, z + z^3 / 3 + ..., with z = (m - 1) / (m + 1) of the mantissa m of ``x``.
+
+    >>> log2_of(np.array([0.0, 0.25, 1.0, 8.0])).tolist()
+    [0.0, -2.0, 0.0, 3.0]
+    """
+    mantissa, exponent = np.frexp(np.where(x > 0.0, x, 1.0))
+    is_low = mantissa < 0.7071067811865476
+    mantissa, exponent = np.where(is_low, 2.0 * mantissa, mantissa), exponent - is_low
+    z = (mantissa - 1.0) / (mantissa + 1.0)
+    squared, series = z * z, np.zeros_like(z)
+    for term in range(N_TERMS, -1, -1):
+        series = series * squared + 1.0 / (2 * term + 1)
+    return np.asarray(exponent + (2.0 / LN2) * z * series)
+
+
+def posterior(prior: Array, p_yes: Array, n_yes: Counts, n_no: Counts) -> Array:
+    """What each cell holds, after looks.
+
+    Args:
+        prior: shape (kinds, cells), each column sums to 1; the first kind is nothing.
+        p_yes: rate of yes by detector and kind, shape (detectors, kinds), between 0 and 1.
+        n_yes, n_no: answers by detector and cell, shape (detectors, cells).
+
+    Returns:
+        shape (kinds, cells); each column sums to 1.
+    """
+    weights = prior.copy()
+    for detector, rates in enumerate(p_yes):
+        for counts, chances in ((n_yes[detector], rates), (n_no[detector], 1.0 - rates)):
+            most = int(counts.max(initial=0))
+            if most == 0:
+                continue
+            powers = np.ones((most + 1, len(chances)))
+            for n in range(1, most + 1):
+                powers[n] = powers[n - 1] * chances
+                powers[n] /= powers[n].max()  # only ratios count; so nothing underflows
+            weights = np.maximum(weights * powers[counts].T, SMALLEST)
+            weights /= _total(weights)
+    return np.asarray(weights / _total(weights), dtype=np.float64)
+
+
+def _total(weights: Array) -> Array:
+    """Sum over kinds in a fixed order."""
+    total: Array = weights[0].copy()
+    for row in weights[1:]:
+        total += row
+    return total
+
+
+def look_information(chart: Array, rates: Array) -> Array:
+    """Mutual information of one more look and of what each cell holds (bits), shape (cells,).
+
+    Args:
+        chart: what each cell holds, shape (kinds, cells).
+        rates: rate of yes by kind, shape (kinds,), between 0 and 1.
+    """
+    p_yes = np.zeros(chart.shape[1])
+    told = np.zeros(chart.shape[1])
+    for share, rate in zip(chart, rates, strict=True):
+        p_yes += share * rate
+        told += share * (rate * math.log2(rate) + (1.0 - rate) * math.log2(1.0 - rate))
+    p_no = 1.0 - p_yes
+    return np.asarray(np.maximum(told - p_yes * log2_of(p_yes) - p_no * log2_of(p_no), 0.0))
+
+
+def entropy(chart: Array) -> Array:
+    """Entropy of what each cell holds (bits), shape (cells,).
+
+    >>> entropy(np.array([[0.5, 1.0], [0.5, 0.0]])).tolist()
+    [1.0, 0.0]
+    """
+    found = np.zeros(chart.shape[1])
+    for share in chart:
+        found -= share * log2_of(share)
+    return found
+
+
+def divergence(chart: Array, other: Array) -> float:
+    """Kullback-Leibler divergence of a map from another one, summed over cells (bits)."""
+    told = np.zeros(chart.shape[1])
+    for share, before in zip(chart, other, strict=True):
+        told += share * (log2_of(share) - log2_of(before))
+    return float(told.sum())
+
+
+def disagreement(charts: list[Array]) -> float:
+    """Jensen-Shannon divergence of maps of equal weight, summed over cells (bits); 0 where all are alike.
+
+    >>> one, other = np.array([[1.0], [0.0]]), np.array([[0.0], [1.0]])
+    >>> disagreement([one, one]), disagreement([one, other])
+    (0.0, 1.0)
+    """
+    if len(charts) < 2:
+        return 0.0
+    mean = charts[0].copy()
+    for chart in charts[1:]:
+        mean += chart
+    mean /= len(charts)
+    within = entropy(charts[0])
+    for chart in charts[1:]:
+        within += entropy(chart)
+    return max(0.0, float((entropy(mean) - within / len(charts)).sum()))

@@ -1,0 +1,345 @@
+"""What vehicles do: search by themselves, along lanes or as they are told, and find out what anomalies are.
+
+A vehicle that chooses makes known where it goes, so that others leave that to it, and when it will be back in contact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from missions.arrows.bayes import entropy
+from missions.arrows.chart import Chart
+from missions.arrows.choosing import Choosing, Track, Way
+from missions.arrows.contact import Leash, Reach
+from missions.arrows.detectors import ANOMALY, shown_of
+from missions.arrows.scenario import NOTHING, UNKNOWN, ArrowsScenario
+from remoras.behaviours import ADVANCING, DONE, DUE, IDLE, Approach, Behaviour, Perception, Reference, distance_m
+from remoras.database import VehicleData
+from remoras.known import Known
+from remoras.motion import Motion
+from remoras.picture import Picture
+from remoras.sensor import Observation
+from remoras.work import Point
+
+TARGET, BACK_BY = "searchTarget", "backBy"
+ARRIVED_M = 10.0
+"""A target this near is reached."""
+STALE_S = 240.0
+"""A choice is made anew after so long, whether its target is reached or not."""
+HELD_S = STALE_S + 60.0
+"""What another vehicle chose longer ago holds no more: it would have chosen anew and been heard."""
+ORDERS_S = 10.0
+"""How often a head looks whether somebody needs another target."""
+HOVER_M = 2.0
+"""A vehicle hovers at an anomaly this near to its place."""
+ENOUGH_IMAGES = 12
+"""After so many images an anomaly that is not identified stays unknown."""
+
+
+class Held:
+    """Where others go, as far as that was heard; who has said nothing new for long may be lost, and holds nothing.
+
+    Args:
+        others: names of vehicles.
+    """
+
+    def __init__(self, others: Sequence[str]) -> None:
+        self._others = others
+        self._since_s: dict[str, tuple[Point, float]] = {}
+
+    def note(self, facts: Known, now_s: float) -> None:
+        """Note what was heard since the last look."""
+        for one in self._others:
+            target_m = facts.get((TARGET, one))
+            if target_m is not None and (one not in self._since_s or self._since_s[one][0] != target_m):
+                self._since_s[one] = target_m, now_s
+
+    def ways(self, positions_m: Mapping[str, Point], now_s: float) -> list[Way]:
+        """From where each was last heard to be, or from where it goes, to there."""
+        lately = ((one, target_m) for one, (target_m, at_s) in self._since_s.items() if now_s - at_s <= HELD_S)
+        return [(positions_m.get(one, target_m), target_m) for one, target_m in lately]
+
+
+class Searching(Behaviour):
+    """Goes where it expects to learn most, again and again, until the search ends.
+
+    Args:
+        chart: a map of its own; choosing: how it chooses.
+        reach: where it is in contact; others: who else searches.
+        data: of the vehicle; until_s: when the search ends.
+    """
+
+    def __init__(
+        self, chart: Chart, choosing: Choosing, reach: Reach, others: Sequence[str], data: VehicleData, until_s: float
+    ) -> None:
+        self._chart, self._choosing, self._reach = chart, choosing, reach
+        self._leash, self._others, self._held = Leash(reach), others, Held(others)
+        self._track = Track(choosing, chart.grid)
+        self._data, self._until_s = data, until_s
+        self._target_m: Point | None = None
+        self._chosen_s = -math.inf
+        self._is_returning = False
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due until the search ends; it makes known where it goes whenever it chooses anew."""
+        now_s = picture.body.now_s
+        if now_s >= self._until_s:
+            return DONE
+        at_m, speed_mps = motion.position_m, self._choosing.speed_mps
+        self._held.note(picture.facts, now_s)
+        if not performed:
+            return DUE
+        self._track.note(at_m, now_s)
+        self._leash.update(at_m, max(picture.peers.heard_s.values(), default=-math.inf), now_s)
+        if self._leash.must_return(at_m, speed_mps, now_s):
+            news = not self._is_returning
+            self._is_returning, self._target_m = True, self._reach.point_m
+            return Perception(1.0, 1.0, concludes=tuple(self._told(now_s)) if news else ())
+        if self._is_returning and not self._reach.holds(at_m):
+            return ADVANCING
+        is_stale = now_s - self._chosen_s > STALE_S
+        if self._target_m is not None and not (self._is_returning or is_stale or self._is_reached(motion)):
+            return ADVANCING
+        self._is_returning, self._chosen_s = False, now_s
+        self._target_m = self._choose(picture, at_m, now_s)
+        return Perception(1.0, 1.0, concludes=tuple(self._told(now_s)))
+
+    def _is_reached(self, motion: Motion) -> bool:
+        return self._target_m is not None and distance_m(motion, self._target_m) <= ARRIVED_M
+
+    def _choose(self, picture: Picture, at_m: Point, now_s: float) -> Point:
+        self._chart.update(picture.facts, (self._data.name, *self._others))
+        held = self._held.ways(picture.peers.positions_m, now_s)
+        chosen_m = self._choosing.choose(self._chart, held, self._track, at_m, self._leash, now_s)
+        return self._reach.point_m if chosen_m is None else chosen_m
+
+    def _told(self, now_s: float) -> Iterator[Observation]:
+        me = self._data.name
+        if self._target_m is None:
+            return
+        facts: list[tuple[str, str, float | Point]] = [(me, TARGET, self._target_m)]
+        if not self._reach.holds(self._target_m) and math.isfinite(self._leash.due_s):
+            facts.append((me, BACK_BY, self._leash.due_s))
+        yield Observation(tuple(facts))
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """To the target, as fast as detectors work."""
+        return None if self._target_m is None else Reference(self._target_m, self._choosing.speed_mps)
+
+
+class Obeying(Behaviour):
+    """Goes where the head of the group says; who has heard nothing new where it is goes back into contact.
+
+    Args:
+        reach: where it is in contact; data: of the vehicle; until_s: when the search ends.
+    """
+
+    def __init__(self, reach: Reach, data: VehicleData, until_s: float) -> None:
+        self._reach, self._data, self._until_s = reach, data, until_s
+        self._done_m: Point | None = None
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due until the search ends."""
+        if picture.body.now_s >= self._until_s:
+            return DONE
+        target_m = self._target_m(picture)
+        if performed and target_m is not None and distance_m(motion, target_m) <= ARRIVED_M:
+            self._done_m = target_m
+        return ADVANCING if performed else DUE
+
+    def _target_m(self, picture: Picture) -> Point | None:
+        target_m: Point | None = picture.facts.get((TARGET, self._data.name))
+        return target_m
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """To the target; else towards the others until it is in contact, and there it waits."""
+        target_m, speed_mps = self._target_m(picture), self._data.survey_speed_mps
+        if target_m is None or target_m == self._done_m:
+            is_back = self._reach.holds(motion.position_m)
+            return Reference(motion.position_m if is_back else self._reach.point_m, 0.0 if is_back else speed_mps)
+        return Reference(target_m, speed_mps)
+
+
+class Directing(Behaviour):
+    """The head's part where it alone decides: it says where each vehicle searches next, by its own map.
+
+    Args:
+        chart: a map of its own; choosing: how each vehicle searches, by name.
+        reach: where vehicles are in contact; starts_m: where each is before it was heard.
+        until_s: when the search ends.
+    """
+
+    def __init__(
+        self,
+        chart: Chart,
+        choosing: Mapping[str, Choosing],
+        reach: Reach,
+        starts_m: Mapping[str, Point],
+        until_s: float,
+    ) -> None:
+        self._chart, self._choosing, self._until_s = chart, choosing, until_s
+        self._leashes = {name: Leash(reach) for name in choosing}
+        self._tracks = {name: Track(of, chart.grid) for name, of in choosing.items()}
+        self._starts_m = starts_m
+        self._ordered: dict[str, tuple[Point, float]] = {}
+        self._awake_s = 0.0
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Nothing to be performed; it concludes orders."""
+        now_s = picture.body.now_s
+        if now_s < self._awake_s or now_s >= self._until_s:
+            return IDLE
+        self._awake_s = now_s + ORDERS_S
+        orders = tuple(self._orders(picture, now_s))
+        return IDLE._replace(concludes=orders)
+
+    def _orders(self, picture: Picture, now_s: float) -> Iterator[Observation]:
+        at_m = {name: picture.peers.positions_m.get(name, self._starts_m[name]) for name in self._choosing}
+        for name, leash in self._leashes.items():
+            leash.update(at_m[name], picture.peers.heard_s.get(name, -math.inf), now_s)
+            self._tracks[name].note(at_m[name], now_s)
+        idle = [name for name in self._choosing if self._needs_order(name, at_m[name], now_s)]
+        if not idle:
+            return
+        self._chart.update(picture.facts, tuple(self._choosing))
+        for name in idle:
+            held = [(at_m[one], target_m) for one, (target_m, _) in self._ordered.items() if one != name]
+            target_m = self._choosing[name].choose(
+                self._chart, held, self._tracks[name], at_m[name], self._leashes[name], now_s
+            )
+            if target_m is not None:
+                self._ordered[name] = target_m, now_s
+                yield Observation(((name, TARGET, target_m),))
+
+    def _needs_order(self, name: str, at_m: Point, now_s: float) -> bool:
+        target_m, ordered_s = self._ordered.get(name, (None, 0.0))
+        near_m = ARRIVED_M + 2.0 * ORDERS_S * self._choosing[name].speed_mps
+        return target_m is None or math.dist(at_m, target_m) <= near_m or now_s - ordered_s > STALE_S
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """It guides nobody."""
+        return None
+
+
+class Sweeping(Behaviour):
+    """Goes along lanes that were laid before, and then along them again, until the search ends.
+
+    Args:
+        points_m: of the lanes; data: of the vehicle; until_s: when the search ends.
+    """
+
+    def __init__(self, points_m: Sequence[Point], data: VehicleData, until_s: float) -> None:
+        self._points_m, self._next = points_m, 0
+        self._data, self._until_s = data, until_s
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due until the search ends."""
+        if picture.body.now_s >= self._until_s:
+            return DONE
+        if performed and distance_m(motion, self._points_m[self._next]) <= ARRIVED_M:
+            self._next = (self._next + 1) % len(self._points_m)
+        return ADVANCING if performed else DUE
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """To the next point."""
+        return Reference(self._points_m[self._next], self._data.survey_speed_mps)
+
+
+class Identifying(Behaviour):
+    """Goes from anomaly to anomaly, those first of which least is known per time, and takes images of each.
+
+    What an anomaly is follows from the map where it lies and from all images. Of what is concluded to be an
+    archaeological site pictures are taken.
+
+    Args:
+        chart: a map of its own; scenario: of the mission.
+        searchers: whose looks it takes in; data: of the vehicle.
+    """
+
+    def __init__(self, chart: Chart, scenario: ArrowsScenario, searchers: Sequence[str], data: VehicleData) -> None:
+        self._chart, self._settings = chart, scenario.mission
+        self._optical, self._searchers, self._data = scenario.detector.optical, searchers, data
+        self._names = (NOTHING, *(kind.name for kind in scenario.kinds))
+        self._approach = Approach(data.transit_speed_mps)
+        self._at: str | None = None
+        self._place_m: Point | None = None
+        self._since_s: float | None = None
+        self._left: set[str] = set()
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Due while an anomaly is known that is neither identified nor given up; it concludes what it is."""
+        facts, now_s = picture.facts, picture.body.now_s
+        if now_s >= self._settings.search_s:
+            return DONE
+        if self._at is None:
+            self._at = self._next(motion, facts)
+            if self._at is None:
+                return IDLE
+            self._place_m, self._since_s = facts.get(("location", self._at)), None
+        assert self._place_m is not None
+        to_go_m = distance_m(motion, self._place_m)
+        if not performed:
+            return DUE
+        if to_go_m > HOVER_M:
+            self._since_s = None
+            return Perception(1.0, self._approach.advance(to_go_m, now_s, performed))
+        if self._since_s is None:
+            self._since_s = now_s
+        return Perception(1.0, 1.0, concludes=tuple(self._concluded(self._at, facts, now_s)))
+
+    def _concluded(self, anomaly: str, facts: Known, now_s: float) -> Iterator[Observation]:
+        """What the anomaly is, once that is clear or will not become so; then, of a site, that it is pictured."""
+        if facts.get(("identity", anomaly)) is None:
+            shown, shares = facts.values(("shown", anomaly)), self._shares(anomaly, facts)
+            best = int(np.argmax(shares))
+            if shown and shares[best] >= self._settings.sure:
+                probability = min(0.99, float(shares[best]))
+                self._since_s = now_s
+                yield Observation(((anomaly, "identity", self._names[best], probability),))
+            elif len(shown) >= ENOUGH_IMAGES:
+                self._left.add(anomaly)
+                self._at = None
+                yield Observation(((anomaly, "identity", UNKNOWN),))
+            return
+        assert self._since_s is not None
+        if anomaly not in facts.instances("ArchaeologicalSite"):
+            self._at = None
+        elif now_s - self._since_s >= self._settings.picture_s:
+            self._at = None
+            yield Observation(((anomaly, "picturedBy", self._data.name),))
+
+    def _next(self, motion: Motion, facts: Known) -> str | None:
+        """The anomaly of which most is to be learnt per time."""
+        self._chart.update(facts, self._searchers)
+        found = []
+        for name in facts.instances(ANOMALY):
+            place_m = facts.get(("location", name))
+            if name in self._left or place_m is None or facts.get(("identity", name)) is not None:
+                continue
+            bits = float(entropy(self._shares(name, facts)[:, None])[0])
+            stay_s = 2.0 * self._optical.look_s + self._settings.picture_s
+            way_s = distance_m(motion, place_m) / self._data.transit_speed_mps
+            found.append((bits / (way_s + stay_s), name))
+        return max(found, key=lambda one: (one[0], one[1]))[1] if found else None
+
+    def _shares(self, anomaly: str, facts: Known) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+        """What an anomaly is: by the map where it lies, and by what images of it show; shape (1 + kinds,)."""
+        cell = self._chart.grid.cell_at(facts.get(("location", anomaly)))
+        n_kinds, p_wrong = len(self._names), self._optical.p_false
+        shares = np.full(n_kinds, 1.0 / n_kinds) if cell is None else self._chart.shares[:, cell].copy()
+        for kind in sorted(shown_of(int(code)) for code in facts.values(("shown", anomaly))):
+            likelihood = np.full(n_kinds, p_wrong / max(1, n_kinds - 1))
+            likelihood[kind] = 1.0 - p_wrong
+            shares *= likelihood
+            shares /= shares.sum()
+        return shares
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """To the anomaly, and there it stays."""
+        if self._place_m is None:
+            return None
+        to_go_m = distance_m(motion, self._place_m)
+        return Reference(self._place_m, 0.0 if to_go_m <= HOVER_M else self._data.transit_speed_mps)

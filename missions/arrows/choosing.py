@@ -1,0 +1,151 @@
+"""Where to look next: the most information per time, less what others are about to look at, within reach of contact.
+
+These are the elementary behaviours of which the search is made. No one of them knows of a plan; what the fleet does
+follows from each vehicle's map, from what it heard that others hold, and from its leash.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from missions.arrows.bayes import look_information
+from missions.arrows.chart import Chart
+from missions.arrows.contact import Leash
+from missions.arrows.grid import Array, Grid
+from remoras.work import Point
+
+TURN_S = 20.0
+"""What every choice costs beside the way."""
+STRIDE = 2
+"""Of the cells every so many-th column and row may be gone to."""
+Way = tuple[Point, Point]
+"""From where to where somebody goes."""
+
+
+def beside(grid: Grid, way: Way) -> Array:
+    """Distance of the centre of each cell from a way (m), shape (n_cells,)."""
+    (x_m, y_m), (to_x_m, to_y_m) = way
+    east_m, north_m = to_x_m - x_m, to_y_m - y_m
+    length2 = east_m * east_m + north_m * north_m
+    dx_m, dy_m = grid.x_m - x_m, grid.y_m - y_m
+    along = np.clip((dx_m * east_m + dy_m * north_m) / length2, 0.0, 1.0) if length2 > 0.0 else np.zeros(grid.n_cells)
+    off_x, off_y = dx_m - along * east_m, dy_m - along * north_m
+    return np.asarray(np.sqrt(off_x * off_x + off_y * off_y))
+
+
+class Track:
+    """Where a vehicle has been lately: what it has just looked at, whether it has told so or not.
+
+    Args:
+        choosing: of the vehicle.
+        grid: the cells.
+    """
+
+    def __init__(self, choosing: Choosing, grid: Grid) -> None:
+        self._choosing, self._grid = choosing, grid
+        self._passed_s = {one: np.full(grid.n_cells, -math.inf) for one in choosing.ranges_m}
+
+    def note(self, at_m: Point, now_s: float) -> None:
+        """It is here now."""
+        dx_m, dy_m = self._grid.x_m - at_m[0], self._grid.y_m - at_m[1]
+        off2 = dx_m * dx_m + dy_m * dy_m
+        for one, range_m in self._choosing.ranges_m.items():
+            self._passed_s[one][off2 <= range_m * range_m] = now_s
+
+    def is_fresh(self, detector: int, now_s: float) -> npt.NDArray[np.bool_]:
+        """Cells that a detector has just looked at, shape (n_cells,)."""
+        return np.asarray(now_s - self._passed_s[detector] < self._choosing.again_s[detector])
+
+
+@dataclass(frozen=True)
+class Choosing:
+    """How a vehicle with some detectors chooses.
+
+    Attributes:
+        ranges_m: of its detectors, by their number; again_s: how long a look of each makes another one worthless.
+        speed_mps: at which it searches.
+        repulsion, repulsion_m: how much it leaves to others, and how far from their way.
+    """
+
+    ranges_m: Mapping[int, float]
+    again_s: Mapping[int, float]
+    speed_mps: float
+    repulsion: float
+    repulsion_m: float
+
+    def information(self, chart: Chart, held: Sequence[Way], track: Track, now_s: float) -> dict[int, Array]:
+        """What a look of each detector at each cell may tell (bits) that nobody else is about to find out.
+
+        Args:
+            chart: of the vehicle.
+            held: the ways of others.
+            track: where it has been lately.
+            now_s: the time.
+        """
+        left = np.ones(chart.grid.n_cells)
+        for way in held:
+            left *= 1.0 - self.repulsion * np.maximum(0.0, 1.0 - beside(chart.grid, way) / self.repulsion_m)
+        return {
+            one: np.where(track.is_fresh(one, now_s), 0.0, left * look_information(chart.shares, chart.rates[one]))
+            for one in self.ranges_m
+        }
+
+    def choose(
+        self, chart: Chart, held: Sequence[Way], track: Track, at_m: Point, leash: Leash, now_s: float
+    ) -> Point | None:
+        """The best point to go to; None if there is none to which it may go.
+
+        Args:
+            chart, held, track: see ``information``.
+            at_m: where it is.
+            leash: how far it may go.
+            now_s: the time.
+        """
+        grid = chart.grid
+        cells = np.arange(grid.n_cells)
+        on_lattice = (cells // grid.n_columns % STRIDE == 0) & (cells % grid.n_columns % STRIDE == 0)
+        x_m, y_m = grid.x_m[on_lattice], grid.y_m[on_lattice]
+        allowed = leash.allows(x_m, y_m, at_m, self.speed_mps, now_s)
+        x_m, y_m = x_m[allowed], y_m[allowed]
+        if len(x_m) == 0:
+            return None
+        told = np.zeros(len(x_m))
+        off2 = _off_squared(grid, at_m, x_m, y_m)
+        for detector, bits in self.information(chart, held, track, now_s).items():
+            told += np.where(off2 <= self.ranges_m[detector] ** 2, bits, 0.0).sum(axis=1)
+        dx_m, dy_m = x_m - at_m[0], y_m - at_m[1]
+        worth = told / (np.sqrt(dx_m * dx_m + dy_m * dy_m) / self.speed_mps + TURN_S)
+        best = int(np.argmax(worth))
+        return float(x_m[best]), float(y_m[best])
+
+
+def _off_squared(grid: Grid, at_m: Point, x_m: Array, y_m: Array) -> Array:
+    """Square of the distance of each cell from each straight way (m2), shape (points, n_cells)."""
+    east_m, north_m = (x_m - at_m[0])[:, None], (y_m - at_m[1])[:, None]
+    length2 = np.maximum(east_m * east_m + north_m * north_m, 1e-9)
+    dx_m, dy_m = (grid.x_m - at_m[0])[None, :], (grid.y_m - at_m[1])[None, :]
+    along = np.clip((dx_m * east_m + dy_m * north_m) / length2, 0.0, 1.0)
+    off_x, off_y = dx_m - along * east_m, dy_m - along * north_m
+    return np.asarray(off_x * off_x + off_y * off_y)
+
+
+def lanes(west_m: float, south_m: float, east_m: float, north_m: float, apart_m: float) -> tuple[Point, ...]:
+    """Points of a lawnmower track along the longer side of a rectangle, lanes no farther apart than so much.
+
+    >>> lanes(0.0, 0.0, 100.0, 40.0, 20.0)
+    ((0.0, 10.0), (100.0, 10.0), (100.0, 30.0), (0.0, 30.0))
+    """
+    is_wide = east_m - west_m >= north_m - south_m
+    begin, end, low, high = (west_m, east_m, south_m, north_m) if is_wide else (south_m, north_m, west_m, east_m)
+    n = max(1, math.ceil((high - low) / apart_m - 1e-9))
+    points = []
+    for number in range(n):
+        across = low + (number + 0.5) * (high - low) / n
+        ends = (begin, end) if number % 2 == 0 else (end, begin)
+        points += [(along, across) if is_wide else (across, along) for along in ends]
+    return tuple(points)

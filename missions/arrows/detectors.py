@@ -1,0 +1,214 @@
+"""What vehicles find things with: acoustic and magnetic detectors that sweep, and a camera that identifies.
+
+A detector looks at a cell when it comes into range and, while it stays there, every ``look_s``. What a look gives is
+drawn by seed, vehicle, cell, detector and number of the look: no strategy, loss or fault changes what a look shows.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from statistics import NormalDist
+from typing import ClassVar
+
+from exchange.acoustics import loss
+from missions.arrows.grid import MOST_LOOKS, MOST_PASSES, N_DETECTORS, TILE, contact_code, swept_code
+from missions.arrows.scenario import DETECTORS, NOTHING
+from missions.arrows.seafloor import Seafloor, Thing
+from remoras.database import VehicleData
+from remoras.recorder import TIME, VEHICLE, Column, Table
+from remoras.sensor import SELF, Observation, Pose, Sensor, SensorSettings
+from remoras.work import Point
+
+CONTACTS = Table("contacts", (
+    TIME, VEHICLE, Column("detector", "str"), Column("cell", "int"), Column("kind", "str"), Column("x_m", "float", "m"),
+    Column("y_m", "float", "m"),
+))  # fmt: skip
+"""Looks that gave a contact: where it seemed to be, and what really lies in the cell; nothing for a false alarm."""
+IMAGES = Table("images", (
+    TIME, VEHICLE, Column("shown", "str"), Column("kind", "str"), Column("x_m", "float", "m"),
+    Column("y_m", "float", "m"),
+))  # fmt: skip
+"""What images seemed to show, and what was really there."""
+ANOMALY = "Anomaly"
+SAME_M = 30.0
+"""What is found so near to a known anomaly is taken for it."""
+LOOK_EVERY_S = 4.0
+"""How often a detector sees which cells are in range."""
+TOLD_AFTER_S = 40.0
+"""What was not found is told once no cell of its tile was looked at for so long, or the tile is full."""
+STILL_MPS = 0.3
+"""A camera gives images at this speed at most."""
+MOST_IMAGES = 64
+MOST_SHARE = 0.999
+"""A normal error is cut off here, and at the other end: at 3.1 standard deviations."""
+FULL = (1 << TILE * TILE) - 1
+DRAWS = 4
+"""Draws of one look: whether there is a contact, and where."""
+
+
+def shown_code(n_image: int, node: int, kind: int) -> int:
+    """What an image shows, as a number below 2^15; ``kind`` is 0 for nothing."""
+    return (n_image % MOST_IMAGES * 64 + node % 64) * 8 + kind
+
+
+def shown_of(code: int) -> int:
+    """The kind that an image shows, 0 for nothing.
+
+    >>> shown_of(shown_code(3, 2, 4))
+    4
+    """
+    return code % 8
+
+
+def _off_m(sigma_m: float, share: float) -> float:
+    return NormalDist(0.0, sigma_m).inv_cdf(min(max(share, 1.0 - MOST_SHARE), MOST_SHARE))
+
+
+class DetectorSettings(SensorSettings):
+    """The table ``[vehicle.sensor]`` of a detector that sweeps; ``[detector]`` says what it does."""
+
+    NUMBER: ClassVar[int]
+
+    def make(self, data: VehicleData) -> Sensor:
+        """The detector of a vehicle."""
+        return Detector(self.NUMBER, data)
+
+
+class AcousticSettings(DetectorSettings):
+    """A side-scan sonar."""
+
+    EQUIPMENT, NUMBER = "SideScanSonar", 0
+
+
+class MagneticSettings(DetectorSettings):
+    """A magnetometer."""
+
+    EQUIPMENT, NUMBER = "Magnetometer", 1
+
+
+class Detector:
+    """Sweeps cells: each look says whether there is something.
+
+    Args:
+        number: of the kind of detector; data: of the vehicle that carries it.
+    """
+
+    table = CONTACTS
+
+    def __init__(self, number: int, data: VehicleData) -> None:
+        self._number, self._vehicle, self._node = number, data.name, data.node
+        self._awake_s = 0.0
+        self._next_s: dict[int, float] = {}
+        self._n_looks: Counter[int] = Counter()
+        self._n_passes: Counter[int] = Counter()
+        self._empty: dict[int, tuple[int, float]] = {}  # by tile: cells, and when one was looked at last
+
+    def sense(self, pose: Pose, world: Seafloor, now_s: float) -> list[Observation]:
+        """Contacts, and passes over tiles that are over."""
+        if now_s < self._awake_s:
+            return []
+        self._awake_s = now_s + LOOK_EVERY_S
+        settings, found = getattr(world.scenario.detector, DETECTORS[self._number]), list[Observation]()
+        for cell in world.grid.near((pose.x_m, pose.y_m), settings.range_m):
+            if now_s < self._next_s.get(cell, 0.0) or self._n_looks[cell] >= MOST_LOOKS:
+                continue
+            self._next_s[cell] = now_s + settings.look_s
+            at_m = world.grid.centre_m(cell)
+            claimed = world.grid.cell_at((at_m[0] + pose.error_m[0], at_m[1] + pose.error_m[1]))
+            found += self._look(cell, claimed, pose.error_m, world, now_s, settings.sigma_m)
+            self._n_looks[cell] += 1
+        over = [tile for tile, (_, last_s) in self._empty.items() if now_s - last_s > TOLD_AFTER_S]
+        return [*found, *(one for tile in over for one in self._tell(tile))]
+
+    def _look(
+        self, cell: int, claimed: int | None, error_m: Point, world: Seafloor, now_s: float, sigma_m: float
+    ) -> list[Observation]:
+        thing, n_look = world.things.get(cell), self._n_looks[cell]
+        first = (cell * N_DETECTORS + self._number) * DRAWS
+        chance, east, north = (loss.uniform(world.seed, loss.LOOKS, n_look, self._node, first + n) for n in range(3))
+        if claimed is None:
+            return []
+        if chance >= world.rates[self._number, 0 if thing is None else thing.kind]:
+            return self._note_empty(world, claimed, now_s)
+        x_m, y_m = _seen_m(thing, cell, world, (east, north), sigma_m)
+        seen_m = x_m + error_m[0], y_m + error_m[1]
+        contact = self._vehicle, "contact", contact_code(n_look, self._number, claimed)
+        row = DETECTORS[self._number], cell, NOTHING if thing is None else thing.name, *seen_m
+        return [Observation(((SELF, "location", seen_m, sigma_m), contact), row, ANOMALY, SAME_M)]
+
+    def _note_empty(self, world: Seafloor, cell: int, now_s: float) -> list[Observation]:
+        tile, bit = world.grid.tile_of(cell)
+        told = self._tell(tile) if self._empty.get(tile, (0, 0.0))[0] >> bit & 1 else []
+        mask = self._empty.get(tile, (0, 0.0))[0] | 1 << bit
+        self._empty[tile] = mask, now_s
+        return [*told, *(self._tell(tile) if mask == FULL else [])]
+
+    def _tell(self, tile: int) -> list[Observation]:
+        """That nothing was found in the cells of a tile that were looked at, each once."""
+        mask, _ = self._empty.pop(tile)
+        n_pass = self._n_passes[tile]
+        self._n_passes[tile] += 1
+        if n_pass >= MOST_PASSES:
+            return []
+        return [Observation(((self._vehicle, "swept", swept_code(n_pass, self._number, tile, mask)),))]
+
+
+def _seen_m(thing: Thing | None, cell: int, world: Seafloor, shares: Point, sigma_m: float) -> Point:
+    """Where a contact seems to be: a thing with an error, a false alarm anywhere in its cell."""
+    if thing is None:
+        x_m, y_m = world.grid.centre_m(cell)
+        return x_m + (shares[0] - 0.5) * world.grid.cell_m, y_m + (shares[1] - 0.5) * world.grid.cell_m
+    return thing.position_m[0] + _off_m(sigma_m, shares[0]), thing.position_m[1] + _off_m(sigma_m, shares[1])
+
+
+class CameraSettings(SensorSettings):
+    """The table ``[vehicle.sensor]`` of a camera; ``[detector.optical]`` says what it does."""
+
+    EQUIPMENT: ClassVar[str] = "Camera"
+
+    def make(self, data: VehicleData) -> Sensor:
+        """The camera of a vehicle."""
+        return Camera(data)
+
+
+class Camera:
+    """Takes images while its vehicle is still: each seems to show what is nearest, or nothing, and errs now and then.
+
+    Args:
+        data: of the vehicle that carries it.
+    """
+
+    table = IMAGES
+
+    def __init__(self, data: VehicleData) -> None:
+        self._node, self._next_s, self._n_images = data.node, 0.0, 0
+
+    def sense(self, pose: Pose, world: Seafloor, now_s: float) -> list[Observation]:
+        """What an image shows, if one is due."""
+        settings = world.scenario.detector.optical
+        if now_s < self._next_s or pose.speed_mps > STILL_MPS:
+            return []
+        self._next_s, number = now_s + settings.look_s, self._n_images
+        self._n_images += 1
+        at_m = pose.x_m, pose.y_m
+        around = (
+            world.things[cell]
+            for cell in world.grid.near(at_m, settings.range_m + world.grid.cell_m)
+            if cell in world.things
+        )
+        thing = min(around, key=lambda one: math.dist(one.position_m, at_m), default=None)
+        if thing is not None and math.dist(thing.position_m, at_m) > settings.range_m:
+            thing = None
+        right, which, east, north = (loss.uniform(world.seed, loss.MISSES, number, self._node, n) for n in range(4))
+        really = 0 if thing is None else thing.kind
+        others = [kind for kind in range(1 + len(world.scenario.kinds)) if kind != really]
+        shown = really if right >= settings.p_false or not others else others[int(which * len(others))]
+        if thing is None:
+            seen_m = pose.believed_m
+        else:
+            x_m, y_m = _seen_m(thing, 0, world, (east, north), settings.sigma_m)
+            seen_m = x_m + pose.error_m[0], y_m + pose.error_m[1]
+        names = [NOTHING, *(kind.name for kind in world.scenario.kinds)]
+        facts = (SELF, "location", seen_m, settings.sigma_m), (SELF, "shown", shown_code(number, self._node, shown))
+        return [Observation(facts, (names[shown], names[really], *seen_m), ANOMALY, SAME_M)]

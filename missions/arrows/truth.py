@@ -1,0 +1,149 @@
+"""Truth of this mission: what was really found and identified, and how the maps of the vehicles got on."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
+
+from missions.arrows.bayes import disagreement, divergence
+from missions.arrows.chart import CONTACT, SWEPT, Chart
+from missions.arrows.detectors import CONTACTS, SAME_M
+from missions.arrows.scenario import NOTHING, SITES, ArrowsScenario
+from missions.arrows.seafloor import Seafloor
+from missions.meeting.meeting import Meeting
+from missions.meeting.truth import JobTruth
+from remoras.mission import FleetView, Milestone
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+from remoras.work import Point
+
+IDENTIFIED = Table("identified", (
+    TIME, VEHICLE, Column("anomaly", "str"), Column("identity", "str"), Column("p", "float", "1"),
+    Column("kind", "str"), Column("x_m", "float", "m"), Column("y_m", "float", "m"),
+))  # fmt: skip
+"""What a vehicle took an anomaly to be, at what probability, and what really lies there."""
+MAPS = Table("maps", (TIME, VEHICLE, Column("told_bits", "float", "bit"), Column("missing_bits", "float", "bit")))
+"""What the looks that a vehicle knew of had told (divergence of its map from the prior), and how far its map was from
+that of all looks made by then (Jensen-Shannon); at the end of the run for all times."""
+FLEET_MAPS = Table("fleet_maps", (TIME, Column("told_bits", "float", "bit"), Column("apart_bits", "float", "bit")))
+"""What all looks made by then had told, and how far the maps of vehicles were from each other (Jensen-Shannon)."""
+MAP_EVERY_S = 120.0
+Look = tuple[float, str, int]
+"""When a vehicle knew of it, attribute, number."""
+
+
+def looks_known(recorder: Recorder, vehicles: Sequence[str]) -> dict[str, list[Look]]:
+    """The looks that each vehicle knew of, by when it did; under ``""`` those of all, by when they were made."""
+    looks: dict[str, list[tuple[str, int]]] = {}
+    known: dict[str, list[Look]] = {name: [] for name in ("", *vehicles)}
+    for item in recorder.items:
+        if item[5] in (SWEPT, CONTACT):
+            look = item[5], int(float(item[6]))
+            looks.setdefault(item[0], []).append(look)
+            known[""].append((item[3], *look))
+    for time_s, vehicle, uid, _, event in recorder.rows("knowledge"):
+        if event in ("observed", "received") and uid in looks:
+            known[vehicle] += [(time_s, *look) for look in looks[uid]]
+    for item in recorder.items:  # what is kept to oneself is known to oneself
+        if item[5] in (SWEPT, CONTACT) and item[7] == "kept":
+            known[item[1]].append((item[3], item[5], int(float(item[6]))))
+    return {name: sorted(of) for name, of in known.items()}
+
+
+class ArrowsTruth(JobTruth):
+    """Watches one run from outside.
+
+    Args:
+        meeting: of the mission; scenario: of it.
+        recorder: takes the rows, and has those of detectors.
+        seafloor: as it really is.
+        chart: makes a map of the prior; vehicles: by name.
+    """
+
+    def __init__(
+        self,
+        meeting: Meeting,
+        scenario: ArrowsScenario,
+        recorder: Recorder,
+        seafloor: Seafloor,
+        chart: Callable[[], Chart],
+        vehicles: Sequence[str],
+    ) -> None:
+        super().__init__(meeting, "", recorder)
+        self._scenario, self._seafloor, self._recorder = scenario, seafloor, recorder
+        self._chart, self._vehicles = chart, vehicles
+        self._contacts, self._identified_rows = recorder.rows(CONTACTS.name), recorder.rows(IDENTIFIED.name)
+        self._items = recorder.items
+        self._n_contacts = self._n_items = 0
+        self._places_m: dict[str, Point] = {}
+        self._sites = {cell for cell, thing in seafloor.things.items() if thing.name in SITES}
+        self._found: set[int] = set()
+        self._identified: set[int] = set()
+
+    @property
+    def goal_fraction(self) -> float:
+        """Share of the goal: of the sites that are there, so many are to be found and rightly identified."""
+        if not self._sites:
+            return 1.0
+        return min(1.0, len(self._identified) / (self._scenario.mission.goal * len(self._sites)))
+
+    @property
+    def is_over(self) -> bool:
+        """True once all groups have met: nobody goes out again."""
+        return self._n_meetings > 0 and not self._apart
+
+    def watch(self, fleet: FleetView, now_s: float) -> None:
+        """Note what was found and identified since the last look."""
+        for time_s, vehicle, _, cell, kind, _, _ in self._contacts[self._n_contacts :]:
+            if kind in SITES and cell not in self._found:
+                self._found.add(cell)
+                self.milestones.append(Milestone(time_s, "site_found", vehicle))
+        self._n_contacts = len(self._contacts)
+        for item in self._items[self._n_items :]:
+            if item[5] == "location":
+                x_m, y_m = (float(one) for one in item[6].removeprefix("POINT (").removesuffix(")").split())
+                self._places_m[item[4]] = x_m, y_m
+            elif item[5] == "identity" and item[4] in self._places_m:
+                self._note_identity(item[3], item[1], item[4], item[6], float(item[8] or 0.0))
+        self._n_items = len(self._items)
+
+    def _note_identity(self, time_s: float, vehicle: str, anomaly: str, identity: str, p: float) -> None:
+        at_m = self._places_m[anomaly]
+        near = [
+            (math.dist(at_m, thing.position_m), cell, thing.name)
+            for cell, thing in self._seafloor.things.items()
+            if math.dist(at_m, thing.position_m) <= SAME_M
+        ]
+        _, cell, kind = min(near, default=(0.0, -1, NOTHING))
+        self._identified_rows.append((time_s, vehicle, anomaly, identity, p, kind, *at_m))
+        if identity == kind and cell in self._sites and cell not in self._identified:
+            self._identified.add(cell)
+            self.milestones.append(Milestone(time_s, "site_identified", vehicle))
+
+    def close(self, fleet: FleetView, now_s: float) -> str:
+        """Work out the maps of all times; say what is missing."""
+        self._note_maps(now_s)
+        reason = super().close(fleet, now_s)
+        if self.goal_fraction >= 1.0:
+            return reason
+        missing = f"{len(self._identified)} of {len(self._sites)} sites identified"
+        return f"{reason}; {missing}" if reason else missing
+
+    def _note_maps(self, now_s: float) -> None:
+        known = looks_known(self._recorder, self._vehicles)
+        charts = {name: self._chart() for name in known}
+        placed = dict.fromkeys(known, 0)
+        maps, fleet_maps = self._recorder.rows(MAPS.name), self._recorder.rows(FLEET_MAPS.name)
+        prior = charts[""].prior
+        for number in range(int(now_s // MAP_EVERY_S) + 1):
+            at_s = number * MAP_EVERY_S
+            for name, looks in known.items():
+                end = bisect_right(looks, at_s, key=lambda look: look[0])
+                for _, attribute, code in looks[placed[name] : end]:
+                    charts[name].add(attribute, (code,))
+                placed[name] = end
+            whole = charts[""].shares
+            own = [charts[name].shares for name in self._vehicles]
+            fleet_maps.append((at_s, divergence(whole, prior), disagreement(own)))
+            for name, shares in zip(self._vehicles, own, strict=True):
+                maps.append((at_s, name, divergence(shares, prior), disagreement([shares, whole])))
