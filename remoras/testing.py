@@ -1,7 +1,7 @@
 """For tests of your own strategies, missions and managers: the fleet, or managers alone, under random faults.
 
 >>> from remoras.testing import campaign, plan_of
->>> plan = plan_of("mapping-rendezvous", "cbba", kinds=["link"])  # doctest: +SKIP
+>>> plan = plan_of("mapping-rendezvous", "cbba", kinds=["links"])  # doctest: +SKIP
 >>> assert not campaign(plan, range(1, 21)).broken  # doctest: +SKIP
 """
 

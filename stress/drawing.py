@@ -87,6 +87,10 @@ def plan_of(scenario: str, strategy: str = "", settings: Sequence[str] = (), kin
     found = kinds_named([*named, *(one for one in kinds if one not in list(Family))])
     own = load(scenario, overrides(strategy, settings))
     usual, sensing = run(own, seed=1), {one.name for one in own.vehicle if one.sensor}
+    possible = tuple(name for name in found if _is_possible(KINDS[name], own))
+    if not possible:
+        allowed = f"nothing in {scenario} that this may befall by chance; write a schedule, and --replay it"
+        raise ConfigurationError("remoras stress", [ConfigurationFault("--faults", f'"{",".join(kinds)}"', allowed)])
     protection = own.communication.crc_bits or (CRC_BITS if own.communication.key_file else 0)
     return Plan(
         scenario,
@@ -94,7 +98,7 @@ def plan_of(scenario: str, strategy: str = "", settings: Sequence[str] = (), kin
         tuple(settings),
         fleet_of(own),
         tuple(name for name in fleet_of(own) if name in sensing),
-        tuple(name for name in found if _is_possible(KINDS[name], own)),
+        possible,
         usual.end_s,
         usual.completed,
         LEASES * own.communication.lease_frames * frame_s(own),

@@ -18,10 +18,10 @@ from stress.draws import Draws
 class Family(StrEnum):
     """What a fault befalls."""
 
-    LINK = "link"
-    VEHICLE = "vehicle"
-    SENSOR = "sensor"
-    MIND = "mind"
+    LINK = "links"
+    VEHICLE = "vehicles"
+    SENSOR = "sensors"
+    MIND = "minds"
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from missions.files import shown, text_of, toml_value
 from missions.scenarios import load
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.tables import PointM, Section, one_of
-from stress.kinds import KINDS
+from stress.kinds import KINDS, Family
 
 VERSION = 1
 """Of the form of schedules, and of what their kinds mean."""
@@ -201,7 +201,7 @@ def _faults_of(key: str, fault: StressFault, about: About) -> Iterator[Configura
         return
     kind = KINDS[fault.kind]
     for name in ("vehicle", "peer"):
-        if getattr(fault, name) or (name == "vehicle" and kind.family != "link"):
+        if getattr(fault, name) or (name == "vehicle" and kind.family is not Family.LINK):
             yield from one_of(f"{key}.{name}", getattr(fault, name), about.vehicles)
     if fault.at_s >= about.bound_s:
         allowed = f"must be below stress.bound_s = {about.bound_s:g}, when the run is over"

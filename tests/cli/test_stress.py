@@ -91,6 +91,7 @@ def test_a_breach_is_shrunk_written_and_repeated_byte_for_byte(here: Path) -> No
     [
         (("mapping-rendezvouz",), "did you mean 'mapping-rendezvous'?"),
         (("mapping-rendezvous", "--faults", "partitions"), "did you mean 'partition'?"),
+        (("mapping-rendezvous", "--faults", "biased", *SHORT), "nothing in mapping-rendezvous that this may befall"),
         (("mapping-rendezvous", "--seeds", "9:1"), "--seeds '9:1'"),
         (("mapping-rendezvous", "--time", "soon"), "--time 'soon'"),
         (("mapping-rendezvous", "--time", "0.01s", *SHORT), "--time = 0.01 s: one seed takes up to"),
