@@ -313,6 +313,11 @@ class ExchangeManager:
         return column is not None and bool(self._state.believes[peer] >> column & 1)
 
     @property
+    def half_blocks(self) -> list[Guid]:
+        """Blocks of which this vehicle has parts, and lacks others."""
+        return self._listener.assembly.lacking
+
+    @property
     def n_open(self) -> int:
         """Items that this vehicle goes on sending."""
         return self.queue.open.bit_count()
