@@ -85,7 +85,6 @@ class Assembly:
         self._drop(name)
         return whole([parts[index] for index in range(fragment.count)])
 
-    @property
     def lacking(self) -> list[Guid]:
         """Blocks of which parts lack."""
         return [guid for guid, _ in self._parts]

@@ -135,6 +135,8 @@ class ExchangeManager:
             me, model, self._state, self._ledger, self._interests, self._holders, self._peers,
             self._ageing, policy, carrier_evidence, upkeep.summaries, self.turns.attribute,
         )  # fmt: skip
+        self.half_blocks = self._listener.assembly.lacking
+        """``half_blocks() -> list``: names of blocks of which it has parts, and lacks others."""
         self._signals: tuple[InfluenceSignal, ...] = ()
         self._n_signals_said = 0
         self.n_faults = 0
@@ -311,11 +313,6 @@ class ExchangeManager:
         """True if this vehicle believes that ``peer`` holds the item."""
         column = self._ledger.column(uid)
         return column is not None and bool(self._state.believes[peer] >> column & 1)
-
-    @property
-    def half_blocks(self) -> list[Guid]:
-        """Blocks of which this vehicle has parts, and lacks others."""
-        return self._listener.assembly.lacking
 
     @property
     def n_open(self) -> int:

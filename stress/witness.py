@@ -188,7 +188,7 @@ class Witness:
         for life in alive:
             if life.manager.n_open:
                 yield Flaw(Breach.RESTLESS, f"{life.name} has {life.manager.n_open} items open")
-            half = [guid for guid in life.manager.half_blocks if guid[:2] in lives and guid not in life.gave_up]
+            half = [guid for guid in life.manager.half_blocks() if guid[:2] in lives and guid not in life.gave_up]
             if half:
                 yield Flaw(Breach.RESTLESS, f"{life.name} lacks parts of {half[:5]}")
             if waiting := life.model.arrivals.waiting:
