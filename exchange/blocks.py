@@ -85,6 +85,10 @@ class Assembly:
         self._drop(name)
         return whole([parts[index] for index in range(fragment.count)])
 
+    def lacking(self) -> list[Guid]:
+        """Blocks of which parts lack."""
+        return [guid for guid, _ in self._parts]
+
     def overdue(self, frame: int) -> list[Guid]:
         """Blocks of which parts have lacked for ``ASK_FRAMES``; they are overdue again after as many more."""
         late = [name for name, since in self._since.items() if frame - since >= ASK_FRAMES]

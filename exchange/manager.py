@@ -135,6 +135,8 @@ class ExchangeManager:
             me, model, self._state, self._ledger, self._interests, self._holders, self._peers,
             self._ageing, policy, carrier_evidence, upkeep.summaries, self.turns.attribute,
         )  # fmt: skip
+        self.half_blocks = self._listener.assembly.lacking
+        """``half_blocks() -> list``: names of blocks of which it has parts, and lacks others."""
         self._signals: tuple[InfluenceSignal, ...] = ()
         self._n_signals_said = 0
         self.n_faults = 0

@@ -182,9 +182,14 @@ class Witness:
                     yield Flaw(Breach.APART, text)
 
     def restless(self, alive: Iterable[Life]) -> Iterator[Flaw]:
-        """Who still has something to say, or waits for something, after a quiet time."""
+        """Who still has something to say, waits, or has half a block of one of them, after a quiet time."""
+        alive = list(alive)
+        lives = {(one.node, one.epoch) for one in alive}
         for life in alive:
             if life.manager.n_open:
                 yield Flaw(Breach.RESTLESS, f"{life.name} has {life.manager.n_open} items open")
+            half = [guid for guid in life.manager.half_blocks() if guid[:2] in lives and guid not in life.gave_up]
+            if half:
+                yield Flaw(Breach.RESTLESS, f"{life.name} lacks parts of {half[:5]}")
             if waiting := life.model.arrivals.waiting:
                 yield Flaw(Breach.RESTLESS, f"{life.name}: {len(waiting)} blocks wait")

@@ -13,8 +13,8 @@ an objective of a role      the members of its group; so it is with bids for rol
 who plays a role, or left   the vehicle itself; who is or was a member of the group; the heads that supervise it; the
                             members of groups with a role that its holder has to play
 a group                     its members, and the heads of the groups that supervise it
-who leads a group           the same; the members of the groups that it supervises, and of the one to which its head has
-                            to belong
+who leads a group           the same; who was a member, and may not know; the members of the groups that it supervises,
+                            and of the one to which its head has to belong
 a vehicle                   the members of all its groups; everybody if it is in none, and who is not to be believed
 anything else               everybody
 ==========================  =========================================================================================
@@ -132,7 +132,7 @@ class GroupNeeds:
             heads[name] |= heads.get(group.formed_by or "", 0)
         for name, now in members.items():
             self._ever[name] = self._ever.get(name, 0) | now
-        above, told = dict.fromkeys(groups, 0), dict(members)
+        above, told = dict.fromkeys(groups, 0), {name: self._ever[name] for name in groups}
         for superior, name in self._subjects.supervised:
             if superior in groups and name in groups:
                 above[name] |= heads[superior]

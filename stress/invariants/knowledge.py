@@ -166,5 +166,7 @@ class Rest:
         """Look at the queues of those in contact."""
         if scene.is_selective or scene.rested is None or scene.is_silent or len(scene.in_contact()) < 2:
             return None
+        if not scene.setup.scenario.communication.parking:  # what the absent need is waited for
+            return None
         lives = [scene.lives[v.name] for v in scene.in_contact() if v.radio.communicates]
         return _said(scene.witness.restless(lives))

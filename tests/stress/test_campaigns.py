@@ -1,0 +1,33 @@
+"""Campaigns: the same with any number of processes, and what breaks is shrunk to what it takes."""
+
+import pytest
+from planted import PLANTS
+from small_sea import small_plan
+
+from remoras.testing import campaign, schedule_of
+from stress.shrinking import MOST_RUNS
+
+
+def test_a_breach_is_shrunk_to_the_one_fault_that_it_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    plan, planted = small_plan(), next(one for one in PLANTS if one.invariant == "energy")
+    seed = next(
+        seed for seed in range(1, 200)
+        if "restarts" in (schedule := schedule_of(plan, seed)).kinds and len(schedule.fault) >= 4
+    )  # fmt: skip
+    planted.plant(monkeypatch)
+    report = campaign(plan, [seed])
+    small = report.shrunk["energy"]
+    assert [fault.kind for fault in small.schedule.fault] == ["restarts"]
+    assert small.n_runs <= MOST_RUNS
+    assert small.schedule.stress.bound_s <= small.broken.time_s + 2.0
+    assert report.table()["energy", "restarts"].broken == [seed]
+
+
+@pytest.mark.slow
+def test_two_processes_find_what_one_finds() -> None:
+    plan = small_plan("links", "vehicles")
+    one, two = (campaign(plan, range(1, 5), jobs=jobs) for jobs in (1, 2))
+    assert [outcome.digest for outcome in one.outcomes] == [outcome.digest for outcome in two.outcomes]
+    assert one.table() == two.table()
+    assert one.recovered == two.recovered
+    assert len(one.outcomes) == 4
