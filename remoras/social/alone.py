@@ -14,6 +14,11 @@ class Alone:
         self._taken: dict[RoleAssignment, None] = {}
         self._displaced: dict[RoleAssignment, None] = {}
 
+    @property
+    def has_changes(self) -> bool:
+        """True if something was agreed alone that is to be undone."""
+        return bool(self._taken or self._displaced)
+
     def note(self, agreed: Agreed, n_assigned: int, n_left: int) -> None:
         """Note what was agreed alone, behind so many roles that were assigned and left before."""
         for one in agreed.left[n_left:]:

@@ -4,10 +4,10 @@ In a frame every vehicle has had its say, so vehicles that hear their assignment
 together, and none acts on half a discussion. What was said counts in the world model's order of facts, whatever the
 order in which it was heard, and only if ``remoras.authority`` grants it to its issuer. For the role of a vehicle, for
 an objective of a role and for the mission of a group the newest statement counts. Refused for now is what rests on news
-that may still come: that the issuer led the group, or that the assignee is a member. A role that has no room waits for
-an old holder to leave, see ``remoras.social.waiting_list``. Holders that are absent make room. Of claims to lead a
-group the greatest counts, see ``remoras.social.succession``. The mission of a group counts at once: to plan it takes
-the rest of the frame. Of what is said of a group formed at sea its newest formation counts, see
+that may still come: that the issuer led the group, or that the assignee is a member. Who holds a role with room for few
+follows from all that was said of it, see ``remoras.social.tenures``. Holders that are absent make room. Of claims to
+lead a group the greatest counts, see ``remoras.social.succession``. The mission of a group counts at once: to plan it
+takes the rest of the frame. Of what is said of a group formed at sea its newest formation counts, see
 ``remoras.social.formations``.
 
 What a vehicle states while it is cut off counts for itself alone; ``remoras.social.alone`` undoes it.
@@ -21,11 +21,12 @@ from remoras.organisation import Organisation, Outcome
 from remoras.social.agreed import UNCHANGED, Agreed
 from remoras.social.alone import Alone
 from remoras.social.formations import Formations
+from remoras.social.newest import Newest
 from remoras.social.reigns import AGREED_BEFORE, Age, Reigns
 from remoras.social.reports import takes_sensors
 from remoras.social.requests import Requests
 from remoras.social.succession import Claim, Headship, excluded_by_leading, playing, role_after, yielding_above
-from remoras.social.waiting_list import WaitingList
+from remoras.social.tenures import Tenures
 from worldmodel import Change, Observation
 
 MAY_COME = frozenset(
@@ -41,6 +42,8 @@ MAY_COME = frozenset(
 """Refusals that rest on what may be heard of later."""
 FOR_ALL = frozenset({Act.SUCCEED, Act.CREATE, Act.DISSOLVE})
 """Acts of which nothing comes where a vehicle states them for itself alone."""
+TENABLE = frozenset({Outcome.SUCCESS, Outcome.NO_ROOM})
+"""Outcomes of what counts for who holds a role, now or once there is room."""
 LAWFUL = UNCHANGED | {Outcome.SUCCESS, Outcome.NO_ROOM, Outcome.UNAVAILABLE, Outcome.NOT_IN_GROUP}
 """Outcomes of requests that their issuers had the right to make."""
 
@@ -65,9 +68,9 @@ class Consultation:
         self.requests = Requests(beliefs, self._groups)
         self._pending: list[Observation] = []
         self._pending_alone: list[Observation] = []
-        self._newest: dict[tuple[str, ...], Age] = {}  # what counts, and since when
+        self._newest = Newest()
         self._waiting: list[Observation] = []  # refused for now
-        self._waiting_list = WaitingList(self._given_at)
+        self._tenures = Tenures(self._groups, organisation, self._newest)
         self._about: dict[str, dict[Age, Observation]] = {group: {} for group in rules.at_sea}  # heard of each
         self.alone = Alone()
         self._reigns = Reigns(organisation)
@@ -108,7 +111,9 @@ class Consultation:
             for observation in waiting:
                 self._count(observation, agreed, again=True)
             is_due = len(agreed.formed) + len(agreed.dissolved) != n_renewed
-        self._waiting_list.let_in(agreed)
+        if not self.alone.has_changes:
+            for asked in self._tenures.waiting(agreed.organisation):
+                agreed.assign(asked)
         alone, self._pending_alone = sorted(self._pending_alone, key=_age), []
         if alone:
             self._count_alone(alone, agreed)
@@ -153,40 +158,45 @@ class Consultation:
             return
         if asked.group in self._about:
             self._about[asked.group].setdefault(age, observation)
-        if asked.act is not Act.SUCCEED and not alone and self._newest.get(asked.about, age) > age:
+        is_old = asked.act is not Act.SUCCEED and not alone and self._newest.get(asked.about, age) > age
+        is_tenure = not alone and self._tenures.is_about(asked)
+        if is_old and not is_tenure:
             return
 
         def led(vehicle: str, group: str) -> bool:
             return agreed.organisation.is_member(vehicle, group) if alone else self._reigns.led(vehicle, group, age)
 
         yielding = agreed.absent | self._given_by_former_heads(asked, age, agreed.organisation)
-        yielding |= self._waiting_list.yielding(asked, age, agreed.organisation)
         is_blind = asked.assignee in agreed.blind and takes_sensors(self._rules, self._groups[asked.group], asked)
         unavailable = agreed.unavailable | ({asked.assignee} if is_blind else NOBODY)
         organisation = agreed.organisation
         if asked.act is Act.SUCCEED:
             succession = self._groups[asked.group].succession
-            left = [one for one in succession if self._given_at(asked.group, one, asked.issuer) > age]
+            left = [one for one in succession if self._newest.at(asked.group, one, asked.issuer) > age]
             organisation = playing(organisation, asked.issuer, asked.group, left)
         outcome = may_assign(asked, organisation, self._rules, led, yielding, unavailable)
         if outcome not in LAWFUL:
-            self._refuse(asked, outcome, observation, agreed, not alone, again)
+            self._refuse(asked, outcome, observation, agreed, not alone, again or is_old)
         elif asked.act is Act.SUCCEED:
             self._succeed(asked, observation, agreed)
         else:
-            if not alone:
+            if is_tenure and outcome in TENABLE:
+                self._hold(asked, age, agreed, yielding)
+            if not alone and not is_old:
                 self._newest[asked.about] = age
-            self._take(asked, outcome, age, agreed, yielding)
+            if not is_old and not (is_tenure and outcome in TENABLE):
+                self._take(asked, outcome, age, agreed, yielding)
 
     def _begin(self, group: str, age: Age) -> None:
         """A group was formed or dissolved: what was said of it before is over, what was said since is asked anew."""
-        self._newest = {about: since for about, since in self._newest.items() if about[0] != group}
+        self._newest.forget(group)
         self._about[group] = {said: one for said, one in self._about[group].items() if said > age}
         others = [one for one in self._waiting if _age(one) not in self._about[group]]
         self._waiting = [*others, *self._about[group].values()]
         self.headship.forget(group)
         self.missions.pop(group, None)
         self.alone.forget(group)
+        self._tenures.forget(group)
 
     def _refuse(self, asked: Request, why: Outcome, said: Observation, agreed: Agreed, wait: bool, again: bool) -> None:
         """Let a statement not count, for now if it is to ``wait``; that is noted unless it was before, ``again``."""
@@ -203,40 +213,36 @@ class Consultation:
         role = self._groups[asked.group].role(asked.role) if asked.act is Act.ASSIGN else None
         if role is None or role.job is None or self._rules.authorities:
             return NOBODY
-        since = self._reigns.since(asked.issuer, asked.group, age)
-        if since is None or since == AGREED_BEFORE:
-            return NOBODY
+        since = self._reigns.since(asked.issuer, asked.group, age) or AGREED_BEFORE
         holders = organisation.members(asked.group, asked.role)
-        return frozenset(name for name in holders if self._given_at(asked.group, asked.role, name) < since)
+        return frozenset(name for name in holders if self._newest.at(asked.group, asked.role, name) < since)
 
     def _take(self, asked: Request, outcome: Outcome, age: Age, agreed: Agreed, yielding: frozenset[str]) -> None:
         """Do what was asked, or note why it is refused; where there is no room, in the place of who is ``yielding``."""
-        if asked.assignee:
-            self._waiting_list.take(asked, outcome)
         if outcome is not Outcome.SUCCESS:
             agreed.note(asked, outcome)
         elif not asked.assignee:
             agreed.give(asked)
             if asked.act is Act.MISSION:
                 given, of = {*self.missions.get(asked.group, ()), asked.argument}, asked.group
-                self.missions[of] = tuple(sorted(given, key=lambda one: self._given_at(of, "mission", one)))
+                self.missions[of] = tuple(sorted(given, key=lambda one: self._newest.at(of, "mission", one)))
         else:
             done = agreed.assign(asked, yielding) if asked.act is Act.ASSIGN else agreed.leave(asked)
-            if yielding:
-                self._waiting_list.displace(asked, agreed.organisation)
             if done is Outcome.SUCCESS and asked.role == self._groups[asked.group].head_role:
                 self._reigns.change(asked.group, asked.assignee, asked.act is Act.ASSIGN, age)
 
-    def _given_at(self, group: str, role: str, vehicle: str) -> Age:
-        """When the newest word of a role of a vehicle was said; so of a mission of a group."""
-        return self._newest.get((group, role, vehicle), AGREED_BEFORE)
-
-    def _is_newest(self, about: tuple[str, ...], age: Age) -> bool:
-        """True if nothing newer is known about it; it counts since ``age`` then."""
-        if self._newest.get(about, age) > age:
-            return False
-        self._newest[about] = age
-        return True
+    def _hold(self, asked: Request, age: Age, agreed: Agreed, yielding: frozenset[str]) -> None:
+        """Do what follows for a role with room for few."""
+        follows, waits = self._tenures.settle(asked, age, agreed.organisation, yielding)
+        for one in follows:
+            done = agreed.assign(one) if one.act is Act.ASSIGN else agreed.leave(one)
+            is_head = one.role == self._groups[one.group].head_role
+            if done is Outcome.SUCCESS and is_head and one.about == asked.about:
+                self._reigns.change(one.group, one.assignee, one.act is Act.ASSIGN, age)
+        if waits:
+            agreed.note(asked, Outcome.NO_ROOM)
+        elif not agreed.organisation.is_member(asked.assignee, asked.group):
+            agreed.note(asked, Outcome.NOT_IN_GROUP)
 
     # Claims --------------------------------------------------------------------------------------
 
@@ -261,10 +267,10 @@ class Consultation:
                 self._hand_over(Request(vehicle, Act.SUCCEED, of_group, other, vehicle), holders, age, agreed)
         for name in before:
             then = role_after(self._rules.database, name, group, agreed.organisation)
-            if then is not None and self._is_newest((then.group, then.role, then.vehicle), age):
+            if then is not None and self._newest.take((then.group, then.role, then.vehicle), age):
                 agreed.assign(Request(vehicle, Act.ASSIGN, then.group, then.role, then.vehicle))
         for one in excluded_by_leading(group, vehicle, agreed.organisation):
-            if self._is_newest((one.group, one.role, one.vehicle), age):
+            if self._newest.take((one.group, one.role, one.vehicle), age):
                 agreed.leave(Request(vehicle, Act.RELEASE, one.group, one.role, vehicle))
         self._take_back(group.name, vehicle, agreed)
 
@@ -274,18 +280,18 @@ class Consultation:
             return
         for role in self._groups[group].roles:
             for name in agreed.organisation.members(group, role.name) if role.job is not None else ():
-                given = self._given_at(group, role.name, name)
+                given = self._newest.at(group, role.name, name)
                 if given != AGREED_BEFORE and not self._reigns.led(self.requests.name_of(given[1]), group, given):
                     agreed.leave(Request(head, Act.RELEASE, group, role.name, name))
 
     def _hand_over(self, to: Request, holders: list[str] | tuple[str, ...], age: Age, agreed: Agreed) -> None:
         """Let holders leave a role for another, unless a newer word says something else of one of them."""
         for name in holders:
-            if self._reigns.has_claimed(name, self._given_at(to.group, to.role, name)):
+            if self._reigns.has_claimed(name, self._newest.at(to.group, to.role, name)):
                 self._newest[to.group, to.role, name] = age  # it has the role by a lesser claim
-            if name != to.assignee and self._is_newest((to.group, to.role, name), age):
+            if name != to.assignee and self._newest.take((to.group, to.role, name), age):
                 agreed.leave(Request(to.issuer, Act.RELEASE, to.group, to.role, name))
-        if self._is_newest(to.about, age):
+        if self._newest.take(to.about, age):
             agreed.assign(to)
 
     # Cut off -------------------------------------------------------------------------------------

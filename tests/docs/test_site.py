@@ -24,12 +24,15 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = sorted(path.relative_to(DOCS).with_suffix("").as_posix() for path in DOCS.rglob("*.md"))
 NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.md"))
-PACKAGES = sorted(
-    ".".join(path.parent.relative_to(ROOT).parts)
-    for package in ("remoras", "exchange", "worldmodel", "missions", "visualisation")
-    for path in (ROOT / package).rglob("__init__.py")
-    if "__all__" in path.read_text(encoding="utf-8") and "cli" not in path.parts
-)
+PACKAGES = [
+    "remoras.testing",
+    *sorted(
+        ".".join(path.parent.relative_to(ROOT).parts)
+        for package in ("remoras", "exchange", "worldmodel", "missions", "visualisation")
+        for path in (ROOT / package).rglob("__init__.py")
+        if "__all__" in path.read_text(encoding="utf-8") and "cli" not in path.parts
+    ),
+]
 """Packages that promise names; of the command line the commands are what one uses."""
 FETCHED = re.compile(
     r"""<(?:script|img|iframe|source)\b[^>]*\bsrc\s*=\s*["']?(?:https?:)?//|<link\b[^>]*\bhref\s*=\s*["']?(?:https?:)?//""",
@@ -40,7 +43,7 @@ FETCHED_BY_STYLE = re.compile(r"""@import\s+["'](?:https?:)?//|url\(\s*["']?(?:h
 pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("site")]  # built once, not by each process
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The site, built as users are told to; -W makes every warning an error."""
     pytest.importorskip("sphinx")

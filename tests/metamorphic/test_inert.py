@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any, ClassVar
 
 import pytest
+from sampling import sampled
 
 from missions.mapping import MappingMission
 from missions.runs.run import Run, run
@@ -61,8 +63,9 @@ def tables(finished: Run) -> dict[str, list[Any]]:
     return {name: list(finished.recorder.rows(name)) for name in finished.recorder.tables}
 
 
-@pytest.mark.parametrize("per", [0.0, 0.5])
-@pytest.mark.parametrize("strategy", ["remoras", "central"])
+@pytest.mark.parametrize(
+    ("strategy", "per"), sampled(product(["remoras", "central"], [0.0, 0.5]), ("remoras", 0.5), ("central", 0.0))
+)
 def test_an_activity_without_effect_changes_no_byte(strategy: str, per: float) -> None:
     """Of whatever type and importance, before the others or behind them: it takes no place and dilutes no mean."""
     usual = tables(of(None, strategy, per))

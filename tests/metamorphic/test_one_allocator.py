@@ -32,6 +32,7 @@ def test_strategies_are_alike_where_jobs_have_room_for_one() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_strategies_are_alike_without_help() -> None:
     """On the corridor two may share a job: whoever helps is ahead, and is no longer once help is taken away."""
     alone_s = {strategy: to_95_s("mapping-corridor", strategy) for strategy in WITHOUT_HELP}

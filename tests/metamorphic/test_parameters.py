@@ -62,7 +62,7 @@ def tracks(strategy: str, case: tuple[str, ...], *settings: str) -> object:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("strategy", "parameter"),
-    sampled(TUNED, *{parameter: (strategy, parameter) for strategy, parameter in TUNED}.values()),
+    sampled(TUNED, *list({parameter: (strategy, parameter) for strategy, parameter in TUNED}.values())[::3]),
 )
 def test_a_parameter_moves_vehicles(strategy: str, parameter: str) -> None:
     """One of these values, at least, gives other tracks than the default: the ends of its range, and one beyond."""

@@ -82,7 +82,7 @@ def shifted(text: str) -> str:
 
 
 @pytest.mark.parametrize("per", [0.0, 0.5])
-@pytest.mark.parametrize("strategy", sampled(sorted(strategies()), "remoras", "contract-net", "status-broadcast"))
+@pytest.mark.parametrize("strategy", sampled(sorted(strategies()), "remoras", "contract-net"))
 def test_renaming_vehicles_renames_only(strategy: str, per: float, tmp_path: Path) -> None:
     """It fails if a tie is broken by name, or names are sorted anywhere that decides: in a claim, a succession."""
     text = text_of("mapping-rendezvous")
@@ -105,7 +105,7 @@ def without_numbers(rows_of: dict[str, list[Any]]) -> dict[str, list[Any]]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("header", ["  [[group.role]]", "[[vehicle]]"])
-@pytest.mark.parametrize("strategy", sampled(sorted(strategies()), "remoras", "cbba", "central"))
+@pytest.mark.parametrize("strategy", sampled(sorted(strategies()), "remoras", "cbba"))
 def test_the_order_of_tables_changes_nothing(strategy: str, header: str, tmp_path: Path) -> None:
     """It fails if jobs or vehicles are taken as the file lists them, where several are as good: slots are given.
 
@@ -125,7 +125,7 @@ def test_the_order_of_tables_changes_nothing(strategy: str, header: str, tmp_pat
     assert after == before
 
 
-@pytest.mark.parametrize("strategy", ["remoras", "central", "cbba"])
+@pytest.mark.parametrize("strategy", sampled(["remoras", "central", "cbba"], "remoras", "cbba"))
 def test_a_world_that_lies_elsewhere_shifts_the_tracks(strategy: str, tmp_path: Path) -> None:
     """It fails if the origin has a meaning: cells counted from 0, a distance from (0, 0), a place where nobody is.
 

@@ -9,6 +9,7 @@ import pytest
 import tomli_w
 from hypothesis import given
 from hypothesis import strategies as st
+from sampling import sampled
 from small_mission import SMALL, line_of, shipped_tables
 
 from missions.errors import ConfigurationError, ConfigurationFault
@@ -216,7 +217,7 @@ def test_malformed_tables_are_left_as_they_are(fleet: dict[str, object], data: s
 
 @pytest.mark.parametrize(
     ("size", "per"),
-    [(8, 0.3), *(pytest.param(size, per, marks=pytest.mark.slow) for size in (8, 16, 32) for per in (0.0, 0.3))],
+    sampled(itertools.product((8, 16, 32), (0.0, 0.3)), (8, 0.3)),
 )
 def test_the_mission_completes_with_more_vehicles(size: int, per: float) -> None:
     found = summary(run_scenario(shipped_at(size, f"channel.per={per}"), 1))

@@ -7,8 +7,11 @@ and AUV02 are Performers.
 
 from collections.abc import Iterator
 from itertools import permutations
+from random import Random
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
@@ -17,6 +20,7 @@ from remoras.activities import Objective
 from remoras.fleet import Fleet
 from remoras.organisation import Outcome, RoleAssignment
 from remoras.social.layer import SocialLayer
+from remoras.social.tenures import Word, holders_after
 from remoras.vehicle import Vehicle
 from worldmodel import Block, merge
 
@@ -153,23 +157,43 @@ def test_more_holders_than_a_role_allows_are_refused(fleet: Fleet) -> None:
         assert vehicle.social.organisation.members("Operational", "LeftWinger") == ("AUV01",)
 
 
-@pytest.mark.parametrize("order", [(0, 1, 2, 3), (0, 1, 3, 2), (0, 3, 1, 2), (3, 0, 1, 2)])
-def test_who_waited_for_room_gives_way_to_newer_word(fleet: Fleet, order: tuple[int, ...]) -> None:
-    """AUV02 finds no room beside AUV01; then the head moves the job to itself. Each block has a round of its own.
+@settings(max_examples=60)
+@given(st.lists(st.tuples(st.sampled_from(["AUV00", "AUV01", "AUV02"]), st.booleans()), max_size=6), st.randoms())
+def test_who_holds_a_role_does_not_depend_on_what_was_heard_first(words: list[tuple[str, bool]], draws: Random) -> None:
+    """A head gives a role with room for one, and takes it; each block is heard in a round of its own."""
+    fleet = assemble(SETUP, seed=1)
+    issuer, one, other = named(fleet, "AUV00"), named(fleet, "ASV00"), named(fleet, "AUV02")
+    blocks = [
+        say(issuer, (name, "playsRole" if gives else "leftRole", LEFT[2]), now_s=1.0 + number)
+        for number, (name, gives) in enumerate(words)
+    ]
+    for vehicle, order in ((one, blocks), (other, draws.sample(blocks, len(blocks)))):
+        for block in order:
+            hear(vehicle, block)
+            vehicle.social.consult()
+    holders = one.social.organisation.members("Operational", "LeftWinger")
+    assert other.social.organisation.members("Operational", "LeftWinger") == holders
+    fleet.close()
 
-    Else who hears first that AUV01 leaves would let AUV02 in, and keep the head out for good.
-    """
-    issuer, heard = named(fleet, "AUV00"), named(fleet, "ASV00")
-    blocks = (
-        say(issuer, LEFT, now_s=1.0),
-        say(issuer, ("AUV02", "playsRole", "Operational.LeftWinger"), now_s=2.0),
-        say(issuer, ("AUV01", "leftRole", "Operational.LeftWinger"), now_s=3.0),
-        say(issuer, ("AUV00", "playsRole", "Operational.LeftWinger"), now_s=4.0),
-    )
-    for number in order:
-        hear(heard, blocks[number])
-        heard.social.consult()
-    assert heard.social.organisation.members("Operational", "LeftWinger") == ("AUV00",)
+
+WORDS = {
+    "the first of two": (["AUV01", "AUV02"], ["AUV01"], ["AUV02"]),
+    "given away": (["AUV01", "-AUV01", "AUV02"], ["AUV02"], []),
+    "moved past who waits": (["AUV01", "AUV02", "-AUV01", "AUV00"], ["AUV00"], ["AUV02"]),
+    "the first after another": (["AUV01", "-AUV01", "AUV00", "AUV02"], ["AUV00"], ["AUV02"]),
+    "the newest that waits": (["AUV01", "AUV02", "AUV00", "-AUV01"], ["AUV00"], ["AUV02"]),
+    "left by all": (["AUV01", "AUV02", "-AUV01", "-AUV02"], [], []),
+}
+
+
+@pytest.mark.parametrize("name", WORDS)
+def test_an_assignment_finds_room_or_waits(name: str) -> None:
+    said, holders, waiting = WORDS[name]
+    words = [
+        Word((float(number), 0, 0, number, 0), word[0] != "-", word.removeprefix("-"))
+        for number, word in enumerate(said)
+    ]
+    assert holders_after(words, 1) == (set(holders), waiting)
 
 
 def test_who_waited_for_room_gets_it_when_the_holder_leaves(fleet: Fleet) -> None:

@@ -3,6 +3,7 @@
 import statistics
 
 import pytest
+from sampling import sampled
 
 from missions.runs.knowledge import query as ask
 from missions.runs.metrics import bits_of, n_bits
@@ -100,7 +101,9 @@ def test_the_head_of_all_knows_what_is_done_but_not_the_cells(by_groups: Run) ->
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("strategy", sorted(set(strategies()) - {"fixed-partition", "oracle"}))
+@pytest.mark.parametrize(
+    "strategy", sampled(sorted(set(strategies()) - {"fixed-partition", "oracle"}), "remoras", "contract-net")
+)
 def test_every_strategy_completes_the_mission_as_soon_with_fewer_bytes(strategy: str) -> None:
     """Measured: the same second, 34 to 40 % fewer bytes; rendezvous-sync speaks at meetings alone."""
     by_groups, for_all = (finished(*LOSS, f"strategy.name={strategy}", *more, seed=2) for more in ((), (FOR_ALL,)))
@@ -110,7 +113,7 @@ def test_every_strategy_completes_the_mission_as_soon_with_fewer_bytes(strategy:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("lost", ["ASV00", "AUV00", "AUV01"])
+@pytest.mark.parametrize("lost", sampled(["ASV00", "AUV00", "AUV01"], "AUV00"))
 def test_whoever_is_lost_the_others_complete_it(lost: str) -> None:
     fault = f'fault=[{{kind="lost", vehicle="{lost}", at_s=600.0}}]'
     by_groups, for_all = (finished(*LOSS, fault, *more, seed=3) for more in ((), (FOR_ALL,)))

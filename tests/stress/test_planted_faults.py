@@ -12,6 +12,7 @@ SLOW = frozenset(
     {"finishes", "agreement", "separation", "authority", "remembered", "cardinality", "sound-packets", "rest"}
 )
 """Those that take several runs, or long ones."""
+MARKS = [pytest.mark.slow, pytest.mark.thorough]
 
 
 def named_by(planted: Planted, patch: pytest.MonkeyPatch) -> int | None:
@@ -39,7 +40,7 @@ def test_there_is_a_plant_for_each_invariant() -> None:
 
 @pytest.mark.parametrize(
     "planted",
-    [pytest.param(one, id=one.invariant, marks=pytest.mark.slow if one.invariant in SLOW else []) for one in PLANTS],
+    [pytest.param(one, id=one.invariant, marks=MARKS if one.invariant in SLOW else []) for one in PLANTS],
 )
 def test_a_planted_fault_is_named(planted: Planted, monkeypatch: pytest.MonkeyPatch) -> None:
     assert named_by(planted, monkeypatch) is not None

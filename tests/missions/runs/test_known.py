@@ -169,7 +169,9 @@ def test_nobody_knows_what_came_in_a_packet_that_nobody_could_read() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("strategy", "case"), sampled(product(strategies(), CASES), *zip(strategies(), cycle(CASES))))
+@pytest.mark.parametrize(
+    ("strategy", "case"), sampled(product(strategies(), CASES), *list(zip(strategies(), cycle(CASES)))[::3])
+)
 def test_so_it_is_under_every_strategy(strategy: str, case: str) -> None:
     compare(scenario(*LOSS, *CASES[case], strategy=strategy), 11)
 

@@ -76,6 +76,7 @@ def test_a_run_of_four_vehicles_is_small_and_always_the_same(lossy: Results) -> 
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_fifty_vehicles_over_an_hour_fit_a_megabyte(tmp_path: Path) -> None:
     settings = "fleet.size=50", "scenario.duration_s=3600", "channel.per=0.5"
     data = data_of(recorded(tmp_path / "run", *settings, scenario="mapping-patches"))
