@@ -25,6 +25,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
+from missions.disk import synced
 from missions.errors import OutputError
 from remoras.recorder import KEY, Recorder, Row, Table
 
@@ -169,8 +170,18 @@ def write_part(folder: Path, key: str, tables: Mapping[str, bytes]) -> None:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
+    synced(draft)
     shutil.rmtree(part, ignore_errors=True)
     draft.rename(part)
+    synced(folder)
+
+
+def keys_in(parts: Path, tables: Path) -> set[str]:
+    """Keys of the runs of which there are tables, in parts or merged."""
+    found = {part.name for part in parts.glob("[!.]*")}
+    for path in sorted(tables.glob("[!.]*.parquet")):
+        found.update(pc.unique(pq.read_table(path, columns=[KEY]).column(KEY)).to_pylist())
+    return found
 
 
 def merge(parts: Path, tables: Path, keys: Collection[str]) -> None:
@@ -185,6 +196,7 @@ def merge(parts: Path, tables: Path, keys: Collection[str]) -> None:
     written = {path.stem for key in keys for path in (parts / key).glob("*.parquet")}
     for name in sorted(written | {path.stem for path in tables.glob("[!.]*.parquet")}):
         _merge_table(name, parts, tables, keys)
+    synced(tables, parts.parent)
     shutil.rmtree(parts)
 
 
@@ -203,6 +215,7 @@ def _merge_table(name: str, parts: Path, tables: Path, keys: Collection[str]) ->
     write_runs(draft, schema, _each_once(heapq.merge(before, new, key=itemgetter(0)), keys))
     if old is not None:
         old.close()
+    synced(draft)
     draft.replace(merged)
 
 

@@ -18,11 +18,11 @@ from pathlib import Path
 
 from missions.errors import DiskFullError, MissionsError, OutputError
 from missions.sweeps.cluster import cluster_executor
-from missions.sweeps.execution import killed, run_chunk, run_task
+from missions.sweeps.execution import Needed, killed, run_chunk, run_task
 from missions.sweeps.folder import SweepFolder, SweepResults, SweepStatus
 from missions.sweeps.ledger import FinishedRun
 from missions.sweeps.plan import RunTask, SweepPlan
-from missions.sweeps.pool import SupervisedPool, WorkersCannotStart
+from missions.sweeps.pool import SupervisedPool, TookTooLong, WorkersCannotStart
 from missions.sweeps.study import Study
 
 CHUNK_S = 1.0
@@ -36,6 +36,22 @@ TIMED_RUNS = 3
 
 class PartlyDoneError(MissionsError):
     """The sweep stopped before its end; what is finished is kept, and the same command goes on from there."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of a run that exceeds one of them only itself is lost: it counts as failed.
+
+    Args:
+        timeout_s: wall-clock time.
+        memory_mb: memory of its process.
+    """
+
+    timeout_s: float | None = None
+    memory_mb: int | None = None
+
+
+UNLIMITED = Limits()
 
 
 @dataclass(frozen=True)
@@ -74,6 +90,9 @@ def sweep(
     executor: Executor | None = None,
     force_new: bool = False,
     progress: ReportProgress | None = None,
+    limits: Limits = UNLIMITED,
+    accept_code: bool = False,
+    retry_failed: bool = False,
 ) -> SweepStatus:
     """Make the runs of a study that its folder does not have yet.
 
@@ -85,6 +104,9 @@ def sweep(
         executor: any other executor to use instead, with ``jobs`` processes.
         force_new: set the runs of another study in the folder aside.
         progress: called with the number of finished runs and of planned runs.
+        limits: of every run; a time needs processes of this machine, which are killed.
+        accept_code: go on in a folder whose runs other code has made.
+        retry_failed: make runs that failed again.
 
     Returns:
         How far the sweep is: nothing remains, some runs may have failed.
@@ -93,15 +115,19 @@ def sweep(
         PartlyDoneError: the engine was lost or the disk is full; run again to go on.
         StudyChangedError, OutputError, ClusterError: nothing was begun.
     """
+    if limits.timeout_s is not None and (cluster is not None or executor is not None):
+        raise OutputError(
+            f"--timeout-s {limits.timeout_s:g}: only processes of this machine can be ended; leave --cluster out"
+        )
     plan = SweepPlan(study)
     try:
-        opened = SweepFolder(folder, plan, force_new)
+        opened = SweepFolder(folder, plan, force_new, accept_code, retry_failed)
     except DiskFullError as error:
         raise PartlyDoneError(str(error)) from None
     try:
         if next(plan.missing(opened.summaries), None) is not None:
             with _engine(jobs, cluster, executor) as (engine, n_processes):
-                _drive(engine, n_processes, plan, opened, progress)
+                _drive(engine, n_processes, plan, opened, progress, limits)
         opened.compact()
     except WorkersCannotStart as error:
         raise OutputError(
@@ -149,9 +175,11 @@ class _Queue:
     Args:
         tasks: in the order in which they are to be made.
         n_processes: of the executor.
+        timeout_s: that a run may take; None if that does not matter.
     """
 
-    def __init__(self, tasks: Iterable[RunTask], n_processes: int) -> None:
+    def __init__(self, tasks: Iterable[RunTask], n_processes: int, timeout_s: float | None) -> None:
+        self._timeout_s = timeout_s
         self.waiting = deque(tasks)
         self._n_processes = n_processes
         self._attempts: Counter[str] = Counter()
@@ -190,24 +218,36 @@ class _Queue:
         """
         if len(chunk) == 1:
             key = chunk[0].key
+            if isinstance(error, TookTooLong):
+                return [killed(chunk[0], f"it took longer than timeout_s = {self._timeout_s:g}")]
             self._attempts[key] += MAX_ATTEMPTS if type(error).__name__ == "KilledWorker" else 1
             if self._attempts[key] >= MAX_ATTEMPTS:
-                return [killed(chunk[0])]
+                return [killed(chunk[0], "the process died every time that this run was tried, alone at the last")]
         self._suspects.update(task.key for task in chunk)
         self.waiting.extendleft(reversed(chunk))
         return []
 
 
 def _drive(
-    executor: Executor, n_processes: int, plan: SweepPlan, folder: SweepFolder, progress: ReportProgress | None
+    executor: Executor,
+    n_processes: int,
+    plan: SweepPlan,
+    folder: SweepFolder,
+    progress: ReportProgress | None,
+    limits: Limits,
 ) -> None:
     """Give out chunks and log what comes back until nothing is missing."""
-    queue = _Queue(plan.missing(folder.summaries), n_processes)
+    queue = _Queue(plan.missing(folder.summaries), n_processes, limits.timeout_s)
+    needed = Needed.like_here(limits.memory_mb)
     busy: dict[Future[list[FinishedRun]], list[RunTask]] = {}
     while queue.waiting or busy:
         while queue.waiting and len(busy) < AHEAD * n_processes:
             chunk = queue.next_chunk()
-            busy[executor.submit(run_chunk, plan.schedule.version, chunk)] = chunk
+            if isinstance(executor, SupervisedPool) and limits.timeout_s is not None:
+                future = executor.submit_within(limits.timeout_s * len(chunk), run_chunk, needed, chunk)
+            else:
+                future = executor.submit(run_chunk, needed, chunk)
+            busy[future] = chunk
         ready, _ = wait(busy, return_when=FIRST_COMPLETED)
         finished: list[FinishedRun] = []
         for future in ready:

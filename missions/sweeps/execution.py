@@ -11,30 +11,60 @@ import platform
 import time
 import traceback
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from missions.errors import ClusterError
 from missions.runs.run import run
 from missions.runs.summary import identity, summary
 from missions.runs.tables import encoded
+from missions.sweeps.code import fingerprint, program, short
 from missions.sweeps.ledger import DONE, FAILED, FinishedRun
 from missions.sweeps.plan import RunTask, version
 from remoras.fleet import rare_collections
 
+try:
+    import resource
+except ImportError:  # Windows has no such limits
+    resource = None  # type: ignore[assignment]
 
-def run_chunk(needed_version: str, tasks: Sequence[RunTask]) -> list[FinishedRun]:
+
+class Needed(NamedTuple):
+    """What a worker needs to make runs of a sweep.
+
+    Args:
+        version: of this program.
+        code: digest of what it makes runs with.
+        memory_mb: what a run may take; None if all there is.
+    """
+
+    version: str
+    code: str
+    memory_mb: int | None = None
+
+    @classmethod
+    def like_here(cls, memory_mb: int | None = None) -> Needed:
+        """That a worker is as this process."""
+        return cls(version(), short(program()), memory_mb)
+
+
+def run_chunk(needed: Needed, tasks: Sequence[RunTask]) -> list[FinishedRun]:
     """Run tasks one after another; a run that raises is a failed run, not an error of the chunk.
 
     Args:
-        needed_version: of the process that gives the tasks out.
+        needed: of the process that gives the tasks out.
         tasks: runs to make.
 
     Raises:
-        ClusterError: this worker has another version.
+        ClusterError: this worker has another version, or other code.
     """
-    if version() != needed_version:
-        where = f"worker {platform.node()}"
-        raise ClusterError(f"{where} has version {version()} of remoras, the sweep {needed_version}: install the same")
+    where = f"worker {platform.node()}"
+    if version() != needed.version:
+        raise ClusterError(f"{where} has version {version()} of remoras, the sweep {needed.version}: install the same")
+    if short(program()) != needed.code:
+        raise ClusterError(f"{where} has other sources, Python, Mesa or NumPy than the sweep: install the same")
+    if needed.memory_mb is not None and resource is not None:
+        limit = needed.memory_mb * 2**20
+        resource.setrlimit(resource.RLIMIT_DATA, (limit, resource.getrlimit(resource.RLIMIT_DATA)[1]))
     return [run_task(task) for task in tasks]
 
 
@@ -61,9 +91,8 @@ def run_task(task: RunTask) -> FinishedRun:
     return FinishedRun(_line(task, found, error, machine), tables)
 
 
-def killed(task: RunTask) -> FinishedRun:
-    """A run whose process died every time that it was tried."""
-    error = "the process died every time that this run was tried, alone at the last"
+def killed(task: RunTask, error: str) -> FinishedRun:
+    """A run whose process did not outlive it, and why."""
     machine = {"wall_s": None, "cpu_s": None, "host": platform.node(), "worker": os.getpid(), "finished_at": _now()}
     return FinishedRun(_line(task, identity(task.scenario, task.seed), error, machine), {})
 
@@ -78,6 +107,7 @@ def _line(task: RunTask, found: Mapping[str, Any], error: str, machine: Mapping[
         "error": error,
         "replay": task.replay if error else "",
         "tables": task.keep_tables and not error,
+        "code": short(fingerprint([task.scenario.model_dump(mode="json")])),
         "machine": dict(machine),
     }
 

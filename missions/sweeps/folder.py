@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import errno
 import json
-import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from missions.disk import synced, write_synced
 from missions.errors import DiskFullError, OutputError, StudyChangedError
 from missions.metric import Better, Metric, MetricRecord
 from missions.sweeps.ledger import (
@@ -31,17 +31,20 @@ from missions.sweeps.ledger import (
     read_ledger,
 )
 from missions.sweeps.plan import Demand, RunSchedule
-from missions.sweeps.record import DECLARATIONS, LABELS, differences, read_label, record_of
+from missions.sweeps.record import DECLARATIONS, IDENTITY, LABELS, differences, read_label, record_of
 
 if TYPE_CHECKING:
     from missions.sweeps.plan import SweepPlan
     from missions.sweeps.study_file import StudyFile
 
 STUDY, STUDY_TEXT, RUNS, PARTS, TABLES = "study.json", "study.toml", "runs.parquet", "parts", "tables"
-IDENTITY = ("scenario", "strategy", "policy", "channel", "per", "seed", "n_vehicles")
+RUN_FIELDS = ("scenario", "strategy", "policy", "channel", "per", "seed", "n_vehicles")
 """Fields of a summary that say which run it is of."""
 MOST_DIFFERENCES = 20
 """Differences between two studies that a message lists."""
+CODE_CHANGED = (
+    "the code that makes the runs has changed: go on all the same with --accept-code, which marks its runs; or "
+)
 
 
 @dataclass(frozen=True)
@@ -148,7 +151,7 @@ class SweepResults:
         found = {metric.name: MetricRecord.of(metric) for metric in declared_by}
         for line in self.lines.values():
             for name, value in line["summary"].items():
-                if name not in found and name not in IDENTITY and isinstance(value, int | float):
+                if name not in found and name not in RUN_FIELDS and isinstance(value, int | float):
                     found[name] = MetricRecord(name, "", None, name)
         return found
 
@@ -188,7 +191,7 @@ class SweepResults:
         Raises:
             OutputError: a line is not one of a run.
         """
-        lines = read_ledger(self.folder / LEDGER)
+        lines = read_ledger(self.folder / LEDGER, self._record.get(IDENTITY, ""))
         try:
             return self.schedule.labelled(lines)
         except OutputError:  # it cannot be said what they were for; the runs are there
@@ -229,13 +232,22 @@ class SweepFolder:
         folder: made if it is not there.
         plan: the runs that it is for.
         force_new: set the runs of another study aside, into a folder ``before-N``, and start anew.
+        accept_code: go on with runs that other code has made; the column ``code`` tells them apart.
+        retry_failed: runs that failed are to be made again.
 
     Raises:
         StudyChangedError: the folder belongs to another study, or to this one before it was changed.
         OutputError: the folder cannot be written, or another sweep is writing it.
     """
 
-    def __init__(self, folder: Path, plan: SweepPlan, force_new: bool = False) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        plan: SweepPlan,
+        force_new: bool = False,
+        accept_code: bool = False,
+        retry_failed: bool = False,
+    ) -> None:
         self.folder = folder
         self._plan = plan
         record = record_of(plan)
@@ -245,10 +257,11 @@ class SweepFolder:
             folder.mkdir(parents=True, exist_ok=True)
             self._lock = FolderLock(folder)
             try:
-                self._make_sure_of_study(record, force_new)
-                _write_synced(folder / STUDY_TEXT, plan.study.text)
-                _write_synced(folder / STUDY, json.dumps(record, indent=1))
-                self._ledger = RunLedger(folder / LEDGER)
+                record[IDENTITY] = self._make_sure_of_study(record, force_new, accept_code)
+                write_synced(folder / STUDY_TEXT, plan.study.text)
+                write_synced(folder / STUDY, json.dumps(record, indent=1))
+                self._ledger = RunLedger(folder / LEDGER, record[IDENTITY])
+                self._again = self._to_make_again(retry_failed)
             except BaseException:
                 self._lock.release()
                 raise
@@ -257,27 +270,45 @@ class SweepFolder:
             kind = DiskFullError if full else OutputError
             raise kind(f"--out {folder}: cannot be written: {error.strerror}") from None
 
-    def _make_sure_of_study(self, record: Mapping[str, Any], force_new: bool) -> None:
-        """Refuse the runs of a study that this one does not go on with, or set them aside."""
+    def _make_sure_of_study(self, record: Mapping[str, Any], force_new: bool, accept_code: bool) -> str:
+        """Refuse the runs of a study that this one does not go on with, or set them aside.
+
+        Returns:
+            The identity of the study that the folder is for.
+        """
         path = self.folder / STUDY
         if path.is_file():
-            found = list(differences(path, record))
+            found = list(differences(path, record, accept_code))
         else:
             found = [f"{STUDY} is missing"] if (self.folder / LEDGER).is_file() else []
         if found and not force_new:
+            of_code = "" if any(not line.startswith("code.") for line in found) else CODE_CHANGED
             shown = "\n".join(f"  {line}" for line in found[:MOST_DIFFERENCES])
             raise StudyChangedError(
                 f"{self.folder} holds runs of a study that this one does not go on with:\n{shown}\n"
                 "a study may grow (repeats, strategies, policies, channels, vehicles, scenarios, points, unforeseen); "
-                "name another folder for --out, or set its runs aside and start anew with --force-new"
+                f"{of_code}name another folder for --out, or set its runs aside and start anew with --force-new"
             )
         if found:
             _set_aside(self.folder)
+        identity: str = record[IDENTITY]
+        return json.loads(path.read_text(encoding="utf-8")).get(IDENTITY, identity) if path.is_file() else identity
+
+    def _to_make_again(self, retry_failed: bool) -> frozenset[str]:
+        """Keys of runs that failed, if those are to be tried again, and of those whose tables are lost."""
+        lines = self._ledger.lines
+        failed = {key for key, line in lines.items() if line["status"] == FAILED} if retry_failed else set()
+        sampled = {key for key, line in lines.items() if line["tables"]}
+        if not sampled:
+            return frozenset(failed)
+        from missions.runs import tables
+
+        return frozenset(failed | (sampled - tables.keys_in(self.folder / PARTS, self.folder / TABLES)))
 
     @property
     def lines(self) -> Mapping[str, Line]:
-        """Lines of the ledger by key."""
-        return self._ledger.lines
+        """Lines of the ledger by key, without those of runs that are to be made again."""
+        return {key: line for key, line in self._ledger.lines.items() if key not in self._again}
 
     @property
     def summaries(self) -> dict[str, Mapping[str, Any]]:
@@ -288,18 +319,27 @@ class SweepFolder:
         """Log finished runs; when this returns they are on the disk. A run that is logged already is passed over.
 
         Raises:
-            OutputError: the disk does not take them; the ledger is then as it was before.
+            OutputError: the disk does not take them, or a run whose tables were lost ends otherwise now; the ledger is
+                then as it was before.
         """
         from missions.runs import tables
 
-        new = {run.key: run for run in finished if run.key not in self.lines}
+        known = self._ledger.lines
+        new = {run.key: run for run in finished if run.key in self._again or run.key not in known}
+        for key, run in new.items():
+            if key in self._again and known[key]["status"] != FAILED and run.line["summary"] != known[key]["summary"]:
+                raise OutputError(
+                    f"{self.folder / LEDGER}: the run {key} was made again, since its tables are lost, and ends "
+                    "otherwise now; name another folder for --out"
+                )
         try:
             for run in new.values():
                 if run.tables:
                     tables.write_part(self.folder / PARTS, run.key, run.tables)
         except OSError as error:
             raise OutputError(f"{self.folder / PARTS}: cannot be written: {error.strerror}") from None
-        self._ledger.append(run.line for run in new.values())
+        self._ledger.append(run.line for key, run in new.items() if key not in known or known[key]["status"] == FAILED)
+        self._again -= new.keys()
 
     def compact(self) -> None:
         """Make ``runs.parquet`` and ``tables/`` of what is finished.
@@ -314,9 +354,11 @@ class SweepFolder:
 
         try:
             draft = self.folder / f".{RUNS}"
-            pq.write_table(run_table(self._plan.schedule.labelled(self.lines)), draft, compression="zstd")
+            pq.write_table(run_table(self._plan.schedule.labelled(self._ledger.lines)), draft, compression="zstd")
+            synced(draft)
             draft.replace(self.folder / RUNS)
-            kept = [key for key, line in self.lines.items() if line["tables"]]
+            synced(self.folder)
+            kept = [key for key, line in self._ledger.lines.items() if line["tables"]]
             tables.merge(self.folder / PARTS, self.folder / TABLES, kept)
         except OSError as error:
             raise OutputError(f"--out {self.folder}: cannot be written: {error.strerror}") from None
@@ -337,13 +379,3 @@ def _set_aside(folder: Path) -> None:
     for name in (LEDGER, RUNS, PARTS, TABLES, STUDY_TEXT, STUDY):
         if (folder / name).exists():
             (folder / name).rename(aside / name)
-
-
-def _write_synced(path: Path, text: str) -> None:
-    """Write a file that is there whole or not at all, even after a power cut."""
-    draft = path.with_name(f".{path.name}")
-    with draft.open("w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    draft.replace(path)

@@ -1,7 +1,9 @@
 """RunLedger: one line of JSON per finished run, appended and synced to the disk before the run counts as finished.
 
 A kill at any moment leaves at most a torn last line. It is cut off when the ledger is opened again, and its run is made
-again. So no run is lost or doubled.
+again. So no run is lost or doubled. Each line begins with a checksum of the rest and names its study: a line that was
+altered, that is of another study, or that contradicts another is told by its number, and nothing is counted before it
+is taken out. A run that failed may have a later line, which counts instead.
 """
 
 from __future__ import annotations
@@ -9,11 +11,13 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+import zlib
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from missions.disk import synced
 from missions.errors import OutputError
 
 if sys.platform != "win32":
@@ -25,6 +29,12 @@ DONE, FAILED = "done", "failed"
 MACHINE_COLUMNS = ("wall_s", "cpu_s", "host", "worker", "finished_at")
 """What depends on the machine, and nothing else does."""
 LINE_KEYS = {"key", "status", "repeat", "settings", "summary", "error", "replay", "tables", "machine"}
+
+SEAL = b'{"crc": "'
+"""How a line with a checksum begins; older ones have none."""
+TAKE_OUT = "Take the line out, and the same sweep makes its run again"
+MAY_DIFFER = {"machine", "code", "replay", "crc"}
+"""What may differ between two lines of one run."""
 
 Line = dict[str, Any]
 """What the ledger keeps of a run; it has all of ``LINE_KEYS``."""
@@ -53,16 +63,21 @@ class RunLedger:
 
     Args:
         path: of the file, made if it is not there; a torn last line is cut off.
+        study: identity of the study, which goes into every line.
 
     Raises:
         OutputError: a line before the last is not one of a run.
         OSError: the file cannot be opened.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, study: str = "") -> None:
         self._path = path
+        self._study = study
+        is_new = not path.exists()
         self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
         try:
+            if is_new:
+                synced(path.parent)
             self.lines = self._recovered()
         except BaseException:
             os.close(self._file)
@@ -75,7 +90,7 @@ class RunLedger:
         if whole < len(content):
             os.ftruncate(self._file, whole)
             os.fsync(self._file)
-        return {line["key"]: line for line in parsed(content[:whole], self._path)}
+        return parsed(content[:whole], self._path, self._study)
 
     def append(self, lines: Iterable[Mapping[str, Any]]) -> None:
         """Add lines of runs that the ledger does not have; when this returns they are on the disk.
@@ -83,10 +98,10 @@ class RunLedger:
         Raises:
             OutputError: the disk does not take them; the ledger is then as it was before.
         """
-        new = [dict(line) for line in lines]
+        new = [{**line, "study": self._study} for line in lines]
         size = os.fstat(self._file).st_size
         try:
-            content = "".join(json.dumps(line, allow_nan=False) + "\n" for line in new).encode()
+            content = b"".join(_sealed(line) for line in new)
             while content:
                 content = content[os.write(self._file, content) :]
             os.fsync(self._file)
@@ -125,34 +140,67 @@ class FolderLock:
         os.close(self._file)
 
 
-def read_ledger(path: Path) -> dict[str, Line]:
+def read_ledger(path: Path, study: str = "") -> dict[str, Line]:
     """Whole lines of a ledger by key, in the order of the keys; it may be one that a sweep is writing.
 
+    Args:
+        path: of the file.
+        study: identity of the study that the lines have to be of.
+
     Raises:
-        OutputError: a whole line is not one of a run.
+        OutputError: a whole line is not one of a run of the study, or contradicts another.
     """
     content = path.read_bytes() if path.is_file() else b""
-    return dict(sorted((line["key"], line) for line in parsed(content, path)))
+    return dict(sorted(parsed(content, path, study).items()))
 
 
-def parsed(content: bytes, path: Path) -> Iterator[Line]:
-    """Lines of a ledger that are whole.
+def parsed(content: bytes, path: Path, study: str = "") -> dict[str, Line]:
+    """Lines of a ledger that are whole, by key; of two of a run that had failed the last.
 
     Args:
         content: of the file.
         path: of the file, for messages.
+        study: identity of the study that the lines have to be of; empty if that does not matter.
 
     Raises:
-        OutputError: a whole line is not one of a run.
+        OutputError: a whole line is not one of a run of the study, or contradicts another.
     """
-    for number, line in enumerate(content.split(b"\n")[:-1], 1):
-        try:
-            found = json.loads(line)
-        except ValueError:
-            found = None
-        if not isinstance(found, dict) or not found.keys() >= LINE_KEYS or not isinstance(found["summary"], dict):
-            raise OutputError(
-                f"{path}:{number}: not a line of a run; the file was changed by something else. Take the line out, "
-                "and the same sweep makes its run again"
-            )
-        yield found
+    found: dict[str, Line] = {}
+    numbers: dict[str, int] = {}
+    for number, raw in enumerate(content.split(b"\n")[:-1], 1):
+        line = _read(raw)
+        if line is None:
+            why = "not a line of a run, or altered since; the file was changed by something else"
+        elif study and line.get("study", study) != study:
+            why = f"of another study, {line['study']}; this folder holds the study {study}"
+        elif (before := found.get(line["key"])) is not None and before["status"] != FAILED and _differ(before, line):
+            why = f"contradicts line {numbers[line['key']]}, of the same run"
+        else:
+            found[line["key"]], numbers[line["key"]] = line, number
+            continue
+        raise OutputError(f"{path}:{number}: {why}. {TAKE_OUT}")
+    return found
+
+
+def _sealed(line: Mapping[str, Any]) -> bytes:
+    rest = json.dumps(line, allow_nan=False).encode()[1:]
+    return SEAL + f'{zlib.crc32(rest):08x}", '.encode() + rest + b"\n"
+
+
+def _read(raw: bytes) -> Line | None:
+    """A line of a run; None if it is none, or its checksum is another."""
+    try:
+        found = json.loads(raw)
+    except ValueError:
+        return None
+    if not isinstance(found, dict) or not found.keys() >= LINE_KEYS or not isinstance(found["summary"], dict):
+        return None
+    if (crc := found.pop("crc", None)) is not None:
+        rest = raw[len(SEAL) + 11 :]
+        if not raw.startswith(SEAL) or crc != f"{zlib.crc32(rest):08x}":
+            return None
+    return found
+
+
+def _differ(one: Line, other: Line) -> bool:
+    return any(one.get(key) != other.get(key) for key in (one.keys() | other.keys()) - MAY_DIFFER)

@@ -23,11 +23,15 @@ from typing import Any, ParamSpec, TypeVar
 
 Arguments = ParamSpec("Arguments")
 T = TypeVar("T")
-Call = tuple["Future[Any]", Callable[..., Any], tuple[Any, ...], dict[str, Any]]
+Call = tuple["Future[Any]", float | None, Callable[..., Any], tuple[Any, ...], dict[str, Any]]
 
 
 class WorkerDied(BrokenExecutor):
     """The process that a call ran in is dead; the pool is not."""
+
+
+class TookTooLong(WorkerDied):
+    """The process that a call ran in was killed, since it did not answer in time."""
 
 
 class WorkersCannotStart(BrokenExecutor):
@@ -59,10 +63,16 @@ class SupervisedPool(Executor):
         Returns:
             The result to come: what the call returns or raises, or ``WorkerDied``, or ``WorkersCannotStart``.
         """
+        return self.submit_within(None, fn, *args, **kwargs)
+
+    def submit_within(
+        self, limit_s: float | None, fn: Callable[Arguments, T], /, *args: Arguments.args, **kwargs: Arguments.kwargs
+    ) -> Future[T]:
+        """The same; the process is killed and the call ends with ``TookTooLong`` if it takes longer than that."""
         if not self._open:
             raise RuntimeError("the pool is shut down")
         future: Future[T] = Future()
-        self._calls.put((future, fn, args, kwargs))
+        self._calls.put((future, limit_s, fn, args, kwargs))
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
@@ -90,9 +100,10 @@ class SupervisedPool(Executor):
         process: BaseProcess | None = None
         began = False
         while (call := self._calls.get()) is not None:
-            future, *request = call
+            future, limit_s, *request = call
             if not future.set_running_or_notify_cancel():
                 continue
+            in_time = True
             if process is None or not process.is_alive():
                 try:
                     process, connection = self._started()
@@ -104,13 +115,17 @@ class SupervisedPool(Executor):
                 if not began:
                     began = connection.recv()
                 connection.send(request)
+                in_time = connection.poll(limit_s)
+                if not in_time:
+                    process.kill()
                 succeeded, value = connection.recv()
             except (EOFError, OSError):
                 process.join()
                 self._processes.discard(process)
                 ending = f"process {process.pid} ended with {process.exitcode}"
                 own_fault = not began and (process.exitcode or 0) > 0  # a signal is below zero
-                future.set_exception((WorkersCannotStart if own_fault else WorkerDied)(ending))
+                why = WorkersCannotStart if own_fault else WorkerDied if in_time else TookTooLong
+                future.set_exception(why(ending))
                 process = None
                 continue
             if succeeded:

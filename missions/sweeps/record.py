@@ -1,40 +1,35 @@
 """Record: what a folder of a sweep is for, in ``study.json``.
 
-It names the version, the study, the scenarios, the digests of configurations and of plug-ins. A sweep goes on in a
-folder whose every configuration it still has, with the same content: then all runs that were made are runs of the new
-study, too, and it may only have more of them. The record also declares the metrics and labels the configurations, so
-that the folder can be compared, ranked and drawn where the mission cannot be imported; that is no part of the study.
+It names the version, the study, the scenarios, the digests of configurations, and the code that makes the runs. A
+sweep goes on in a folder whose every configuration it still has, with the same content and the same code: then all runs
+that were made are runs of the new study, too, and it may only have more of them. The record also declares the metrics
+and labels the configurations, so that the folder can be compared, ranked and drawn where the mission cannot be
+imported; that is no part of the study.
 """
 
 from __future__ import annotations
 
-import hashlib
-import importlib.util
 import json
-import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from missions.files import shown
 from missions.metric import MetricRecord
+from missions.sweeps.code import fingerprint, short
 from missions.sweeps.plan import Label
 
 if TYPE_CHECKING:
     from missions.sweeps.plan import SweepPlan
 
-DECLARATIONS, LABELS = "metrics", "labels"
+DECLARATIONS, LABELS, IDENTITY = "metrics", "labels", "id"
 """Keys of the record that may differ when a sweep goes on."""
-OURS = ("worldmodel", "exchange", "remoras", "missions", "visualisation")
-"""Packages of this program; their version stands for their code."""
 FIXED = ("version", "study.study.name", "study.study.seed", "study.study.keep_tables")
 """Keys that never differ when a sweep goes on."""
 REPEATS = "study.study.repeats"
 REPORTED = ("study.study.metrics", "study.study.baseline", "study.stopping")
 """Keys that change what is asked of the runs, or how many are needed, but no run."""
-REFERENCE = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):[A-Za-z_][\w.]*")
-"""``package.module:object``."""
 
 
 def record_of(plan: SweepPlan) -> dict[str, Any]:
@@ -45,13 +40,13 @@ def record_of(plan: SweepPlan) -> dict[str, Any]:
         "version": plan.schedule.version,
         "study": study.file.model_dump(mode="json"),
         "scenario": scenarios,
-        "code": code_digests(one.scenario.model_dump(mode="json") for one in study.configurations),
+        "code": fingerprint(one.scenario.model_dump(mode="json") for one in study.configurations),
         DECLARATIONS: [MetricRecord.of(metric).written() for metric in study.metrics.values()],
         "digests": plan.schedule.digests,
         LABELS: [vars(label) for label in plan.schedule.labels],
     }
     loaded: dict[str, Any] = json.loads(json.dumps(record))
-    return loaded
+    return {IDENTITY: short({name: json.dumps(value) for name, value in loaded.items()}), **loaded}
 
 
 def read_label(entry: Mapping[str, Any]) -> Label:
@@ -64,46 +59,16 @@ def read_label(entry: Mapping[str, Any]) -> Label:
     return replace(label, settings=tuple((str(key), value) for key, value in label.settings))
 
 
-def code_digests(scenarios: Iterable[Mapping[str, Any]]) -> dict[str, str]:
-    """Digests of the files of all plug-ins that scenarios name as ``package.module:object``, by reference."""
-    references = {text for scenario in scenarios for text in _texts(scenario) if _is_reference(text)}
-    files = {reference: _file_of(reference.partition(":")[0]) for reference in sorted(references)}
-    return {
-        reference: hashlib.sha256(file.read_bytes()).hexdigest()[:12]
-        for reference, file in files.items()
-        if file is not None
-    }
-
-
-def _texts(value: Any) -> Iterator[str]:
-    """Every text in nested tables and lists."""
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, dict | list):
-        for entry in value.values() if isinstance(value, dict) else value:
-            yield from _texts(entry)
-
-
-def _is_reference(text: str) -> bool:
-    """True for a text that may name an object of a module that is not this program's own."""
-    found = REFERENCE.fullmatch(text)
-    return found is not None and found[1].partition(".")[0] not in OURS
-
-
-def _file_of(module: str) -> Path | None:
-    """Source of a module; None if there is no such module, for a text with a colon may mean something else."""
-    try:
-        spec = importlib.util.find_spec(module)
-    except Exception:  # finding it loads the packages around it, which may be anything
-        return None
-    return Path(spec.origin) if spec is not None and spec.origin is not None and spec.has_location else None
-
-
-def differences(path: Path, record: Mapping[str, Any]) -> Iterator[str]:
+def differences(path: Path, record: Mapping[str, Any], accept_code: bool = False) -> Iterator[str]:
     """Why the runs of the record in a file are not all runs of another record, one line per key; nothing if they are.
 
     Runs are kept if the other record has every configuration with the same content, seed and version, and asks for no
     fewer repeats.
+
+    Args:
+        path: of the file.
+        record: of the study that is to go on.
+        accept_code: pass over code that has changed.
     """
     try:
         before = json.loads(path.read_text(encoding="utf-8"))
@@ -115,6 +80,7 @@ def differences(path: Path, record: Mapping[str, Any]) -> Iterator[str]:
         yield f"{path.name} cannot be read"
         return
     changed = [key for key in [*old, *(key for key in new if key not in old)] if old.get(key) != new.get(key)]
+    changed = [key for key in changed if not (accept_code and key.startswith("code."))]
     found = [key for key in changed if not _is_growth(key, old.get(key), new.get(key), bool(lost))]
     for key in found:
         was, now = (shown(side[key]) if key in side else "absent" for side in (old, new))
@@ -125,7 +91,7 @@ def differences(path: Path, record: Mapping[str, Any]) -> Iterator[str]:
 
 def _compared(record: Mapping[str, Any]) -> dict[str, Any]:
     """What the record says of the study."""
-    compared = {key: value for key, value in record.items() if key not in (DECLARATIONS, LABELS, "digests")}
+    compared = {key: value for key, value in record.items() if key not in (DECLARATIONS, LABELS, IDENTITY, "digests")}
     if record["study"].get("stopping"):  # the rule says how many repeats there are
         design = {key: value for key, value in record["study"]["study"].items() if key != "repeats"}
         compared["study"] = {**record["study"], "study": design}

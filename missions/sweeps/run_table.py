@@ -12,7 +12,7 @@ from missions.sweeps.ledger import MACHINE_COLUMNS, Line
 
 
 def run_table(lines: Mapping[str, Line]) -> pa.Table:
-    """One row per run, sorted by key: key, configuration, summary, what went wrong, machine."""
+    """One row per run, sorted by key: key, configuration, summary, what went wrong, which code made it, machine."""
     rows = [lines[key] for key in sorted(lines)]
     columns: dict[str, list[Any]] = {"key": [row["key"] for row in rows], "repeat": [row["repeat"] for row in rows]}
     for name in sorted({name for row in rows for name in row["settings"]}):
@@ -21,6 +21,7 @@ def run_table(lines: Mapping[str, Line]) -> pa.Table:
         columns[name] = [row["summary"].get(name) for row in rows]
     for name in ("status", "error", "replay"):
         columns[name] = [row[name] for row in rows]
+    columns["code"] = [row.get("code", "") for row in rows]
     for name in MACHINE_COLUMNS:
         columns[name] = [row["machine"][name] for row in rows]
     return pa.table({name: _array(values) for name, values in columns.items()})

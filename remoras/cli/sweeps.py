@@ -19,6 +19,7 @@ from remoras.cli.tables import on_terminal, show_table
 
 if TYPE_CHECKING:
     from missions.comparison.rows import Comparison
+    from missions.sweeps.study import Study
 
 PARTLY_DONE = 3
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")]
@@ -50,6 +51,19 @@ def sweep(
     force_new: Annotated[
         bool, typer.Option("--force-new", help="If the study has changed: set its old runs aside, start anew.")
     ] = False,
+    accept_code: Annotated[
+        bool, typer.Option("--accept-code", help="Go on though the code has changed; its runs are marked.")
+    ] = False,
+    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Make runs that failed again.")] = False,
+    timeout_s: Annotated[
+        float | None, typer.Option(min=0.001, metavar="S", help="End a run that takes longer; it has failed.")
+    ] = None,
+    memory_mb: Annotated[
+        int | None, typer.Option(min=1, metavar="MB", help="Memory that a run may take; with more it has failed.")
+    ] = None,
+    verified: Annotated[
+        int | None, typer.Option("--verify", min=1, metavar="K", help="Make K finished runs again, and compare.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Make all runs of a study, once each, however often it is interrupted."""
@@ -64,14 +78,33 @@ def sweep(
         guess = driver.estimate(loaded, jobs)
         _show(asdict(guess), as_json, [f"{guess.planned} runs, about {guess.estimate_s:.0f} s on {jobs} processes"])
         return
+    if verified is not None:
+        _verify(loaded, out, verified, as_json)
+        return
+    limits = driver.Limits(timeout_s, memory_mb)
     with Progress(f"sweep {loaded.design.name}", 1, "runs") as progress:
         try:
-            status = driver.sweep(loaded, out, jobs, cluster, force_new=force_new, progress=progress.of)
+            status = driver.sweep(
+                loaded, out, jobs, cluster, None, force_new, progress.of, limits, accept_code, retry_failed
+            )
         except driver.PartlyDoneError as error:
             fail(f"{error}; finished runs are kept in {out}, the same command goes on", PARTLY_DONE)
     _show(asdict(status), as_json, [_status_line(asdict(status)), f"compare them with: remoras compare {out}"])
     if status.failed:
         print(f"remoras: {status.failed} runs failed; columns error and replay of {out}/runs.parquet", file=sys.stderr)
+        raise typer.Exit(FAILED)
+
+
+def _verify(study: Study, out: Path, count: int, as_json: bool) -> None:
+    """Make finished runs again; end with an error if one ends otherwise."""
+    from missions.sweeps.verification import verify
+
+    found = dict(verify(study, out, count))
+    other = {key: names for key, names in found.items() if names}
+    said = [f"{len(found)} runs made again, {len(other)} end otherwise"]
+    said += [f"{key}: {', '.join(names)}" for key, names in other.items()]
+    _show({"verified": len(found), "other": other}, as_json, said)
+    if other:
         raise typer.Exit(FAILED)
 
 

@@ -1,6 +1,7 @@
 """Strategies that fail, each in its way; they form what ``remoras`` forms, unless they fail before."""
 
 import os
+import time
 from dataclasses import dataclass
 
 from remoras.strategies.remoras import Remoras
@@ -22,4 +23,26 @@ class Killing(Remoras):
         os._exit(9)
 
 
-RAISING, KILLING = Raising(), Killing()
+@dataclass(frozen=True)
+class Endless(Remoras):
+    """It never returns, and lets no interruption through."""
+
+    name: str = "endless"
+
+    def form(self, fleet_data, groups):
+        while True:
+            try:
+                time.sleep(60.0)
+            except BaseException:
+                continue
+
+
+@dataclass(frozen=True)
+class Greedy(Remoras):
+    name: str = "greedy"
+
+    def form(self, fleet_data, groups):
+        return bytearray(4 * 2**30)
+
+
+RAISING, KILLING, ENDLESS, GREEDY = Raising(), Killing(), Endless(), Greedy()

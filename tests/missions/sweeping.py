@@ -4,7 +4,9 @@ import io
 import os
 import subprocess
 import sys
+from concurrent.futures import Executor, Future
 from pathlib import Path
+from typing import Any
 
 import pyarrow.parquet as pq
 
@@ -13,6 +15,15 @@ from missions.sweeps.ledger import LEDGER, MACHINE_COLUMNS
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
+
+
+class Serial(Executor):
+    """The bare loop, as an executor."""
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
 
 
 def study_text(repeats: int = 4, per: str = "[0.1, 0.4]", duration_s: float = 20, extra: str = "") -> str:

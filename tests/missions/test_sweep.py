@@ -7,32 +7,23 @@ import shlex
 import subprocess
 import sys
 import time
-from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
-from sweeping import HERE, ROOT, environment, outcome, started, study_text, written
+from sweeping import HERE, ROOT, Serial, environment, outcome, started, study_text, written
 from typer.testing import CliRunner
 
 from missions.errors import ClusterError, OutputError
 from missions.sweeps.driver import PartlyDoneError, estimate, sweep
-from missions.sweeps.execution import run_chunk
+from missions.sweeps.execution import Needed, run_chunk
 from missions.sweeps.folder import RUNS, SweepFolder, SweepResults
 from missions.sweeps.ledger import LEDGER
 from missions.sweeps.plan import SweepPlan
 from missions.sweeps.pool import SupervisedPool, WorkerDied
 from missions.sweeps.study import Study, load_study
 from remoras.cli import app
-
-
-class Serial(Executor):
-    """The bare loop, as an executor."""
-
-    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
-        future: Future[Any] = Future()
-        future.set_result(fn(*args, **kwargs))
-        return future
 
 
 def study_of(tmp_path: Path, **options: Any) -> Study:
@@ -96,7 +87,7 @@ def test_the_stopping_rule_ends_repeats_and_does_not_depend_on_the_order(tmp_pat
 
 def test_another_version_of_a_worker_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ClusterError, match="install the same"):
-        run_chunk("0.0.1", [])
+        run_chunk(Needed("0.0.1", ""), [])
 
 
 def test_a_broken_engine_leaves_a_sweep_that_can_go_on(tmp_path: Path) -> None:
@@ -135,7 +126,7 @@ def test_a_disk_that_is_still_full_is_told_as_such(tmp_path: Path, monkeypatch: 
     def full(path: Path, text: str) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr("missions.sweeps.folder._write_synced", full)
+    monkeypatch.setattr("missions.sweeps.folder.write_synced", full)
     with pytest.raises(PartlyDoneError, match="No space left"):
         sweep(study_of(tmp_path), tmp_path / "out", executor=Serial())
 

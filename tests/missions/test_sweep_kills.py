@@ -13,10 +13,10 @@ import psutil
 import pytest
 from sweeping import environment, ledger_length, outcome, started, study_text, written
 
-from missions.sweeps.execution import run_chunk
+from missions.sweeps.execution import Needed, run_chunk
 from missions.sweeps.folder import SweepFolder, SweepResults
 from missions.sweeps.ledger import LEDGER
-from missions.sweeps.plan import SweepPlan, version
+from missions.sweeps.plan import SweepPlan
 from missions.sweeps.study import Study, load_study
 
 N_KILLS = 20
@@ -26,7 +26,7 @@ PORT = 18791
 def uninterrupted(study: Study, folder: Path) -> Path:
     """The folder of the runs made one after another in this process."""
     log, plan = SweepFolder(folder, SweepPlan(study)), SweepPlan(study)
-    log.append(run_chunk(version(), list(plan.missing({}))))
+    log.append(run_chunk(Needed.like_here(), list(plan.missing({}))))
     log.compact()
     log.close()
     return folder

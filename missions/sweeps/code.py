@@ -1,0 +1,145 @@
+"""Code: which sources made a run, so that runs of different programs are never taken for one.
+
+The fingerprint of a sweep has a digest for every file that can change what a run does: of this program, and of plug-ins
+with what they import from their own project. It also has the versions of Python, Mesa and NumPy.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import importlib.util
+import platform
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+OURS = ("worldmodel", "exchange", "remoras", "missions", "visualisation", "stress")
+"""Packages of this program."""
+MAKE_RUNS = ("worldmodel", "exchange", "remoras", "missions")
+"""Those of which runs are made."""
+TELL_ONLY = ("remoras/cli", "missions/comparison", "missions/sweeps")
+"""Folders in them that only plan runs, or tell of them."""
+RESTED_ON = ("mesa", "numpy")
+"""Distributions whose version may change what a run does."""
+REFERENCE = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):[A-Za-z_][\w.]*")
+"""``package.module:object``."""
+N_DIGITS = 12
+
+
+def fingerprint(scenarios: Iterable[Mapping[str, Any]] = ()) -> dict[str, str]:
+    """Digests of sources by path, and versions by name.
+
+    Args:
+        scenarios: whose plug-ins count, too.
+    """
+    return {**program(), **code_digests(scenarios)}
+
+
+def short(found: Mapping[str, str]) -> str:
+    """One digest of a fingerprint."""
+    return _digest("\n".join(f"{name} {value}" for name, value in sorted(found.items())).encode())
+
+
+@cache
+def program() -> dict[str, str]:
+    """What this process makes runs with: digests of this program's files by path, and versions by name."""
+    found = {"python": platform.python_version()}
+    for name in RESTED_ON:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "absent"
+    top = Path(__file__).parents[2]
+    for package in MAKE_RUNS:
+        found |= digests_in(top / package, top)
+    return found
+
+
+def digests_in(folder: Path, top: Path) -> dict[str, str]:
+    """Digests of the files below a folder that can change what a run does, by path below ``top``."""
+    found = {}
+    for file in sorted(folder.rglob("*")):
+        name = file.relative_to(top).as_posix()
+        if file.is_file() and "__pycache__" not in file.parts and not name.startswith(TELL_ONLY):
+            found[name] = _digest(file.read_bytes())
+    return found
+
+
+def code_digests(scenarios: Iterable[Mapping[str, Any]]) -> dict[str, str]:
+    """Digests of the plug-ins that scenarios name as ``package.module:object``, and of what they import beside them."""
+    references = {text for scenario in scenarios for text in _texts(scenario) if _is_reference(text)}
+    found: dict[str, str] = {}
+    for reference in sorted(references):
+        module = reference.partition(":")[0]
+        if (file := _file_of(module)) is not None:
+            depth = module.count(".") + (file.stem == "__init__")
+            top = file.parents[depth]
+            found |= {
+                one.relative_to(top).as_posix(): _digest(one.read_bytes()) for one in sorted(_with_imports(file, top))
+            }
+    return found
+
+
+def _with_imports(file: Path, top: Path) -> set[Path]:
+    """A source, and all that it imports from below ``top``."""
+    found, waiting = {file}, [file]
+    while waiting:
+        for one in _imported(waiting.pop(), top):
+            if one not in found:
+                found.add(one)
+                waiting.append(one)
+    return found
+
+
+def _imported(file: Path, top: Path) -> Iterator[Path]:
+    """Sources below ``top`` that a source names in its import statements."""
+    try:
+        tree = ast.parse(file.read_bytes())
+    except (SyntaxError, ValueError):
+        return
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            above = ".".join(file.relative_to(top).parts[: -node.level]) if node.level else ""
+            module = ".".join(part for part in (above, node.module or "") if part)
+            names = [module, *(f"{module}.{alias.name}".lstrip(".") for alias in node.names)]
+        else:
+            continue
+        for name in names:
+            parts = name.split(".")
+            for length in range(1, len(parts) + 1):
+                place = top.joinpath(*parts[:length])
+                yield from (one for one in (place.with_suffix(".py"), place / "__init__.py") if one.is_file())
+
+
+def _texts(value: Any) -> Iterator[str]:
+    """Every text in nested tables and lists."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict | list):
+        for entry in value.values() if isinstance(value, dict) else value:
+            yield from _texts(entry)
+
+
+def _is_reference(text: str) -> bool:
+    """True for a text that may name an object of a module that is not this program's own."""
+    found = REFERENCE.fullmatch(text)
+    return found is not None and found[1].partition(".")[0] not in OURS
+
+
+def _file_of(module: str) -> Path | None:
+    """Source of a module; None if there is no such module, for a text with a colon may mean something else."""
+    try:
+        spec = importlib.util.find_spec(module)
+    except Exception:  # finding it loads the packages around it, which may be anything
+        return None
+    return Path(spec.origin) if spec is not None and spec.origin is not None and spec.has_location else None
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:N_DIGITS]

@@ -1,0 +1,150 @@
+"""A power cut takes what was not synced, and a disk may fail at any write: no run is lost, doubled or mixed."""
+
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sampling import sampled
+from sweeping import Serial, outcome, study_text, written
+
+from missions.errors import OutputError
+from missions.sweeps.driver import PartlyDoneError, sweep
+from missions.sweeps.ledger import LEDGER
+from missions.sweeps.study import Study, load_study
+
+N_CUTS = 20
+
+
+class PowerCut(BaseException):
+    """Nothing that runs catches it."""
+
+
+class Disk:
+    """What of a folder would be there after a power cut.
+
+    A file has the content that it had when it was synced last, a folder the names. A name whose file was never synced
+    is there, with nothing in it.
+
+    Args:
+        root: folder that is looked at.
+        n_syncs: after so many the power is cut; None for never.
+    """
+
+    def __init__(self, root: Path, n_syncs: int | None) -> None:
+        self.root = root
+        self.left = n_syncs
+        self.n_syncs = 0
+        self._contents: dict[int, bytes] = {}
+        self._names: dict[int, dict[str, int]] = {}
+        self._held: list[int] = []  # so that no number of a file is given to another
+        self._fsync = os.fsync
+
+    def fsync(self, handle: int) -> None:
+        """As the system's, and remember what is on the disk then."""
+        path = Path(f"/proc/self/fd/{handle}").readlink()
+        self._fsync(handle)
+        if not path.is_relative_to(self.root):
+            return
+        if self.left is not None and self.n_syncs == self.left:
+            raise PowerCut
+        self.n_syncs += 1
+        number = os.fstat(handle).st_ino
+        self._held.append(os.dup(handle))
+        if path.is_dir():
+            self._names[number] = {}
+            for one in path.iterdir():
+                self._names[number][one.name] = one.stat().st_ino
+                self._held.append(os.open(one, os.O_RDONLY))
+        else:
+            self._contents[number] = path.read_bytes()
+
+    def left_over(self, folder: Path, number: int, is_folder: Callable[[int], bool]) -> None:
+        """Make a folder anew as the disk has it."""
+        folder.mkdir()
+        for name, one in self._names.get(number, {}).items():
+            if is_folder(one):
+                self.left_over(folder / name, one, is_folder)
+            else:
+                (folder / name).write_bytes(self._contents.get(one, b""))
+
+    def restart(self, out: Path) -> None:
+        """The machine is on again."""
+        kinds = {os.fstat(handle).st_ino: os.fstat(handle).st_mode for handle in self._held}
+        number = out.stat().st_ino
+        after = out.with_name("after")
+        self.left_over(after, number, lambda one: kinds.get(one, 0) & 0o170000 == 0o040000)
+        shutil.rmtree(out)
+        after.rename(out)
+        for handle in self._held:
+            os.close(handle)
+
+
+def small(tmp_path: Path) -> Study:
+    return load_study(str(written(tmp_path, study_text(repeats=2, per="[0.1]", duration_s=5))))
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    folder = tmp_path_factory.mktemp("whole")
+    sweep(small(folder), folder / "out", executor=Serial())
+    return outcome(folder / "out")
+
+
+def lines_of(out: Path) -> set[bytes]:
+    return set((out / LEDGER).read_bytes().split(b"\n")) if (out / LEDGER).exists() else set()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", sampled(range(N_CUTS), 1, 7, 12, 18))
+def test_a_power_cut_loses_nothing_that_was_finished(
+    tmp_path: Path, whole: Any, monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    study, out = small(tmp_path), tmp_path / "out"
+    out.mkdir()
+    counting = Disk(tmp_path / "counted", None)
+    monkeypatch.setattr(os, "fsync", counting.fsync)
+    sweep(study, tmp_path / "counted", executor=Serial())
+    disk = Disk(out, counting.n_syncs * number // N_CUTS)
+    monkeypatch.setattr(os, "fsync", disk.fsync)
+    with pytest.raises(PowerCut):
+        sweep(study, out, executor=Serial())
+    monkeypatch.undo()
+    finished = lines_of(out)
+    disk.restart(out)
+    assert len(finished - lines_of(out)) <= 1, "only the line that was being written may be gone"
+    sweep(study, out, executor=Serial())
+    assert outcome(out) == whole
+
+
+FAILING = ("write", "fsync", "replace", "rename", "mkdir")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FAILING)
+def test_an_error_at_each_write_in_turn_loses_nothing(
+    tmp_path: Path, whole: Any, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    study, real, count, fails_at = small(tmp_path), getattr(os, name), 0, -1
+
+    def failing(*arguments: Any, **options: Any) -> Any:
+        nonlocal count
+        count += 1
+        if count == fails_at:
+            raise OSError(5, "Input/output error")
+        return real(*arguments, **options)
+
+    monkeypatch.setattr(os, name, failing)
+    sweep(study, tmp_path / "counted", executor=Serial())
+    total = count
+    assert total
+    for number in sorted({1 + total * one // 6 for one in range(6)}):
+        out = tmp_path / f"out{number}"
+        count, fails_at = 0, number
+        with pytest.raises((PartlyDoneError, OutputError)):
+            sweep(study, out, executor=Serial())
+        count, fails_at = 0, -1
+        sweep(study, out, executor=Serial())
+        assert outcome(out) == whole

@@ -1,0 +1,221 @@
+"""What the runs of a sweep are worth: which code made them, whether lines are theirs, and that they can be repeated."""
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sweeping import HERE, ROOT, Serial, environment, outcome, study_text, written
+from typer.testing import CliRunner
+
+from missions.errors import OutputError, StudyChangedError
+from missions.sweeps import code
+from missions.sweeps.driver import Limits, PartlyDoneError, sweep
+from missions.sweeps.folder import STUDY, TABLES, SweepResults
+from missions.sweeps.ledger import LEDGER
+from missions.sweeps.study import Study, load_study
+from missions.sweeps.verification import verify
+from remoras.cli import app
+
+OWN = """
+from my_project import tuning
+from remoras.strategies.remoras import Remoras
+
+MINE = Remoras(name="mine")
+"""
+
+
+def tiny(tmp_path: Path, strategy: str = "remoras", repeats: int = 1) -> Study:
+    text = study_text(repeats=repeats, per="[0.1]").replace('["remoras"]', f'["remoras", "{strategy}"]')
+    return load_study(str(written(tmp_path, text if strategy != "remoras" else study_text(repeats, "[0.1]"))))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    sweep(tiny(tmp_path), tmp_path / "out")
+    return tmp_path / "out"
+
+
+# Code ---------------------------------------------------------------------------------------------
+
+
+def test_every_source_that_makes_runs_has_a_digest() -> None:
+    found = code.program()
+    assert {"remoras/motion.py", "missions/mapping/rendezvous.toml", "exchange/manager.py", "numpy", "mesa"} <= set(
+        found
+    )
+    assert not any(name.startswith(("remoras/cli", "visualisation", "tests")) for name in found)
+
+
+@pytest.mark.slow
+def test_a_study_is_refused_after_one_line_of_the_motion_has_changed(tmp_path: Path) -> None:
+    """And goes on if that is accepted: rows of both kinds are told apart."""
+    for package in ("worldmodel", "exchange", "remoras", "missions", "visualisation", "stress"):
+        shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
+    study = written(tmp_path, study_text(repeats=1, per="[0.1]"))
+
+    def called(*options: str) -> "subprocess.CompletedProcess[str]":
+        program = [sys.executable, "-c", "from remoras.cli import main; main()", "sweep", str(study), "--out", "out"]
+        path = {**environment(), "PYTHONPATH": str(tmp_path)}
+        return subprocess.run([*program, *options], cwd=tmp_path, env=path, capture_output=True, text=True, check=False)
+
+    assert called("--jobs", "1").returncode == 0
+    source = tmp_path / "remoras" / "motion.py"
+    source.write_text(source.read_text() + "\n# one line more\n")
+    study.write_text(study_text(repeats=2, per="[0.1]"))
+    refused = called("--jobs", "1")
+    assert refused.returncode == 2
+    assert "code.remoras/motion.py: was" in refused.stderr
+    assert "--accept-code" in refused.stderr
+    assert called("--jobs", "1", "--accept-code").returncode == 0
+    assert SweepResults.read(tmp_path / "out").runs().groupby("repeat").code.nunique().tolist() == [1, 1]
+    assert SweepResults.read(tmp_path / "out").runs().code.nunique() == 2
+
+
+def test_what_a_plug_in_imports_from_its_project_counts_and_nothing_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    project = tmp_path / "my_project"
+    project.mkdir()
+    for name, text in (
+        ("__init__", ""), ("tuning", "from . import deeper\nimport json\n"), ("deeper", "RATE = 1\n"), ("notes", ""),
+        ("own", OWN),
+    ):  # fmt: skip
+        (project / f"{name}.py").write_text(text)
+    scenario = {"strategy": {"name": "my_project.own:MINE"}}
+    found = code.code_digests([scenario])
+    assert set(found) == {f"my_project/{name}.py" for name in ("__init__", "own", "tuning", "deeper")}
+    (project / "deeper.py").write_text("RATE = 2\n")
+    (project / "notes.py").write_text("# changed\n")
+    again = code.code_digests([scenario])
+    assert [name for name in found if found[name] != again[name]] == ["my_project/deeper.py"]
+
+
+def test_code_that_changed_is_refused_by_name(tmp_path: Path, folder: Path) -> None:
+    record = json.loads((folder / STUDY).read_text())
+    record["code"]["remoras/motion.py"] = "0" * 12
+    (folder / STUDY).write_text(json.dumps(record))
+    with pytest.raises(StudyChangedError, match=r"code\.remoras/motion\.py: was "0{12}", now (.|\n)*--accept-code"):
+        sweep(tiny(tmp_path), folder)
+    assert sweep(tiny(tmp_path), folder, accept_code=True).remaining == 0
+
+
+# Lines --------------------------------------------------------------------------------------------
+
+
+def altered(line: dict[str, Any]) -> str:
+    return json.dumps({**line, "repeat": 5})
+
+
+def resealed(line: dict[str, Any], **change: Any) -> str:
+    """A line without its checksum is as older versions wrote it."""
+    return json.dumps({key: value for key, value in {**line, **change}.items() if key != "crc"})
+
+
+@pytest.mark.parametrize(
+    ("made", "why"),
+    [
+        (altered, "altered since"),
+        (lambda line: resealed(line, key="f" * 16, study="abc"), "of another study, abc"),
+        (lambda line: resealed(line, summary={**line["summary"], "n_bytes": 1}), r"contradicts line \d"),
+    ],
+    ids=["altered", "foreign", "contradicting"],
+)
+def test_a_line_that_is_not_of_a_run_of_the_study_is_told_and_not_counted(
+    tmp_path: Path, folder: Path, made: Any, why: str
+) -> None:
+    ledger = folder / LEDGER
+    lines = ledger.read_text().splitlines()
+    ledger.write_text("\n".join([*lines, made(json.loads(lines[0]))]) + "\n")
+    for count in (lambda: SweepResults.read(folder).status(), lambda: sweep(tiny(tmp_path), folder)):
+        with pytest.raises(OutputError, match=rf"ledger\.jsonl:{len(lines) + 1}: .*{why}.*Take the line out"):
+            count()
+    ledger.write_text("\n".join(lines) + "\n")
+    assert SweepResults.read(folder).status().done == len(lines)
+
+
+def test_lines_of_older_versions_have_no_checksum_and_count(folder: Path) -> None:
+    ledger = folder / LEDGER
+    lines = [resealed(json.loads(line)) for line in ledger.read_text().splitlines()]
+    ledger.write_text("\n".join(lines) + "\n")
+    assert SweepResults.read(folder).status().done == len(lines)
+
+
+def test_lost_tables_are_made_again(tmp_path: Path, folder: Path) -> None:
+    before, ledger = outcome(folder), (folder / LEDGER).read_bytes()
+    shutil.rmtree(folder / TABLES)
+    sweep(tiny(tmp_path), folder)
+    assert outcome(folder) == before
+    assert (folder / LEDGER).read_bytes() == ledger
+
+
+def test_tables_made_again_of_a_run_that_ends_otherwise_now_are_refused(tmp_path: Path, folder: Path) -> None:
+    ledger = folder / LEDGER
+    lines = [json.loads(line) for line in ledger.read_text().splitlines()]
+    lines[0]["summary"]["n_bytes"] += 1
+    ledger.write_text("".join(resealed(line) + "\n" for line in lines))
+    shutil.rmtree(folder / TABLES)
+    with pytest.raises(PartlyDoneError, match=f"{lines[0]['key']} was made again.*ends otherwise now"):
+        sweep(tiny(tmp_path), folder)
+
+
+def test_verification_names_what_ends_otherwise(tmp_path: Path, folder: Path) -> None:
+    study = tiny(tmp_path)
+    assert [names for _, names in verify(study, folder, 5)] == [[], []]
+    ledger = folder / LEDGER
+    lines = [json.loads(line) for line in ledger.read_text().splitlines()]
+    lines[0]["summary"]["n_bytes"] += 1
+    ledger.write_text("".join(resealed(line) + "\n" for line in lines))
+    assert dict(verify(study, folder, 5))[lines[0]["key"]] == ["n_bytes"]
+    called = CliRunner().invoke(app, ["sweep", str(tmp_path / "study.toml"), "--out", str(folder), "--verify", "2"])
+    assert called.exit_code == 1
+    assert f"{lines[0]['key']}: n_bytes" in called.output
+
+
+# Runs that go wrong -------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def plugged(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(HERE))
+    monkeypatch.setenv("PYTHONPATH", environment()["PYTHONPATH"])
+
+
+@pytest.mark.parametrize(
+    ("name", "limits", "error"),
+    [
+        pytest.param("ENDLESS", Limits(timeout_s=8.0), "took longer than timeout_s = 8", marks=pytest.mark.slow),
+        ("GREEDY", Limits(memory_mb=2000), "MemoryError"),
+    ],
+    ids=["time", "memory"],
+)
+def test_a_run_beyond_its_limits_costs_itself_alone(
+    tmp_path: Path, plugged: None, name: str, limits: Limits, error: str
+) -> None:
+    study = tiny(tmp_path, f"faulty_strategies:{name}")
+    status = sweep(study, tmp_path / "out", jobs=2, limits=limits)
+    assert (status.done, status.failed, status.remaining) == (2, 2, 0)
+    runs = SweepResults.read(tmp_path / "out").runs()
+    assert all(error in said for said in runs[runs.status == "failed"].error)
+
+
+def test_a_time_limit_needs_processes_of_this_machine(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="--timeout-s 5: only processes of this machine"):
+        sweep(tiny(tmp_path), tmp_path / "out", cluster="tcp://127.0.0.1:1", limits=Limits(timeout_s=5.0))
+
+
+def test_runs_that_failed_are_made_again_if_asked_for(
+    tmp_path: Path, plugged: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import faulty_strategies
+
+    study = tiny(tmp_path, "faulty_strategies:RAISING")
+    assert sweep(study, tmp_path / "out", executor=Serial()).failed == 2
+    monkeypatch.delattr(faulty_strategies.Raising, "form")
+    assert sweep(study, tmp_path / "out", executor=Serial()).failed == 2
+    assert sweep(study, tmp_path / "out", executor=Serial(), retry_failed=True).failed == 0
+    assert SweepResults.read(tmp_path / "out").status().done == 4
