@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from exchange.arithmetic import exp
 from exchange.errors import ConfigurationError
 from exchange.policies import ACKNOWLEDGEMENTS, POLICIES
 from exchange.study import trial
@@ -119,8 +120,9 @@ def load_of(study: ExchangeStudy) -> trial.Load:
         window_end = window_start + study.window_frames * study.nodes
     capacity_bits = trial.NEVER if study.capacity_bits is None else study.capacity_bits
     return trial.Load(
-        n_sources, columns, study.load.rate, study.item_bits, capacity_bits, window_start, window_end, study.max_slots
-    )
+        n_sources, columns, study.load.rate, study.item_bits, capacity_bits, window_start, window_end, study.max_slots,
+        exp(-study.load.rate),
+    )  # fmt: skip
 
 
 def p_loss_matrices(study: ExchangeStudy) -> tuple[Floats, ...]:

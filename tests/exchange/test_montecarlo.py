@@ -24,11 +24,11 @@ SEED = 5
 Run = Callable[[Acknowledgement], Callable[..., None]]
 """Makes the slot loop of a kind."""
 
-SINGLE = Load(1, 1, 0.0, 60, NEVER, 0, 0, 100_000)
-BATCH = Load(5, 3, 0.0, 60, 300, 0, 0, 100_000)
-LARGE_BATCH = Load(5, 30, 0.0, 60, 300, 0, 0, 100_000)
-POISSON = Load(5, 8, 0.08, 60, 200, 25, 125, 100_000)
-WIDE_POISSON = Load(5, 20, 0.08, 60, 200, 25, 125, 100_000)
+SINGLE = Load(1, 1, 0.0, 60, NEVER, 0, 0, 100_000, 1.0)
+BATCH = Load(5, 3, 0.0, 60, 300, 0, 0, 100_000, 1.0)
+LARGE_BATCH = Load(5, 30, 0.0, 60, 300, 0, 0, 100_000, 1.0)
+POISSON = Load(5, 8, 0.08, 60, 200, 25, 125, 100_000, math.exp(-0.08))
+WIDE_POISSON = Load(5, 20, 0.08, 60, 200, 25, 125, 100_000, math.exp(-0.08))
 
 
 def p_loss(n_nodes: int, per: float) -> Floats:
@@ -208,7 +208,7 @@ def test_packets_keep_to_their_capacity() -> None:
 def test_poisson_numbers_have_the_poisson_distribution() -> None:
     """Quantiles of a fine grid: the share of k is exp(-m) m^k / k!."""
     grid = (np.arange(200_000) + 0.5) / 200_000
-    numbers = np.array([montecarlo.poisson_number(float(u), 0.7) for u in grid])
+    numbers = np.array([montecarlo.poisson_number(float(u), 0.7, math.exp(-0.7)) for u in grid])
     for k in range(5):
         assert (numbers == k).mean() == pytest.approx(math.exp(-0.7) * 0.7**k / math.factorial(k), abs=1e-5)
 
