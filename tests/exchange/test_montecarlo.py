@@ -227,7 +227,7 @@ def test_poisson_load_is_conserved(wide: Run) -> None:
 
 
 def test_a_full_queue_refuses_items(wide: Run) -> None:
-    load = WIDE_POISSON._replace(rate=2.0)
+    load = WIDE_POISSON._replace(rate=2.0, p_none=math.exp(-2.0))
     sums = play(wide, POLICIES["ack"], load, 0.3, n_trials=5)[:, :, SUM].sum(axis=0)
     assert 0 < sums[trial.REFUSED] < sums[trial.OFFERED]
 
@@ -235,7 +235,10 @@ def test_a_full_queue_refuses_items(wide: Run) -> None:
 @pytest.mark.parametrize("name", ["ack", "m-ack", "mps-ack-repeat"])
 def test_columns_are_reused_without_mixing_items(name: str, wide: Run) -> None:
     """With room to spare in the queue, its length does not matter: a reused column is as good as a new one."""
-    loads = [POISSON._replace(columns_per_source=columns, rate=0.03, window_end=425) for columns in (30, 200)]
+    loads = [
+        POISSON._replace(columns_per_source=columns, rate=0.03, p_none=math.exp(-0.03), window_end=425)
+        for columns in (30, 200)
+    ]
     short, long = (play(wide, POLICIES[name], load, 0.3, n_trials=10) for load in loads)
     assert np.array_equal(short, long)
 
