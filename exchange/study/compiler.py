@@ -241,7 +241,7 @@ def _compile(kind: Acknowledgement, entry: MachineCode, folder: Path | None) -> 
         machine_code: MachineCode = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)(of_kind)
         # No trials: only the types of the arguments matter here.
         rules = Rules(False, False, 2, 1)
-        load = Load(1, 1, 0.0, 1, 1, 0, 0, 0, 1.0)
+        load = Load(1, 1, 0.0, 1, 1, 0, 0, 0)
         received, outcomes = np.zeros((0, 1), np.int64), np.zeros((0, trial.N_QUANTITIES, 3), np.int64)
         try:
             machine_code(rules, load, np.ones((2, 2)), 0, 0, received, outcomes)

@@ -68,7 +68,7 @@ class Load(NamedTuple):
     window_start: int
     window_end: int
     max_slots: int
-    p_none: float
+    p_none: float = 1.0
 
 
 class Nodes(NamedTuple):

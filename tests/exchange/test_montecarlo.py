@@ -24,9 +24,9 @@ SEED = 5
 Run = Callable[[Acknowledgement], Callable[..., None]]
 """Makes the slot loop of a kind."""
 
-SINGLE = Load(1, 1, 0.0, 60, NEVER, 0, 0, 100_000, 1.0)
-BATCH = Load(5, 3, 0.0, 60, 300, 0, 0, 100_000, 1.0)
-LARGE_BATCH = Load(5, 30, 0.0, 60, 300, 0, 0, 100_000, 1.0)
+SINGLE = Load(1, 1, 0.0, 60, NEVER, 0, 0, 100_000)
+BATCH = Load(5, 3, 0.0, 60, 300, 0, 0, 100_000)
+LARGE_BATCH = Load(5, 30, 0.0, 60, 300, 0, 0, 100_000)
 POISSON = Load(5, 8, 0.08, 60, 200, 25, 125, 100_000, math.exp(-0.08))
 WIDE_POISSON = Load(5, 20, 0.08, 60, 200, 25, 125, 100_000, math.exp(-0.08))
 
