@@ -5,8 +5,10 @@ last bit depends on the library, its version, and on what the processor can do. 
 alone, in a fixed order, with whole numbers where tables are worked out. Powers are products, lengths are square roots
 of sums of squares, and sums of many floats are ``math.fsum``, which is exact but for one rounding.
 
-Errors below are the largest seen against a calculation to 60 digits, in units in the last place (ulp), over the 200,000
-arguments of each function of ``tests/exchange/test_arithmetic.py``. Arguments out of the domain raise ``ValueError``.
+At most they are off by, in units in the last place: exp 0.6, expm1 3.0, log 0.8, log1p 1.5, log2 2.0, log10 2.5,
+power_of_10 3.5, sine 2.5, cosine 2.5, atan2 1.6, length 1.2, erfc 6.0, normal_quantile 6.0. This is what was found at
+100,000 random arguments each, against a calculation to 40 digits, rounded up. What is out of the domain raises
+``ValueError``.
 """
 
 from collections.abc import Iterable, Sequence
@@ -209,7 +211,7 @@ def power(base: float, n: int) -> float:
 
 
 def sincos(x: float) -> tuple[float, float]:
-    """Sine and cosine of an angle in radians, of at most 2^20 turns.
+    """Sine and cosine of an angle in radians, of at most a million turns.
 
     >>> sincos(0.0), sincos(PI)[1]
     ((0.0, 1.0), -1.0)
@@ -245,6 +247,8 @@ def atan2(y: float, x: float) -> float:
     if is_steep:
         high, low = low, high
     if not 1e-290 < high < 1e300:
+        if high == 0.0:
+            return copysign(PI if copysign(1.0, x) < 0.0 else 0.0, y)
         high, low = _scaled(high, low)
     sector = int(low / high * _SECTORS + 0.5)
     near = sector / _SECTORS
@@ -253,18 +257,18 @@ def atan2(y: float, x: float) -> float:
     of_sector, rest = _ARCTANGENTS[sector]
     angle = of_sector + (rest + (t - t * z * (1 / 3 - z * (1 / 5 - z * (1 / 7)))))
     if is_steep:
-        angle = (_HALF_PI - angle) + _HALF_PI_LOW
-    if copysign(1.0, x) < 0.0:
+        angle = (_HALF_PI + (angle if x < 0.0 else -angle)) + _HALF_PI_LOW
+    elif x < 0.0:
         angle = (PI - angle) + _PI_LOW
     return copysign(angle, y)
 
 
 def _scaled(high: float, low: float) -> tuple[float, float]:
-    """Two numbers of the same ratio that are neither very large nor very small; (1, 0) for two of 0."""
+    """Two numbers of the same ratio that are neither very large nor very small."""
     if high == inf:
         return 1.0, float(low == inf)
     by = -700 if high > 1.0 else 700
-    return (ldexp(high, by), ldexp(low, by)) if high > 0.0 or isnan(high) else (1.0, 0.0)
+    return ldexp(high, by), ldexp(low, by)
 
 
 def distance(one: Sequence[float], other: Sequence[float]) -> float:

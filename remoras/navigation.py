@@ -12,11 +12,10 @@ meets is where it is: others, the channel, the ground below its sensors.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from exchange.arithmetic import distance, sincos
+from exchange.arithmetic import distance, exp, sincos
 from remoras.work import Point
 
 SURFACE_M = 1.0
@@ -87,7 +86,7 @@ class Navigation:
         """
         constants, (x_m, y_m) = self._constants, self.error_m
         if self._is_surfaced or any(one.reaches(position_m) for one in constants.beacons):
-            left = math.exp(-dt_s / constants.fix_s)
+            left = exp(-dt_s / constants.fix_s)
             self.error_m = left * x_m, left * y_m
             self._course = None
             return

@@ -5,6 +5,7 @@ information", and goes on to what the paper leaves to future work: items at ever
 others are under way. Every policy and every loss rate meets the same random numbers, so that differences are paired.
 """
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -139,4 +140,4 @@ def p_loss_matrices(study: ExchangeStudy) -> tuple[Floats, ...]:
 def _mean_link(matrix: Floats) -> float:
     """Mean of the loss probabilities of the links."""
     n_nodes = len(matrix)
-    return float((matrix.sum() - n_nodes) / (n_nodes * (n_nodes - 1)))
+    return float((math.fsum(matrix.flat) - n_nodes) / (n_nodes * (n_nodes - 1)))

@@ -58,7 +58,8 @@ def identified_at_s(run: Run) -> dict[int, float]:
 
 
 def _squared_m(one: tuple[float, float], other: tuple[float, float]) -> float:
-    return (one[0] - other[0]) ** 2 + (one[1] - other[1]) ** 2
+    dx_m, dy_m = one[0] - other[0], one[1] - other[1]
+    return dx_m * dx_m + dy_m * dy_m
 
 
 def found_fraction(run: Run) -> float | Absent:
@@ -110,7 +111,7 @@ def told_per_km(run: Run) -> float | Absent:
     for _, vehicle, x_m, y_m, *_ in run.recorder.trajectories:
         if vehicle in searchers:
             if vehicle in last:
-                way_m += _squared_m(last[vehicle], (x_m, y_m)) ** 0.5
+                way_m += math.sqrt(_squared_m(last[vehicle], (x_m, y_m)))
             last[vehicle] = x_m, y_m
     if way_m == 0.0:
         return NOT_APPLICABLE

@@ -1,4 +1,4 @@
-"""Twenty short runs whose every bit is written down: ``digests.toml`` says what each gave, and a test that it still does.
+"""Twenty short runs whose every bit is written down: ``digests.toml`` says what each gave, a test that it still does.
 
     python tests/reference/reference_runs.py write            # write digests.toml anew
     python tests/reference/reference_runs.py check [JOBS]     # compare; exit code 1 if a run gives something else
@@ -24,6 +24,7 @@ from missions.sweeps.pool import SupervisedPool
 
 FILE = Path(__file__).with_name("digests.toml")
 BLACKOUT = "channel.blackout=[{from_s=100.0, until_s=200.0, vehicle='AUV02'}]"
+BURSTS = "channel.name=gilbert-elliott"
 LINK = "channel.link=[{sender='AUV01', receiver='AUV00', per=0.9}]"
 FAULTS = "fault=[{vehicle='any', kind='lost', rate_per_h=4.0}, {vehicle='AUV01', kind='slow', factor=0.5, at_s=50.0}]"
 WATER = "current={east_mps=0.2, north_mps=-0.1, tide_period_h=0.3}"
@@ -33,10 +34,11 @@ RUNS: dict[str, tuple[str, float, int, tuple[str, ...]]] = {
     "fixed partition": ("mapping-rendezvous", 900.0, 2, ("strategy.name=fixed-partition", WATER)),
     "central, bursts": (
         "mapping-rendezvous", 700.0, 3,
-        ("strategy.name=central", "communication.policy=ack-repeat", "channel.name=gilbert-elliott", "channel.per_bad=0.9"),
+        ("strategy.name=central", "communication.policy=ack-repeat", BURSTS, "channel.per_bad=0.9"),
     ),
     "contract net, blackout": (
-        "mapping-patches", 500.0, 4, ("strategy.name=contract-net", "communication.policy=m-ack", "channel.per=0.2", BLACKOUT),
+        "mapping-patches", 500.0, 4,
+        ("strategy.name=contract-net", "communication.policy=m-ack", "channel.per=0.2", BLACKOUT),
     ),
     "status broadcast": (
         "mapping-patches", 500.0, 5,
