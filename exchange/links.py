@@ -13,6 +13,8 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from exchange.arithmetic import log
+
 KEPT = 1.0 - 1.0 / 64.0
 """What is left of the weight of a sample after the next one."""
 PRIOR_LOSS = 0.5
@@ -20,6 +22,7 @@ PRIOR_LOSS = 0.5
 PRIOR_WEIGHT = 2.0
 UNLIKELY = 1e-3
 """A silence of this probability, at the estimated loss, is taken for absence."""
+LOG_UNLIKELY = log(UNLIKELY)
 SHORTEST_SILENCE = 4
 """Frames that a peer may be silent in any case."""
 
@@ -78,4 +81,4 @@ class Estimate:
     def longest_silence(self) -> int:
         """Frames in a row that loss alone leaves empty with a probability below ``UNLIKELY``."""
         p_loss = (self._lost + PRIOR_LOSS * PRIOR_WEIGHT) / (self._weight + PRIOR_WEIGHT)
-        return max(SHORTEST_SILENCE, math.ceil(math.log(UNLIKELY) / math.log(p_loss)))
+        return max(SHORTEST_SILENCE, math.ceil(LOG_UNLIKELY / log(p_loss)))

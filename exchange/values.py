@@ -18,12 +18,15 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
+from exchange.arithmetic import power
+
 DEFAULT_TIME_TO_LIVE_S = 1800.0
 """Time to live that rules take where a need names none; Goby's default."""
 LACKED = 0.5
 """Chance that something said is still lacking afterwards, as rules take it that go by it."""
 MOST_SAID = 6
 """Rules that go by how often something was said count no further."""
+LACKED_AFTER = tuple(power(LACKED, n_said) for n_said in range(MOST_SAID + 1))
 
 
 class Moment(NamedTuple):
@@ -168,7 +171,7 @@ class Age:
         >>> Age().value(Waiting(priority=2, observed_s=10.0, n_said=1), Moment(40.0, 1))
         30.0
         """
-        lacked = LACKED ** min(waiting.n_said, MOST_SAID)
+        lacked = LACKED_AFTER[min(waiting.n_said, MOST_SAID)]
         return waiting.priority * (moment.now_s - waiting.observed_s) * lacked
 
 
@@ -187,7 +190,7 @@ class Deadline:
         >>> Deadline().value(Waiting(priority=20, observed_s=0.0, time_to_live_s=60.0), Moment(50.0, 1))
         2.0
         """
-        lacked = LACKED ** min(waiting.n_said, MOST_SAID)
+        lacked = LACKED_AFTER[min(waiting.n_said, MOST_SAID)]
         return waiting.priority * lacked / max(1.0, self._deadline_s(waiting) - moment.now_s)
 
     def _deadline_s(self, waiting: Waiting) -> float:

@@ -24,10 +24,10 @@ withdraws, a vehicle perceives no advance: else it would be dismayed by it, call
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from exchange.arithmetic import length
 from remoras.avoidance import SEPARATION_M, Velocity
 from remoras.work import Point
 
@@ -86,7 +86,7 @@ def attracted(
     >>> attracted((3.0, 0.0), (0.0, 0.0), Pulls(answered={"AUV01": 1.0}), {"AUV01": (-30.0, 0.0)}, 0.5)
     (1.5, 0.0)
     """
-    speed_mps = math.hypot(*goal)
+    speed_mps = length(*goal)
     x_mps, y_mps = _added(goal, position_m, pulls.answered, positions_m, weight * speed_mps)
     return _limited((x_mps, y_mps), speed_mps)
 
@@ -131,7 +131,7 @@ def _added(
         if (at_m := positions_m.get(name)) is None:
             continue
         dx_m, dy_m = at_m[0] - position_m[0], at_m[1] - position_m[1]
-        distance_m = math.hypot(dx_m, dy_m)
+        distance_m = length(dx_m, dy_m)
         if 0.0 < distance_m <= REACH_M:
             x_mps += scale * strength * dx_m / distance_m
             y_mps += scale * strength * dy_m / distance_m
@@ -140,6 +140,6 @@ def _added(
 
 def _limited(velocity: Velocity, most_mps: float) -> Velocity:
     """A velocity, slowed down to a speed if it is faster."""
-    speed_mps = math.hypot(*velocity)
+    speed_mps = length(*velocity)
     share = most_mps / speed_mps if speed_mps > most_mps else 1.0
     return share * velocity[0], share * velocity[1]

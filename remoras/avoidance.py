@@ -32,6 +32,8 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
+from exchange.arithmetic import atan2, length, sincos
+
 Velocity = tuple[float, float]
 Bounds = tuple[float, float, float, float]
 """Borders of the area of operations: x_min, y_min, x_max, y_max (m)."""
@@ -192,7 +194,7 @@ def _nearest(
 ) -> tuple[Velocity, int]:
     """The best velocity that all half-planes allow, and how many do; fewer than all where there is none."""
     vx, vy = wanted
-    speed = math.hypot(vx, vy)
+    speed = length(vx, vy)
     if is_direction or speed > most_mps:
         vx, vy = (vx / speed * most_mps, vy / speed * most_mps) if speed > 0.0 else (0.0, 0.0)
     for number, plane in enumerate(planes):
@@ -230,8 +232,8 @@ def _least_excess(
                 at = (odx * (y - oy) - ody * (x - ox)) / sine
                 px, py = x + at * dx, y + at * dy
             ex, ey = odx - dx, ody - dy
-            length = math.hypot(ex, ey)
-            equal.append(HalfPlane(px, py, ex / length, ey / length))
+            long = length(ex, ey)
+            equal.append(HalfPlane(px, py, ex / long, ey / long))
         found, n_met = _nearest(equal, most_mps, (-dy, dx), is_direction=True)
         if n_met == len(equal):  # else a rounding error: keep what there was
             best = found
@@ -286,7 +288,7 @@ def clear_velocity(
     Returns:
         None if nobody is in the way, so that guidance is carried out as it is.
     """
-    radius_m = MARGIN * separation_m + math.hypot(*own) / turn_rate_radps
+    radius_m = MARGIN * separation_m + length(*own) / turn_rate_radps
     berth_m = BERTHS * separation_m
     planes = [*walls]
     is_in_way = gives_way = False
@@ -301,7 +303,8 @@ def clear_velocity(
     if not is_in_way:
         return None
     share = GIVE_WAY if gives_way else 1.0
-    cos, sin = share * math.cos(RIGHT_RAD), share * math.sin(RIGHT_RAD)
+    sin, cos = sincos(RIGHT_RAD)
+    cos, sin = share * cos, share * sin
     turned = preferred[0] * cos + preferred[1] * sin, preferred[1] * cos - preferred[0] * sin
     best, n_met = _nearest(planes, most_mps, turned)
     return best if n_met == len(planes) else _least_excess(planes, n_met, most_mps, best, len(walls))
@@ -311,4 +314,4 @@ def _is_on_right(neighbour: Neighbour, course: Velocity) -> bool:
     """True if a neighbour is on the right-hand side of a course."""
     ahead = course[0] * neighbour.dx_m + course[1] * neighbour.dy_m
     right = course[1] * neighbour.dx_m - course[0] * neighbour.dy_m
-    return RIGHT_HAND_SIDE_RAD[0] < math.atan2(right, ahead) < RIGHT_HAND_SIDE_RAD[1]
+    return RIGHT_HAND_SIDE_RAD[0] < atan2(right, ahead) < RIGHT_HAND_SIDE_RAD[1]

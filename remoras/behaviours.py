@@ -33,6 +33,7 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
+from exchange.arithmetic import distance
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.picture import Picture
@@ -255,7 +256,7 @@ class Homing(Behaviour):
         if to_go_m > self._radius_m:
             return Reference(self._point_m, self._data.transit_speed_mps)
         makes_room = to_go_m > CAPTURE_M and any(
-            math.dist(contact_m, self._point_m) > self._radius_m for contact_m in picture.body.contacts_m
+            distance(contact_m, self._point_m) > self._radius_m for contact_m in picture.body.contacts_m
         )
         return Reference(self._point_m, self._data.survey_speed_mps if makes_room else 0.0)
 
@@ -359,13 +360,13 @@ class Positioning(Behaviour):
     def _place(self, picture: Picture) -> Point | None:
         if self._group not in picture.groups.gathered:
             return None
-        leader = next((name for name in self._leaders if name in picture.peers.headings_rad), None)
+        leader = next((name for name in self._leaders if name in picture.peers.headings), None)
         if leader is None:
             return None
         x_m, y_m = picture.peers.positions_m[leader]
-        heading = picture.peers.headings_rad[leader]
+        east, north = picture.peers.headings[leader]
         ahead_m, left_m = self._offset_m
         return (
-            x_m + ahead_m * math.cos(heading) - left_m * math.sin(heading),
-            y_m + ahead_m * math.sin(heading) + left_m * math.cos(heading),
+            x_m + ahead_m * east - left_m * north,
+            y_m + ahead_m * north + left_m * east,
         )

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import Any, NamedTuple, cast
 
+from exchange.arithmetic import distance
 from remoras.detail import Detail
 from remoras.sensor import SELF, Observation
 from worldmodel import (
@@ -279,7 +280,7 @@ class Beliefs:
         for uid in self.model.instance_uids():
             if self.model.class_mask(uid) >> class_uid & 1:
                 last = {one.origin: cast(Point, one.value) for one in self.model.facts_of(uid, attribute)}
-                near += [(math.dist(known_m, at_m), uid) for known_m in last.values()]
+                near += [(distance(known_m, at_m), uid) for known_m in last.values()]
         way_m, nearest = min(near, default=(math.inf, -1))
         return nearest if way_m <= observation.within_m else None
 

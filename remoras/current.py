@@ -19,6 +19,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from exchange.arithmetic import TAU, length, sincos
+
 Velocity = tuple[float, float]
 
 
@@ -61,7 +63,7 @@ class Current:
         -0.5
         """
         share = max(0.0, 1.0 - depth_m / self.shear_depth_m)
-        share *= math.cos(math.tau * (now_s / self.tide_period_s + self.tide_phase))
+        share *= sincos(TAU * ((now_s / self.tide_period_s + self.tide_phase) % 1.0))[1]
         east_mps, north_mps = share * self.east_mps, share * self.north_mps
         for surge in self.surges:
             if surge.from_s <= now_s < surge.until_s:
@@ -70,9 +72,9 @@ class Current:
 
     def greatest_mps(self, depth_m: float) -> float:
         """The greatest speed (m/s) that it may have at a depth, whatever the tide and wherever its surges point."""
-        steady_mps = math.hypot(self.east_mps, self.north_mps) * max(0.0, 1.0 - depth_m / self.shear_depth_m)
+        steady_mps = length(self.east_mps, self.north_mps) * max(0.0, 1.0 - depth_m / self.shear_depth_m)
         added_mps = [
-            sum(math.hypot(s.east_mps, s.north_mps) for s in self.surges if s.from_s <= begins.from_s < s.until_s)
+            math.fsum(length(s.east_mps, s.north_mps) for s in self.surges if s.from_s <= begins.from_s < s.until_s)
             for begins in self.surges
         ]
         return steady_mps + max(added_mps, default=0.0)
@@ -99,7 +101,7 @@ def through_water(course: Velocity, speed_mps: float, current: Velocity) -> Velo
     left = speed_mps * speed_mps - across * across
     ground_mps = along + math.sqrt(left) if left > 0.0 else 0.0
     if ground_mps <= 0.0:
-        strength_mps = math.hypot(*current)
+        strength_mps = length(*current)
         share = min(1.0, speed_mps / strength_mps) if strength_mps > 0.0 else 0.0
         return -share * current[0], -share * current[1]
     return ground_mps * course[0] - current[0], ground_mps * course[1] - current[1]

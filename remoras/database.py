@@ -70,7 +70,7 @@ class VehicleData:
 
     def power_w(self, speed_mps: float) -> float:
         """Power that it takes at a speed."""
-        return self.hotel_w + self.drag_w_per_mps3 * speed_mps**3
+        return self.hotel_w + self.drag_w_per_mps3 * (speed_mps * speed_mps * speed_mps)
 
     def faster(self, factor: float) -> VehicleData:
         """The vehicle as it really is, with both its speeds multiplied by ``factor``."""

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from exchange.acoustics import loss
+from exchange.arithmetic import log1p
 from remoras.database import AUVDatabase, VehicleData
 from remoras.organisation import Group, Organisation
 
@@ -198,7 +199,7 @@ class Condition:
                 name for fault in holding if fault.kind is FaultKind.SENSOR for name in fault.sensors
             ),
             biases=tuple(replace(fault.bias, sensors=fault.sensors) for fault in holding if fault.bias is not None),
-            drain_w=sum(fault.drain_w for fault in holding),
+            drain_w=math.fsum(fault.drain_w for fault in holding),
         )
 
 
@@ -286,7 +287,7 @@ def _selector(vehicle: str, database: AUVDatabase, organisation: Organisation) -
 def _time_s(fault: DeclaredFault, share: float) -> float:
     """When the fault begins, for a uniform number."""
     if fault.rate_per_h is not None:
-        return -3600.0 * math.log1p(-share) / fault.rate_per_h
+        return -3600.0 * log1p(-share) / fault.rate_per_h
     earliest_s, latest_s = fault.at_s or (0.0, 0.0)
     return earliest_s + share * (latest_s - earliest_s)
 

@@ -8,10 +8,10 @@ right and the one before was wrong. So a flipped bit costs one report, and a tru
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from exchange.arithmetic import distance
 from worldmodel import Block
 
 SLACK_M = 50.0
@@ -68,9 +68,9 @@ class Jumps:
             self._last[fact.subject] = now
             return None
         self._aside[fact.subject] = now
-        return Jump(math.dist(last[1:], now[1:]), now.time_s - last.time_s)
+        return Jump(distance(last[1:], now[1:]), now.time_s - last.time_s)
 
     def _fits(self, vehicle: int, one: Report, other: Report) -> bool:
         """True if the vehicle can have made both reports."""
         reach_m = SLACK_M + MARGIN * self._top_speeds_mps[vehicle] * abs(other.time_s - one.time_s)
-        return math.dist(one[1:], other[1:]) <= reach_m
+        return distance(one[1:], other[1:]) <= reach_m

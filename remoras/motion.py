@@ -6,31 +6,79 @@ Heading is mathematical: 0 along x (east), counter-clockwise, radians in (-pi, p
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from functools import lru_cache
 
+from exchange.arithmetic import PI, TAU, atan2, length, sincos
 from remoras.database import VehicleData
 
+Vector = tuple[float, float]
+NEAREST_M = 1e-100
+"""Whoever is nearer has no bearing: squares of less underflow."""
 
-@dataclass(slots=True)
+
 class Motion:
-    """State of motion; ``energy_j`` is what has been consumed, ``distance_m`` what has been travelled."""
+    """State of motion: place, heading, speed, what energy has been consumed, and what distance travelled.
 
-    x_m: float
-    y_m: float
-    heading_rad: float = 0.0
-    speed_mps: float = 0.0
-    energy_j: float = 0.0
-    distance_m: float = 0.0
+    The heading is kept as a unit vector: what is asked for again and again in a tick are its sine and cosine, and they
+    follow from places by + - * / and square roots, which give the same bits everywhere.
+
+    Attributes:
+        ahead: the heading as a unit vector, (x east, y north).
+    """
+
+    __slots__ = ("_heading_rad", "_told", "ahead", "distance_m", "energy_j", "speed_mps", "x_m", "y_m")
+    _heading_rad: float
+    _told: Vector
+    ahead: Vector
+
+    def __init__(
+        self,
+        x_m: float,
+        y_m: float,
+        heading_rad: float = 0.0,
+        speed_mps: float = 0.0,
+        energy_j: float = 0.0,
+        distance_m: float = 0.0,
+    ) -> None:
+        self.x_m, self.y_m = x_m, y_m
+        self.heading_rad = heading_rad
+        self.speed_mps = speed_mps
+        self.energy_j, self.distance_m = energy_j, distance_m
 
     @property
-    def position_m(self) -> tuple[float, float]:
+    def heading_rad(self) -> float:
+        """The heading as an angle, in (-pi, pi]."""
+        if self._told is not self.ahead:
+            self._told, angle = self.ahead, atan2(self.ahead[1], self.ahead[0])
+            self._heading_rad = angle if angle > -PI else PI
+        return self._heading_rad
+
+    @heading_rad.setter
+    def heading_rad(self, angle_rad: float) -> None:
+        sine, cosine = sincos(angle_rad)
+        self._told = self.ahead = cosine, sine
+        self._heading_rad = wrapped(angle_rad)
+
+    @property
+    def position_m(self) -> Vector:
         """Where the vehicle is: (x east, y north)."""
         return self.x_m, self.y_m
 
     @property
-    def velocity_mps(self) -> tuple[float, float]:
+    def velocity_mps(self) -> Vector:
         """How it moves: (x east, y north)."""
-        return self.speed_mps * math.cos(self.heading_rad), self.speed_mps * math.sin(self.heading_rad)
+        return self.speed_mps * self.ahead[0], self.speed_mps * self.ahead[1]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Motion) and self._values() == other._values()
+
+    __hash__ = None  # type: ignore[assignment]  # it changes
+
+    def __repr__(self) -> str:
+        return f"Motion{self._values()}"
+
+    def _values(self) -> tuple[float, ...]:
+        return self.x_m, self.y_m, self.heading_rad, self.speed_mps, self.energy_j, self.distance_m
 
 
 def wrapped(angle_rad: float) -> float:
@@ -39,27 +87,58 @@ def wrapped(angle_rad: float) -> float:
     >>> wrapped(1.5 * math.pi) == -0.5 * math.pi
     True
     """
-    if -math.pi < angle_rad <= math.pi:
+    if -PI < angle_rad <= PI:
         return angle_rad
-    inside = math.pi - (math.pi - angle_rad) % math.tau
-    return inside if inside > -math.pi else math.pi  # a rounding error beyond pi comes out as -pi
+    inside = PI - (PI - angle_rad) % TAU
+    return inside if inside > -PI else PI  # a rounding error beyond pi comes out as -pi
 
 
-def reaching_speed_mps(range_m: float, error_rad: float, turn_rate_radps: float) -> float:
+@lru_cache(maxsize=256)
+def _turn(most_rad: float) -> Vector:
+    """Cosine and sine of the greatest turn of a tick; the cosine is below all others where it may go all round."""
+    if most_rad >= PI:
+        return -2.0, 0.0
+    sine, cosine = sincos(most_rad)
+    return cosine, sine
+
+
+def _turned(motion: Motion, wanted: Vector, most_rad: float) -> Vector | None:
+    """Turn towards a direction (unit vector) by at most an angle.
+
+    Returns:
+        None if it is reached, else cosine and sine of the angle between it and the heading before the turn.
+    """
+    (x, y), (to_x, to_y) = motion.ahead, wanted
+    along = x * to_x + y * to_y
+    cosine, sine = _turn(most_rad)
+    if along >= cosine:
+        motion.ahead = wanted
+        return None
+    across = x * to_y - y * to_x
+    if across < 0.0:
+        sine = -sine
+    x, y = x * cosine - y * sine, x * sine + y * cosine
+    norm = math.sqrt(x * x + y * y)
+    motion.ahead = x / norm, y / norm
+    return along, across
+
+
+def reaching_speed_mps(range_m: float, along: float, across: float, turn_rate_radps: float) -> float:
     """Greatest speed (m/s) at which a vehicle can still turn on to its target.
 
-    The circle through the target that touches the heading has radius range / (2 sin error); a vehicle turns on a
-    circle of radius speed / turn rate. A target inside the vehicle's own circle would be orbited for ever.
+    The circle through the target that touches the heading has radius range / (2 sin error), with the error the angle
+    between the heading and the bearing of the target; a vehicle turns on a circle of radius speed / turn rate. A target
+    inside the vehicle's own circle would be orbited for ever. One abeam is as near to it as one astern.
 
     Args:
         range_m: distance to the target.
-        error_rad: angle between the heading and the bearing of the target.
+        along, across: cosine and sine of the error.
         turn_rate_radps: limit of the control.
 
-    >>> reaching_speed_mps(10.0, math.pi / 2.0, 0.5)
+    >>> reaching_speed_mps(10.0, 0.0, 1.0, 0.5)
     2.5
     """
-    return turn_rate_radps * range_m / (2.0 * math.sin(min(abs(error_rad), math.pi / 2.0)))
+    return turn_rate_radps * range_m / (2.0 * (abs(across) if along > 0.0 else 1.0))
 
 
 def advance(motion: Motion, data: VehicleData, target_m: tuple[float, float], speed_mps: float, dt_s: float) -> None:
@@ -78,13 +157,10 @@ def advance(motion: Motion, data: VehicleData, target_m: tuple[float, float], sp
     dx_m = target_m[0] - motion.x_m
     dy_m = target_m[1] - motion.y_m
     range_m = math.sqrt(dx_m * dx_m + dy_m * dy_m)
-    if range_m > 0.0 and speed_mps > 0.0:
-        error = wrapped(math.atan2(dy_m, dx_m) - motion.heading_rad)
-        most = data.turn_rate_radps * dt_s
-        if error > most or error < -most:
-            speed_mps = min(speed_mps, reaching_speed_mps(range_m, error, data.turn_rate_radps))
-            error = math.copysign(most, error)
-        motion.heading_rad = wrapped(motion.heading_rad + error)
+    if range_m > NEAREST_M and speed_mps > 0.0:
+        off = _turned(motion, (dx_m / range_m, dy_m / range_m), data.turn_rate_radps * dt_s)
+        if off is not None:
+            speed_mps = min(speed_mps, reaching_speed_mps(range_m, *off, data.turn_rate_radps))
     _move(motion, data, speed_mps, range_m, dt_s)
 
 
@@ -100,13 +176,11 @@ def follow(motion: Motion, data: VehicleData, velocity_mps: tuple[float, float],
         velocity_mps: x east, y north.
         dt_s: for how long.
     """
-    speed_mps = math.hypot(*velocity_mps)
-    if speed_mps > 0.0:
-        error = wrapped(math.atan2(velocity_mps[1], velocity_mps[0]) - motion.heading_rad)
-        most = data.turn_rate_radps * dt_s
-        turn = max(-most, min(most, error))
-        motion.heading_rad = wrapped(motion.heading_rad + turn)
-        speed_mps = max(0.0, speed_mps * math.cos(error - turn))
+    speed_mps = length(*velocity_mps)
+    if speed_mps > NEAREST_M:
+        wanted = velocity_mps[0] / speed_mps, velocity_mps[1] / speed_mps
+        if _turned(motion, wanted, data.turn_rate_radps * dt_s) is not None:
+            speed_mps = max(0.0, speed_mps * (motion.ahead[0] * wanted[0] + motion.ahead[1] * wanted[1]))
     _move(motion, data, speed_mps, math.inf, dt_s)
 
 
@@ -118,7 +192,8 @@ def _move(motion: Motion, data: VehicleData, speed_mps: float, most_m: float, dt
     travelled_m = motion.speed_mps * dt_s
     if speed_mps > 0.0 and travelled_m > most_m:
         travelled_m = most_m
-    motion.x_m += travelled_m * math.cos(motion.heading_rad)
-    motion.y_m += travelled_m * math.sin(motion.heading_rad)
+    motion.x_m += travelled_m * motion.ahead[0]
+    motion.y_m += travelled_m * motion.ahead[1]
     motion.distance_m += travelled_m
-    motion.energy_j += (data.hotel_w + data.drag_w_per_mps3 * motion.speed_mps**3) * dt_s
+    drag_w = data.drag_w_per_mps3 * (motion.speed_mps * motion.speed_mps * motion.speed_mps)
+    motion.energy_j += (data.hotel_w + drag_w) * dt_s

@@ -12,10 +12,10 @@ meets is where it is: others, the channel, the ground below its sensors.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from exchange.arithmetic import distance, exp, sincos
 from remoras.work import Point
 
 SURFACE_M = 1.0
@@ -37,7 +37,7 @@ class Beacon:
     def reaches(self, position_m: Point) -> bool:
         """True if it is heard at a place."""
         at_m = self.position_m() if callable(self.position_m) else self.position_m
-        return at_m is not None and math.dist(position_m, at_m) <= self.range_m
+        return at_m is not None and distance(position_m, at_m) <= self.range_m
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,7 @@ class Navigation:
         self._is_surfaced = depth_m <= SURFACE_M
         self._direction_rad = direction_rad
         self._n_ways = 0
-        self._course_rad: float | None = None
+        self._course: Point | None = None
 
     def go(self, position_m: Point, way_m: float, dt_s: float) -> None:
         """Account for a tick.
@@ -86,12 +86,13 @@ class Navigation:
         """
         constants, (x_m, y_m) = self._constants, self.error_m
         if self._is_surfaced or any(one.reaches(position_m) for one in constants.beacons):
-            left = math.exp(-dt_s / constants.fix_s)
+            left = exp(-dt_s / constants.fix_s)
             self.error_m = left * x_m, left * y_m
-            self._course_rad = None
+            self._course = None
             return
-        if self._course_rad is None:
-            self._course_rad = self._direction_rad(self._n_ways)
+        if self._course is None:
+            north, east = sincos(self._direction_rad(self._n_ways))
+            self._course = east, north
             self._n_ways += 1
         grown_m = constants.drift * way_m
-        self.error_m = x_m + grown_m * math.cos(self._course_rad), y_m + grown_m * math.sin(self._course_rad)
+        self.error_m = x_m + grown_m * self._course[0], y_m + grown_m * self._course[1]

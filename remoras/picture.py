@@ -6,6 +6,7 @@ import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
+from exchange.arithmetic import length
 from exchange.links import PeerLinks
 from remoras.known import NOTHING_KNOWN, Known
 from remoras.work import Point
@@ -42,7 +43,7 @@ class Peers:
     """The other vehicles, as far as heard; owned by the radio.
 
     Attributes:
-        positions_m: last position known of each vehicle, by name; headings_rad: from the last two of them.
+        positions_m: last position known of each vehicle, by name; headings: unit vectors, from the last two of them.
         heard_s: when a packet of each was last heard; who was never heard is missing.
         last_news_s: when a contribution to the mission was last heard of.
         links: what the links from and to each peer lose, as far as it can be told.
@@ -50,7 +51,7 @@ class Peers:
     """
 
     positions_m: dict[str, Point] = field(default_factory=dict)
-    headings_rad: dict[str, float] = field(default_factory=dict)
+    headings: dict[str, Point] = field(default_factory=dict)
     heard_s: dict[str, float] = field(default_factory=dict)
     last_news_s: float = -math.inf
     links: Mapping[str, PeerLinks] = field(default_factory=dict)
@@ -60,7 +61,9 @@ class Peers:
         """Note a newer position of a vehicle."""
         before = self.positions_m.get(name)
         if before is not None and before != position_m:
-            self.headings_rad[name] = math.atan2(position_m[1] - before[1], position_m[0] - before[0])
+            east_m, north_m = position_m[0] - before[0], position_m[1] - before[1]
+            way_m = length(east_m, north_m)
+            self.headings[name] = east_m / way_m, north_m / way_m
         self.positions_m[name] = position_m
 
 

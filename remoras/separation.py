@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Protocol
 
+from exchange.arithmetic import length
 from remoras.avoidance import Neighbour
 from remoras.database import VehicleData
 from remoras.motion import Motion
@@ -139,4 +140,4 @@ class Separation:
 
     def _are_too_near(self, one: int, other: int) -> bool:
         a, b = self.vehicles[one].functional.motion, self.vehicles[other].functional.motion
-        return math.hypot(b.x_m - a.x_m, b.y_m - a.y_m) < self._separation_m - TOLERANCE_M
+        return length(b.x_m - a.x_m, b.y_m - a.y_m) < self._separation_m - TOLERANCE_M

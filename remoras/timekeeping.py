@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+from exchange.arithmetic import distance, length
 from exchange.offsets import Offsets
 from exchange.packets import Reception
 from exchange.schedule import TdmaSchedule
@@ -62,7 +62,7 @@ class Timekeeper:
         if peer_m is None or self.schedule.is_aloha:  # nobody knows when it was sent
             return
         peer = reception.sender
-        range_m = math.dist((*own_m, self.depths_m[self.me]), (*peer_m, self.depths_m[peer]))
+        range_m = length(distance(own_m, peer_m), self.depths_m[self.me] - self.depths_m[peer])
         sent_s = now_s - self.packet_s(size_bits) - range_m / self.sound_speed_mps
         self.offsets.note(peer, sent_s - self.schedule.start_s(reception.slot))
 

@@ -7,13 +7,13 @@ is open, and offered to vehicles, only once they are.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import NamedTuple, Protocol
 
+from exchange.arithmetic import distance
 from remoras.beliefs import Key
 from remoras.database import AUVDatabase, VehicleData
 from remoras.known import Known
@@ -55,7 +55,7 @@ class Job(Protocol):
                 return True
 
             def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
-                way_s = math.dist(outlook.position_m, self.place_m) / data.transit_speed_mps
+                way_s = distance(outlook.position_m, self.place_m) / data.transit_speed_mps
                 return Outlook(outlook.free_s + way_s + self.stay_s, self.place_m)
     """
 
@@ -279,8 +279,8 @@ class Work:
             if then is None:
                 continue
             all_s = then.free_s - outlook.free_s
-            way_s = min(all_s, math.dist(outlook.position_m, self.job(role).place_m) / data.transit_speed_mps)
-            home_s = HOME_MARGIN * math.dist(then.position_m, data.start_m) / data.survey_speed_mps
+            way_s = min(all_s, distance(outlook.position_m, self.job(role).place_m) / data.transit_speed_mps)
+            home_s = HOME_MARGIN * distance(then.position_m, data.start_m) / data.survey_speed_mps
             for_job_j = left_j - transit_w * way_s - survey_w * home_s
             job_j = survey_w * (all_s - way_s)
             if job_j <= for_job_j:
@@ -323,7 +323,7 @@ class Work:
 
     def _nearest(self, left: list[RoleSpecification], outlook: Outlook) -> RoleSpecification:
         """Take out the role whose job is nearest, of equals the first."""
-        distances_m = [math.dist(outlook.position_m, self.job(role).place_m) for role in left]
+        distances_m = [distance(outlook.position_m, self.job(role).place_m) for role in left]
         return left.pop(distances_m.index(min(distances_m)))
 
     def knowing(self, done: Collection[str]) -> Work:

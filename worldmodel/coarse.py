@@ -56,7 +56,8 @@ def coarsened(attribute: Attribute, value: Value, uncertainty: float | None = No
     rounded = replace(attribute, fields=attribute.coarse).quantise(value)
     if uncertainty is None or attribute.uncertainty is None:
         return rounded, uncertainty
-    sigma = math.hypot(uncertainty, attribute.coarse[0].resolution / math.sqrt(12.0))
+    step = attribute.coarse[0].resolution
+    sigma = math.sqrt(uncertainty * uncertainty + step * step / 12.0)
     return rounded, max(uncertainty, min(sigma, attribute.uncertainty.maximum))
 
 

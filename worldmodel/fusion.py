@@ -95,7 +95,8 @@ def _key(observation: Observation) -> tuple[object, ...]:
 
 
 def _by_inverse_variance(weighed: Sequence[Observation]) -> Estimate:
-    weights = [cast(float, one.fact.uncertainty) ** -2.0 for one in weighed]
+    sigmas = [cast(float, one.fact.uncertainty) for one in weighed]
+    weights = [1.0 / (sigma * sigma) for sigma in sigmas]
     total = math.fsum(weights)
 
     def mean(numbers: Iterable[float]) -> float:
@@ -107,7 +108,7 @@ def _by_inverse_variance(weighed: Sequence[Observation]) -> Estimate:
         value: Value = (mean(east for east, _ in points), mean(north for _, north in points))
     else:
         value = mean(cast(list[float], values))
-    return Estimate(value, total**-0.5, _time_s(weighed), tuple(one.origin for one in weighed))
+    return Estimate(value, math.sqrt(1.0 / total), _time_s(weighed), tuple(one.origin for one in weighed))
 
 
 def _by_bayes(attribute: Attribute, weighed: Sequence[Observation], prior: Mapping[Value, float] | None) -> Estimate:
@@ -145,7 +146,7 @@ def _refuse_bad_prior(attribute: Attribute, prior: Mapping[Value, float]) -> Non
     if attribute.kind not in (ValueKind.BOOLEAN, ValueKind.SYMBOL):
         raise FactError(f"{attribute.name}: a prior of a {attribute.kind.value}; allowed: of truth values and symbols")
     values = list(prior.values())
-    if not all(math.isfinite(weight) and weight >= 0.0 for weight in values) or not sum(values) > 0.0:
+    if not all(math.isfinite(weight) and weight >= 0.0 for weight in values) or not math.fsum(values) > 0.0:
         raise FactError(f"{attribute.name}: prior {dict(prior)}; allowed: weights of 0 or more, one of them above 0")
 
 

@@ -18,6 +18,7 @@ from exchange.acoustics.modems import FILE, Modem
 from exchange.acoustics.noise import noise_in_band_db
 from exchange.acoustics.packet_errors import Fading, delivered_share, packet_loss
 from exchange.acoustics.sound_speed import sound_speed_mps
+from exchange.arithmetic import power_of_10
 
 RANGES = 200
 """Ranges over which the mean loss is estimated."""
@@ -52,7 +53,7 @@ class AcousticLinks:
         return delivered_share(self.modulation, self.fading, size_bits, self.frame_bits, self._ebn0(range_m))
 
     def _ebn0(self, range_m: float) -> float:
-        return math.pow(10.0, self.budget.ebn0_db(range_m) / 10.0)
+        return power_of_10(self.budget.ebn0_db(range_m) / 10.0)
 
 
 class AcousticChannel(ChannelModel):
@@ -102,7 +103,7 @@ class AcousticChannel(ChannelModel):
         """Of a full packet, over ranges spread evenly from 0 to the declared one: the tracks are not known before."""
         links, bits = self.links(deployment), deployment.modem.payload_bits
         ranges_m = ((number + 0.5) / RANGES * deployment.range_m for number in range(RANGES))
-        return sum(links.loss_at(range_m, bits) for range_m in ranges_m) / RANGES
+        return math.fsum(links.loss_at(range_m, bits) for range_m in ranges_m) / RANGES
 
     def sound_speed_mps(self, deployment: Deployment) -> float | None:
         """By temperature and salinity, at the mean depth of the fleet."""
@@ -158,4 +159,4 @@ class AcousticChannel(ChannelModel):
 
 
 def _mean_depth_m(deployment: Deployment) -> float:
-    return sum(deployment.depths_m) / len(deployment.depths_m)
+    return math.fsum(deployment.depths_m) / len(deployment.depths_m)

@@ -5,7 +5,8 @@
 
 import math
 from enum import Enum
-from statistics import NormalDist
+
+from exchange.arithmetic import erfc, exp, log, normal_quantile
 
 
 class Modulation(Enum):
@@ -25,13 +26,13 @@ def steady(modulation: Modulation, ebn0: float) -> float:
     """
     match modulation:
         case Modulation.FSK_NONCOHERENT:
-            return 0.5 * math.exp(-ebn0 / 2.0)
+            return 0.5 * exp(-ebn0 / 2.0)
         case Modulation.FSK_COHERENT:
-            return 0.5 * math.erfc(math.sqrt(ebn0 / 2.0))
+            return 0.5 * erfc(math.sqrt(ebn0 / 2.0))
         case Modulation.PSK:
-            return 0.5 * math.erfc(math.sqrt(ebn0))
+            return 0.5 * erfc(math.sqrt(ebn0))
         case Modulation.DPSK:
-            return 0.5 * math.exp(-ebn0)
+            return 0.5 * exp(-ebn0)
 
 
 def faded(modulation: Modulation, ebn0: float) -> float:
@@ -58,12 +59,13 @@ def needed_ebn0(modulation: Modulation, rate: float) -> float:
         modulation: of the bits.
         rate: above 0, at most 0.5.
     """
+    quantile = normal_quantile(rate)
     match modulation:
         case Modulation.FSK_NONCOHERENT:
-            return -2.0 * math.log(2.0 * rate)
+            return -2.0 * log(2.0 * rate)
         case Modulation.FSK_COHERENT:
-            return NormalDist().inv_cdf(rate) ** 2
+            return quantile * quantile
         case Modulation.PSK:
-            return NormalDist().inv_cdf(rate) ** 2 / 2.0
+            return 0.5 * quantile * quantile
         case Modulation.DPSK:
-            return -math.log(2.0 * rate)
+            return -log(2.0 * rate)

@@ -1,7 +1,8 @@
 """The link budget: what of a sender's sound reaches a receiver, against the noise there."""
 
-import math
 from dataclasses import dataclass
+
+from exchange.arithmetic import log10
 
 SOURCE_LEVEL_OF_1_W_DB = 170.8
 """Source level of an omnidirectional source that gives 1 W of sound, dB re 1 uPa at 1 m (Urick 1983)."""
@@ -13,7 +14,7 @@ def source_level_db(acoustic_power_w: float) -> float:
     >>> round(source_level_db(10.0), 1)
     180.8
     """
-    return SOURCE_LEVEL_OF_1_W_DB + 10.0 * math.log10(acoustic_power_w)
+    return SOURCE_LEVEL_OF_1_W_DB + 10.0 * log10(acoustic_power_w)
 
 
 def transmission_loss_db(range_m: float, spreading: float, absorption_db_per_km: float) -> float:
@@ -28,7 +29,7 @@ def transmission_loss_db(range_m: float, spreading: float, absorption_db_per_km:
     51.1
     """
     away_m = max(range_m, 1.0)
-    return spreading * 10.0 * math.log10(away_m) + absorption_db_per_km * away_m / 1000.0
+    return spreading * 10.0 * log10(away_m) + absorption_db_per_km * away_m / 1000.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,4 +64,4 @@ class Budget:
 
     def ebn0_db(self, range_m: float) -> float:
         """Energy of a bit over the density of the noise: the ratio in the band times B / R."""
-        return self.snr_db(range_m) + 10.0 * math.log10(self.band_hz / self.rate_bps)
+        return self.snr_db(range_m) + 10.0 * log10(self.band_hz / self.rate_bps)

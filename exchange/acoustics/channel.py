@@ -10,6 +10,7 @@ from typing import Protocol
 from exchange.acoustics import loss
 from exchange.acoustics.link import LinkModel, Transmission
 from exchange.acoustics.modems import Modem
+from exchange.arithmetic import length
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,9 +98,9 @@ class BroadcastChannel:
         for receiver, (other_x_m, other_y_m) in enumerate(positions_m):
             if receiver == sender or receiver in cut_off:
                 continue
-            range_m = math.hypot(other_x_m - x_m, other_y_m - y_m)
+            range_m = length(other_x_m - x_m, other_y_m - y_m)
             if self.depths_m:
-                range_m = math.hypot(range_m, self.depths_m[receiver] - self.depths_m[sender])
+                range_m = length(range_m, self.depths_m[receiver] - self.depths_m[sender])
             time_s = sent_s + range_m / self.sound_speed_mps
             if time_s > slot_ends_s if self.carries_beyond_range else range_m > self.range_m:
                 continue

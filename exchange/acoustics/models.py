@@ -8,6 +8,7 @@ The simple models are here; ``acoustic`` and ``trace`` have files of their own.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, NamedTuple
@@ -193,7 +194,7 @@ class MatrixChannel(BernoulliChannel):
     def mean_per(self, deployment: Deployment) -> float:
         """Mean over the links, listed or not."""
         n_links = len(deployment.nodes) * (len(deployment.nodes) - 1)
-        return self.per + sum(link.per - self.per for link in self.link) / n_links
+        return self.per + math.fsum(link.per - self.per for link in self.link) / n_links
 
     @classmethod
     def faults(cls, given: Mapping[str, Any]) -> Iterator[SettingFault]:
@@ -244,6 +245,6 @@ class GilbertElliottChannel(ChannelModel):
         rates = {key: given.get(key, cls.model_fields[key].default) for key in keys}
         if all(isinstance(rate, int | float) and 0.0 <= rate <= 1.0 for rate in rates.values()):
             greater = max(rates, key=lambda key: rates[key])
-            if not 0.0 < sum(rates.values()) <= 1.0:
-                allowed = f"{' + '.join(rates)} must be above 0 and at most 1, not {sum(rates.values()):g}"
+            if not 0.0 < math.fsum(rates.values()) <= 1.0:
+                allowed = f"{' + '.join(rates)} must be above 0 and at most 1, not {math.fsum(rates.values()):g}"
                 yield SettingFault(greater, str(rates[greater]), allowed)

@@ -13,8 +13,11 @@ import math
 from collections.abc import Iterator
 from enum import Enum
 from functools import lru_cache
+from math import ldexp
+from operator import mul
 
 from exchange.acoustics.bit_errors import Modulation, faded, needed_ebn0, steady
+from exchange.arithmetic import PI, exp, expm1, expm1_of, log, log1p, power
 
 STEP, HALF = 0.25, 12
 """Step of the tanh-sinh rule, and its points on either side of the middle.
@@ -38,7 +41,7 @@ def block_loss(bit_error_rate: float, n_bits: int) -> float:
     >>> round(block_loss(1e-3, 256), 4)
     0.226
     """
-    return -math.expm1(n_bits * math.log1p(-bit_error_rate))
+    return -expm1(n_bits * log1p(-bit_error_rate))
 
 
 def faded_block_loss(modulation: Modulation, n_bits: int, ebn0: float) -> float:
@@ -55,23 +58,26 @@ def faded_block_loss(modulation: Modulation, n_bits: int, ebn0: float) -> float:
     if n_bits == 0:
         return 0.0
     if ebn0 <= 0.0:
-        return 1.0 - 0.5**n_bits
-    return math.fsum(-weight * math.expm1(-x / ebn0) for x, weight in _thresholds(modulation, n_bits))
+        return 1.0 - ldexp(1.0, -n_bits)
+    thresholds, weights = _thresholds(modulation, n_bits)
+    return -math.fsum(map(mul, weights, expm1_of([-x / ebn0 for x in thresholds])))
 
 
 @lru_cache(maxsize=4096)
-def _thresholds(modulation: Modulation, n_bits: int) -> tuple[tuple[float, float], ...]:
+def _thresholds(modulation: Modulation, n_bits: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Values of the threshold X, and their weights, which sum up to the loss where there is nothing but noise."""
-    whole = 1.0 - 0.5**n_bits
+    whole = 1.0 - ldexp(1.0, -n_bits)
     found = []
     for number in range(-HALF, HALF + 1):
         t = number * STEP
-        low, high = 1.0 / (1.0 + math.exp(-math.pi * math.sinh(t))), 1.0 / (1.0 + math.exp(math.pi * math.sinh(t)))
-        intact = high * whole + 0.5**n_bits  # 1 - low * whole, exact near the end too
-        rate = -math.expm1((math.log1p(-low * whole) if low < 0.5 else math.log(intact)) / n_bits)
-        found.append((needed_ebn0(modulation, min(rate, 0.5)), math.cosh(t) * low * high))
+        above, below = 0.5 * exp(t), 0.5 * exp(-t)
+        steep = exp(PI * (above - below))
+        low, high = 1.0 / (1.0 + 1.0 / steep), 1.0 / (1.0 + steep)
+        intact = high * whole + ldexp(1.0, -n_bits)  # 1 - low * whole, exact near the end too
+        rate = -expm1((log1p(-low * whole) if low < 0.5 else log(intact)) / n_bits)
+        found.append((needed_ebn0(modulation, min(rate, 0.5)), (above + below) * low * high))
     total = math.fsum(weight for _, weight in found)
-    return tuple((x, whole * weight / total) for x, weight in found)
+    return tuple(x for x, _ in found), tuple(whole * weight / total for _, weight in found)
 
 
 def frames(n_bits: int, frame_bits: int) -> Iterator[int]:
@@ -115,7 +121,7 @@ def packet_loss(modulation: Modulation, fading: Fading, n_bits: int, frame_bits:
     if fading is Fading.PACKET or n_bits <= frame_bits:
         return frame_loss(modulation, fading, n_bits, ebn0)
     n_whole, rest_bits = divmod(n_bits, frame_bits)
-    intact = (1.0 - frame_loss(modulation, fading, frame_bits, ebn0)) ** n_whole
+    intact = power(1.0 - frame_loss(modulation, fading, frame_bits, ebn0), n_whole)
     return 1.0 - intact * (1.0 - frame_loss(modulation, fading, rest_bits, ebn0))
 
 

@@ -16,11 +16,11 @@ def sound_speed_mps(temperature_c: float, salinity_psu: float, depth_m: float) -
     return (
         1448.96
         + 4.591 * t
-        - 5.304e-2 * t**2
-        + 2.374e-4 * t**3
+        - 5.304e-2 * t * t
+        + 2.374e-4 * t * t * t
         + 1.340 * (salinity_psu - 35.0)
         + 1.630e-2 * d
-        + 1.675e-7 * d**2
+        + 1.675e-7 * d * d
         - 1.025e-2 * t * (salinity_psu - 35.0)
-        - 7.139e-13 * t * d**3
+        - 7.139e-13 * t * d * d * d
     )

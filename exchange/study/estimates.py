@@ -74,7 +74,8 @@ def _estimate(value: float, weights: NDArray[np.float64], products: Moments) -> 
     n_trials = products[0, 0]
     if n_trials < 2:
         return TrialMean(float(value), None, None)
-    variance = float(weights @ products @ weights) * n_trials / (n_trials - 1)
-    rounding = float(abs(weights) @ products @ abs(weights)) * ROUNDING
+    terms = [u * v * p for u, row in zip(weights, products, strict=True) for v, p in zip(weights, row, strict=True)]
+    variance = math.fsum(terms) * n_trials / (n_trials - 1)
+    rounding = math.fsum(map(abs, terms)) * ROUNDING
     half = Z_95 * math.sqrt(variance) if variance > rounding else 0.0
     return TrialMean(float(value), float(value - half), float(value + half))

@@ -6,8 +6,6 @@ Every node keeps the state that a vehicle keeps, and the functions of the policy
 a trial are drawn once and serve every policy.
 """
 
-import math
-
 from exchange.ack import AckRules, absorb, bits_carried, compose, open_slot, settled
 from exchange.acoustics.loss import link_uniform, slot_key, trial_key
 from exchange.policies import may_send
@@ -60,14 +58,14 @@ def drawn_receivers(received: Ints, trial_state: int, slot: int, n_nodes: int, p
     return int(received[slot])
 
 
-def poisson_number(uniform: float, mean: float) -> int:
-    """The Poisson number at that quantile, for small means.
+def poisson_number(uniform: float, mean: float, p_none: float) -> int:
+    """The Poisson number at that quantile, for small means; ``p_none`` is exp(-mean).
 
-    >>> [poisson_number(u, 0.5) for u in (0.0, 0.60, 0.61, 0.95)]
+    >>> [poisson_number(u, 0.5, 0.6065306597126334) for u in (0.0, 0.60, 0.61, 0.95)]
     [0, 0, 1, 2]
     """
     number = 0
-    probability = math.exp(-mean)
+    probability = p_none
     cumulated = probability
     while uniform >= cumulated and probability > 0.0:
         number += 1
@@ -82,7 +80,7 @@ def generate(rules: Rules, load: Load, nodes: Nodes, trial_state: int, slot: int
     in_window = load.window_start <= slot < load.window_end
     n_followed = 0
     for origin in range(load.n_sources):
-        for _ in range(poisson_number(link_uniform(key, origin, origin), load.rate)):
+        for _ in range(poisson_number(link_uniform(key, origin, origin), load.rate, load.p_none)):
             column = free_column(load, nodes, origin, slot)
             if column >= 0:
                 add_item(rules, nodes, origin, column, slot)

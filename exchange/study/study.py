@@ -5,10 +5,12 @@ information", and goes on to what the paper leaves to future work: items at ever
 others are under way. Every policy and every loss rate meets the same random numbers, so that differences are paired.
 """
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 
+from exchange.arithmetic import exp
 from exchange.errors import ConfigurationError
 from exchange.policies import ACKNOWLEDGEMENTS, POLICIES
 from exchange.study import trial
@@ -119,8 +121,9 @@ def load_of(study: ExchangeStudy) -> trial.Load:
         window_end = window_start + study.window_frames * study.nodes
     capacity_bits = trial.NEVER if study.capacity_bits is None else study.capacity_bits
     return trial.Load(
-        n_sources, columns, study.load.rate, study.item_bits, capacity_bits, window_start, window_end, study.max_slots
-    )
+        n_sources, columns, study.load.rate, study.item_bits, capacity_bits, window_start, window_end, study.max_slots,
+        exp(-study.load.rate),
+    )  # fmt: skip
 
 
 def p_loss_matrices(study: ExchangeStudy) -> tuple[Floats, ...]:
@@ -137,4 +140,4 @@ def p_loss_matrices(study: ExchangeStudy) -> tuple[Floats, ...]:
 def _mean_link(matrix: Floats) -> float:
     """Mean of the loss probabilities of the links."""
     n_nodes = len(matrix)
-    return float((matrix.sum() - n_nodes) / (n_nodes * (n_nodes - 1)))
+    return float((math.fsum(matrix.flat) - n_nodes) / (n_nodes * (n_nodes - 1)))

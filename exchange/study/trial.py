@@ -57,6 +57,7 @@ class Load(NamedTuple):
 
     `rate` is 0 for a batch: every column is an item of slot 0. Under Poisson load it is the mean number of items
     generated per node and slot; those generated in the window are followed to their end, while generation goes on.
+    `p_none` is exp(-rate).
     """
 
     n_sources: int
@@ -67,6 +68,7 @@ class Load(NamedTuple):
     window_start: int
     window_end: int
     max_slots: int
+    p_none: float = 1.0
 
 
 class Nodes(NamedTuple):

@@ -17,15 +17,13 @@ chapter 2).
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import numpy.typing as npt
 
-from missions.arrows.grid import Array
+from exchange.arithmetic import LN2
+from missions.arrows.grid import Array, summed
 
 Counts = npt.NDArray[np.int64]
-LN2 = math.log(2.0)
 SMALLEST = 1e-250
 """No probability falls below it, so that a later look can tell it from nothing."""
 N_TERMS = 12
@@ -93,9 +91,10 @@ def look_information(chart: Array, rates: Array) -> Array:
     """
     p_yes = np.zeros(chart.shape[1])
     told = np.zeros(chart.shape[1])
-    for share, rate in zip(chart, rates, strict=True):
+    sure = rates * log2_of(rates) + (1.0 - rates) * log2_of(1.0 - rates)
+    for share, rate, bits in zip(chart, rates, sure, strict=True):
         p_yes += share * rate
-        told += share * (rate * math.log2(rate) + (1.0 - rate) * math.log2(1.0 - rate))
+        told += share * bits
     p_no = 1.0 - p_yes
     return np.asarray(np.maximum(told - p_yes * log2_of(p_yes) - p_no * log2_of(p_no), 0.0))
 
@@ -117,7 +116,7 @@ def divergence(chart: Array, other: Array) -> float:
     told = np.zeros(chart.shape[1])
     for share, before in zip(chart, other, strict=True):
         told += share * (log2_of(share) - log2_of(before))
-    return float(told.sum())
+    return summed(told)
 
 
 def disagreement(charts: list[Array]) -> float:
@@ -136,4 +135,4 @@ def disagreement(charts: list[Array]) -> float:
     within = entropy(charts[0])
     for chart in charts[1:]:
         within += entropy(chart)
-    return max(0.0, float((entropy(mean) - within / len(charts)).sum()))
+    return max(0.0, summed(entropy(mean) - within / len(charts)))

@@ -10,11 +10,13 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from exchange.arithmetic import distance
 from missions.arrows.bayes import entropy
 from missions.arrows.chart import Chart
 from missions.arrows.choosing import Choosing, Track, Way
 from missions.arrows.contact import Leash, Reach
 from missions.arrows.detectors import ANOMALY, shown_of
+from missions.arrows.grid import summed
 from missions.arrows.scenario import NOTHING, UNKNOWN, ArrowsScenario
 from remoras.behaviours import ADVANCING, DONE, DUE, IDLE, Approach, Behaviour, Perception, Reference, distance_m
 from remoras.database import VehicleData
@@ -217,7 +219,7 @@ class Directing(Behaviour):
     def _needs_order(self, name: str, at_m: Point, now_s: float) -> bool:
         target_m, ordered_s = self._ordered.get(name, (None, 0.0))
         near_m = ARRIVED_M + 2.0 * ORDERS_S * self._choosing[name].speed_mps
-        return target_m is None or math.dist(at_m, target_m) <= near_m or now_s - ordered_s > STALE_S
+        return target_m is None or distance(at_m, target_m) <= near_m or now_s - ordered_s > STALE_S
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """It guides nobody."""
@@ -334,7 +336,7 @@ class Identifying(Behaviour):
             likelihood = np.full(n_kinds, p_wrong / max(1, n_kinds - 1))
             likelihood[kind] = 1.0 - p_wrong
             shares *= likelihood
-            shares /= shares.sum()
+            shares /= summed(shares)
         return shares
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:

@@ -82,7 +82,10 @@ def _kinds(raw: Raw) -> Iterator[ConfigurationFault]:
     yield from faults
     expected = {} if faults or not _are_numbers(raw) else _expected(raw, grid)
     if expected:
-        fullest = float(np.sum(list(expected.values()), axis=0).max())
+        together = np.zeros(grid.n_cells)
+        for one in expected.values():
+            together += one
+        fullest = float(together.max())
         name = max(expected, key=lambda one: float(expected[one].max()))
         if fullest > 1.0:
             allowed = "at most 1 of all kinds together: expect fewer, spread them farther, or take smaller cells"

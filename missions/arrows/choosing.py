@@ -16,7 +16,7 @@ import numpy.typing as npt
 from missions.arrows.bayes import look_information
 from missions.arrows.chart import Chart
 from missions.arrows.contact import Leash
-from missions.arrows.grid import Array, Grid
+from missions.arrows.grid import Array, Grid, halved
 from remoras.work import Point
 
 TURN_S = 20.0
@@ -117,7 +117,8 @@ class Choosing:
         told = np.zeros(len(x_m))
         off2 = _off_squared(grid, at_m, x_m, y_m)
         for detector, bits in self.information(chart, held, track, now_s).items():
-            told += np.where(off2 <= self.ranges_m[detector] ** 2, bits, 0.0).sum(axis=1)
+            range_m = self.ranges_m[detector]
+            told += halved(np.where(off2 <= range_m * range_m, bits, 0.0))
         dx_m, dy_m = x_m - at_m[0], y_m - at_m[1]
         worth = told / (np.sqrt(dx_m * dx_m + dy_m * dy_m) / self.speed_mps + TURN_S)
         best = int(np.argmax(worth))

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from exchange.acoustics.link import Transmission
+from exchange.arithmetic import distance
 from missions.arrows.grid import Array
 from missions.arrows.scenario import ArrowsScenario
 from missions.scenarios.deployment import deployment_of
@@ -54,11 +55,11 @@ class Reach:
 
     def holds(self, position_m: Point) -> bool:
         """True within it."""
-        return math.dist(position_m, self.point_m) <= self.range_m
+        return distance(position_m, self.point_m) <= self.range_m
 
     def home_s(self, position_m: Point, speed_mps: float) -> float:
         """How long the way back into contact takes."""
-        return max(0.0, math.dist(position_m, self.point_m) - self.range_m) / speed_mps
+        return max(0.0, distance(position_m, self.point_m) - self.range_m) / speed_mps
 
 
 class Leash:

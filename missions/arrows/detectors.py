@@ -6,12 +6,11 @@ drawn by seed, vehicle, cell, detector and number of the look: no strategy, loss
 
 from __future__ import annotations
 
-import math
 from collections import Counter
-from statistics import NormalDist
 from typing import ClassVar
 
 from exchange.acoustics import loss
+from exchange.arithmetic import distance, normal_quantile
 from missions.arrows.grid import MOST_LOOKS, MOST_PASSES, N_DETECTORS, TILE, contact_code, swept_code
 from missions.arrows.scenario import DETECTORS, NOTHING
 from missions.arrows.seafloor import Seafloor, Thing
@@ -62,7 +61,7 @@ def shown_of(code: int) -> int:
 
 
 def _off_m(sigma_m: float, share: float) -> float:
-    return NormalDist(0.0, sigma_m).inv_cdf(min(max(share, 1.0 - MOST_SHARE), MOST_SHARE))
+    return sigma_m * normal_quantile(min(max(share, 1.0 - MOST_SHARE), MOST_SHARE))
 
 
 class DetectorSettings(SensorSettings):
@@ -197,8 +196,8 @@ class Camera:
             for cell in world.grid.near(at_m, settings.range_m + world.grid.cell_m)
             if cell in world.things
         )
-        thing = min(around, key=lambda one: math.dist(one.position_m, at_m), default=None)
-        if thing is not None and math.dist(thing.position_m, at_m) > settings.range_m:
+        thing = min(around, key=lambda one: distance(one.position_m, at_m), default=None)
+        if thing is not None and distance(thing.position_m, at_m) > settings.range_m:
             thing = None
         right, which, east, north = (loss.uniform(world.seed, loss.MISSES, number, self._node, n) for n in range(4))
         really = 0 if thing is None else thing.kind

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import TYPE_CHECKING, cast
 
@@ -57,7 +58,8 @@ def identified_at_s(run: Run) -> dict[int, float]:
 
 
 def _squared_m(one: tuple[float, float], other: tuple[float, float]) -> float:
-    return (one[0] - other[0]) ** 2 + (one[1] - other[1]) ** 2
+    dx_m, dy_m = one[0] - other[0], one[1] - other[1]
+    return dx_m * dx_m + dy_m * dy_m
 
 
 def found_fraction(run: Run) -> float | Absent:
@@ -77,7 +79,7 @@ def mean_s(run: Run, at_s: dict[int, float]) -> float | Absent:
     sites, until_s = sites_of(run), search_s_of(run)
     if not sites:
         return NOT_APPLICABLE
-    return sum(min(until_s, at_s.get(cell, until_s)) for cell in sorted(sites)) / len(sites)
+    return math.fsum(min(until_s, at_s.get(cell, until_s)) for cell in sorted(sites)) / len(sites)
 
 
 def n_mistaken(run: Run) -> int:
@@ -100,7 +102,7 @@ def apart_bits(run: Run) -> float:
     """How far the maps of the vehicles were from each other, in the mean over the search."""
     until_s = search_s_of(run)
     apart = [row[2] for row in run.recorder.rows(FLEET_MAPS.name) if row[0] <= until_s]
-    return sum(apart) / len(apart) if apart else 0.0
+    return math.fsum(apart) / len(apart) if apart else 0.0
 
 
 def told_per_km(run: Run) -> float | Absent:
@@ -109,7 +111,7 @@ def told_per_km(run: Run) -> float | Absent:
     for _, vehicle, x_m, y_m, *_ in run.recorder.trajectories:
         if vehicle in searchers:
             if vehicle in last:
-                way_m += _squared_m(last[vehicle], (x_m, y_m)) ** 0.5
+                way_m += math.sqrt(_squared_m(last[vehicle], (x_m, y_m)))
             last[vehicle] = x_m, y_m
     if way_m == 0.0:
         return NOT_APPLICABLE
@@ -135,14 +137,14 @@ def alone_of(run: Run) -> dict[str, tuple[float, float]]:
         times_s = [*(one for one in sorted(of) if one < until_s), until_s]
         gaps_s = [after - before for before, after in pairwise(times_s)]
         alone_s = [gap_s - SILENCE_S for gap_s in gaps_s if gap_s > SILENCE_S]
-        found[name] = sum(alone_s), max(alone_s, default=0.0)
+        found[name] = math.fsum(alone_s), max(alone_s, default=0.0)
     return found
 
 
 def alone_fraction(run: Run) -> float | Absent:
     """Share of the search in which a searcher had heard nobody for a minute, in the mean."""
     of, until_s = alone_of(run), min(search_s_of(run), run.end_s)
-    return sum(whole_s for whole_s, _ in of.values()) / (len(of) * until_s) if of and until_s else NOT_APPLICABLE
+    return math.fsum(whole_s for whole_s, _ in of.values()) / (len(of) * until_s) if of and until_s else NOT_APPLICABLE
 
 
 def longest_alone_s(run: Run) -> float | Absent:

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from missions.arrows.grid import Array, Grid
+from missions.arrows.grid import Array, Grid, summed
 from missions.arrows.scenario import DETECTORS, ArrowsScenario, DetectorTable, KindTable
 from remoras.work import Point
 
@@ -45,7 +45,7 @@ def share_map(grid: Grid, finds_m: list[Point], spread_m: float, uniform_share: 
         dx_m, dy_m = grid.x_m - x_m, grid.y_m - y_m
         height = np.maximum(0.0, 1.0 - (dx_m * dx_m + dy_m * dy_m) / (spread_m * spread_m))
         hills += height * height
-    total = float(hills.sum())
+    total = summed(hills)
     even = np.full(grid.n_cells, 1.0 / grid.n_cells)
     return even if total == 0.0 else uniform_share * even + (1.0 - uniform_share) * hills / total
 

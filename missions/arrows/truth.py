@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 
+from exchange.arithmetic import distance
 from missions.arrows.bayes import disagreement, divergence
 from missions.arrows.chart import CONTACT, SWEPT, Chart
 from missions.arrows.detectors import CONTACTS, SAME_M
@@ -110,9 +110,9 @@ class ArrowsTruth(JobTruth):
     def _note_identity(self, time_s: float, vehicle: str, anomaly: str, identity: str, p: float) -> None:
         at_m = self._places_m[anomaly]
         near = [
-            (math.dist(at_m, thing.position_m), cell, thing.name)
+            (distance(at_m, thing.position_m), cell, thing.name)
             for cell, thing in self._seafloor.things.items()
-            if math.dist(at_m, thing.position_m) <= SAME_M
+            if distance(at_m, thing.position_m) <= SAME_M
         ]
         _, cell, kind = min(near, default=(0.0, -1, NOTHING))
         self._identified_rows.append((time_s, vehicle, anomaly, identity, p, kind, *at_m))

@@ -10,10 +10,10 @@ without any yield, with the sensor on, mean that the sensor gives nothing: the v
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from exchange.arithmetic import distance
 from missions.mapping.ground import Survey, Way
 from missions.mapping.jobs import SurveyJob
 from missions.mapping.sensors import mapping_speed_mps, swath_m
@@ -152,7 +152,11 @@ class ZigzagExploring(Behaviour):
         self._others = others
         self._swath_m = swath_m(data)
         self._speed_mps = mapping_speed_mps(data)
-        braking_m = (data.transit_speed_mps**2 - self._speed_mps**2) / (2.0 * data.acceleration_mps2)
+        braking_m = (
+            (data.transit_speed_mps - self._speed_mps)
+            * (data.transit_speed_mps + self._speed_mps)
+            / (2.0 * data.acceleration_mps2)
+        )
         self._braking_m = max(0.0, braking_m) + BRAKING_S * data.transit_speed_mps
         self._passage: _Passage | None = None
         self._begun = False
@@ -203,7 +207,7 @@ class ZigzagExploring(Behaviour):
 
     def _brake_m(self, passage: _Passage) -> float:
         """How far before a row the vehicle slows down: not at all if row and swath leave it room to do so there."""
-        least_m = min(self._swath_m / 2.0, math.dist(passage.begin_m, passage.end_m))
+        least_m = min(self._swath_m / 2.0, distance(passage.begin_m, passage.end_m))
         return self._braking_m if least_m < self._braking_m else 0.0
 
     # Row by row ----------------------------------------------------------------------------------

@@ -108,7 +108,7 @@ def _overlaps(raw: Raw) -> Iterator[ConfigurationFault]:
 def _n_cells(corners: Sequence[tuple[float, float]], cell_m: float) -> int:
     """Cells of an area; where there are far too many, about how many."""
     xs, ys = [x for x, _ in corners], [y for _, y in corners]
-    in_box = (max(xs) - min(xs)) * (max(ys) - min(ys)) / cell_m**2
+    in_box = (max(xs) - min(xs)) * (max(ys) - min(ys)) / (cell_m * cell_m)
     return int(in_box) if in_box > 4 * MAX_CELLS else len(Seabed.of_areas(cell_m, {"": tuple(corners)}).cells)
 
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from exchange.acoustics import loss
+from exchange.arithmetic import distance
 from missions.mapping.scenario import FindsTable
 from missions.mapping.sensors import Cell, Feature, Seabed, SeaObject, mapping_speed_mps, swath_m
 from missions.scenarios.abilities import can_play
@@ -73,7 +74,7 @@ def weight_in_cells(finds: FindsTable, cell_m: float, able: Sequence[VehicleData
     """
     if not able:
         return 1.0
-    cell_s = sum(cell_m**2 / (swath_m(data) * mapping_speed_mps(data)) for data in able) / len(able)
+    cell_s = math.fsum(cell_m * cell_m / (swath_m(data) * mapping_speed_mps(data)) for data in able) / len(able)
     return finds.mean_stay_s / cell_s
 
 
@@ -119,7 +120,7 @@ class InspectionJob:
             return None
         if self.share_left == 0.0:
             return outlook
-        way_s = math.dist(outlook.position_m, self.place_m) / data.transit_speed_mps
+        way_s = distance(outlook.position_m, self.place_m) / data.transit_speed_mps
         return Outlook(outlook.free_s + way_s + self.stay_s, self.place_m)
 
 

@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterable, Sequence, Set
 from functools import lru_cache
 from typing import Generic, NamedTuple, TypeVar
 
+from exchange.arithmetic import distance, length
 from missions.mapping.sensors import Cell, Seabed, seabed_of
 from missions.mapping.survey import Point, length_m, rows, runs_along_x, to_and_fro
 
@@ -150,7 +151,7 @@ class Survey:
             return None
         first, last = ends[number]
         along_m = min(max(centre_m[axis], first[axis]), last[axis])
-        is_seen = math.hypot(centre_m[axis] - along_m, off_m) <= reach_m
+        is_seen = length(centre_m[axis] - along_m, off_m) <= reach_m
         self._along_m[index] = along_m if is_seen else centre_m[axis]
         return number
 
@@ -215,14 +216,14 @@ def _onwards(lines: Sequence[tuple[int, tuple[Point, Point]]]) -> list[Way]:
     then: list[tuple[float, Point]] = []
     before: tuple[Point, Point] | None = None
     for _, ends_m in reversed(lines):
-        own_m = math.dist(*ends_m)
+        own_m = distance(*ends_m)
         if before is None:
             then = [(own_m, ends_m[1]), (own_m, ends_m[0])]
         else:
             (low_m, low_last), (high_m, high_last) = then
             then = []
             for leaving in (ends_m[1], ends_m[0]):
-                to_low, to_high = math.dist(leaving, before[0]) + low_m, math.dist(leaving, before[1]) + high_m
+                to_low, to_high = distance(leaving, before[0]) + low_m, distance(leaving, before[1]) + high_m
                 then.append((own_m + to_low, low_last) if to_low <= to_high else (own_m + to_high, high_last))
         before = ends_m
     if before is None:

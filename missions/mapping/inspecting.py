@@ -41,7 +41,8 @@ class Inspecting(Behaviour):
         self._find = find
         self._finds = finds
         self._transit_mps = data.transit_speed_mps
-        braking_m = (data.transit_speed_mps**2 - finds.close_speed_mps**2) / (2.0 * data.acceleration_mps2)
+        fast_mps, slow_mps = data.transit_speed_mps, finds.close_speed_mps
+        braking_m = (fast_mps - slow_mps) * (fast_mps + slow_mps) / (2.0 * data.acceleration_mps2)
         self._slow_within_m = finds.close_radius_m + max(0.0, braking_m) + BRAKING_S * data.transit_speed_mps
         self._approach = Approach(data.transit_speed_mps)
         self._on_site_s = 0.0

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
+from exchange.arithmetic import distance
 from missions.mapping.ground import Followed, Ground, Way, ground_of
 from missions.mapping.sensors import mapping_speed_mps, swath_m
 from remoras.beliefs import Key
@@ -58,7 +59,7 @@ class SurveyJob:
     def place_m(self) -> Point:
         """Mean of the corners."""
         n = len(self.corners_m)
-        return sum(x for x, _ in self.corners_m) / n, sum(y for _, y in self.corners_m) / n
+        return math.fsum(x for x, _ in self.corners_m) / n, math.fsum(y for _, y in self.corners_m) / n
 
     @property
     def done(self) -> Key:
@@ -105,7 +106,8 @@ class SurveyJob:
         (x_m, y_m), transit_mps = position_m, data.transit_speed_mps
         soonest, least_s = None, math.inf
         for way in self.on.survey(swath).ways(self.bits):
-            way_s = math.hypot(way.first_m[0] - x_m, way.first_m[1] - y_m) / transit_mps + way.length_m / survey_mps
+            dx_m, dy_m = way.first_m[0] - x_m, way.first_m[1] - y_m
+            way_s = math.sqrt(dx_m * dx_m + dy_m * dy_m) / transit_mps + way.length_m / survey_mps
             if way_s < least_s:
                 soonest, least_s = way, way_s
         return soonest
@@ -120,7 +122,7 @@ class SurveyJob:
         way = self.way(outlook.position_m, data)
         if way is None:
             return None
-        way_s = math.dist(outlook.position_m, way.first_m) / data.transit_speed_mps
+        way_s = distance(outlook.position_m, way.first_m) / data.transit_speed_mps
         return Outlook(outlook.free_s + way_s + way.length_m / mapping_speed_mps(data), way.last_m)
 
 

@@ -7,14 +7,13 @@ the same. Each draw is keyed by seed, object, vehicle and look: no strategy, los
 
 from __future__ import annotations
 
-import math
 from collections import Counter
-from statistics import NormalDist
 from typing import Literal
 
 from pydantic import Field
 
 from exchange.acoustics import loss
+from exchange.arithmetic import distance, normal_quantile
 from missions.mapping.sensors import Seabed, SeaObject
 from missions.scenarios.tables import Name, PointM, Section
 from remoras.database import VehicleData
@@ -89,7 +88,7 @@ class Classifier:
         """An observation of each object in range that it has not looked at lately."""
         found = []
         for number, one in enumerate(world.objects):
-            if math.dist(one.position_m, (pose.x_m, pose.y_m)) > self._settings.range_m:
+            if distance(one.position_m, (pose.x_m, pose.y_m)) > self._settings.range_m:
                 continue
             if now_s >= self._next_s.get(number, 0.0) and self._n_looks[number] < MOST_LOOKS:
                 self._next_s[number] = now_s + self._settings.every_s
@@ -104,9 +103,8 @@ class Classifier:
         )
         others = [name for name in CLASSES if name != one.classification]
         seems = one.classification if right < settings.p_right else others[int(which * len(others))]
-        error = NormalDist(0.0, settings.sigma_m)
         x_m, y_m = (
-            at_m + off_m + error.inv_cdf(min(max(share, 1.0 - MOST_SHARE), MOST_SHARE))
+            at_m + off_m + settings.sigma_m * normal_quantile(min(max(share, 1.0 - MOST_SHARE), MOST_SHARE))
             for at_m, off_m, share in zip(one.position_m, pose.error_m, (east, north), strict=True)
         )
         return Observation(

@@ -10,6 +10,7 @@ from typing import ClassVar
 
 from pydantic import Field
 
+from exchange.arithmetic import distance
 from missions.mapping.survey import contains
 from remoras.database import VehicleData
 from remoras.recorder import TIME, VEHICLE, Column, Table
@@ -150,7 +151,7 @@ class Stays:
             name = feature.name
             if name in self._over or speed_mps > feature.close_speed_mps * LIMIT_TOLERANCE:
                 continue
-            if math.dist(at_m, feature.position_m) > feature.close_radius_m:
+            if distance(at_m, feature.position_m) > feature.close_radius_m:
                 continue
             since_s = now_s - self._seen_s.get(name, -math.inf)
             self._seen_s[name] = now_s

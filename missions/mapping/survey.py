@@ -11,6 +11,8 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
+from exchange.arithmetic import distance, length
+
 Point = tuple[float, float]
 ROUNDING_M = 0.01
 """By how much polygons with a common border may overlap in numbers."""
@@ -71,7 +73,7 @@ def zigzag(corners: Sequence[Point], swath_m: float, start_m: Point, inset_m: fl
 
 def to_and_fro(lines: Sequence[tuple[Point, Point]], start_m: Point) -> list[Point]:
     """Waypoints along all lines, one after the other, from the end of the first or last one nearest to ``start_m``."""
-    corners_first = [(math.dist(start_m, lines[r][e]), r, e) for r in (0, len(lines) - 1) for e in (0, 1)]
+    corners_first = [(distance(start_m, lines[r][e]), r, e) for r in (0, len(lines) - 1) for e in (0, 1)]
     _, first_row, first_end = min(corners_first)
     ordered = lines if first_row == 0 else lines[::-1]
     waypoints = []
@@ -83,7 +85,7 @@ def to_and_fro(lines: Sequence[tuple[Point, Point]], start_m: Point) -> list[Poi
 
 def length_m(waypoints: Sequence[Point]) -> float:
     """Length of the way along the waypoints."""
-    return sum(math.dist(a, b) for a, b in pairwise(waypoints))
+    return math.fsum(distance(a, b) for a, b in pairwise(waypoints))
 
 
 def contains(corners: Sequence[Point], point: Point) -> bool:
@@ -103,7 +105,7 @@ def overlap(one: Sequence[Point], other: Sequence[Point]) -> bool:
     """
     for corners in (one, other):
         for (ax, ay), (bx, by) in zip(corners, [*corners[1:], corners[0]], strict=True):
-            side_m = math.hypot(bx - ax, by - ay)
+            side_m = length(bx - ax, by - ay)
             if side_m == 0.0:
                 continue
             across = (by - ay) / side_m, (ax - bx) / side_m

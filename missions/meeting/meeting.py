@@ -21,6 +21,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from exchange.arithmetic import length
 from missions.meeting.orders import entrusted, operators
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import (
@@ -248,4 +249,4 @@ class Meeting:
 
     def _is_there(self, group: Group, position_m: Point, tolerance_m: float) -> bool:
         x_m, y_m = self.rally_points_m[group.rally_point or ""]
-        return math.hypot(position_m[0] - x_m, position_m[1] - y_m) <= self.arrival_radius_m + tolerance_m
+        return length(position_m[0] - x_m, position_m[1] - y_m) <= self.arrival_radius_m + tolerance_m

@@ -20,10 +20,10 @@ roles are allocated once more, and nothing else of the mission is planned.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection, Hashable, Mapping
 from typing import Any
 
+from exchange.arithmetic import distance
 from remoras.database import VehicleData
 from remoras.htn import ANY, Expected, FactsLike, Method, Operator, Task
 from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, DISSOLVE_GROUP, FORM_GROUP, GIVE_MISSION
@@ -97,7 +97,7 @@ def operators(
         data: VehicleData = facts.get(("data", holders[0]))
         at_m: Point = facts.get(("position", holders[0])) or data.start_m
         if objective == rendez_vous:
-            time_s = math.dist(at_m, rally_points_m[argument]) / data.transit_speed_mps
+            time_s = distance(at_m, rally_points_m[argument]) / data.transit_speed_mps
             return Expected(time_s, time_s * data.power_w(data.transit_speed_mps))
         return expected_of(jobs[argument], data, at_m)
 

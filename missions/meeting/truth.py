@@ -135,7 +135,8 @@ class MeetingTruth:
     def _is_at_rally_point(self, vehicle: VehicleView, group: Group) -> bool:
         x_m, y_m = self._rally_points_m[group.rally_point or ""]
         own_x_m, own_y_m = vehicle.position_m
-        return math.hypot(own_x_m - x_m, own_y_m - y_m) <= self._radius_m
+        dx_m, dy_m = own_x_m - x_m, own_y_m - y_m
+        return dx_m * dx_m + dy_m * dy_m <= self._radius_m * self._radius_m
 
     def _note_who_is_there(self, survivors: Sequence[VehicleView], group: Group, now_s: float) -> None:
         """Who has been at the rally point since when, and who has met there: it believed so and was there."""

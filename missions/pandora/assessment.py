@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import math
 
+from exchange.arithmetic import distance, length, log
 from missions.pandora.scenario import PandoraSettings
 from missions.pandora.sensors import CameraSettings, LogSettings
 from missions.pandora.sequential import Cusum
@@ -77,7 +78,7 @@ class Monitor:
             self._off = Cusum(settings.alarm_at(self._camera.every_s)), Cusum(settings.alarm_at(self._camera.every_s))
             per_image = settings.false_alarms_per_h * self._camera.every_s / 3600.0
             blank = max(self._camera.p_blank, 1e-9)
-            self._blind_after = max(3, math.ceil(math.log(per_image) / math.log(blank)))
+            self._blind_after = max(3, math.ceil(log(per_image) / log(blank)))
 
     # What was learnt -----------------------------------------------------------------------------
 
@@ -94,7 +95,7 @@ class Monitor:
 
     def _flow_mps(self, facts: Known, now_s: float) -> float:
         (east_mps, north_mps), planned = facts.get(("flow", self._me), NOWHERE), self._planned_flow(now_s)
-        return math.hypot(east_mps + planned[0], north_mps + planned[1])
+        return length(east_mps + planned[0], north_mps + planned[1])
 
     def is_overpowered(self, facts: Known, now_s: float) -> bool:
         """True if the current is faster than the vehicle can go now, by what was learnt of both."""
@@ -167,7 +168,7 @@ class Monitor:
         ]
         if any(off is not None for off in offs):
             flow = tuple(was + (off or 0.0) * sigma_mps for was, off in zip(estimate, offs, strict=True))
-            found += _told(me, "flow", flow, "current", math.hypot(*flow) > SOUND_FLOW_MPS)
+            found += _told(me, "flow", flow, "current", length(*flow) > SOUND_FLOW_MPS)
         return found + self._assess_power(motion, facts, now_s)
 
     def _assess_power(self, motion: Motion, facts: Known, now_s: float) -> list[Fact]:
@@ -200,7 +201,7 @@ class Monitor:
         """Compare the panel, if it is in sight, with its place."""
         part, camera = self._part, self._camera
         assert camera is not None
-        if part.panel_m is None or math.dist(part.panel_m, motion.position_m) > camera.range_m - 1.0:
+        if part.panel_m is None or distance(part.panel_m, motion.position_m) > camera.range_m - 1.0:
             return []
         seen_m = facts.get(("seenAt", part.panel))
         if seen_m is None:
@@ -213,7 +214,7 @@ class Monitor:
         if all(off is None for off in offs):
             return []
         offset = tuple(was + (off or 0.0) * camera.sigma_m for was, off in zip(known, offs, strict=True))
-        return _told(self._me, "cameraOffset", offset, "camera drifts", math.hypot(*offset) > SOUND_M)
+        return _told(self._me, "cameraOffset", offset, "camera drifts", length(*offset) > SOUND_M)
 
     # Whether it still has the energy -------------------------------------------------------------
 
@@ -224,7 +225,7 @@ class Monitor:
             return False
         data = self._data
         speed_mps = max(0.05, data.survey_speed_mps * min(1.0, facts.get(("thrustShare", self._me), 1.0)))
-        way_s = math.dist(motion.position_m, data.start_m) / speed_mps
+        way_s = distance(motion.position_m, data.start_m) / speed_mps
         need_j = HOME_MARGIN * way_s * (data.power_w(speed_mps) + extra_w)
         return bool(battery <= SPARE_BATTERY + need_j / data.energy_j)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
+from exchange.arithmetic import distance
 from missions.pandora.acting import NEAR_M, Acting, Orders
 from missions.pandora.sensors import CameraSettings, WrenchSettings
 from missions.pandora.structure import Part
@@ -71,7 +72,7 @@ class Looking(Acting):
             return []
         part, at_m, self._has_said = self._part, self._monitor.corrected(facts, seen_m), True
         displaced: list[Fact] = []
-        if math.dist(at_m, part.place_m) > DISPLACED_M:
+        if distance(at_m, part.place_m) > DISPLACED_M:
             displaced = [(part.of, "anomaly", "displaced")]
         if facts.get(("isOpen", part.of)) is False:
             self._is_done = True
@@ -107,7 +108,7 @@ class Seeking(Looking):
     def work_s(self) -> float:
         """The way along all squares, so slowly that every place of it comes into an image."""
         corners = self._corners or []
-        return sum(math.dist(*pair) for pair in pairwise(corners)) / self._speed_mps
+        return math.fsum(distance(*pair) for pair in pairwise(corners)) / self._speed_mps
 
     def work(self, facts: Known) -> list[Fact]:
         """Go on to the next corner; the part is in sight, or there is none left."""
@@ -183,7 +184,7 @@ class Working(Acting):
         if was_m is None or seen_m is None or facts.get(("workedShare", self._part.of)):
             return []
         at_m = self._monitor.corrected(facts, seen_m)
-        return [(self._part.of, "placedAt", at_m)] if math.dist(at_m, was_m) > DISPLACED_M else []
+        return [(self._part.of, "placedAt", at_m)] if distance(at_m, was_m) > DISPLACED_M else []
 
 
 class Inspecting(Acting):

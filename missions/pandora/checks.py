@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterator
 
+from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
 from missions.pandora.scenario import ANY, KINDS
 from missions.scenarios.checks import outside_faults
@@ -67,15 +67,15 @@ def _overlaps(raw: Raw) -> Iterator[ConfigurationFault]:
     worked = [one for one in placed if one[0] in ("valve", "anode")]
     for number, (kind, name, at_m) in enumerate(worked):
         for _, other, other_m in worked[:number]:
-            if math.dist(at_m, other_m) < APART_M:
-                allowed = f"{math.dist(at_m, other_m):.3g} m from {other}; allowed: {APART_M:g} m or more"
+            if distance(at_m, other_m) < APART_M:
+                allowed = f"{distance(at_m, other_m):.3g} m from {other}; allowed: {APART_M:g} m or more"
                 yield ConfigurationFault(f"{kind}.{name}.position_m", str(list(at_m)), allowed)
     looked = [one for one in placed if one[0] in ("panel", "chain")]
     for number, (kind, name, at_m) in enumerate(looked):
         for _, other, other_m in looked[:number]:
-            if math.dist(at_m, other_m) < SEEN_APART_M:
+            if distance(at_m, other_m) < SEEN_APART_M:
                 key = _key_of(f"{kind}.")
-                allowed = f"{math.dist(at_m, other_m):.3g} m from {other}; allowed: {SEEN_APART_M:g} m or more"
+                allowed = f"{distance(at_m, other_m):.3g} m from {other}; allowed: {SEEN_APART_M:g} m or more"
                 yield ConfigurationFault(f"{kind}.{name}.{key}", str(list(at_m)), allowed)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, cast
 
+from exchange.arithmetic import distance
 from missions.meeting.truth import JOBS
 from missions.metric import NOT_APPLICABLE, Absent, Better, Metric
 from missions.pandora.events import detected_s, events_of, findings_of, is_of
@@ -61,7 +62,7 @@ def time_to_detect_s(run: Run) -> float | Absent | None:
     if not events:
         return NOT_APPLICABLE
     taken_s = [one for event in events if (one := detected_s(event, found)) is not None]
-    return sum(taken_s) / len(taken_s) if taken_s else None
+    return math.fsum(taken_s) / len(taken_s) if taken_s else None
 
 
 def n_false_alarms(run: Run) -> int:
@@ -82,7 +83,7 @@ def n_lost(run: Run) -> int:
     at_m = {row[1]: (row[2], row[3]) for row in run.recorder.trajectories[-len(scenario.vehicle) :]}
     homes_m = [point.position_m for point in scenario.rally_point]
     return sum(
-        all(math.dist(at_m[one.name], home_m) > HOME_M for home_m in (one.start_m, *homes_m))
+        all(distance(at_m[one.name], home_m) > HOME_M for home_m in (one.start_m, *homes_m))
         for one in scenario.vehicle
         if one.name in empty
     )

@@ -9,12 +9,12 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from functools import cache
-from statistics import NormalDist
 from typing import ClassVar
 
 from pydantic import Field
 
 from exchange.acoustics import loss
+from exchange.arithmetic import distance, normal_quantile
 from missions.pandora.things import Structure, Thing
 from remoras.database import VehicleData
 from remoras.recorder import TIME, VEHICLE, Column, Table
@@ -40,7 +40,7 @@ LOG_STREAM = 60_000
 
 @cache
 def _normal(share: float) -> float:
-    return NormalDist().inv_cdf(min(max(share, 1.0 - MOST_SHARE), MOST_SHARE))
+    return normal_quantile(min(max(share, 1.0 - MOST_SHARE), MOST_SHARE))
 
 
 def error(seed: int, reading: int, node: int, which: int) -> float:
@@ -202,7 +202,7 @@ class Tool:
         near = [one for _, one, _ in world.near(at_m, self._reach_m) if one.kind in ("Valve", "Anode")]
         if not near:
             return []
-        thing = min(near, key=lambda one: math.dist(at_m, one.points_m[0]))
+        thing = min(near, key=lambda one: distance(at_m, one.points_m[0]))
         since_s, self._last_s = now_s - self._last_s, now_s
         if thing.name != self._part or since_s > TOUCH_GAP_S:
             self._part, self._touched_s, self._felt, self._is_over, self._felt_s = thing.name, 0.0, 0.0, False, now_s

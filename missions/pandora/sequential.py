@@ -14,8 +14,9 @@ side left 0 last estimates by how much they are off.
 
 from __future__ import annotations
 
-import math
 from functools import cache
+
+from exchange.arithmetic import exp
 
 SLACK = 0.5
 """Half of the shift, in standard deviations, that is found soonest."""
@@ -30,7 +31,7 @@ def readings_between_alarms(threshold: float) -> float:
     169.0
     """
     b = 2.0 * SLACK * (threshold + OVERSHOOT)
-    return (math.exp(b) - b - 1.0) / (2.0 * SLACK * SLACK) / 2.0
+    return (exp(b) - b - 1.0) / (2.0 * SLACK * SLACK) / 2.0
 
 
 @cache

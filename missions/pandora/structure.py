@@ -13,6 +13,7 @@ from functools import cached_property
 from itertools import pairwise
 
 from exchange.acoustics import loss
+from exchange.arithmetic import TAU, distance, length, sincos
 from missions.pandora.scenario import ANY, KINDS, PandoraScenario, UpsetTable, ValveTable, job_of
 from missions.pandora.sensors import ArmSettings, CameraSettings
 from missions.pandora.things import Structure, Thing
@@ -51,7 +52,7 @@ class Part:
     @cached_property
     def way_m(self) -> float:
         """Way along its points (m)."""
-        return sum(math.dist(*pair) for pair in pairwise(self.points_m))
+        return math.fsum(distance(*pair) for pair in pairwise(self.points_m))
 
     @cached_property
     def place_m(self) -> Point:
@@ -81,7 +82,7 @@ class Part:
         if not self.is_able(data):
             return None
         (from_x_m, from_y_m), (x_m, y_m) = outlook.position_m, self.place_m
-        way_s = math.hypot(x_m - from_x_m, y_m - from_y_m) / data.transit_speed_mps
+        way_s = length(x_m - from_x_m, y_m - from_y_m) / data.transit_speed_mps
         return Outlook(outlook.free_s + way_s + self.work_there_s(data), self.points_m[-1])
 
 
@@ -117,5 +118,6 @@ def _upset(thing: Thing, upset: UpsetTable, direction: float) -> Thing:
     if upset.kind == "stuck":
         return replace(thing, is_stuck=True, upset=upset.kind)
     (x_m, y_m), off_m = thing.points_m[0], upset.distance_m or 0.0
-    moved_m = x_m + off_m * math.cos(math.tau * direction), y_m + off_m * math.sin(math.tau * direction)
+    north, east = sincos(TAU * direction)
+    moved_m = x_m + off_m * east, y_m + off_m * north
     return replace(thing, points_m=(moved_m,), upset=upset.kind)

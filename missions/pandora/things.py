@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from exchange.arithmetic import distance
 from remoras.work import Point
 
 
@@ -63,6 +64,6 @@ class Structure:
             for column in columns
             for row in rows
             for one in self._buckets.get((column, row), ())
-            if math.dist(at_m, one[1].points_m[one[2]]) <= within_m
+            if distance(at_m, one[1].points_m[one[2]]) <= within_m
         ]
         return sorted(found, key=lambda one: (one[0], one[2]))

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 
+from exchange.arithmetic import distance
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JobTruth
 from missions.pandora.sensors import LOOKS, TURNS
@@ -93,7 +93,7 @@ class PandoraTruth(JobTruth):
         for name in list(self._to_meet):
             at_m, upset = self._parts[name].place_m, self._to_meet[name].upset
             for vehicle in fleet.vehicles:
-                near = math.dist(vehicle.position_m, at_m) <= MET_M and vehicle.sensing
+                near = distance(vehicle.position_m, at_m) <= MET_M and vehicle.sensing
                 if near and any(one.argument == self._parts[name].name for one in vehicle.objectives_of(vehicle.name)):
                     del self._to_meet[name]
                     self._met_rows.append((now_s, vehicle.name, name, upset))

@@ -114,9 +114,8 @@ def _least_distances_m(run: Run) -> list[float]:
     shown = rows[: n_times * n_vehicles]
     at_m = np.array([row[2:4] for row in shown]).reshape(-1, n_vehicles, 2)
     at_m[~_present(run, [row[0] for row in shown[::n_vehicles]])] = np.nan
-    least = [
-        np.nanmin(np.sum(np.square(at_m[:, one] - at_m[:, other]), axis=1), initial=np.inf) for one, other in pairs
-    ]
+    squares = (np.square(at_m[:, one] - at_m[:, other]) for one, other in pairs)
+    least = [np.nanmin(of[:, 0] + of[:, 1], initial=np.inf) for of in squares]
     return [math.sqrt(squared) for squared in least if squared < math.inf]
 
 

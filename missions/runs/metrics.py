@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import statistics
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -82,7 +81,7 @@ def delivery_ratio(run: Run) -> float | None:
 def mean_latency_s(run: Run) -> float | None:
     """Mean time from an item's observation to its reception, over all (item, receiver) pairs."""
     latencies = latencies_s(run.recorder)
-    return round(statistics.fmean(latencies), 4) if latencies else None
+    return round(math.fsum(latencies) / len(latencies), 4) if latencies else None
 
 
 def p95_latency_s(run: Run) -> float | None:

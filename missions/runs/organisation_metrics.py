@@ -151,15 +151,15 @@ def view_divergence(run: Run) -> float | None:
     needs follow from groups, so are those of groups that the one is no member of.
     """
     shares = [(spell_s, share) for spell_s, views in _moments(run) if (share := views.divergence) is not None]
-    total_s = sum(spell_s for spell_s, _ in shares)
-    return round(sum(spell_s * share for spell_s, share in shares) / total_s, 6) if total_s > 0.0 else None
+    total_s = math.fsum(spell_s for spell_s, _ in shares)
+    return round(math.fsum(spell_s * share for spell_s, share in shares) / total_s, 6) if total_s > 0.0 else None
 
 
 def holder_conflict_fraction(run: Run) -> float | None:
     """Share of the time in which more vehicles took themselves to hold some role than it has room for."""
     spells = [(spell_s, views.is_in_conflict) for spell_s, views in _moments(run)]
-    total_s = sum(spell_s for spell_s, _ in spells)
-    return round(sum(spell_s for spell_s, conflict in spells if conflict) / total_s, 6) if total_s > 0.0 else None
+    total_s = math.fsum(spell_s for spell_s, _ in spells)
+    return round(math.fsum(spell_s for spell_s, conflict in spells if conflict) / total_s, 6) if total_s > 0.0 else None
 
 
 def malformed_spells(run: Run) -> Iterator[tuple[float, tuple[Malformed, ...]]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -114,7 +115,7 @@ def result_of(setup: Setup, seed: int, fleet: Fleet, wall_s: float, settled: Set
         fleet.reason,
         fleet.ended_s if fleet.completed else fleet.duration_s,
         fleet.n_false_beliefs,
-        sum(vehicle.functional.motion.distance_m for vehicle in fleet.vehicles),
+        math.fsum(vehicle.functional.motion.distance_m for vehicle in fleet.vehicles),
         wall_s,
         fleet.holders.wrong_fraction,
         settled,

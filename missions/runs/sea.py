@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import partial
 
 from exchange.acoustics import loss
+from exchange.arithmetic import TAU
 from missions.scenarios.scenario import Scenario
 from remoras.database import VehicleData
 from remoras.navigation import Beacon, Navigation, NavigationConstants
@@ -51,7 +51,7 @@ def _navigation(scenario: Scenario, data: VehicleData, seed: int, carried_m: Car
     )
 
     def direction_rad(n_way: int) -> float:
-        return math.tau * loss.uniform(seed, loss.DRIFTS, n_way, data.node, 0)
+        return TAU * loss.uniform(seed, loss.DRIFTS, n_way, data.node, 0)
 
     return Navigation(NavigationConstants(table.drift, table.fix_s, beacons), data.depth_m, direction_rad)
 

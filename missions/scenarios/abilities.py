@@ -113,7 +113,8 @@ def lacking(vehicle: Raw, role: Raw, gear: Gear) -> Iterator[str]:
 def endurance_s(vehicle: Raw, listening_w: float = 0.0) -> float:
     """How long its battery lasts at survey speed; infinite where nothing draws from it."""
     speed_mps = _number(vehicle, "survey_speed_mps")
-    power_w = _number(vehicle, "hotel_w") + listening_w + _number(vehicle, "drag_w_per_mps3") * speed_mps**3
+    drag_w = _number(vehicle, "drag_w_per_mps3") * (speed_mps * speed_mps * speed_mps)
+    power_w = _number(vehicle, "hotel_w") + listening_w + drag_w
     return _number(vehicle, "energy_j") / power_w if power_w > 0.0 else math.inf
 
 

@@ -7,6 +7,7 @@ is malformed its checks pass it over.
 from __future__ import annotations
 
 import json
+import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 
@@ -77,7 +78,7 @@ def _weights(raw: Raw) -> Iterator[ConfigurationFault]:
         return
     *continuing, external = keys
     most = 1.0 + given[external]
-    if sum(given[key] for key in continuing) >= most:
+    if math.fsum(given[key] for key in continuing) >= most:
         key = max(continuing, key=lambda key: given[key] / getattr(constants, key))
         allowed = (
             f"{' + '.join(continuing)} must be below {most:g} = 1 + {external}; else a vehicle could never leave what "

@@ -14,6 +14,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
 from missions.scenarios.tables import PointM, Raw, bounds_of, entries, names_of, one_of, point_of
 
@@ -141,7 +142,7 @@ def free_places(
     found: list[PointM] = []
     for ring in _rings(around_m, spacing_m, box):
         for place in ring:
-            if _in(box, place) and all(math.dist(place, other) > 0.999 * spacing_m for other in taken_m):
+            if _in(box, place) and all(distance(place, other) > 0.999 * spacing_m for other in taken_m):
                 found.append(place)
         if len(found) >= n_places:
             break

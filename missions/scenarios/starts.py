@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
 from missions.scenarios.copies import SPACING_M, free_places
 from missions.scenarios.tables import PointM, Raw, bounds_of, point_of, table_of
@@ -39,7 +40,7 @@ def with_starts_apart(raw: Raw) -> Raw:
     placed, moved = list[_Start](), dict[int, PointM]()
     for start in _starts(raw):
         near = [other.at_m for other in placed if start.shares_layer(other)]
-        if any(math.dist(start.at_m, at_m) < separation_m - TOLERANCE_M for at_m in near):
+        if any(distance(start.at_m, at_m) < separation_m - TOLERANCE_M for at_m in near):
             spacing_m = max(SPACING_M, separation_m)
             for at_m in free_places(start.at_m, spacing_m, box, near, 1):
                 moved[start.number] = at_m
@@ -58,7 +59,7 @@ def start_faults(raw: Raw) -> Iterator[ConfigurationFault]:
         return
     said = set()
     for other, start in itertools.combinations(_starts(raw), 2):
-        distance_m = math.dist(start.at_m, other.at_m)
+        distance_m = distance(start.at_m, other.at_m)
         if distance_m < separation_m - TOLERANCE_M and start.shares_layer(other) and start.name not in said:
             said.add(start.name)
             allowed = (

@@ -57,7 +57,7 @@ def _blocks(raw: Raw) -> Iterator[ConfigurationFault]:
         if (
             isinstance(tile_m, int | float)
             and tile_m > 0.0
-            and (east - west) * (north - south) / tile_m**2 > MOST_TILES
+            and (east - west) * (north - south) / (tile_m * tile_m) > MOST_TILES
         ):
             yield ConfigurationFault(key, "", f"more than {MOST_TILES} tiles; allowed: a greater mission.tile_m")
         for other, (w, s, e, n) in boxes:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection
 from dataclasses import dataclass
 
+from exchange.arithmetic import distance
 from missions.trident.modules import EffectorSettings, SurveyorSettings
 from missions.trident.site import Block
 from remoras.beliefs import Key
@@ -66,7 +66,7 @@ class SurveyJob:
         settings = surveyor(data) if self.is_able(data) else None
         if settings is None:
             return None
-        way_s = math.dist(outlook.position_m, self.place_m) / data.transit_speed_mps
+        way_s = distance(outlook.position_m, self.place_m) / data.transit_speed_mps
         block = self.block
         size_m2 = (block.east_m - block.west_m) * (block.north_m - block.south_m)
         lanes_s = size_m2 / (2.0 * SHARE_USED * settings.reach_m * survey_speed_mps(data, settings))
@@ -101,5 +101,5 @@ class RecoveryJob:
         """Its way, and what a recovery usually takes."""
         if not self.is_able(data):
             return None
-        way_s = math.dist(outlook.position_m, self.place_m) / data.transit_speed_mps
+        way_s = distance(outlook.position_m, self.place_m) / data.transit_speed_mps
         return Outlook(outlook.free_s + way_s + RECOVERY_S, self.place_m)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar
@@ -124,7 +125,8 @@ class TridentMission(JobMission):
             own = {one.vehicle for service, one in self.matching.services.items() if service in listed}
             yield SurveyJob(block, everybody if self.matching.response == "matching" else frozenset(own))
         xs, ys = zip(*(block.centre_m for block in self.blocks.values()), strict=True)
-        yield RecoveryJob(scenario.recovery.name, (sum(xs) / len(xs), sum(ys) / len(ys)), tuple(self.blocks))
+        middle_m = math.fsum(xs) / len(xs), math.fsum(ys) / len(ys)
+        yield RecoveryJob(scenario.recovery.name, middle_m, tuple(self.blocks))
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:

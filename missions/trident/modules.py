@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from statistics import NormalDist
 from typing import Literal
 
 from pydantic import Field
 
 from exchange.acoustics import loss
+from exchange.arithmetic import distance, exp, normal_quantile
 from missions.trident.site import Lying, Site, Tile
 from remoras.database import VehicleData
 from remoras.recorder import TIME, VEHICLE, Column, Table
@@ -124,7 +124,7 @@ class Surveyor:
                 self._charted.add(tile)
                 found.append(Observation(row=tile))
         for number, one in enumerate(world.objects):
-            if math.dist(one.position_m, at_m) > settings.reach_m or not self._looks.is_due(number, now_s, 6.0):
+            if distance(one.position_m, at_m) > settings.reach_m or not self._looks.is_due(number, now_s, 6.0):
                 continue
             seen, like, *off = self._looks.draws(world.seed, number, 4)
             if seen < settings.p_seen:
@@ -165,7 +165,7 @@ class Finder:
         if pose.speed_mps > self._limit_mps:
             return []
         for number, one in enumerate(world.objects):
-            if math.dist(one.position_m, at_m) > settings.range_m or not self._looks.is_due(number, now_s):
+            if distance(one.position_m, at_m) > settings.range_m or not self._looks.is_due(number, now_s):
                 continue
             is_first = self._looks.count(number) == 0
             right, *off = self._looks.draws(world.seed, number, 3)
@@ -215,8 +215,9 @@ class Effector:
         off_m, number = nearest
         one = world.objects[number]
         (drawn,) = self._looks.draws(world.seed, number, 1)
-        succeeds = drawn < math.exp(-((off_m / self._settings.tolerance_m) ** 2))
-        row = self._settings.name, self._settings.does, one.name, math.dist(at_m, one.position_m), succeeds
+        off = off_m / self._settings.tolerance_m
+        succeeds = drawn < exp(-off * off)
+        row = self._settings.name, self._settings.does, one.name, distance(at_m, one.position_m), succeeds
         if not succeeds:
             return [Observation(row=row)]
         done = "heldBy" if self._settings.does == "hold" else "handledBy"
@@ -247,7 +248,7 @@ class Fixer:
     def sense(self, pose: Pose, world: Site, now_s: float) -> list[Observation]:
         """That there was a fix, once it is so."""
         at_m, place_m = (pose.x_m, pose.y_m), world.transponder_m
-        if place_m is None or math.dist(at_m, place_m) > world.transponder_range_m:
+        if place_m is None or distance(at_m, place_m) > world.transponder_range_m:
             self._since_s = None
             return []
         self._since_s = now_s if self._since_s is None else self._since_s
@@ -289,7 +290,7 @@ class Looks:
 
 def normal(share: float, sigma: float) -> float:
     """A normal error of mean 0, from a uniform number."""
-    return NormalDist(0.0, sigma).inv_cdf(min(max(share, EDGE), 1.0 - EDGE))
+    return sigma * normal_quantile(min(max(share, EDGE), 1.0 - EDGE))
 
 
 def _placed(one: Lying, pose: Pose, off: list[float], sigma_m: float) -> Point:

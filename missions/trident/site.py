@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from exchange.acoustics import loss
+from exchange.arithmetic import distance
 from remoras.work import Point
 
 Tile = tuple[int, int]
@@ -120,7 +121,7 @@ class Site:
 
     def nearest(self, at_m: Point) -> tuple[float, int] | None:
         """Distance to the nearest object, and its number; None where nothing lies."""
-        return min(((math.dist(one.position_m, at_m), n) for n, one in enumerate(self.objects)), default=None)
+        return min(((distance(one.position_m, at_m), n) for n, one in enumerate(self.objects)), default=None)
 
 
 def lying(blocks: Sequence[Block], target_m: Point | None, n_decoys: int, seed: int) -> tuple[Lying, ...]:
@@ -149,7 +150,7 @@ def _drawn_m(blocks: Sequence[Block], number: int, seed: int, others: Sequence[L
         width_m, height_m = (max(0.0, side - 2.0 * RIM_M) for side in _sides_m(block))
         x_m, y_m = block.centre_m
         at_m = x_m + (east - 0.5) * width_m, y_m + (north - 0.5) * height_m
-        if all(math.dist(at_m, one.position_m) >= APART_M for one in others):
+        if all(distance(at_m, one.position_m) >= APART_M for one in others):
             break
     return at_m
 

@@ -32,8 +32,9 @@ An activity without a stimulus has no motivation at all: nobody is moved to do w
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+
+from exchange.arithmetic import exp
 
 LOWEST, HIGHEST = -128, 127
 
@@ -100,7 +101,7 @@ def call(value: int, age_s: float, constants: DecisionConstants) -> float:
         age_s: since it was heard.
         constants: the memory of signals.
     """
-    return -value / 128.0 * math.exp(-age_s / constants.signal_memory_s) if value < 0 else 0.0
+    return -value / 128.0 * exp(-age_s / constants.signal_memory_s) if value < 0 else 0.0
 
 
 def contentment(stimulus: float, satisfaction: float) -> float:

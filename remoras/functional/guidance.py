@@ -8,9 +8,9 @@ may move itself, see ``remoras.current``: who is to stay heads into the current.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 
+from exchange.arithmetic import length
 from remoras.attraction import NO_PULLS, GuidanceConstants, Pulls, attracted, repelled, stronger
 from remoras.avoidance import Bounds, HalfPlane, Neighbour, Velocity, clear_velocity, walls_of, within
 from remoras.behaviours import Reference
@@ -107,12 +107,12 @@ class Guidance:
         motion, flow = self._motion, self._flow_mps
         if speed_mps <= 0.0:
             most_mps = self._speed_factor * self._greatest_speed_mps
-            return (motion.x_m - flow[0] * dt_s, motion.y_m - flow[1] * dt_s), min(math.hypot(*flow), most_mps)
+            return (motion.x_m - flow[0] * dt_s, motion.y_m - flow[1] * dt_s), min(length(*flow), most_mps)
         dx_m, dy_m = target_m[0] - motion.x_m, target_m[1] - motion.y_m
-        range_m = math.hypot(dx_m, dy_m)
+        range_m = length(dx_m, dy_m)
         course = (dx_m / range_m, dy_m / range_m) if range_m > 0.0 else STILL
         water = through_water(course, speed_mps, flow)
-        ground_mps = math.hypot(water[0] + flow[0], water[1] + flow[1])
+        ground_mps = length(water[0] + flow[0], water[1] + flow[1])
         if ground_mps * dt_s >= range_m:  # there within the tick
             return (target_m[0] - flow[0] * dt_s, target_m[1] - flow[1] * dt_s), speed_mps
         time_s = range_m / ground_mps if ground_mps > 0.0 else dt_s
@@ -175,6 +175,6 @@ class Guidance:
 def _velocity(motion: Motion, target_m: Point, speed_mps: float, dt_s: float) -> Velocity:
     """Velocity (m/s) towards a target, not beyond it within ``dt_s``."""
     dx_m, dy_m = target_m[0] - motion.x_m, target_m[1] - motion.y_m
-    range_m = math.hypot(dx_m, dy_m)
+    range_m = length(dx_m, dy_m)
     share = min(speed_mps, range_m / dt_s) / range_m if range_m > 0.0 else 0.0
     return share * dx_m, share * dy_m

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import fields, replace
+from copy import copy
 from typing import Any
 
 from remoras.activities import ActivitySet, ActivityType
@@ -32,7 +32,10 @@ REFERENCE = "None, or a Reference with a finite target_m and a speed_mps of 0 or
 
 def _shifted(motion: Motion, by_m: Point) -> Motion:
     """The same motion somewhere else."""
-    return replace(motion, x_m=motion.x_m + by_m[0], y_m=motion.y_m + by_m[1])
+    shifted = copy(motion)
+    shifted.x_m += by_m[0]
+    shifted.y_m += by_m[1]
+    return shifted
 
 
 def _answering(data: VehicleData, dead: Collection[str]) -> tuple[str, ...]:
@@ -228,12 +231,13 @@ class FunctionalLayer:
         motion, body, data = self.believed, self.picture.body, self.data
         body.now_s = now_s
         body.battery = 1.0 - motion.energy_j / data.energy_j
-        home_m = math.hypot(motion.x_m - data.start_m[0], motion.y_m - data.start_m[1])
-        body.reserve = home_m * self._reserve_per_m
+        dx_m, dy_m = motion.x_m - data.start_m[0], motion.y_m - data.start_m[1]
+        body.reserve = math.sqrt(dx_m * dx_m + dy_m * dy_m) * self._reserve_per_m
         x_min, y_min, x_max, y_max = self._bounds_m
         body.outside_m = max(x_min - motion.x_m, motion.x_m - x_max, y_min - motion.y_m, motion.y_m - y_max, 0.0)
         body.contacts_m = tuple([(motion.x_m + one.dx_m, motion.y_m + one.dy_m) for one in neighbours])
-        if math.hypot(motion.x_m - self._settled_m[0], motion.y_m - self._settled_m[1]) > NEAR_M:
+        dx_m, dy_m = motion.x_m - self._settled_m[0], motion.y_m - self._settled_m[1]
+        if dx_m * dx_m + dy_m * dy_m > NEAR_M * NEAR_M:
             self._settled_m, body.settled_s = motion.position_m, now_s
         if not body.sensors_on:
             self._sensing.looking = ()
@@ -327,8 +331,8 @@ def _unsound(perceptions: Sequence[Perception]) -> tuple[int, object]:
 
 def embody(layer: FunctionalLayer, before: FunctionalLayer) -> None:
     """Let a vehicle that begins anew be where it was, with the energy and the navigation that it had."""
-    for one in fields(Motion):
-        setattr(layer.motion, one.name, getattr(before.motion, one.name))
+    for name in Motion.__slots__:
+        setattr(layer.motion, name, getattr(before.motion, name))
     layer.exhausted = before.exhausted
     if before._navigation is not None:
         layer._navigation = before._navigation

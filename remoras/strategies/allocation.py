@@ -22,6 +22,7 @@ import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from exchange.arithmetic import distance
 from remoras.database import VehicleData
 from remoras.organisation import RoleAssignment, RoleSpecification
 from remoras.strategies.search import Roles, Search
@@ -248,7 +249,7 @@ def helped(
 
 
 def _saving_s(work: Work, data: VehicleData, role: RoleSpecification, left_s: float, n_holders: int) -> float:
-    way_s = math.dist(work.position_m(data.name), work.job(role).place_m) / data.transit_speed_mps
+    way_s = distance(work.position_m(data.name), work.job(role).place_m) / data.transit_speed_mps
     return (left_s - way_s) / (n_holders + 1)
 
 

@@ -24,13 +24,13 @@ are replaced by ``claims``: the latest claims of each vehicle are kept, the stro
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from exchange.arithmetic import exp
 from remoras.authority import Authority
 from remoras.organisation import Group, RoleSpecification
 from remoras.strategies.allocation import Engagement, Expectations, planned
@@ -175,7 +175,7 @@ class Bidder:
             if then is None or not work.affords(outlook, data, self._roles[name]):
                 return 0.0
             outlook = then
-            total += math.exp(-outlook.free_s / self._with.discount_s)
+            total += exp(-outlook.free_s / self._with.discount_s)
         return total
 
     def _build(self, held: Sequence[RoleSpecification], situation: Situation, claims: Claims) -> None:

@@ -8,13 +8,13 @@ learns. A job that comes up is done by the vehicle that came upon it, nearest fi
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from exchange.arithmetic import distance
 from remoras.authority import Authority
 from remoras.organisation import Group, RoleAssignment, RoleSpecification
 from remoras.strategies.allocation import all_jobs
@@ -69,7 +69,7 @@ class Timetable:
         last_s = 0.0
         for data in plan.workers:
             outlook = plan.after_all(Outlook(0.0, data.start_m), data, plan.held_by(data.name))
-            way_m = 0.0 if situation.rally_m is None else math.dist(outlook.position_m, situation.rally_m)
+            way_m = 0.0 if situation.rally_m is None else distance(outlook.position_m, situation.rally_m)
             last_s = max(last_s, outlook.free_s + way_m / data.transit_speed_mps)
         return (1.0 + self._margin) * last_s
 

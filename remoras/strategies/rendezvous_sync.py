@@ -20,6 +20,7 @@ from typing import Annotated, ClassVar, NamedTuple
 
 from pydantic import Field
 
+from exchange.arithmetic import distance
 from remoras.database import VehicleData
 from remoras.organisation import Group, RoleAssignment, RoleSpecification
 from remoras.strategies.allocation import assignments, job_plan, planned
@@ -82,7 +83,7 @@ class Convener:
             return False
         frame_s = situation.now_s / situation.round
         silent_s = 0.0 if vehicle == self._me else situation.now_s - situation.heard_s.get(vehicle, -math.inf)
-        is_near = math.dist(position_m, situation.rally_m) <= self._with.meeting_radius_m
+        is_near = distance(position_m, situation.rally_m) <= self._with.meeting_radius_m
         return is_near and silent_s <= PRESENT_ROUNDS * frame_s
 
     def _expected(self, situation: Situation) -> set[str]:
@@ -108,7 +109,7 @@ class Convener:
         work = situation.work
         here = Outlook(situation.now_s, work.position_m(data.name))
         end = work.after_all(here, data, work.held_by(data.name))
-        way_m = 0.0 if situation.rally_m is None else math.dist(end.position_m, situation.rally_m)
+        way_m = 0.0 if situation.rally_m is None else distance(end.position_m, situation.rally_m)
         return end.free_s + way_m / data.transit_speed_mps
 
     def _saying(self, vehicle: str, roles: Sequence[RoleSpecification]) -> list[Statable]:

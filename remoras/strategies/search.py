@@ -19,6 +19,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 
+from exchange.arithmetic import distance
 from remoras.database import VehicleData
 from remoras.organisation import RoleSpecification
 from remoras.strategies.matching import assignment
@@ -136,14 +137,14 @@ class Search:
         first, last = (jobs & -jobs).bit_length() - 1, jobs.bit_length() - 1
         if jobs == 1 << first | 1 << last:
             places_m = self._places_m
-            return first if math.dist(at_m, places_m[first]) <= math.dist(at_m, places_m[last]) else last
+            return first if distance(at_m, places_m[first]) <= distance(at_m, places_m[last]) else last
         for role in self._nearest.get(at_m) or self._by_nearness(at_m):
             if jobs >> role & 1:
                 break
         return role
 
     def _by_nearness(self, at_m: Point) -> list[int]:
-        far_m = [math.dist(at_m, place_m) for place_m in self._places_m]
+        far_m = [distance(at_m, place_m) for place_m in self._places_m]
         found = self._nearest[at_m] = sorted(range(len(far_m)), key=far_m.__getitem__)
         return found
 

@@ -72,7 +72,7 @@ def test_the_lives_hold_all_that_a_vehicle_may_meet() -> None:
     pictures = [moment.picture for moment in moments]
     assert pictures[0].peers.positions_m == {}
     for one in (
-        lambda p: p.peers.headings_rad,
+        lambda p: p.peers.headings,
         lambda p: p.groups.gathered,
         lambda p: p.groups.planning_due,
         lambda p: p.body.contacts_m,

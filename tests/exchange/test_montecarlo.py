@@ -27,8 +27,8 @@ Run = Callable[[Acknowledgement], Callable[..., None]]
 SINGLE = Load(1, 1, 0.0, 60, NEVER, 0, 0, 100_000)
 BATCH = Load(5, 3, 0.0, 60, 300, 0, 0, 100_000)
 LARGE_BATCH = Load(5, 30, 0.0, 60, 300, 0, 0, 100_000)
-POISSON = Load(5, 8, 0.08, 60, 200, 25, 125, 100_000)
-WIDE_POISSON = Load(5, 20, 0.08, 60, 200, 25, 125, 100_000)
+POISSON = Load(5, 8, 0.08, 60, 200, 25, 125, 100_000, math.exp(-0.08))
+WIDE_POISSON = Load(5, 20, 0.08, 60, 200, 25, 125, 100_000, math.exp(-0.08))
 
 
 def p_loss(n_nodes: int, per: float) -> Floats:
@@ -208,7 +208,7 @@ def test_packets_keep_to_their_capacity() -> None:
 def test_poisson_numbers_have_the_poisson_distribution() -> None:
     """Quantiles of a fine grid: the share of k is exp(-m) m^k / k!."""
     grid = (np.arange(200_000) + 0.5) / 200_000
-    numbers = np.array([montecarlo.poisson_number(float(u), 0.7) for u in grid])
+    numbers = np.array([montecarlo.poisson_number(float(u), 0.7, math.exp(-0.7)) for u in grid])
     for k in range(5):
         assert (numbers == k).mean() == pytest.approx(math.exp(-0.7) * 0.7**k / math.factorial(k), abs=1e-5)
 
@@ -227,7 +227,7 @@ def test_poisson_load_is_conserved(wide: Run) -> None:
 
 
 def test_a_full_queue_refuses_items(wide: Run) -> None:
-    load = WIDE_POISSON._replace(rate=2.0)
+    load = WIDE_POISSON._replace(rate=2.0, p_none=math.exp(-2.0))
     sums = play(wide, POLICIES["ack"], load, 0.3, n_trials=5)[:, :, SUM].sum(axis=0)
     assert 0 < sums[trial.REFUSED] < sums[trial.OFFERED]
 
@@ -235,7 +235,10 @@ def test_a_full_queue_refuses_items(wide: Run) -> None:
 @pytest.mark.parametrize("name", ["ack", "m-ack", "mps-ack-repeat"])
 def test_columns_are_reused_without_mixing_items(name: str, wide: Run) -> None:
     """With room to spare in the queue, its length does not matter: a reused column is as good as a new one."""
-    loads = [POISSON._replace(columns_per_source=columns, rate=0.03, window_end=425) for columns in (30, 200)]
+    loads = [
+        POISSON._replace(columns_per_source=columns, rate=0.03, p_none=math.exp(-0.03), window_end=425)
+        for columns in (30, 200)
+    ]
     short, long = (play(wide, POLICIES[name], load, 0.3, n_trials=10) for load in loads)
     assert np.array_equal(short, long)
 

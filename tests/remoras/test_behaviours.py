@@ -1,7 +1,5 @@
 """How activities perceive themselves, and where they lead."""
 
-import math
-
 import pytest
 from sample_vehicles import AUV
 
@@ -118,11 +116,11 @@ def test_a_heading_comes_from_two_different_positions() -> None:
     picture = Picture()
     picture.peers.saw("AUV00", (0.0, 0.0))
     picture.peers.saw("AUV00", (0.0, 0.0))
-    assert picture.peers.headings_rad == {}
+    assert picture.peers.headings == {}
     picture.peers.saw("AUV00", (-5.0, 0.0))
-    assert picture.peers.headings_rad == {"AUV00": math.pi}
+    assert picture.peers.headings == {"AUV00": (-1.0, 0.0)}
     picture.peers.saw("AUV00", (-5.0, 0.0))
-    assert picture.peers.headings_rad == {"AUV00": math.pi}
+    assert picture.peers.headings == {"AUV00": (-1.0, 0.0)}
 
 
 # Supervising --------------------------------------------------------------------------------------

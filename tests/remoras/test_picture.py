@@ -14,23 +14,24 @@ def test_a_first_position_says_nothing_of_a_heading() -> None:
     peers = Peers()
     peers.saw("A", (1.0, 2.0))
     assert peers.positions_m == {"A": (1.0, 2.0)}
-    assert peers.headings_rad == {}
+    assert peers.headings == {}
 
 
 def test_the_heading_is_from_the_last_position_to_this_one() -> None:
-    """East 0, north pi/2, counter-clockwise."""
+    """A unit vector: (x east, y north)."""
     peers = Peers()
-    for place, heading_rad in [((0.0, 0.0), None), ((5.0, 0.0), 0.0), ((5.0, 9.0), math.pi / 2), ((4.0, 9.0), math.pi)]:
+    east, north, west = (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)
+    for place, heading in [((0.0, 0.0), None), ((5.0, 0.0), east), ((5.0, 9.0), north), ((4.0, 9.0), west)]:
         peers.saw("A", place)
-        assert peers.headings_rad.get("A") == heading_rad
-    assert peers.headings_rad.get("B") is None
+        assert peers.headings.get("A") == heading
+    assert peers.headings.get("B") is None
 
 
 def test_who_stays_where_it_was_keeps_its_heading() -> None:
     peers = Peers()
     for place in [(0.0, 0.0), (0.0, 1.0), (0.0, 1.0)]:
         peers.saw("A", place)
-    assert peers.headings_rad == {"A": math.pi / 2}
+    assert peers.headings == {"A": (0.0, 1.0)}
 
 
 @given(st.lists(st.tuples(st.sampled_from("AB"), places), max_size=12))
@@ -44,7 +45,7 @@ def test_each_vehicle_has_its_own_last_position_and_heading(seen: list[tuple[str
         for place in (place for other, place in seen if other == name):
             alone.saw(name, place)
         assert together.positions_m.get(name) == alone.positions_m.get(name)
-        assert together.headings_rad.get(name) == alone.headings_rad.get(name)
+        assert together.headings.get(name) == alone.headings.get(name)
 
 
 def test_at_the_start_nothing_was_heard_or_found_and_nobody_is_near() -> None:

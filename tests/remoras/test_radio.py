@@ -101,7 +101,7 @@ def test_positions_are_noted_whoever_says_them(fleet: Fleet) -> None:
     vehicle.radio.note([model.record([beliefs.fact("AUV00", "position", (99.0, 0.0))], 0.5)])  # older news
     peers = vehicle.functional.picture.peers
     assert peers.positions_m == {"AUV00": (-5.0, 0.0)}
-    assert abs(peers.headings_rad["AUV00"]) == pytest.approx(3.14159, abs=1e-5)
+    assert peers.headings["AUV00"] == (-1.0, 0.0)
 
 
 def test_a_packet_that_makes_no_sense_is_an_event(fleet: Fleet) -> None:

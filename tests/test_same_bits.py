@@ -1,0 +1,111 @@
+"""Results are made of operations that IEEE 754 rounds alike everywhere; read from the sources of the model.
+
+These are + - * /, square roots, comparisons, whole numbers and the exact parts of a float. What a C library, a compiler
+or NumPy may round in its own way is refused: its functions, powers, and sums whose order is left open. The model takes
+such functions from ``exchange.arithmetic``.
+"""
+
+import ast
+from collections.abc import Iterator
+
+import pytest
+from test_architecture import FOR_ALL, SOURCES, within
+
+MODEL = ("worldmodel", "exchange", "remoras", "missions")
+EXACT = {
+    "ceil", "copysign", "fabs", "floor", "frexp", "fsum", "gcd", "inf", "isclose", "isfinite", "isinf", "isnan",
+    "isqrt", "lcm", "ldexp", "nan", "nextafter", "pi", "prod", "radians", "sqrt", "tau", "trunc", "ulp",
+}  # fmt: skip
+"""Names of ``math`` that are rounded once, if at all; ``radians`` is one product."""
+FROM_NUMPY = {
+    "angle", "arccos", "arccosh", "arcsin", "arcsinh", "arctan", "arctan2", "arctanh", "average", "cbrt", "convolve",
+    "corrcoef", "cos", "cosh", "cov", "cross", "dot", "einsum", "exp", "exp2", "expm1", "fft", "float_power", "hypot",
+    "inner", "interp", "linalg", "log", "log10", "log1p", "log2", "logaddexp", "matmul", "mean", "nanmean", "nansum",
+    "norm", "outer", "percentile", "polyfit", "polyval", "power", "quantile", "sin", "sinc", "sinh", "std", "sum",
+    "tan", "tanh", "tensordot", "trapezoid", "vdot", "var", "vecdot",
+}  # fmt: skip
+METHODS = {"dot", "mean", "std", "sum", "trace", "var"}
+"""Of arrays: sums in an order that NumPy chooses."""
+MODULES = {"cmath", "scipy", "statistics"}
+EXCEPT = {
+    "missions.statistics": "figures about finished runs, which enter none",
+    "missions.comparison": "figures about finished runs, which enter none",
+    "missions.sweeps.design": "SciPy's hypercube is made of shuffles and uniform draws; values are kept to six digits",
+    "remoras.strategies.matching": "costs are whole milliseconds, so all sums of the assignment are exact",
+    "remoras.strategies.seats": "the programme is one of whole numbers, and so is its answer",
+    "exchange.study.estimates": "sums and products of whole numbers of slots, exact below 2^53",
+    "exchange.study.parts": "counts, which are whole numbers",
+}
+"""Rooms and modules that may use anything, each with its reason."""
+
+
+def inexact(source: str) -> Iterator[str]:
+    """What a source uses that may be rounded in more than one way."""
+    tree = ast.parse(source)
+    imported = {
+        one.asname or one.name for n in ast.walk(tree) if isinstance(n, ast.Import | ast.ImportFrom) for one in n.names
+    }
+    for node in ast.walk(tree):
+        match node:
+            case ast.ImportFrom(module="math", names=names):
+                yield from (f"line {node.lineno}: math.{one.name}" for one in names if one.name not in EXACT)
+            case ast.ImportFrom(module="numpy", names=names):
+                yield from (f"line {node.lineno}: numpy.{one.name}" for one in names if one.name in FROM_NUMPY)
+            case ast.Import(names=names):
+                yield from (f"line {node.lineno}: {one.name}" for one in names if one.name.split(".")[0] in MODULES)
+            case ast.ImportFrom(module=str(module), names=names) if module.split(".")[0] in MODULES:
+                yield from (f"line {node.lineno}: {module}.{one.name}" for one in names if one.name != "median")
+            case ast.Attribute(value=ast.Name(id="math"), attr=attr) if attr not in EXACT:
+                yield f"line {node.lineno}: math.{attr}"
+            case ast.Attribute(value=ast.Name(id="np" | "numpy"), attr=attr) if attr in FROM_NUMPY:
+                yield f"line {node.lineno}: numpy.{attr}"
+            case ast.Call(func=ast.Attribute(value=owner, attr=attr), args=given) if attr in METHODS:
+                is_of_array = attr == "dot" or all(isinstance(one, ast.Constant) for one in given)  # at most an axis
+                if is_of_array and not (isinstance(owner, ast.Name) and owner.id in imported):
+                    yield f"line {node.lineno}: {ast.unparse(node)}"
+            case ast.Call(func=ast.Name(id="pow")):
+                yield f"line {node.lineno}: pow"
+            case ast.BinOp(op=ast.MatMult()) | ast.AugAssign(op=ast.MatMult()):
+                yield f"line {node.lineno}: @"
+            case ast.BinOp(op=ast.Pow(), left=base, right=by) if not (_is_literal(base) and _is_literal(by)):
+                yield f"line {node.lineno}: {ast.unparse(node)}"
+            case ast.AugAssign(op=ast.Pow()):
+                yield f"line {node.lineno}: **="
+
+
+def _is_literal(node: ast.expr) -> bool:
+    """A whole number, written out; powers of these are exact as far as floats go."""
+    value = node.operand if isinstance(node, ast.UnaryOp) else node
+    return isinstance(value, ast.Constant) and isinstance(value.value, int | float) and value.value == int(value.value)
+
+
+@pytest.mark.parametrize("module", [name for name in SOURCES if name.split(".")[0] in MODEL and name != FOR_ALL])
+def test_a_model_rounds_alike_everywhere(module: str) -> None:
+    if not any(within(module, room) for room in EXCEPT):
+        assert list(inexact(SOURCES[module])) == []
+
+
+@pytest.mark.parametrize("room", EXCEPT)
+def test_an_exception_is_one(room: str) -> None:
+    """A reason that is needed no more goes."""
+    assert any(list(inexact(text)) for module, text in SOURCES.items() if within(module, room))
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["math.exp(x)", "from math import sin", "import cmath", "np.exp(x)", "from numpy import hypot", "x ** 2",
+     "2.0 ** n", "0.5 ** 0.5", "x **= 3", "pow(x, 2)", "a @ b", "x.sum()", "x.mean(axis=1)", "np.sum(x)",
+     "np.linalg.norm(x)", "from statistics import NormalDist", "import scipy.special", "math.dist(a, b)",
+     "math.hypot(x, y)"],
+)  # fmt: skip
+def test_what_may_be_rounded_otherwise_is_seen(line: str) -> None:
+    assert list(inexact(f"import math\nimport numpy as np\n{line}"))
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["math.sqrt(x)", "2.0 ** -53", "10 ** 9", "math.fsum(x)", "np.sqrt(x)", "np.maximum(x, y)", "x * x", "f(**given)",
+     "math.floor(x)", "from statistics import median", "from exchange.arithmetic import exp"],
+)  # fmt: skip
+def test_what_is_rounded_alike_passes(line: str) -> None:
+    assert list(inexact(line)) == []
