@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from exchange.acoustics.channel import Blackout, BroadcastChannel
 from exchange.acoustics.link import Bernoulli, Perfect
+from exchange.acoustics.loss import uniform
 from exchange.acoustics.modems import modems
 from exchange.schedule import TdmaSchedule
 
@@ -161,3 +162,14 @@ def test_a_blackout_changes_no_loss_outside_of_it():
     cut = lost(BroadcastChannel(MODEM, Bernoulli(0.4), seed=1, blackouts=(Blackout(100.0, 200.0),)), 200)
     inside = {(slot, node) for slot in range(50, 100) for node in range(4) if node != slot % 4}  # a slot each 2 s
     assert cut == plain | inside
+
+
+def test_the_fate_of_a_packet_is_the_draw_of_its_sender_and_receiver():
+    channel = BroadcastChannel(MODEM, Bernoulli(0.5), seed=3, trial=2)
+    drawn = {
+        (slot, receiver)
+        for slot in range(64)
+        for receiver in range(4)
+        if receiver != slot % 4 and uniform(3, 2, slot, slot % 4, receiver) < 0.5
+    }
+    assert lost(channel, 64) == drawn

@@ -143,3 +143,13 @@ def test_a_status_that_nobody_needs_any_more_is_not_said() -> None:
     team.nodes.clear()
     fleet.observe(0, (0, fleet.models[0].tbox.attribute_named("position").uid, (3.0, 4.0)))
     assert fleet.pass_slot().status == ()
+
+
+def test_a_status_that_only_its_own_vehicle_needs_never_waits() -> None:
+    class Positions(Team):
+        def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
+            return sum(1 << node for node in self.nodes), 1
+
+    fleet = Fleet(2, who_needs=Positions(0))
+    fleet.observe(0, (0, fleet.models[0].tbox.attribute_named("position").uid, (1.0, 2.0)))
+    assert fleet.pass_slot().status == ()

@@ -48,3 +48,11 @@ def test_every_node_has_one_slot_in_a_frame():
 def test_a_schedule_that_cannot_be_is_refused_with_what_was_given(n_nodes: int, packet_s: float, guard_s: float):
     with pytest.raises(ConfigurationError, match=f"n_nodes >= 2.*n_nodes={n_nodes}"):
         TdmaSchedule(n_nodes, packet_s, guard_s)
+
+
+@pytest.mark.parametrize("tolerance_s", [0.0, 1.0, 100.0])
+def test_a_packet_of_a_frame_before_or_after_is_of_another_slot_however_wrong_clocks_are(tolerance_s: float):
+    schedule = TdmaSchedule(n_nodes=4, packet_s=1.5, guard_s=0.5)
+    assert schedule.may_arrive(5, 11.5, tolerance_s)
+    assert not schedule.may_arrive(5, 11.5 + schedule.frame_s, tolerance_s)
+    assert not schedule.may_arrive(5, 11.5 - schedule.frame_s, tolerance_s)

@@ -182,3 +182,12 @@ def test_everybody_in_sight_counts() -> None:
     assert found is not None
     radius_m = MARGIN * 5.0 + 1.0 / 0.5
     assert all(allowed_by(one, (1.0, 0.0), radius_m).excess_mps(found) <= 1e-9 for one in ring)
+
+
+@pytest.mark.parametrize("aside_m", [-3.0, 1.0, 4.0])
+def test_two_who_meet_each_do_half_of_what_it_takes_to_pass_at_the_radius(aside_m: float) -> None:
+    own, theirs, radius_m = (1.0, 0.0), (-1.0, 0.0), 5.0
+    mine = allowed_by(Neighbour(60.0, aside_m, *theirs), own, radius_m, 120.0)
+    yours = allowed_by(Neighbour(-60.0, -aside_m, *own), theirs, radius_m, 120.0)
+    east, north = mine.x - yours.x, mine.y - yours.y
+    assert abs(60.0 * north - aside_m * east) / math.hypot(east, north) == pytest.approx(radius_m)

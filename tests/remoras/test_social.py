@@ -213,6 +213,19 @@ def test_who_waited_for_room_gets_it_when_the_holder_leaves(fleet: Fleet) -> Non
         assert heard.social.organisation.members("Operational", "LeftWinger") == (holder,)
 
 
+def test_a_refusal_that_stays_one_is_told_once(fleet: Fleet) -> None:
+    """Who speaks is outside of the group; it may come in, so its word is asked again whenever roles change."""
+    heard, head = named(fleet, "ASV00"), named(fleet, "AUV00")
+    refused = []
+    for number, (issuer, fact) in enumerate(
+        ((named(fleet, "AUV01"), ("AUV02", "playsRole", "Coordination.Tactician")), (head, LEFT))
+    ):
+        hear(heard, say(issuer, fact, now_s=1.0 + number))
+        refused.append([one.outcome for one in heard.social.consult().rulings if one.event == "refused"])
+    assert heard.social.organisation.members("Operational", "LeftWinger") == ("AUV01",)
+    assert refused == [[Outcome.OUTSIDE], []]
+
+
 def test_in_one_round_the_order_of_hearing_does_not_matter(fleet: Fleet) -> None:
     issuer = named(fleet, "AUV00")
     blocks = (

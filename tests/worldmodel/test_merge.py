@@ -129,6 +129,14 @@ def test_a_block_waits_for_instances_whatever_they_wait_for_themselves() -> None
     assert model.value(ECHO, NEAR) == NEW
 
 
+def test_a_block_sets_free_what_waits_for_each_instance_that_it_creates() -> None:
+    model = fleet_model()
+    waiting = [block(2, number, 0, (NEW + number, LENGTH, 30.0)) for number in range(2)]
+    assert merge(model, waiting).changes == ()
+    found = block(1, 0, 0, *((NEW + number, TYPE_UID, WRECK) for number in range(2)))
+    assert [change.block for change in merge(model, [found]).changes] == [found, *waiting]
+
+
 def test_links_in_a_ring_go_in_together_when_they_are_one_block() -> None:
     ring = block(
         1,

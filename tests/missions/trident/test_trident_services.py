@@ -76,8 +76,10 @@ def test_without_inference_a_service_that_is_called_alike_does_fit() -> None:
     raw["mission"]["inference"] = False
     module(raw, "IAUV00 arm")["capability"] = "Manipulation"
     of = TridentScenario.model_validate(raw)
-    matching = Matching.of(of, database_of(of, TridentMission).values())
-    assert matching.ways(HANDLE, "IAUV00", Known().facts, BOTH) == ("IAUV00 arm",)
+    matching, known = Matching.of(of, database_of(of, TridentMission).values()), Known()
+    assert matching.ways(HANDLE, "IAUV00", known.facts, BOTH) == ("IAUV00 arm",)
+    known.say("IAUV00 arm", "serviceStatus", "failed")
+    assert matching.ways(HANDLE, "IAUV00", known.facts, BOTH) == ()
 
 
 def test_a_service_that_says_it_failed_is_not_available_and_is_again_when_it_says_so() -> None:
