@@ -168,5 +168,7 @@ class Rest:
             return None
         if not scene.setup.scenario.communication.parking:  # what the absent need is waited for
             return None
+        if any(vehicle.is_alive and vehicle.condition.is_deaf for vehicle in scene.fleet.vehicles):  # still, at the end
+            return None
         lives = [scene.lives[v.name] for v in scene.in_contact() if v.radio.communicates]
         return _said(scene.witness.restless(lives))
