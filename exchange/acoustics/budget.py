@@ -1,6 +1,7 @@
 """The link budget: what of a sender's sound reaches a receiver, against the noise there."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 from exchange.arithmetic import log10
 
@@ -30,6 +31,12 @@ def transmission_loss_db(range_m: float, spreading: float, absorption_db_per_km:
     """
     away_m = max(range_m, 1.0)
     return spreading * 10.0 * log10(away_m) + absorption_db_per_km * away_m / 1000.0
+
+
+@lru_cache(maxsize=64)
+def _per_bit_db(band_hz: float, rate_bps: float) -> float:
+    """What the ratio of a bit is above that in the band; worked out once, since every packet asks for it."""
+    return 10.0 * log10(band_hz / rate_bps)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,4 +71,4 @@ class Budget:
 
     def ebn0_db(self, range_m: float) -> float:
         """Energy of a bit over the density of the noise: the ratio in the band times B / R."""
-        return self.snr_db(range_m) + 10.0 * log10(self.band_hz / self.rate_bps)
+        return self.snr_db(range_m) + _per_bit_db(self.band_hz, self.rate_bps)
