@@ -102,6 +102,15 @@ def test_a_sensor_and_a_study_that_name_other_code_are_refused(tmp_path: Path, c
     assert not canary.exists()
 
 
+def test_a_schedule_that_names_other_code_is_refused(tmp_path: Path, canary: Path) -> None:
+    names = ["ASV00", "AUV00", "AUV01", "AUV02"]
+    about = {"version": 1, "scenario": "mapping-rendezvous", "strategy": OTHER, "vehicles": names, "seed": 1}
+    more = {"heal_s": 200.0, "bound_s": 300.0, "must_finish": False}
+    (tmp_path / "storm.toml").write_text(tomli_w.dumps({"stress": about | more}), encoding="utf-8")
+    is_told(refused("stress", "--replay", "storm.toml", "--no-plugins"), "storm.toml:", "strategy.name", OTHER)
+    assert not canary.exists()
+
+
 def test_every_command_has_the_option_and_leaves_the_environment_as_it_was() -> None:
     import typer.main
 
