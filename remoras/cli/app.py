@@ -216,7 +216,8 @@ def _root(
 
 def main() -> None:
     """Entry point of the ``remoras`` command; ``module:object`` is looked for in the current folder too."""
-    sys.path.append(str(Path.cwd()))
+    if not os.environ.get(NO_PLUGINS) and "--no-plugins" not in sys.argv:
+        sys.path.append(str(Path.cwd()))
     try:
         code = app(prog_name="remoras", standalone_mode=False)
     except KeyboardInterrupt as error:

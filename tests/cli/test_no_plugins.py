@@ -12,7 +12,7 @@ from invoked import refused, remoras
 
 from missions.figure import Figure
 from missions.files import shipped, shipped_studies
-from remoras.cli.app import app
+from remoras.cli.app import app, main
 from remoras.errors import PluginError
 from remoras.plugins import NO_PLUGINS, named_object
 from visualisation.errors import DrawingError
@@ -109,6 +109,19 @@ def test_a_schedule_that_names_other_code_is_refused(tmp_path: Path, canary: Pat
     (tmp_path / "storm.toml").write_text(tomli_w.dumps({"stress": about | more}), encoding="utf-8")
     is_told(refused("stress", "--replay", "storm.toml", "--no-plugins"), "storm.toml:", "strategy.name", OTHER)
     assert not canary.exists()
+
+
+@pytest.mark.parametrize(("options", "is_looked_in"), [([], True), (["--no-plugins"], False)])
+def test_nothing_is_looked_for_in_the_current_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: list[str], is_looked_in: bool
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.setattr(sys, "argv", ["remoras", "list", *options])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert not ended.value.code
+    assert (str(tmp_path) in sys.path) is is_looked_in
 
 
 def test_every_command_has_the_option_and_leaves_the_environment_as_it_was() -> None:
