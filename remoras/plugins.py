@@ -1,23 +1,45 @@
 """Plug-ins: objects that a scenario names as ``package.module:object``, and what they have to have.
 
 There is no registry. A Python caller passes the object; a file names it; ``faults_of`` says what it lacks of its seam.
+Where the environment has ``REMORAS_NO_PLUGINS``, which worker processes inherit, only shipped objects are loaded.
 """
 
 from __future__ import annotations
 
 import importlib
 import inspect
+import os
 from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
 from remoras.errors import PluginError
+
+NO_PLUGINS = "REMORAS_NO_PLUGINS"
+"""Variable of the environment by which only shipped code is loaded, unless it is empty."""
+SHIPPED = frozenset({"worldmodel", "exchange", "remoras", "missions", "visualisation", "stress"})
+"""Packages that are shipped."""
+
+
+def refuse_unshipped(module: str, named: str) -> None:
+    """Let only shipped code be loaded where that was asked for.
+
+    Args:
+        module: that would be imported, or that has what was found; named: what the user named.
+
+    Raises:
+        PluginError: it is none of ``SHIPPED``.
+    """
+    if os.environ.get(NO_PLUGINS) and module.partition(".")[0] not in SHIPPED:
+        raise PluginError(
+            f"{named} is not shipped, and no other code is loaded with --no-plugins; allowed: shipped code"
+        )
 
 
 def named_object(reference: str) -> Any:
     """The object named ``package.module:object``.
 
     Raises:
-        PluginError: the text is no such name, or the module or the object cannot be loaded.
+        PluginError: the text is no such name, or the module or the object cannot be loaded, or may not be.
 
     >>> named_object("math:pi")
     3.141592653589793
@@ -25,10 +47,14 @@ def named_object(reference: str) -> Any:
     module, colon, name = reference.partition(":")
     if not (module and colon and name):
         raise PluginError(f"{reference!r} names no object; allowed: package.module:object")
+    refuse_unshipped(module, reference)
     try:
-        return getattr(importlib.import_module(module), name)
+        found = getattr(importlib.import_module(module), name)
     except Exception as error:  # it is somebody else's module: anything may be wrong with it
         raise PluginError(f"package.module:object that can be imported ({type(error).__name__}: {error})") from error
+    has_home = inspect.isroutine(found) or isinstance(found, type)
+    refuse_unshipped(str((found if has_home else type(found)).__module__), reference)
+    return found
 
 
 def faults_of(found: Any, seam: type, compulsory: tuple[str, ...]) -> Iterator[str]:

@@ -13,7 +13,8 @@ from worldmodel import suggestion
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Probability = Annotated[float, Field(ge=0.0, le=1.0)]
-Name = Annotated[str, Field(min_length=1, max_length=40, pattern=r"^[^.\n]+$")]
+Name = Annotated[str, Field(min_length=1, max_length=40, pattern=r"^[^./\\\x00-\x1f]+$")]
+"""Files are named by it: it has no dot, no slash and no control character."""
 PointM = tuple[float, float]
 
 Raw = Mapping[str, Any]

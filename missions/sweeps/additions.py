@@ -16,6 +16,7 @@ from missions.errors import ConfigurationFault
 from missions.files import is_file
 from missions.scenarios.parts import strategy_named
 from remoras.errors import PluginError
+from remoras.plugins import refuse_unshipped
 
 OPTION = "--strategy"
 
@@ -50,6 +51,7 @@ def importable(given: str) -> str:
         raise PluginError(f"names a file and no object in it; allowed: {given}:OBJECT, a strategy or its class")
     if not file.endswith(".py"):
         return given
+    refuse_unshipped("", given)
     path = Path(file).expanduser().resolve()
     if not is_file(path):
         raise PluginError(f"no such file: {path}")

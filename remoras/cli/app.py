@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import functools
+import inspect
 import json
+import os
 import re
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, NoReturn, ParamSpec
@@ -17,6 +20,7 @@ import typer
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli.commands import OrderedGroup, PlainCommand
 from remoras.interruption import SAID, Terminated
+from remoras.plugins import NO_PLUGINS
 
 OK, FAILED, USAGE = 0, 1, 2
 USERS_FAULTS = (
@@ -104,6 +108,37 @@ def one_of(what: str, name: str, known: Sequence[str]) -> None:
         fail(f"{what} {cut(name, LONGEST_VALUE)!r}: allowed are {', '.join(known)}{suggestion(name, known)}")
 
 
+NoPlugins = Annotated[bool, typer.Option("--no-plugins", help="Load no code that files name, but shipped code.")]
+
+
+def taking_no_plugins(function: Callable[..., None]) -> Callable[..., None]:
+    """The function of a command with the option ``--no-plugins``."""
+
+    @functools.wraps(function)
+    def taking(*args: Any, no_plugins: bool = False, **kwargs: Any) -> None:
+        with shipped_alone() if no_plugins else nullcontext():
+            function(*args, **kwargs)
+
+    option = inspect.Parameter("no_plugins", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=NoPlugins)
+    signature = inspect.signature(function, eval_str=True)
+    taking.__signature__ = signature.replace(parameters=[*signature.parameters.values(), option])  # type: ignore[attr-defined]
+    taking.__annotations__ = {**function.__annotations__, option.name: NoPlugins}
+    return taking
+
+
+@contextmanager
+def shipped_alone() -> Iterator[None]:
+    """Load shipped code alone, in worker processes too, which inherit the variable of the environment."""
+    before = os.environ.get(NO_PLUGINS)
+    os.environ[NO_PLUGINS] = "1"
+    try:
+        yield
+    finally:
+        del os.environ[NO_PLUGINS]
+        if before is not None:
+            os.environ[NO_PLUGINS] = before
+
+
 def command(name: str, example: str = "") -> Callable[[Callable[Parameters, None]], Callable[Parameters, None]]:
     """A command whose user errors become one message; an interruption exits with 130, a termination with 143.
 
@@ -133,7 +168,7 @@ def command(name: str, example: str = "") -> Callable[[Callable[Parameters, None
                 raise typer.Exit(USAGE) from None
 
         summary = " ".join((function.__doc__ or "").strip().partition("\n\n")[0].split())
-        app.command(name, cls=PlainCommand, epilog=example or None, short_help=summary)(reported)
+        app.command(name, cls=PlainCommand, epilog=example or None, short_help=summary)(taking_no_plugins(reported))
         return function
 
     return register
@@ -181,7 +216,8 @@ def _root(
 
 def main() -> None:
     """Entry point of the ``remoras`` command; ``module:object`` is looked for in the current folder too."""
-    sys.path.append(str(Path.cwd()))
+    if not os.environ.get(NO_PLUGINS) and "--no-plugins" not in sys.argv:
+        sys.path.append(str(Path.cwd()))
     try:
         code = app(prog_name="remoras", standalone_mode=False)
     except KeyboardInterrupt as error:

@@ -85,7 +85,9 @@ def test_each_origin_is_a_graph() -> None:
         ("SELECT ?x { ?x a rn:AUV }", r"the prefix 'rn:' is unknown; known: .*\brm:.*; did you mean '\w+'"),
         ("SELECT ?x { ?x a rm:AUV", "the query cannot be answered: .*; allowed: a SPARQL 1.1 SELECT or ASK"),
         ("DESCRIBE rm:AUV", "the query is a DESCRIBE; allowed: SELECT or ASK"),
-        ("SELECT ?x { SERVICE <http://127.0.0.1:9/> { ?x a rm:AUV } }", "the query cannot be answered: "),
+        ("SELECT ?x { SERVICE <http://127.0.0.1:9/> { ?x a rm:AUV } }", "the query has FROM or SERVICE"),
+        ("SELECT ?x FROM <http://127.0.0.1:9/> { ?x a rm:AUV }", "the query has FROM or SERVICE"),
+        ("ASK { FILTER NOT EXISTS { SERVICE SILENT <http://a> { ?x a rm:AUV } } }", "the query has FROM or SERVICE"),
     ],
 )
 def test_a_fault_is_one_line(engine: Engine, sparql: str, reason: str) -> None:

@@ -114,7 +114,18 @@ def _prepared(tbox: TBox, sparql: str) -> Query:
     kind = prepared.algebra.name.removesuffix("Query").upper()
     if kind not in {"SELECT", "ASK"}:
         raise QueryError(f"the query is a {kind}; allowed: SELECT or ASK")
+    if prepared.algebra.get("datasetClause") or _asks_others(prepared.algebra):
+        raise QueryError(
+            "the query has FROM or SERVICE; allowed: what asks the world models alone, and fetches nothing"
+        )
     return prepared
+
+
+def _asks_others(part: Any) -> bool:
+    """True if a part of a query asks another server."""
+    if isinstance(part, Mapping):
+        return getattr(part, "name", "") == "ServiceGraphPattern" or any(map(_asks_others, part.values()))
+    return isinstance(part, list | tuple) and any(map(_asks_others, part))
 
 
 def _fault(error: Exception, prefixes: Mapping[str, str]) -> QueryError:

@@ -71,6 +71,18 @@ def test_towers_take_two_to_the_n_less_one_moves(n: int) -> None:
     assert set(pegs.values()) == {"c"}
 
 
+@pytest.mark.parametrize("name", ["'+evil+'", '"+evil+"', "\\'+evil+'", '"""+evil', "\\", "x]for", "{evil}"])
+def test_what_a_file_says_never_becomes_code(name: str) -> None:
+    """Conditions are compiled; predicates, objects, tasks and actions of such a name stand there as texts."""
+    domain = TOWERS.replace("least", f"least{name}").replace("(tower ", f"(tower{name} ").replace("move", f"move{name}")
+    domain = domain.replace(":task tower ", f":task tower{name} ")
+    problem = f"""(define (problem p) (:domain towers) (:objects a b c - peg d1{name} - disc)
+      (:htn :ordered-tasks (tower{name} d1{name} a c b)) (:init (on d1{name} a) (least{name} d1{name}))
+      (:goal (forall (?d - disc) (on ?d c))))"""
+    found = solved(parse(domain, problem))
+    assert found.tasks == (Task(f"move{name}", (f"d1{name}", "a", "c")),)
+
+
 TRANSPORT = """
 (define (domain transport)
   (:types vehicle parcel - item number place - object)

@@ -1,0 +1,185 @@
+"""What files name is imported, unless --no-plugins is given: then nothing is that is not shipped."""
+
+import os
+import sys
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import tomli_w
+from invoked import refused, remoras
+
+from missions.figure import Figure
+from missions.files import shipped, shipped_studies
+from remoras.cli.app import app, main
+from remoras.errors import PluginError
+from remoras.plugins import NO_PLUGINS, named_object
+from visualisation.errors import DrawingError
+from visualisation.runs.drawing import _own
+
+OTHER = "canary:Bird"
+KEYS = (
+    "scenario.mission", "strategy.name", "communication.policy", "communication.value", "channel.name",
+)  # fmt: skip
+
+
+@pytest.fixture
+def canary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A module that leaves a file when it is imported; returns that file."""
+    sung = tmp_path / "sung"
+    (tmp_path / "canary.py").write_text(f"open({str(sung)!r}, 'w').close()\nclass Bird: pass\n", encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delitem(sys.modules, "canary", raising=False)
+    yield sung
+    sys.modules.pop("canary", None)
+
+
+def scenario(folder: Path, key: str, value: object) -> Path:
+    """The shipped scenario as a file with one key changed."""
+    raw = tomllib.loads(shipped()["mapping-rendezvous"].read_text(encoding="utf-8"))
+    table, name = key.split(".")
+    raw[table][name] = value
+    path = folder / "mine.toml"
+    path.write_text(tomli_w.dumps(raw), encoding="utf-8")
+    return path
+
+
+def is_told(message: str, *parts: str) -> None:
+    """One line that names what is wrong and what is allowed."""
+    assert message.count("\n") == 1, message
+    for part in (*parts, "is not shipped", "--no-plugins", "allowed: shipped code"):
+        assert part in message
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_a_file_that_names_other_code_is_refused_before_it_is_imported(tmp_path: Path, canary: Path, key: str) -> None:
+    path = scenario(tmp_path, key, OTHER)
+    is_told(refused("validate", path, "--no-plugins"), f"{path}:", key, f'"{OTHER}"')
+    assert not canary.exists()
+    refused("validate", path)  # a bird is no part of a scenario
+    assert canary.exists()
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("run", "mapping-rendezvous", "--set", f"strategy.name={OTHER}"),
+        ("run", "mapping-rendezvous", "--strategy", OTHER),
+        ("run", "mapping-rendezvous", "--policy", OTHER),
+        ("run", "mapping-rendezvous", "--channel", OTHER),
+        ("live", "mapping-rendezvous", "--strategy", OTHER, "--no-browser"),
+        ("sweep", "strategies", "--strategy", "canary.py:Bird", "--out", "out"),
+        ("sweep", "strategies", "--strategy", OTHER, "--out", "out"),
+        ("stress", "mapping-rendezvous", "--seeds", "1:1", "--strategy", "canary.py:Bird"),
+        ("stress", "mapping-rendezvous", "--seeds", "1:1", "--invariant", "canary.py:Bird"),
+        ("stress", "mapping-rendezvous", "--seeds", "1:1", "--invariant", OTHER),
+    ],
+    ids=" ".join,
+)
+def test_options_that_name_other_code_are_refused(canary: Path, arguments: tuple[str, ...]) -> None:
+    if arguments[1] == "strategies":
+        arguments = (arguments[0], next(iter(shipped_studies())), *arguments[2:])
+    is_told(refused(*arguments, "--no-plugins"))
+    assert not canary.exists()
+
+
+def test_a_sensor_and_a_study_that_name_other_code_are_refused(tmp_path: Path, canary: Path) -> None:
+    raw = tomllib.loads(shipped()["mapping-rendezvous"].read_text(encoding="utf-8"))
+    for vehicle in raw["vehicle"]:
+        vehicle["sensor"] = [{"type": OTHER}]
+    path = tmp_path / "mine.toml"
+    path.write_text(tomli_w.dumps(raw), encoding="utf-8")
+    message = refused("validate", path, "--no-plugins")
+    assert "mine.toml:" in message
+    assert "vehicle.ASV00.sensor.1.type" in message
+    assert f"{OTHER} is not shipped" in message
+    study = tmp_path / "study.toml"
+    tables = {"name": "mine", "scenario": "mapping-rendezvous", "repeats": 1, "strategies": ["remoras", OTHER]}
+    study.write_text(tomli_w.dumps({"study": tables}), encoding="utf-8")
+    is_told(refused("sweep", study, "--out", "out", "--no-plugins"), "study.toml", OTHER)
+    assert not canary.exists()
+
+
+def test_a_schedule_that_names_other_code_is_refused(tmp_path: Path, canary: Path) -> None:
+    names = ["ASV00", "AUV00", "AUV01", "AUV02"]
+    about = {"version": 1, "scenario": "mapping-rendezvous", "strategy": OTHER, "vehicles": names, "seed": 1}
+    more = {"heal_s": 200.0, "bound_s": 300.0, "must_finish": False}
+    (tmp_path / "storm.toml").write_text(tomli_w.dumps({"stress": about | more}), encoding="utf-8")
+    is_told(refused("stress", "--replay", "storm.toml", "--no-plugins"), "storm.toml:", "strategy.name", OTHER)
+    assert not canary.exists()
+
+
+@pytest.mark.parametrize(("options", "is_looked_in"), [([], True), (["--no-plugins"], False)])
+def test_nothing_is_looked_for_in_the_current_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: list[str], is_looked_in: bool
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.setattr(sys, "argv", ["remoras", "list", *options])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert not ended.value.code
+    assert (str(tmp_path) in sys.path) is is_looked_in
+
+
+def test_every_command_has_the_option_and_leaves_the_environment_as_it_was() -> None:
+    import typer.main
+
+    group = typer.main.get_command(app)
+    names = sorted(group.commands)  # type: ignore[attr-defined]
+    assert {"run", "sweep", "stress", "plot", "validate", "node"} <= set(names)
+    for name in names:
+        assert "--no-plugins" in remoras(name, "--help").stdout, name
+    assert remoras("validate", "mapping-rendezvous", "--no-plugins").exit_code == 0
+    assert NO_PLUGINS not in os.environ
+
+
+def test_the_variable_holds_in_python_and_shipped_names_do_not_lead_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(NO_PLUGINS, "1")
+    assert named_object("missions.mapping:MappingMission").__name__ == "MappingMission"
+    for reference in ("math:sqrt", "missions.files:Path", "remoras.plugins:importlib", "remorasx.mine:Mine"):
+        with pytest.raises(PluginError, match="is not shipped"):
+            named_object(reference)
+
+
+@pytest.mark.parametrize("name", ["a/b", "..", "/tmp/a", "a\\b", ".hidden", "a\nb", "a\0b"])
+@pytest.mark.parametrize("table", ["scenario", "group", "vehicle", "role", "study"])
+def test_names_that_files_are_named_by_have_no_slash_no_dot_and_no_control_character(
+    tmp_path: Path, table: str, name: str
+) -> None:
+    raw = tomllib.loads(shipped()["mapping-rendezvous"].read_text(encoding="utf-8"))
+    changed = {"scenario": raw["scenario"], "vehicle": raw["vehicle"][0], "group": raw["group"][0]}
+    if table == "study":
+        raw = {"study": {"name": name, "scenario": "mapping-rendezvous", "repeats": 1}}
+    elif table == "role":
+        raw["group"][0]["role"][0]["name"] = name
+    else:
+        changed[table]["name"] = name
+    path = tmp_path / "mine.toml"
+    path.write_text(tomli_w.dumps(raw), encoding="utf-8")
+    assert "should match pattern" in refused("validate", path)
+
+
+def test_results_that_name_other_code_import_none(tmp_path: Path, canary: Path) -> None:
+    not_complete = 1
+    done = remoras("run", "mapping-rendezvous", "--set", "scenario.duration_s=30", "--out", "dive")
+    assert done.exit_code == not_complete
+    manifest = tmp_path / "dive" / "manifest.json"
+    text = manifest.read_text(encoding="utf-8")
+    assert "missions.mapping:MappingMission" in text
+    manifest.write_text(text.replace("missions.mapping:MappingMission", OTHER), encoding="utf-8")
+    is_told(refused("plot", "dive", "--no-plugins"), "manifest.json:", "scenario.mission", OTHER)
+    is_told(refused("query", "dive", "vehicles", "--no-plugins"), "manifest.json:", OTHER)
+    assert remoras("replay", "dive", "--out", "dive.html", "--no-plugins").exit_code == 0
+    assert remoras("export", "dive", "--format", "csv", "--out", "tables", "--no-plugins").exit_code == 0
+    assert not canary.exists()
+    refused("plot", "dive")
+    assert canary.exists()
+
+
+@pytest.mark.parametrize("name", ["", "a/b", "../a", ".a", "a\\b", "/a"])
+def test_figures_that_a_mission_declares_are_names_of_files(name: str) -> None:
+    with pytest.raises(DrawingError, match="which is no name of a file"):
+        _own([Figure(name, "mine", lambda axes, results, style: "")])

@@ -1,0 +1,73 @@
+"""What the pages on guarantees and security say: their tests exist, nothing is fetched, nothing may carry code."""
+
+import re
+import socket
+from pathlib import Path
+
+import pytest
+
+from worldmodel import OntologyError, core_ontology_paths, read_tbox
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("worldmodel", "exchange", "remoras", "missions", "visualisation", "stress")
+
+
+def rows(page: str) -> list[list[str]]:
+    """Cells of the rows of tables whose last column is called Test."""
+    found, is_table = [], False
+    for line in (ROOT / "docs" / page).read_text(encoding="utf-8").splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        if not line.startswith("|"):
+            is_table = False
+        elif cells[-1] == "Test":
+            is_table = True
+        elif is_table and not cells[-1].startswith("---"):
+            found.append(cells)
+    return found
+
+
+@pytest.mark.parametrize(("page", "n_at_least"), [("guarantees.md", 30), ("security.md", 9)])
+def test_every_row_names_tests_that_exist(page: str, n_at_least: int) -> None:
+    named = [(cells[0], re.findall(r"`([^`]+)`", cells[-1])) for cells in rows(page)]
+    assert len(named) >= n_at_least
+    for what, tests in named:
+        assert tests, what
+        for test in tests:
+            file, _, name = test.partition("::")
+            assert re.search(rf"^def {name}\(", (ROOT / file).read_text(encoding="utf-8"), re.MULTILINE), test
+
+
+def test_an_ontology_that_imports_from_elsewhere_is_refused_and_nothing_is_fetched(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def connected(*_: object) -> None:
+        raise AssertionError("something is fetched")
+
+    monkeypatch.setattr(socket.socket, "connect", connected)
+    path = tmp_path / "theirs.ttl"
+    path.write_text(
+        "@prefix owl: <http://www.w3.org/2002/07/owl#> .\n"
+        "<http://example.org/a> a owl:Ontology ; owl:imports <http://127.0.0.1:9/b> .\n",
+        encoding="utf-8",
+    )
+    with pytest.raises(OntologyError, match="which is none of the files that are read"):
+        read_tbox(*core_ontology_paths(), path)
+
+
+def test_no_source_reads_what_may_carry_code_or_fetch() -> None:
+    """Turtle alone is parsed, but for the RDF/XML that a function has just made itself; conditions of HDDL alone are
+    compiled, with all that a file says as literals."""
+    barred = re.compile(
+        r"\b(?:import (?:pickle|marshal|shelve|yaml|urllib|requests)|from (?:pickle|urllib|requests)\b|np\.load\()"
+        r"|allow_pickle|(?<![\w.\"'])eval\(|(?<![\w.])exec\("
+    )
+    parsed = re.compile(r"\.parse\([^\n]*format=\"(\w+)\"")
+    formats = set()
+    for package in PACKAGES:
+        for path in (ROOT / package).rglob("*.py"):
+            text = path.read_text(encoding="utf-8")
+            found = [each for each in barred.findall(text) if (path.name, each) != ("conditions.py", "exec(")]
+            assert not found, path
+            if path.name != "rdfxml.py":
+                formats |= set(parsed.findall(text))
+    assert formats == {"turtle"}
