@@ -54,7 +54,7 @@ def due(share_left: float, half_left: float) -> float:
         share_left: 0..1.
         half_left: share at which the stimulus is half way between the two; 0 if it does not fall.
 
-    >>> due(1.0, 0.25), due(0.25, 0.25), due(0.0, 0.25)
+    >>> round(due(1.0, 0.25), 3), due(0.25, 0.25), due(0.0, 0.25)
     (0.884, 0.71, 0.0)
     """
     if share_left <= 0.0:

@@ -2,7 +2,7 @@
 
 >>> from missions.sweeps import load_study
 >>> load_study("strategies-quick").n_runs
-168
+160
 
 ``sweep`` makes the runs of a study in a folder, ``SweepResults.read`` reads it. Each is loaded when it is first used.
 """

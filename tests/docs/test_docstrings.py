@@ -1,0 +1,36 @@
+"""Examples in docstrings give what they say."""
+
+import doctest
+from functools import cached_property
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("exchange", "worldmodel", "remoras", "missions", "visualisation", "stress")
+SOURCES = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
+WITH_EXAMPLES = [
+    path.relative_to(ROOT).with_suffix("") for path in SOURCES if ">>> " in path.read_text(encoding="utf-8")
+]
+
+
+@pytest.mark.parametrize("path", WITH_EXAMPLES, ids=lambda path: ".".join(path.parts))
+def test_examples_give_what_they_say(path: Path) -> None:
+    module = import_module(".".join(path.parts).removesuffix(".__init__"))
+    cached = {
+        f"{name}.{attribute}": value.func
+        for name, kind in vars(module).items()
+        if isinstance(kind, type) and kind.__module__ == module.__name__
+        for attribute, value in vars(kind).items()
+        if isinstance(value, cached_property)  # which doctest passes by
+    }
+    found = doctest.testmod(module)
+    n_attempted, n_failed = found.attempted, found.failed
+    runner = doctest.DocTestRunner()
+    for name, function in cached.items():
+        for example in doctest.DocTestFinder().find(function, name, module, globs=vars(module)):
+            of_one = runner.run(example)
+            n_attempted, n_failed = n_attempted + of_one.attempted, n_failed + of_one.failed
+    assert n_attempted
+    assert not n_failed
