@@ -7,7 +7,7 @@ import pytest
 from browsing import browser
 from hypothesis import settings
 
-settings.register_profile("tests", deadline=None)  # a busy machine is not a fault
+settings.register_profile("tests", deadline=None, max_examples=60)  # a busy machine is not a fault
 settings.load_profile("tests")
 
 

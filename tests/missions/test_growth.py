@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from sampling import sampled
 from sweeping import ledger_length, outcome, started, study_text, written
 
 from missions.errors import StudyChangedError
@@ -47,7 +48,7 @@ def made(tmp_path: Path, text: str, out: str) -> Path:
     return tmp_path / out
 
 
-@pytest.mark.parametrize("what", GROWN)
+@pytest.mark.parametrize("what", sampled(GROWN, "all at once", "strategies", "unforeseen"))
 def test_a_grown_folder_is_that_of_the_large_study(tmp_path: Path, what: str) -> None:
     grown = made(tmp_path, SMALL, "grown")
     before = (grown / LEDGER).read_bytes()
