@@ -241,7 +241,7 @@ class Consultation:
                 self._reigns.change(one.group, one.assignee, one.act is Act.ASSIGN, age)
         if waits:
             agreed.note(asked, Outcome.NO_ROOM)
-        elif not agreed.organisation.is_member(asked.assignee, asked.group):
+        elif not follows and not agreed.organisation.is_member(asked.assignee, asked.group):
             agreed.note(asked, Outcome.NOT_IN_GROUP)
 
     # Claims --------------------------------------------------------------------------------------
