@@ -30,8 +30,6 @@ from remoras.functional import guidance
 from remoras.strategies import strategies
 
 ROOT = Path(__file__).parents[2]
-
-pytestmark = pytest.mark.xdist_group("howtos")  # each page is executed once, not by each process
 PAGES = sorted((ROOT / "docs" / "howto").glob("*.md"))
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "200"}
 

@@ -40,7 +40,7 @@ FETCHED = re.compile(
 )
 FETCHED_BY_STYLE = re.compile(r"""@import\s+["'](?:https?:)?//|url\(\s*["']?(?:https?:)?//""", re.IGNORECASE)
 
-pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("site")]  # built once, not by each process
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="session")
