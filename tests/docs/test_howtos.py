@@ -331,7 +331,7 @@ def test_a_vehicle_low_on_energy_goes_home_though_no_author_wrote_of_it(executed
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("strategy", sampled(strategies(), "contract-net", "rendezvous-sync"))
+@pytest.mark.parametrize("strategy", sampled(strategies(), "rendezvous-sync"))
 def test_every_shipped_strategy_runs_it(executed: Any, strategy: str, monkeypatch: pytest.MonkeyPatch) -> None:
     folder, _ = executed("mission")
     monkeypatch.chdir(folder)

@@ -26,6 +26,7 @@ def to_95_s(scenario: str, strategy: str, *settings: str) -> float:
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_strategies_are_alike_where_jobs_have_room_for_one() -> None:
     means_s = [to_95_s("mapping-patches", strategy) for strategy in WITH_HELP + WITHOUT_HELP]
     assert max(means_s) <= 1.03 * min(means_s)

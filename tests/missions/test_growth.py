@@ -98,6 +98,7 @@ def test_a_tighter_rule_adds_runs_and_a_looser_one_keeps_them(tmp_path: Path) ->
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_a_killed_sweep_can_grow(tmp_path: Path) -> None:
     slow = study_text(repeats=6, per="[0.1]", duration_s=400)
     process = started("sweep", written(tmp_path, slow), "--out", tmp_path / "out", "--jobs", "1")

@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 from cli.invoked import remoras
-from sampling import sampled
 from small_mission import SMALL, line_of
 
 from missions.errors import ConfigurationError, ConfigurationFault
@@ -123,9 +122,8 @@ def test_the_shipped_missions_keep_clear(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", sampled(["mapping-rendezvous", "mapping-patches", "mapping-corridor"], "mapping-patches")
-)
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", ["mapping-rendezvous", "mapping-patches", "mapping-corridor"])
 def test_a_mission_with_16_in_one_layer_keeps_clear_and_completes(name: str) -> None:
     """All meet within 20 m of one point. It takes at most 1.5 times as long as in layers, where they pass freely.
 

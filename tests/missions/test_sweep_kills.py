@@ -72,6 +72,7 @@ def test_a_sweep_that_is_killed_again_and_again_loses_nothing(tmp_path: Path) ->
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_a_cluster_that_loses_two_workers_and_its_scheduler_loses_nothing(tmp_path: Path) -> None:
     pytest.importorskip("distributed")
     study_file, out, address = written(tmp_path, study_text(repeats=100)), tmp_path / "out", f"tcp://127.0.0.1:{PORT}"

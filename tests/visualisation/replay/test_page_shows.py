@@ -143,12 +143,12 @@ def test_a_run_that_recorded_less_is_shown_and_says_so(
 
 
 def test_a_run_without_packets_or_work_and_with_odd_names_is_shown(chrome: Any, tmp_path: Path) -> None:
-    short = recorded(tmp_path / "run", LOSSY, "scenario.duration_s=1", "vehicle.AUV01.name='</script><b>\"🐟'")
+    short = recorded(tmp_path / "run", LOSSY, "scenario.duration_s=1", "vehicle.AUV01.name='<script><b>\"🐟'")
     with opened(chrome, written(tmp_path, short), "#t=1") as window:
         for tab in ("news", "minds", "matrix", "cost", "why", "events"):
             window.ask("(tab) => R.app.views[0].showTab(tab)", tab)
         window.ask("() => R.app.views[0].showTab('news')")
-        assert '</script><b>"🐟' in window.texts(".body td:first-child")
+        assert '<script><b>"🐟' in window.texts(".body td:first-child")
         assert window.ask("() => document.querySelectorAll('b b, main > b').length") == 0
         tag = "() => new DOMParser().parseFromString(R.app.svg(), 'image/svg+xml').documentElement.tagName"
         assert window.ask(tag) == "svg"
