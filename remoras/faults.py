@@ -157,7 +157,7 @@ class Condition:
     Attributes:
         is_there: False before it joins; it is then no obstacle either.
         is_running: False while it is lost or off; lost_for_good: it will not come back.
-        is_mute: nobody hears it; is_deaf: it hears nobody.
+        is_mute: nobody hears it; is_deaf: it hears nobody; will_return: it is out of contact, but not for good.
         speed_factor: what its speeds are multiplied by.
         dead_sensors: names of the sensors that yield nothing; biases: of the others.
         drain_w: power that is lost.
@@ -168,6 +168,7 @@ class Condition:
     lost_for_good: bool = False
     is_mute: bool = False
     is_deaf: bool = False
+    will_return: bool = False
     speed_factor: float = 1.0
     dead_sensors: frozenset[str] = frozenset()
     biases: tuple[Bias, ...] = ()
@@ -188,12 +189,14 @@ class Condition:
         """
         holding = tuple(faults)
         kinds = {fault.kind for fault in holding}
+        absences = [fault for fault in holding if fault.kind in OUT_OF_CONTACT]
         return cls(
             is_there=FaultKind.JOINS not in kinds,
             is_running=kinds.isdisjoint((FaultKind.LOST, FaultKind.RESTARTS)),
             lost_for_good=any(fault.kind is FaultKind.LOST and math.isinf(fault.until_s) for fault in holding),
             is_mute=FaultKind.MUTE in kinds,
             is_deaf=FaultKind.DEAF in kinds,
+            will_return=bool(absences) and all(math.isfinite(fault.span_s[1]) for fault in absences),
             speed_factor=math.prod(fault.factor for fault in holding if fault.kind is FaultKind.SLOW),
             dead_sensors=frozenset(
                 name for fault in holding if fault.kind is FaultKind.SENSOR for name in fault.sensors
@@ -208,6 +211,7 @@ OF_SENSORS = (FaultKind.SENSOR, FaultKind.BIASED)
 SOUND = Condition()
 """The condition of a vehicle without faults."""
 NOT_HEARING = (FaultKind.LOST, FaultKind.DEAF, FaultKind.JOINS, FaultKind.RESTARTS)
+OUT_OF_CONTACT = (*NOT_HEARING, FaultKind.MUTE)
 
 
 def hears_throughout(faults: Iterable[Fault], vehicle: str, from_s: float, until_s: float) -> bool:

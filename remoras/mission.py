@@ -102,6 +102,10 @@ class VehicleView(Protocol):
         """True while it is alive and no fault keeps it from hearing or from being heard."""
 
     @property
+    def will_return(self) -> bool:
+        """True while a fault keeps it out of contact that will be over, and it has energy."""
+
+    @property
     def sensing(self) -> tuple[str, ...]:
         """Names of its sensors that were on, and worked, in the last motion tick."""
 

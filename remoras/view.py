@@ -57,6 +57,11 @@ class ReadOnlyVehicle:
         return self._vehicle.is_alive and not (condition.is_mute or condition.is_deaf)
 
     @property
+    def will_return(self) -> bool:
+        """True while a fault keeps it out of contact that will be over, and it has energy."""
+        return self._vehicle.condition.will_return and not self._vehicle.functional.exhausted
+
+    @property
     def sensing(self) -> tuple[str, ...]:
         """Names of its sensors that were on, and worked, in the last motion tick."""
         return self._vehicle.functional.sensing if self._vehicle.is_alive else ()

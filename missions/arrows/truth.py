@@ -89,8 +89,8 @@ class ArrowsTruth(JobTruth):
 
     @property
     def is_over(self) -> bool:
-        """True once all groups have met: nobody goes out again."""
-        return self._n_meetings > 0 and not self._apart
+        """True once all groups have met, and nobody is to return: nobody goes out again."""
+        return self._n_meetings > 0 and not self._apart and not self._is_awaited
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Note what was found and identified since the last look."""

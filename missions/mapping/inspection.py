@@ -20,11 +20,11 @@ class FindsWatch:
         self._stays: dict[str, Stays] = {}
         self._finders: dict[str, set[str]] = {}  # vehicles that have found each
         self._inspected: set[str] = set()
-        self._alive: Set[str] = frozenset()
+        self._left: Set[str] = frozenset()
 
-    def begin(self, alive: Set[str]) -> None:
-        """Begin a look at the fleet, of which these vehicles are alive."""
-        self._alive = alive
+    def begin(self, left: Set[str]) -> None:
+        """Begin a look at the fleet, of which these vehicles are alive or will be back."""
+        self._left = left
 
     def is_new(self, cell: Cell, vehicle: str) -> bool:
         """Note that a vehicle has covered a cell; True if a feature lies there that nobody had found."""
@@ -52,18 +52,16 @@ class FindsWatch:
 
     @property
     def has_open(self) -> bool:
-        """True while a vehicle that is alive has found something that nobody has inspected."""
+        """True while a vehicle that is alive, or will be back, has found something that nobody has inspected."""
         return any(
-            not finders.isdisjoint(self._alive)
-            for name, finders in self._finders.items()
-            if name not in self._inspected
+            not finders.isdisjoint(self._left) for name, finders in self._finders.items() if name not in self._inspected
         )
 
     def n_within_reach(self, able: Mapping[str, bool]) -> int:
-        """How many features are not inspected though somebody alive could find or has found them, and inspect them.
+        """How many features are not inspected though somebody left could find or has found them, and inspect them.
 
         Args:
-            able: by area, whether a vehicle that is able to map it is alive.
+            able: by area, whether a vehicle that is able to map it is left.
         """
         if not any(able.values()):
             return 0

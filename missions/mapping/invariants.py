@@ -56,7 +56,7 @@ class TrueCoverage:
             return f"coverage_fraction is {scene.summary['coverage_fraction']}; on the ground it is {share:.6f}"
         if world.features or not run.completed:
             return None
-        able = [v.functional.data for v in scene.fleet.vehicles if v.is_alive]
+        able = [v.functional.data for v in scene.fleet.vehicles if v.is_alive or v.condition.will_return]
         left = Counter(area for cell, (area, _) in world.cells.items() if cell not in cells)
         jobs = run.mission.jobs
         n_open = sum(n for area, n in left.items() if area not in jobs or any(jobs[area].is_able(one) for one in able))

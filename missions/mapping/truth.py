@@ -6,8 +6,8 @@ whose mapping sensor was on, worked, and was carried slowly enough. What sensors
 A find is inspected once a vehicle whose sensor worked has really stayed near it, slowly, for as long as it takes. In
 the goal it counts for as many cells as could be mapped in the mean time of a stay.
 
-The goal is judged over what the survivors can reach: of an area that no living vehicle is able to map, what is not
-covered does not count, nor does a find that nobody is left to inspect.
+The goal is judged over what the survivors can reach: of an area that nobody who is alive, or will be back, is able to
+map, what is not covered does not count, nor does a find that nobody is left to inspect.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class MappingTruth(MeetingTruth):
         self._n_uncovered = dict.fromkeys(swaths_m, 0)
         for area, _ in seabed.cells.values():
             self._n_uncovered[area] += 1
-        self._n_lost = 0
+        self._n_gone = 0
         self._beside_m = seabed.box_m
         self._patience_s = meeting.patience_s
         self._met_s: float | None = None
@@ -93,19 +93,20 @@ class MappingTruth(MeetingTruth):
         """Keep the map, and note what has happened; True once the goal is reached and the last group is together."""
         self._now_s = now_s
         changed = False
-        alive = {vehicle.name for vehicle in fleet.vehicles if vehicle.is_alive}
-        self._finds.begin(alive)
+        left = {vehicle.name for vehicle in fleet.vehicles if vehicle.is_alive or vehicle.will_return}
+        self._finds.begin(left)
         for vehicle in fleet.vehicles:
             if (sensing := vehicle.sensing) and self._is_over_ground(vehicle.position_m):
                 swaths = [swath for swath in self._swaths_of(vehicle) if swath.sensor in sensing]
                 changed |= self._cover(vehicle, swaths, now_s)
                 changed |= bool(swaths) and self._inspect(vehicle, now_s)
-        n_lost = len(fleet.vehicles) - len(alive)
-        if changed or n_lost != self._n_lost:
-            self._n_lost = n_lost
-            self._judge(alive, now_s)
+        n_gone = len(fleet.vehicles) - len(left)
+        if changed or n_gone != self._n_gone:
+            self._n_gone = n_gone
+            self._judge(left, now_s)
         is_complete = super().observe(fleet, now_s)
-        if self._apart or any(self._is_at_work(vehicle) for vehicle in fleet.vehicles if vehicle.name in alive):
+        at_work = any(self._is_at_work(vehicle) for vehicle in fleet.vehicles if vehicle.name in left)
+        if self._apart or self._is_awaited or at_work:
             self._met_s = None
         elif self._met_s is None:
             self._met_s = now_s
@@ -160,14 +161,14 @@ class MappingTruth(MeetingTruth):
         return n_new > 0
 
     def is_worked_off(self, group: Group) -> bool:
-        """True unless somebody who is alive has found something in the group's areas that waits to be inspected."""
+        """True unless somebody who is left has found something in the group's areas that waits to be inspected."""
         return not (self._finds.has_open and any(role.job in self._swaths_m for role in group.roles))
 
-    def _judge(self, alive: Set[str], now_s: float) -> None:
-        """Work out the share of the goal that is reached, with these vehicles alive; without any it stays as it was."""
-        if not alive:
+    def _judge(self, left: Set[str], now_s: float) -> None:
+        """Work out the share of the goal that is reached, with these vehicles left; without any it stays as it was."""
+        if not left:
             return
-        able = {area: not alive.isdisjoint(names) for area, names in self._swaths_m.items()}
+        able = {area: not left.isdisjoint(names) for area, names in self._swaths_m.items()}
         n_open: float = sum(n for area, n in self._n_uncovered.items() if able[area])
         n_done: float = len(self._all_covered)
         if self._seabed.features:
@@ -183,7 +184,7 @@ class MappingTruth(MeetingTruth):
 
     @property
     def is_over(self) -> bool:
-        """True once the groups have met without the goal, and nobody has gone on with it for the time of patience."""
+        """True once the groups have met without the goal, and for the patience nobody goes on or will be back."""
         return self._met_s is not None and self._now_s - self._met_s > self._patience_s
 
     def close(self, fleet: FleetView, now_s: float) -> str:

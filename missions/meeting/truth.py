@@ -3,7 +3,8 @@
 A group that supervises others counts as gathered only when they have.
 Success is judged over survivors: nobody waits for a vehicle that is dead, has resigned, or is out of contact by a
 fault, nor for a role that no survivor is free to play. Where a head has waited to the deadline, the meeting of those
-who came counts, and a milestone ``missed_meeting`` says who did not.
+who came counts, and a milestone ``missed_meeting`` says who did not. A mission that has failed is not over while
+somebody out of contact will return.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ class MeetingTruth:
         self._deadline_s, self._opens_s = meeting.deadline_s, meeting.opens_s
         self._there_s: dict[tuple[str, str], float] = {}  # vehicle and group
         self._has_met: set[tuple[str, str]] = set()
+        self._is_awaited = False
         self._is_planned = False
         self._consulted = False
         self._meets_after = before = meeting.meets_after
@@ -62,6 +64,7 @@ class MeetingTruth:
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         """Note what has happened; True once the last group is together and the goal is reached."""
+        self._is_awaited = any(vehicle.will_return for vehicle in fleet.vehicles)
         survivors = [vehicle for vehicle in fleet.vehicles if vehicle.is_in_contact]
         if not survivors:
             return False

@@ -50,8 +50,8 @@ class PandoraTruth(JobTruth):
 
     @property
     def is_over(self) -> bool:
-        """True once all groups have met: nobody goes back to what was taken for done."""
-        return self._n_meetings > 0 and not self._apart
+        """True once all groups have met, and nobody is to return: nobody goes back to what was taken for done."""
+        return self._n_meetings > 0 and not self._apart and not self._is_awaited
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Note what was done since the last look."""

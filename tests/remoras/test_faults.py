@@ -381,10 +381,14 @@ def test_a_truth_sees_what_the_faults_have_left(kind: str, alive: bool, in_conta
     for time_s in (FROM_S - 1.0, FROM_S, UNTIL_S):
         while fleet.now_s < time_s:
             fleet.step()
-        found.append((seen.is_alive, seen.is_in_contact, seen.sensing))
+        found.append((seen.is_alive, seen.is_in_contact, seen.will_return, seen.sensing))
     fleet.close()
-    sound = True, True, ("mapping",)
-    assert found == [sound, (alive, in_contact, ("mapping",) if alive and kind != "sensor" else ()), sound]
+    sound = True, True, False, ("mapping",)
+    assert found == [
+        sound,
+        (alive, in_contact, not in_contact, ("mapping",) if alive and kind != "sensor" else ()),
+        sound,
+    ]
 
 
 def test_the_table_says_when_each_begins_and_is_over() -> None:

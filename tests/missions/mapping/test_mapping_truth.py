@@ -51,6 +51,7 @@ class Seen:
     planned: bool = True
     busy: bool = False
     is_in_contact: bool = True
+    will_return: bool = False
     able: tuple[str, ...] = ("Hand",)
     met: bool = False
 
@@ -255,6 +256,21 @@ def test_being_together_is_not_enough() -> None:
     assert "mission_complete" not in names(watching)
 
 
+def test_who_will_be_back_is_given_the_time_too() -> None:
+    """A vehicle that is deaf, or has yet to join, may do the rest; the 60 s of patience begin when it is back."""
+    watching, fleet = truth(seabed=BANK, goal=0.8), Fleet()
+    fleet.a.position_m = JETTY_M
+    fleet.b.is_in_contact, fleet.b.will_return = False, True
+    for now_s in (10.0, 500.0):
+        watching.observe(fleet, now_s)
+        assert not watching.is_over
+    fleet.b.will_return = False
+    watching.observe(fleet, 510.0)
+    assert not watching.is_over
+    watching.observe(fleet, 571.0)
+    assert watching.is_over
+
+
 def test_who_goes_on_with_the_work_is_given_the_time() -> None:
     watching, fleet = truth(seabed=BANK, goal=1.0), Fleet()
     sweep(watching, fleet, 212.5, 237.5, 262.5)
@@ -300,3 +316,15 @@ def test_a_fleet_that_is_gone_has_not_reached_what_it_left() -> None:
     assert not finished.completed
     assert finished.goal_fraction == pytest.approx(0.0, abs=1e-6)
     assert "0 % of the work done" in finished.reason
+
+
+def test_ground_that_only_who_will_be_back_can_map_counts() -> None:
+    """B, which alone can map, has yet to join: the goal is not reached without it, and is once it is lost for good."""
+    watching, fleet = truth(seabed=BANK, goal=0.8), Fleet()
+    sweep(watching, fleet, 212.5, 237.5)
+    fleet.b.is_alive, fleet.b.will_return = False, True
+    watching.observe(fleet, 10.0)
+    assert watching.goal_fraction == pytest.approx(0.5 / 0.8)
+    fleet.b.will_return = False
+    watching.observe(fleet, 11.0)
+    assert watching.goal_fraction == 1.0
