@@ -185,6 +185,8 @@ def fault_of(detail: Mapping[str, Any], root: type[BaseModel], raw: Mapping[str,
         known = _known_keys(location[:-1], root)
         hint = suggestion(str(location[-1]), known)
         return ConfigurationFault(key, given, f"unknown key, allowed here: {', '.join(known)}{hint}")
+    if kind == "string_pattern_mismatch":  # the one pattern there is, of names
+        return ConfigurationFault(key, given, "allowed: 1 to 40 characters, none of them . / \\ or a control character")
     message = str(detail["msg"]).replace("tuple", "list").replace("Tuple", "list")
     return ConfigurationFault(key, given, message[0].lower() + message[1:])
 

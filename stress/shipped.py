@@ -42,7 +42,9 @@ def _named(given: str) -> type[Invariant]:
     try:
         found: Any = named_object(importable(given))
     except PluginError as error:
-        raise _fault(given, f"{error}; allowed: file.py:NAME or package.module:NAME") from None
+        reason = str(error)
+        hint = "" if "allowed:" in reason else "; allowed: file.py:NAME or package.module:NAME"
+        raise _fault(given, reason + hint) from None
     lacking = [*faults_of(found, Invariant, ("name", "moment", "not_under", "broken"))]
     if not isinstance(found, type):
         lacking.append("is no class: each run makes an object of its own")

@@ -41,14 +41,14 @@ def with_strategies(listed: Sequence[str], added: Iterable[str]) -> tuple[tuple[
 
 
 def importable(given: str) -> str:
-    """A strategy as scenarios name it; the folder of a file is on Python's path then.
+    """A plug-in as scenarios name it; the folder of a file is on Python's path then.
 
     Raises:
         PluginError: there is no such file, or it cannot be imported by its name.
     """
     file, colon, name = given.rpartition(":")
     if not colon and given.endswith(".py"):
-        raise PluginError(f"names a file and no object in it; allowed: {given}:OBJECT, a strategy or its class")
+        raise PluginError(f"names a file and no object in it; allowed: {given}:OBJECT")
     if not file.endswith(".py"):
         return given
     refuse_unshipped("", given)
