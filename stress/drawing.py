@@ -26,7 +26,7 @@ DAMAGING = frozenset({"bits", "cut"})
 LEASES = 3
 """Leases of absence that the survivors may wait for after what is transient has healed."""
 SLACK = 1.5
-"""How many times as long as without faults the mission may take then."""
+"""How many times as long as without faults the mission may take then; or so much longer as a head may wait."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,7 @@ class Plan:
         usual_s: time of the mission without faults (s); its whole duration where it does not complete.
         completes: True if it completes without faults.
         grace_s: what leases of absence take (s).
+        wait_s: how long a head may wait for those who do not come to a meeting (s).
         is_checked: True if packets have a checksum anyway.
         cost_s: what that run took on this machine (s); nothing follows from it but estimates.
     """
@@ -53,6 +54,7 @@ class Plan:
     usual_s: float
     completes: bool
     grace_s: float
+    wait_s: float
     is_checked: bool
     cost_s: float = 0.0
 
@@ -102,6 +104,7 @@ def plan_of(scenario: str, strategy: str = "", settings: Sequence[str] = (), kin
         usual.end_s,
         usual.completed,
         LEASES * own.communication.lease_frames * frame_s(own),
+        getattr(own.mission, "meeting_deadline_s", 0.0),
         protection >= CRC_BITS,
         usual.wall_s,
     )
@@ -133,7 +136,8 @@ def schedule_of(plan: Plan, seed: int) -> Schedule:
     bound_s = plan.usual_s
     if plan.completes:
         factor = min((one.factor or 1.0 for one in faults if one.is_permanent), default=1.0)
-        bound_s = round(heal_s + SLACK * plan.usual_s / factor + plan.grace_s, 1)
+        usual_s = plan.usual_s / factor
+        bound_s = round(heal_s + max(SLACK * usual_s, usual_s + plan.wait_s) + plan.grace_s, 1)
     about = About(
         version=VERSION,
         scenario=plan.scenario,

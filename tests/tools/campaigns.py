@@ -3,9 +3,9 @@
     python -m tests.tools.campaigns --schedules 10000 --jobs 1 --out campaigns
 
 The grounds are those of mapping-rendezvous and mapping-patches, each of two sizes: as they are for one schedule in ten
-(``--whole`` another share), and with all lengths times 0.4 for the others, which take a fifth of the time. Each
-campaign has a folder of its own in ``--out``; those that are there already are not made again, so that a search which
-was ended goes on. The exit status is 1 if an invariant broke.
+(``--whole`` another share), and with all lengths and the longest wait for a meeting times 0.4 for the others, which
+take a fifth of the time. Each campaign has a folder of its own in ``--out``; those that are there already are not made
+again, so that a search which was ended goes on. The exit status is 1 if an invariant broke.
 """
 
 from __future__ import annotations
@@ -45,10 +45,13 @@ class Campaign(NamedTuple):
 
 
 def made_smaller(scenario: str) -> list[str]:
-    """Settings by which a ground has all lengths times 0.4, and leases are shorter too."""
+    """Settings by which a ground has all lengths times 0.4, and leases and waits are shorter too."""
     own = load(scenario)
     assert isinstance(own, MappingScenario)
-    found = ["communication.lease_frames=10"]
+    found = [
+        "communication.lease_frames=10",
+        f"mission.meeting_deadline_s={SMALLER * own.mission.meeting_deadline_s:g}",
+    ]
     for area in own.area:
         corners = [[SMALLER * one for one in corner] for corner in area.corners_m]
         found.append(f'area."{area.name}".corners_m={json.dumps(corners)}')
