@@ -11,6 +11,7 @@ SMALL = (
     'rally_point."operational rally".position_m=[200,200]',
     'rally_point."coordination rally".position_m=[240,240]',
     "communication.lease_frames=10",
+    "mission.meeting_deadline_s=360",
 )
 
 

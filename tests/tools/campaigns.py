@@ -48,10 +48,8 @@ def made_smaller(scenario: str) -> list[str]:
     """Settings by which a ground has all lengths times 0.4, and leases and waits are shorter too."""
     own = load(scenario)
     assert isinstance(own, MappingScenario)
-    found = [
-        "communication.lease_frames=10",
-        f"mission.meeting_deadline_s={SMALLER * own.mission.meeting_deadline_s:g}",
-    ]
+    deadline_s = SMALLER * own.mission.meeting_deadline_s
+    found = ["communication.lease_frames=10", f"mission.meeting_deadline_s={deadline_s:g}"]
     for area in own.area:
         corners = [[SMALLER * one for one in corner] for corner in area.corners_m]
         found.append(f'area."{area.name}".corners_m={json.dumps(corners)}')
