@@ -19,6 +19,7 @@ from exchange.schedule import TdmaSchedule
 from remoras.avoidance import SEPARATION_M
 from remoras.bans import Ban, word
 from remoras.beliefs import Beliefs, Fact
+from remoras.bound import share_all_with, share_at_once
 from remoras.clock import Clock, Priority
 from remoras.faults import OVER, Condition, Fault, FaultKind
 from remoras.holders import HolderCount
@@ -340,6 +341,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             holding.remove(fault)
             if fault.kind is FaultKind.RESTARTS and self._make_anew is not None and not vehicle.functional.exhausted:
                 vehicle = self._replace(vehicle, self._make_anew(self, vehicle, fault))
+                share_all_with(vehicle, self.vehicles, lambda one: self._clock_of(one).reads(now_s))
         vehicle.suffer(Condition.under(holding))
         self.recorder.faults.append((now_s, fault.vehicle, fault.kind.value, fault.detail if begins else OVER))
 
@@ -359,11 +361,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
                     self.n_false_beliefs += 1
 
     def _share_at_once(self, sender: Vehicle, now_s: float) -> None:
-        """Under a strategy that is a bound, all know at once what one has told; under any other this is nothing."""
-        if sender.radio.is_bound and (blocks := sender.radio.told()):
-            for vehicle in self.vehicles:
-                if vehicle is not sender:
-                    vehicle.learn(sender.name, blocks, self._clock_of(vehicle).reads(now_s))
+        share_at_once(sender, self.vehicles, lambda vehicle: self._clock_of(vehicle).reads(now_s))
 
     # What is so ----------------------------------------------------------------------------------
 

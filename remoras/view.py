@@ -52,14 +52,15 @@ class ReadOnlyVehicle:
 
     @property
     def is_in_contact(self) -> bool:
-        """True while it is alive and no fault keeps it from hearing or from being heard."""
-        condition = self._vehicle.condition
-        return self._vehicle.is_alive and not (condition.is_mute or condition.is_deaf)
+        """True while it is alive, hears and is heard; under a strategy that is a bound, whatever its modem does."""
+        condition, is_bound = self._vehicle.condition, self._vehicle.radio.is_bound
+        return self._vehicle.is_alive and (is_bound or not (condition.is_mute or condition.is_deaf))
 
     @property
     def will_return(self) -> bool:
         """True while a fault keeps it out of contact that will be over, and it has energy."""
-        return self._vehicle.condition.will_return and not self._vehicle.functional.exhausted
+        vehicle = self._vehicle
+        return vehicle.condition.will_return and not (self.is_in_contact or vehicle.functional.exhausted)
 
     @property
     def sensing(self) -> tuple[str, ...]:

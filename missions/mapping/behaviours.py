@@ -244,15 +244,24 @@ class ZigzagExploring(Behaviour):
         part = self._job.of(left & ~self._tried)
         way = self._way(part, motion, picture)
         if way is None:
-            part = self._job.of(left)
-            way = self._way(part, motion, picture)
-        if way is None:
+            self._passage = self._over_a_missed_cell(left & self._survey.reach, motion)
             return
         is_far = not self._begun or distance_m(motion, way.first_m) > LONG_LINK * self._swath_m
         speed_mps = self._data.transit_speed_mps if is_far else self._speed_mps
         cells = part.bits & self._survey.rows[way.row].cells
         self._passage = _Passage(way.row, *way.ends_m, cells, speed_mps)
         self._approach = Approach(speed_mps)
+
+    def _over_a_missed_cell(self, missed: int, motion: Motion) -> _Passage | None:
+        """Right over the nearest of the cells that rows have missed: to pass it as before would miss it again."""
+        found = [index for index in range(missed.bit_length()) if missed >> index & 1]
+        if not found:
+            return None
+        index = min(found, key=lambda one: distance_m(motion, self._job.on.centre_m(one)))
+        row = next(number for number, row in enumerate(self._survey.rows) if row.cells >> index & 1)
+        centre_m = self._job.on.centre_m(index)
+        self._approach = Approach(self._speed_mps)
+        return _Passage(row, centre_m, centre_m, 1 << index, self._speed_mps)
 
     def _way(self, part: SurveyJob, motion: Motion, picture: Picture) -> Way | None:
         """The way by which the vehicle is done soonest; before it has begun, from the row farthest from the others."""

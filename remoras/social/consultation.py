@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from remoras.authority import NOBODY, Act, Request, Rules, may_assign
 from remoras.beliefs import Beliefs
-from remoras.organisation import Organisation, Outcome
+from remoras.organisation import Group, Organisation, Outcome
 from remoras.social.agreed import UNCHANGED, Agreed
 from remoras.social.alone import Alone
 from remoras.social.formations import Formations
@@ -25,7 +25,7 @@ from remoras.social.newest import Newest
 from remoras.social.reigns import AGREED_BEFORE, Age, Reigns
 from remoras.social.reports import takes_sensors
 from remoras.social.requests import Requests
-from remoras.social.succession import Claim, Headship, excluded_by_leading, playing, role_after, yielding_above
+from remoras.social.succession import Headship, excluded_by_leading, playing, role_after, yielding_above
 from remoras.social.tenures import Tenures
 from worldmodel import Change, Observation
 
@@ -70,10 +70,10 @@ class Consultation:
         self._pending_alone: list[Observation] = []
         self._newest = Newest()
         self._waiting: list[Observation] = []  # refused for now
-        self._tenures = Tenures(self._groups, organisation, self._newest)
         self._about: dict[str, dict[Age, Observation]] = {group: {} for group in rules.at_sea}  # heard of each
         self.alone = Alone()
         self._reigns = Reigns(organisation)
+        self._tenures = Tenures(rules, self._groups, organisation, self._newest, self._reigns)
         self.formations = Formations(rules, self._reigns)
         self.headship = Headship()
         self.missions: dict[str, tuple[str, ...]] = {}
@@ -166,13 +166,15 @@ class Consultation:
         def led(vehicle: str, group: str) -> bool:
             return agreed.organisation.is_member(vehicle, group) if alone else self._reigns.led(vehicle, group, age)
 
-        yielding = agreed.absent | self._given_by_former_heads(asked, age, agreed.organisation)
+        yielding = agreed.absent | self._tenures.yielding(asked, age, agreed.organisation)
         is_blind = asked.assignee in agreed.blind and takes_sensors(self._rules, self._groups[asked.group], asked)
         unavailable = agreed.unavailable | ({asked.assignee} if is_blind else NOBODY)
         organisation = agreed.organisation
         if asked.act is Act.SUCCEED:
             succession = self._groups[asked.group].succession
             left = [one for one in succession if self._newest.at(asked.group, one, asked.issuer) > age]
+            if not left and self._reigns.has_led(asked.issuer, asked.group, age):
+                left = [self._groups[asked.group].head_role or ""]
             organisation = playing(organisation, asked.issuer, asked.group, left)
         outcome = may_assign(asked, organisation, self._rules, led, yielding, unavailable)
         if outcome not in LAWFUL:
@@ -181,7 +183,7 @@ class Consultation:
             self._succeed(asked, observation, agreed)
         else:
             if is_tenure and outcome in TENABLE:
-                self._hold(asked, age, agreed, yielding)
+                self._hold(asked, age, agreed)
             if not alone and not is_old:
                 self._newest[asked.about] = age
             if not is_old and not (is_tenure and outcome in TENABLE):
@@ -202,20 +204,10 @@ class Consultation:
         """Let a statement not count, for now if it is to ``wait``; that is noted unless it was before, ``again``."""
         if why in MAY_COME and wait:
             self._waiting.append(said)
+        if asked.act is Act.SUCCEED and why is Outcome.OUTSIDE and (claim := self.requests.claim(said)) is not None:
+            self.headship.refuse(asked.group, claim)
         if not again:
             agreed.refuse(asked, why, said)
-
-    def _given_by_former_heads(self, asked: Request, age: Age, organisation: Organisation) -> frozenset[str]:
-        """Holders of a role with a job that have it from before the issuer led, where heads alone give out roles.
-
-        The new head may know nothing of what a lost one told few: nobody would do what it gives out again.
-        """
-        role = self._groups[asked.group].role(asked.role) if asked.act is Act.ASSIGN else None
-        if role is None or role.job is None or self._rules.authorities:
-            return NOBODY
-        since = self._reigns.since(asked.issuer, asked.group, age) or AGREED_BEFORE
-        holders = organisation.members(asked.group, asked.role)
-        return frozenset(name for name in holders if self._newest.at(asked.group, asked.role, name) < since)
 
     def _take(self, asked: Request, outcome: Outcome, age: Age, agreed: Agreed, yielding: frozenset[str]) -> None:
         """Do what was asked, or note why it is refused; where there is no room, in the place of who is ``yielding``."""
@@ -231,9 +223,9 @@ class Consultation:
             if done is Outcome.SUCCESS and asked.role == self._groups[asked.group].head_role:
                 self._reigns.change(asked.group, asked.assignee, asked.act is Act.ASSIGN, age)
 
-    def _hold(self, asked: Request, age: Age, agreed: Agreed, yielding: frozenset[str]) -> None:
+    def _hold(self, asked: Request, age: Age, agreed: Agreed) -> None:
         """Do what follows for a role with room for few."""
-        follows, waits = self._tenures.settle(asked, age, agreed.organisation, yielding)
+        follows, waits = self._tenures.settle(asked, age, agreed.organisation, agreed.absent)
         for one in follows:
             done = agreed.assign(one) if one.act is Act.ASSIGN else agreed.leave(one)
             is_head = one.role == self._groups[one.group].head_role
@@ -248,15 +240,19 @@ class Consultation:
 
     def _succeed(self, asked: Request, observation: Observation, agreed: Agreed) -> None:
         """Take note of a claim to lead a group: the greatest makes its vehicle the head, and the old head no more."""
-        term = self.requests.term(observation)
-        if term is None:
+        claim = self.requests.claim(observation)
+        if claim is None:
             agreed.refuse(asked, Outcome.NO_AUTHORITY, observation)
             return
         group, vehicle, age = self._groups[asked.group], asked.assignee, _age(observation)
-        claim = Claim(term, -self._rules.database[vehicle].node)
         self._reigns.claim(group.name, vehicle, claim, age)
-        if not self.headship.take(group.name, claim):
-            return
+        if self.headship.take(group.name, claim):
+            self._enthrone(asked, group, age, agreed)
+        self._take_back(group.name, vehicle, agreed)
+
+    def _enthrone(self, asked: Request, group: Group, age: Age, agreed: Agreed) -> None:
+        """Let the issuer lead a group, and play what its role takes in the group above; whoever led steps down."""
+        vehicle = asked.assignee
         before = [name for name in agreed.organisation.heads(group.name) if name != vehicle]
         self._hand_over(asked, before, age, agreed)
         role = group.role(asked.role)
@@ -272,23 +268,25 @@ class Consultation:
         for one in excluded_by_leading(group, vehicle, agreed.organisation):
             if self._newest.take((one.group, one.role, one.vehicle), age):
                 agreed.leave(Request(vehicle, Act.RELEASE, one.group, one.role, vehicle))
-        self._take_back(group.name, vehicle, agreed)
 
-    def _take_back(self, group: str, head: str, agreed: Agreed) -> None:
+    def _take_back(self, group: str, issuer: str, agreed: Agreed) -> None:
         """Where heads alone give out roles, let go of jobs whose giver, as is known now, led no more by then."""
         if self._rules.authorities:
             return
-        for role in self._groups[group].roles:
-            for name in agreed.organisation.members(group, role.name) if role.job is not None else ():
+        for one in self._tenures.renew(group, issuer, agreed.organisation):
+            (agreed.assign if one.act is Act.ASSIGN else agreed.leave)(one)
+        for role in [role for role in self._groups[group].roles if role.job is not None and role.maximum is None]:
+            for name in agreed.organisation.members(group, role.name):
                 given = self._newest.at(group, role.name, name)
                 if given != AGREED_BEFORE and not self._reigns.led(self.requests.name_of(given[1]), group, given):
-                    agreed.leave(Request(head, Act.RELEASE, group, role.name, name))
+                    agreed.leave(Request(issuer, Act.RELEASE, group, role.name, name))
 
     def _hand_over(self, to: Request, holders: list[str] | tuple[str, ...], age: Age, agreed: Agreed) -> None:
         """Let holders leave a role for another, unless a newer word says something else of one of them."""
+        for name in (*holders, to.assignee):
+            if self._reigns.is_claim(self._newest.at(to.group, to.role, name)):
+                self._newest[to.group, to.role, name] = age  # it has or lacks the role by a lesser claim
         for name in holders:
-            if self._reigns.has_claimed(name, self._newest.at(to.group, to.role, name)):
-                self._newest[to.group, to.role, name] = age  # it has the role by a lesser claim
             if name != to.assignee and self._newest.take((to.group, to.role, name), age):
                 agreed.leave(Request(to.issuer, Act.RELEASE, to.group, to.role, name))
         if self._newest.take(to.about, age):

@@ -47,9 +47,9 @@ class Reigns:
         self.n_changes += 1
         self._claimed.setdefault(group, []).append(_Claimed(claim, age, vehicle))
 
-    def has_claimed(self, vehicle: str, age: Age) -> bool:
-        """True if a vehicle has claimed to lead a group at ``age``."""
-        return any((vehicle, age) == (one.vehicle, one.since) for of in self._claimed.values() for one in of)
+    def is_claim(self, age: Age) -> bool:
+        """True if what was said at ``age`` is a claim to lead a group."""
+        return any(age == one.since for of in self._claimed.values() for one in of)
 
     def change(self, group: str, vehicle: str, leads: bool, age: Age) -> None:
         """A vehicle was given the role of the head at ``age``, or has left it."""
@@ -69,6 +69,12 @@ class Reigns:
     def led(self, vehicle: str, group: str, at: Age) -> bool:
         """True if the vehicle led the group at ``at``."""
         return self.since(vehicle, group, at) is not None
+
+    def has_led(self, vehicle: str, group: str, at: Age) -> bool:
+        """True if the vehicle has led the group at any time before ``at``."""
+        began = list(self._began.get((group, vehicle), ()))
+        began += [one.since for one in self._claimed.get(group, ()) if one.vehicle == vehicle]
+        return any(age < at for age in began)
 
     def since(self, vehicle: str, group: str, at: Age) -> Age | None:
         """Since when the vehicle led the group at ``at``; None if it did not."""

@@ -9,7 +9,7 @@ from remoras.beliefs import Beliefs
 from remoras.organisation import Group
 from remoras.social.formations import FORMATION_ATTRIBUTES
 from remoras.social.negotiation import ROLE_ATTRIBUTES
-from remoras.social.succession import HEAD_TERM, HEADED_BY
+from remoras.social.succession import HEAD_TERM, HEADED_BY, Claim
 from worldmodel import Observation, PropertyValue
 
 OBJECTIVE_PREFIX = "objective"
@@ -79,9 +79,10 @@ class Requests:
         act = Act.ASSIGN if attribute == ROLE_ATTRIBUTES[0] else Act.RELEASE
         return Request(issuer, act, group, role, name(fact.subject))
 
-    def term(self, claim: Observation) -> int | None:
-        """The term under which a vehicle claims to lead a group; None if its block does not say."""
-        return self._beside(claim, self._head_term)
+    def claim(self, said: Observation) -> Claim | None:
+        """The claim of a vehicle to lead a group; None if its block does not say under which term."""
+        term = self._beside(said, self._head_term)
+        return None if term is None else Claim(term, -said.block.origin)
 
     def formation(self, said: Observation) -> int | None:
         """Number of the formation that a fact forms or dissolves; None if its block does not say."""

@@ -204,7 +204,7 @@ class Standing:
     # What the vehicle states ---------------------------------------------------------------------
 
     def claims(self) -> list[list[Fact]]:
-        """Claims to lead groups without a head, where this vehicle is the first to succeed."""
+        """Claims to lead groups: without a head, where it is the first to succeed, or led by it in dispute."""
         if self.is_cut_off:
             return []
         return self._statements.claims(self.present, self.consultation.headship, self._unavailable)

@@ -58,7 +58,7 @@ class Statements:
         return facts
 
     def claims(self, present: Organisation, headship: Headship, unavailable: Set[str]) -> list[list[Fact]]:
-        """Claims to lead groups without a head, where this vehicle is the first to succeed.
+        """Claims to lead groups: without a head, where this vehicle is the first to succeed, or led by it in dispute.
 
         Args:
             present: the organisation without the absent.
@@ -69,9 +69,11 @@ class Statements:
         for group in present.groups.values():
             if not group.succession or not present.is_member(self._me, group.name):
                 continue
-            if any(self._database[name].social_layer for name in present.heads(group.name)):
+            heads = [name for name in present.heads(group.name) if self._database[name].social_layer]
+            is_own = self._me in heads and headship.is_contested(group.name, self._database[self._me].node)
+            if heads and not is_own:
                 continue
-            if successor(group, present, self._database, unavailable) == self._me:
+            if is_own or successor(group, present, self._database, unavailable) == self._me:
                 facts = (
                     (group.name, HEADED_BY, self._me),
                     (group.name, HEAD_TERM, headship.next_term(group.name)),

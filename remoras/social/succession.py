@@ -3,6 +3,9 @@
 The first in that order claims the group under the greatest term known and one more. Vehicles may see different peers,
 so several may claim. The greatest claim wins, by term and then by lower node, whatever the order in which claims
 are heard and however often: ``Headship`` is a join. Whoever led before and hears of it steps down.
+
+Who was out of reach may claim by a role that others have given away meanwhile. These refuse it, so only it would take
+itself for the head: the head that the others have claims again, under a greater term, as any head of the past may.
 """
 
 from __future__ import annotations
@@ -31,10 +34,11 @@ class Claim(NamedTuple):
 
 
 class Headship:
-    """The greatest claim known for each group."""
+    """The greatest claim known for each group, and the greatest that was refused."""
 
     def __init__(self) -> None:
         self._claims: dict[str, Claim] = {}
+        self._refused: dict[str, Claim] = {}
 
     def take(self, group: str, claim: Claim) -> bool:
         """Note a claim; True if it is the greatest now and was not before."""
@@ -43,17 +47,30 @@ class Headship:
         self._claims[group] = claim
         return True
 
+    def refuse(self, group: str, claim: Claim) -> None:
+        """Note a claim that does not count here; whoever made it, and all who heard of it first, may go by it."""
+        self._refused[group] = max(claim, self._refused.get(group, claim))
+
+    def is_contested(self, group: str, node: int) -> bool:
+        """True if a claim greater than any that counts was refused, and a new one of this node would be greater."""
+        refused = self._refused.get(group)
+        if refused is None or (group in self._claims and self._claims[group] >= refused):
+            return False
+        return Claim(self.next_term(group), -node) > refused
+
     def forget(self, group: str) -> None:
         """The group is formed anew: claims to lead it before are over."""
         self._claims.pop(group, None)
+        self._refused.pop(group, None)
 
     def term(self, group: str) -> int:
         """The greatest term known of a group; 0 for the head that was agreed before the mission."""
         return self._claims[group].term if group in self._claims else 0
 
     def next_term(self, group: str) -> int:
-        """The term of a new claim."""
-        return min(self.term(group) + 1, LAST_TERM)
+        """The term of a new claim, above all that are known."""
+        refused = self._refused[group].term if group in self._refused else 0
+        return min(max(self.term(group), refused) + 1, LAST_TERM)
 
 
 def successor(

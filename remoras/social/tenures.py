@@ -1,20 +1,21 @@
 """Tenures: who holds a role with room for few, by all that was said of it, whatever was heard first.
 
 An assignment finds room or waits. When a holder leaves, the newest of those that wait is let in, for want of newer
-word: what is said later takes the room from it, and it waits again. So this is a function of what was said and of no
-order.
+word: what is said later takes the room from it, and it waits again. Where heads alone give out jobs, holders that have
+theirs from before a head led make room for whom it names: it may know nothing of what a lost one told few, and nobody
+would do what it gives out again. So this is a function of what was said and of no order.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
-from remoras.authority import Act, Request
+from remoras.authority import Act, Request, Rules
 from remoras.organisation import Group, Organisation
 from remoras.social.newest import Newest
-from remoras.social.reigns import AGREED_BEFORE, Age
+from remoras.social.reigns import AGREED_BEFORE, Age, Reigns
 
 
 class Word(NamedTuple):
@@ -25,14 +26,24 @@ class Word(NamedTuple):
     vehicle: str
 
 
-def holders_after(words: Iterable[Word], room: float) -> tuple[set[str], list[str]]:
-    """Who of at most ``room`` hold a role after all that was said of it, and who waits for room, the newest first."""
+def holders_after(
+    words: Iterable[Word], room: float, led_since: Callable[[Word], Age | None] = lambda word: None
+) -> tuple[set[str], list[str]]:
+    """Who of at most ``room`` hold a role after all that was said of it, and who waits for room, the newest first.
+
+    Args:
+        words: in any order.
+        room: for so many.
+        led_since: since when the head that said a word has led: who holds the role from before makes room; or None.
+    """
     holders: dict[str, bool] = {}  # with whether it was let in
     waiting: dict[str, Age] = {}
     given: dict[str, Age] = {}
-    for age, gives, name in sorted(words):
+    for word in sorted(words):
+        age, gives, name = word
         waiting.pop(name, None)
         if gives:
+            since = led_since(word)
             given[name] = age
             let_in = [one for one, was_let_in in holders.items() if was_let_in and one != name]
             if name in holders or len(holders) < room:
@@ -41,6 +52,8 @@ def holders_after(words: Iterable[Word], room: float) -> tuple[set[str], list[st
                 del holders[let_in[0]]
                 waiting[let_in[0]] = given[let_in[0]]
                 holders[name] = False
+            elif since is not None and all(given[one] < since for one in holders):
+                holders = {name: False}
             else:
                 waiting[name] = age
         elif holders.pop(name, None) is not None and waiting:
@@ -54,14 +67,24 @@ class Tenures:
     """What was said of the holders of roles with room for few, as one vehicle knows it.
 
     Args:
+        rules: of who may change what.
         groups: specifications by name.
         organisation: as agreed before the mission.
-        newest: when the newest word of a role of a vehicle was said; it is read only.
+        newest: when the newest word of a role of a vehicle was said; reigns: who led when. They are read only.
     """
 
-    def __init__(self, groups: Mapping[str, Group], organisation: Organisation, newest: Newest) -> None:
+    def __init__(
+        self,
+        rules: Rules,
+        groups: Mapping[str, Group],
+        organisation: Organisation,
+        newest: Newest,
+        reigns: Reigns,
+    ) -> None:
+        self._rules = rules
         self._groups = groups
         self._newest = newest
+        self._reigns = reigns
         self._said: dict[tuple[str, str], dict[Word, Request]] = {}
         self._held: dict[tuple[str, str], set[str]] = {}
         self._crowded: set[tuple[str, str]] = set()  # where somebody waits
@@ -80,6 +103,12 @@ class Tenures:
     def is_about(self, asked: Request) -> bool:
         """True if something is asked on which it depends who holds a role with room for few."""
         return asked.act in (Act.ASSIGN, Act.RELEASE) and self._room(asked.group, asked.role) < math.inf
+
+    def yielding(self, asked: Request, age: Age, organisation: Organisation) -> frozenset[str]:
+        """Holders of a role that have it from before the issuer led, and make room for whom it names."""
+        since = self._led_since(asked, age) or AGREED_BEFORE
+        holders = organisation.members(asked.group, asked.role)
+        return frozenset(name for name in holders if self._newest.at(asked.group, asked.role, name) < since)
 
     def settle(
         self, asked: Request, age: Age, organisation: Organisation, yielding: frozenset[str]
@@ -101,20 +130,50 @@ class Tenures:
         if gives and len(held) >= room and asked.assignee not in held and held <= yielding:
             said |= {Word(age, False, name): _release(asked, name) for name in held}
         said[Word(age, gives, asked.assignee)] = asked
-        holders, waiting = holders_after(said, room)
+        return self._follow(place, said, asked.issuer), asked.assignee in self._after(place, said)[1]
+
+    def renew(self, group: str, issuer: str, organisation: Organisation) -> list[Request]:
+        """What follows for the jobs of a group now that ``issuer`` has claimed it, so that more is known of who led."""
+        found, jobs = [], {role.name for role in self._groups[group].roles if role.job is not None}
+        for place in [place for place in self._said if place[0] == group and place[1] in jobs]:
+            found += self._follow(place, self._reconciled(place, organisation), issuer)
+        return found
+
+    def _follow(self, place: tuple[str, str], said: Mapping[Word, Request], issuer: str) -> list[Request]:
+        """Releases and assignments by which those hold a role that are to, after all that was said of it."""
+        held, (holders, waiting) = self._held[place], self._after(place, said)
         self._held[place] = holders
         (self._crowded.add if waiting else self._crowded.discard)(place)
-        follows = [_release(asked, name) for name in sorted(held - holders)]
-        follows += [_last_given(said, name) for name in sorted(holders - held)]
-        return follows, asked.assignee in waiting
+        follows = [Request(issuer, Act.RELEASE, *place, name) for name in sorted(held - holders)]
+        return follows + [_last_given(said, name) for name in sorted(holders - held)]
 
     def waiting(self, organisation: Organisation) -> list[Request]:
         """Assignments that wait for room, the newest of each role first: holders may have left by other ways."""
         found = []
         for place in sorted(self._crowded):
             said = self._reconciled(place, organisation)
-            found += [_last_given(said, name) for name in holders_after(said, self._room(*place))[1]]
+            found += [_last_given(said, name) for name in self._after(place, said)[1]]
         return found
+
+    def _after(self, place: tuple[str, str], said: Mapping[Word, Request]) -> tuple[set[str], list[str]]:
+        """Who holds a role and who waits for room after all that counts of what was said of it."""
+        words = [word for word, asked in said.items() if self._counts(asked, word.age)]
+        return holders_after(words, self._room(*place), lambda word: self._led_since(said[word], word.age))
+
+    def _counts(self, asked: Request, age: Age) -> bool:
+        """True unless the issuer, as is known now, led no more by then."""
+        return not self._is_for_heads(asked) or self._reigns.led(asked.issuer, asked.group, age)
+
+    def _led_since(self, asked: Request, age: Age) -> Age | None:
+        """Since when the issuer of an assignment has led, where heads alone give out the role; else None."""
+        is_order = asked.act is Act.ASSIGN and self._is_for_heads(asked)
+        return self._reigns.since(asked.issuer, asked.group, age) if is_order else None
+
+    def _is_for_heads(self, asked: Request) -> bool:
+        """True if heads alone may ask it: it gives out or takes back a role with a job that is another's."""
+        role = self._groups[asked.group].role(asked.role)
+        is_own = asked.issuer in ("", asked.assignee) and asked.act is Act.RELEASE
+        return bool(asked.issuer and role and role.job and not is_own and not self._rules.authorities)
 
     def _room(self, group: str, role: str) -> float:
         of = self._groups[group].role(role)
@@ -126,11 +185,10 @@ class Tenures:
         held, now = self._held.get(place, set()), set(organisation.members(*place))
         for name in held ^ now:
             age = self._newest.at(*place, name)
-            asked = Request(name, Act.ASSIGN if name in now else Act.RELEASE, *place, name)
             if name in held and said.pop(Word(age, True, name), None) is None:
-                said[Word(age, False, name)] = asked
+                said[Word(age, False, name)] = Request("", Act.RELEASE, *place, name)
             elif name in now:
-                said[Word(age, True, name)] = asked
+                said.setdefault(Word(age, True, name), Request("", Act.ASSIGN, *place, name))
         self._held[place] = now
         return said
 

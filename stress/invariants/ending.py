@@ -48,9 +48,15 @@ class Finishes:
     def broken(self, scene: Scene) -> str | None:
         """Look at the verdict."""
         run, about = scene.finished, scene.schedule.stress
-        if run is None or not about.must_finish or run.completed:
+        if run is None or not about.must_finish or run.completed or self._cannot_be_replaced(scene):
             return None
         return f"not complete by {about.bound_s:g} s, healed at {about.heal_s:g} s: {run.reason}"
+
+    @staticmethod
+    def _cannot_be_replaced(scene: Scene) -> bool:
+        """True where somebody is lost for good, and nobody hears of it: the strategy lets none speak."""
+        is_heard = any(one.radio.communicates or one.radio.is_bound for one in scene.fleet.vehicles)
+        return not is_heard and any(fault.kind == "lost" for fault in scene.schedule.permanent)
 
 
 class TrueVerdict:

@@ -49,7 +49,7 @@ class Cardinality:
         """Look at what those in contact take themselves to play, if they have had the time to agree."""
         lease_s = scene.setup.scenario.communication.lease_frames * scene.setup.schedule.frame_s
         ended_s = scene.fleet.ended_s
-        if ended_s < scene.schedule.stress.heal_s + QUIET_LEASES * lease_s:
+        if scene.is_silent or ended_s < scene.schedule.stress.heal_s + QUIET_LEASES * lease_s:
             return None
         own = [a for v in scene.in_contact() for a in v.social.organisation.roles_of(v.name)]
         groups = tuple(scene.setup.agreement.organisation.groups.values())

@@ -100,7 +100,8 @@ class Scene:
 
     def in_contact(self) -> list[Vehicle]:
         """Vehicles that are alive, hear and are heard."""
-        return [v for v in self.fleet.vehicles if v.is_alive and not (v.condition.is_mute or v.condition.is_deaf)]
+        fleet = self.fleet
+        return [one for one, seen in zip(fleet.vehicles, fleet.view.vehicles, strict=True) if seen.is_in_contact]
 
 
 class Invariant(Protocol):

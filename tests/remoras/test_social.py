@@ -8,6 +8,7 @@ and AUV02 are Performers.
 from collections.abc import Iterator
 from itertools import permutations
 from random import Random
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -20,12 +21,13 @@ from remoras.activities import Objective
 from remoras.fleet import Fleet
 from remoras.organisation import Outcome, RoleAssignment
 from remoras.social.layer import SocialLayer
+from remoras.social.succession import HEAD_TERM, HEADED_BY
 from remoras.social.tenures import Word, holders_after
 from remoras.vehicle import Vehicle
 from worldmodel import Block, merge
 
 SETUP = resolved(load("mapping-rendezvous"))
-Said = tuple[str, str, str]  # subject, attribute, value: by name
+Said = tuple[str, str, Any]  # subject, attribute, value: by name
 
 
 @pytest.fixture
@@ -174,6 +176,63 @@ def test_who_holds_a_role_does_not_depend_on_what_was_heard_first(words: list[tu
     holders = one.social.organisation.members("Operational", "LeftWinger")
     assert other.social.organisation.members("Operational", "LeftWinger") == holders
     fleet.close()
+
+
+AUVS = st.sampled_from(["AUV00", "AUV01", "AUV02"])
+ORDERS = st.tuples(AUVS, st.sampled_from(["playsRole", "leftRole"]), AUVS)
+CLAIMS = st.tuples(AUVS, st.sampled_from([1, 2, 3]))
+
+
+@settings(max_examples=60)
+@given(st.lists(ORDERS | CLAIMS, max_size=8), st.randoms())
+def test_nor_does_it_where_several_lead_one_after_another(words: list[tuple[Any, ...]], draws: Random) -> None:
+    """Vehicles claim to lead the group, and give and take a role, with authority or without."""
+    speaking, heads, holders = assemble(SETUP, seed=1), [], []
+    blocks = []
+    for number, word in enumerate(words):
+        group = "Operational"
+        facts = (
+            [(word[2], word[1], LEFT[2])]
+            if len(word) > 2
+            else [(group, HEADED_BY, word[0]), (group, HEAD_TERM, word[1])]
+        )
+        blocks.append(say(named(speaking, word[0]), *facts, now_s=1.0 + number))
+    speaking.close()
+    for order in (blocks, draws.sample(blocks, len(blocks))):
+        fleet = assemble(SETUP, seed=1)
+        listening = named(fleet, "ASV00")
+        for block in order:
+            hear(listening, block)
+            listening.social.consult()
+        heads.append(listening.social.organisation.heads("Operational"))
+        holders.append(listening.social.organisation.members("Operational", "LeftWinger"))
+        fleet.close()
+    assert heads[0] == heads[1]
+    assert holders[0] == holders[1]
+
+
+def test_a_head_claims_again_against_who_was_out_of_reach(fleet: Fleet) -> None:
+    """AUV00 did not hear that AUV01 has its place, and claims the group above; all but itself refuse that."""
+    away, head, other = named(fleet, "AUV00"), named(fleet, "ASV00"), named(fleet, "AUV01")
+    taken = say(other, ("Operational", HEADED_BY, "AUV01"), ("Operational", HEAD_TERM, 1), now_s=1.0)
+    claimed = say(away, ("Coordination", HEADED_BY, "AUV00"), ("Coordination", HEAD_TERM, 1), now_s=2.0)
+    away.social.consult()
+    for listening, blocks in ((head, (taken, claimed)), (other, (claimed,)), (away, (taken,))):
+        hear(listening, *blocks)
+        listening.social.consult()
+    assert head.social.organisation.heads("Coordination") == ("ASV00",)
+    assert away.social.organisation.heads("Coordination") == ("AUV00",)
+    assert not other.social.standing.claims(), "it leads another group"
+    (again,) = head.social.standing.claims()
+    assert (again[0][2], again[1][2]) == (head.beliefs.uid("ASV00"), 2)
+    said = head.beliefs.model.record(again, 3.0)
+    head.social.consider([said])
+    for listening in (other, away):
+        hear(listening, said.block)
+    for vehicle in (head, other, away):
+        vehicle.social.consult()
+        assert vehicle.social.organisation.heads("Coordination") == ("ASV00",)
+        assert not vehicle.social.standing.claims()
 
 
 WORDS = {
