@@ -40,6 +40,7 @@ class Plan:
         usual_s: time of the mission without faults (s); its whole duration where it does not complete.
         completes: True if it completes without faults.
         grace_s: what leases of absence take (s).
+        deadline_s: for how long a head waits at a meeting for who does not seem to come (s).
         is_checked: True if packets have a checksum anyway.
         cost_s: what that run took on this machine (s); nothing follows from it but estimates.
     """
@@ -55,6 +56,7 @@ class Plan:
     grace_s: float
     is_checked: bool
     cost_s: float = 0.0
+    deadline_s: float = 0.0
 
 
 def kinds_named(names: Sequence[str]) -> tuple[str, ...]:
@@ -104,6 +106,7 @@ def plan_of(scenario: str, strategy: str = "", settings: Sequence[str] = (), kin
         LEASES * own.communication.lease_frames * frame_s(own),
         protection >= CRC_BITS,
         usual.wall_s,
+        getattr(own.mission, "meeting_deadline_s", 0.0),
     )
 
 
@@ -133,7 +136,8 @@ def schedule_of(plan: Plan, seed: int) -> Schedule:
     bound_s = plan.usual_s
     if plan.completes:
         factor = min((one.factor or 1.0 for one in faults if one.is_permanent), default=1.0)
-        bound_s = round(heal_s + SLACK * plan.usual_s / factor + plan.grace_s, 1)
+        awaited_s = plan.deadline_s if any(one.kind == "misplaced" for one in faults if one.is_permanent) else 0.0
+        bound_s = round(heal_s + SLACK * plan.usual_s / factor + plan.grace_s + awaited_s, 1)
     about = About(
         version=VERSION,
         scenario=plan.scenario,
