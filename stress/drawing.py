@@ -137,7 +137,9 @@ def schedule_of(plan: Plan, seed: int) -> Schedule:
     if plan.completes:
         factor = min((one.factor or 1.0 for one in faults if one.is_permanent), default=1.0)
         usual_s = plan.usual_s / factor
-        bound_s = round(heal_s + max(SLACK * usual_s, usual_s + plan.wait_s) + plan.grace_s, 1)
+        is_awaited = any(one.kind == "misplaced" for one in faults if one.is_permanent)
+        longest_s = SLACK * usual_s + plan.wait_s if is_awaited else max(SLACK * usual_s, usual_s + plan.wait_s)
+        bound_s = round(heal_s + longest_s + plan.grace_s, 1)
     about = About(
         version=VERSION,
         scenario=plan.scenario,

@@ -1,4 +1,4 @@
-"""Forged packets: in good form, from a true one, with a value in it that its sender did not say."""
+"""Forged packets: in good form, from a true one, with a value or a time in it that its sender did not say."""
 
 from __future__ import annotations
 
@@ -10,6 +10,11 @@ from exchange.errors import ExchangeError
 from exchange.packets import Fragment, Packet
 from exchange.schedule import TdmaSchedule
 from worldmodel import PropertyValue, WorldModel
+
+LATER_EVERY = 4
+"""In one of so many forged packets a time is another one, in the others a value."""
+LATER_S = (20.0, 200.0, 2000.0)
+"""By how much."""
 
 
 def forger(codec: Codec, slots: TdmaSchedule, model: Callable[[], WorldModel]) -> Callable[[bytes, int, int], bytes]:
@@ -39,22 +44,27 @@ def forger(codec: Codec, slots: TdmaSchedule, model: Callable[[], WorldModel]) -
 
 
 def _forged(packet: Packet, draw: int, model: WorldModel) -> Packet:
-    """The packet with one value of one of its fragments changed; as it is if it has none that could be."""
+    """The packet with one time or value of one of its fragments changed; as it is if it has none that could be."""
     fragments = list(packet.fragments)
+    if fragments and draw % LATER_EVERY == 0:
+        at = draw // LATER_EVERY % len(fragments)
+        one = fragments[at]
+        later_s = one.time_s + LATER_S[draw // LATER_EVERY % len(LATER_S)]
+        fragments[at] = _with(one, one.facts, later_s)
+        return replace(packet, fragments=tuple(fragments))
     for index in range(len(fragments)):
         at = (draw + index) % len(fragments)
         fact = fragments[at].facts[draw % len(fragments[at].facts)]
         for other in _others(fact, draw):
             if other != fact and model.may_record(other):
                 facts = tuple(other if one is fact else one for one in fragments[at].facts)
-                fragments[at] = _with(fragments[at], facts)
+                fragments[at] = _with(fragments[at], facts, fragments[at].time_s)
                 return replace(packet, fragments=tuple(fragments))
     return replace(packet, signals=tuple(replace(one, value=-128) for one in packet.signals))
 
 
-def _with(fragment: Fragment, facts: tuple[PropertyValue, ...]) -> Fragment:
-    one = fragment
-    return Fragment(one.origin, one.sequence, one.time_s, facts, one.index, one.count, one.epoch)
+def _with(one: Fragment, facts: tuple[PropertyValue, ...], time_s: float) -> Fragment:
+    return Fragment(one.origin, one.sequence, time_s, facts, one.index, one.count, one.epoch)
 
 
 def _others(fact: PropertyValue, draw: int) -> list[PropertyValue]:

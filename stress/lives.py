@@ -9,7 +9,7 @@ from itertools import chain
 
 from exchange.manager import ExchangeManager
 from exchange.packets import Fragment
-from worldmodel import WorldModel
+from worldmodel import Block, WorldModel
 from worldmodel.facts import Guid
 
 
@@ -25,6 +25,7 @@ class Life:
         manager: its exchange manager.
         offset_s: by how much its clock is ahead.
         parts: of each block, the fragments that it recorded or was given, by their index.
+        told: blocks of one part that their origin itself has told it, by name.
         heard: of each peer, the life whose packets it has taken last.
         gave_up: names of blocks that it does not hold any more, and said so.
         took_damaged: damaged packets that it did not notice.
@@ -43,6 +44,7 @@ class Life:
     has_noticed: bool = False
     took_damaged: int = 0
     parts: dict[Guid, dict[int, Fragment]] = field(default_factory=dict)
+    told: dict[Guid, Block] = field(default_factory=dict)
     heard: dict[int, Life] = field(default_factory=dict)
     had: set[Guid] = field(default_factory=set)
     gave_up: set[Guid] = field(default_factory=set)

@@ -128,6 +128,7 @@ class Rigging:
         def heard(data: bytes, now_s: float) -> HeardPacket:
             found = hear(data, now_s)
             aired = self._aired.get(data)
+            life.has_noticed |= found.reception.conflict is not None
             if found.reception.fault is None:
                 if aired is None:
                     life.took_damaged += 1

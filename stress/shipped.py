@@ -16,9 +16,9 @@ from stress.invariants.seam import Invariant, Moment
 
 SHIPPED: tuple[type[Invariant], ...] = (
     ending.NoException, knowledge.Beliefs, knowledge.Recorded, knowledge.WholeBlocks, knowledge.Remembered,
-    knowledge.Past, knowledge.SoundPackets, knowledge.Agreement, knowledge.Rest, organisation.Authority,
-    organisation.Cardinality, motion.Finite, motion.Borders, motion.Speed, motion.Energy, motion.Separation,
-    ending.TrueVerdict, ending.SummaryOfTables, ending.Finishes, ending.SameDigest,
+    knowledge.OneContent, knowledge.Past, knowledge.SoundPackets, knowledge.Agreement, knowledge.Rest,
+    organisation.Authority, organisation.Cardinality, motion.Finite, motion.Borders, motion.Speed, motion.Energy,
+    motion.Separation, ending.TrueVerdict, ending.SummaryOfTables, ending.Finishes, ending.SameDigest,
 )  # fmt: skip
 """In the order of tables."""
 

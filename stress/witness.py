@@ -79,6 +79,8 @@ class Witness:
     def note_taken(self, life: Life, aired: Aired) -> None:
         """A vehicle has taken a sound packet."""
         life.take(aired.fragments)
+        own = [one for one in aired.fragments if one.origin == aired.sender.node and one.count == 1]
+        life.told.update((one.block.guid, one.block) for one in own)
         known = life.heard.get(aired.sender.node)
         if known is None or known.number <= aired.sender.number:
             life.heard[aired.sender.node] = aired.sender
@@ -158,6 +160,19 @@ class Witness:
                 continue
             if life.is_whole(guid) and not model.has_arrived(guid):
                 yield Flaw(Breach.LOST, f"{life.name} was given all of {guid} and does not have it")
+
+    def kept_out(self, life: Life) -> Iterator[Flaw]:
+        """What the origin of a block itself told, if other content of greater digest stands in its place.
+
+        Who has noticed that two vehicles seem to use one number settles nothing.
+        """
+        model = life.model
+        for guid, true in life.told.items() if not life.has_noticed else ():
+            known = model.arrived(guid)
+            if known is None or known == true or guid in life.gave_up:
+                continue
+            if guid[0] not in self.doubled and model.content(known) > model.content(true):
+                yield Flaw(Breach.OTHER_CONTENT, f"{life.name} knows {known}, though its origin told {true}")
 
     def apart(self, alive: Iterable[Life], of_all: bool = True) -> Iterator[Flaw]:
         """What some of those who hear each other lack of others after a quiet time.

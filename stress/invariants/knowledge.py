@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from itertools import chain
 
 from stress.invariants.seam import Moment, Scene
 from stress.witness import Breach, Flaw
@@ -104,6 +105,22 @@ class Remembered:
         if scene.setup.scenario.worldmodel.prune:
             return None
         return _said(flaw for life in witness.all_alive() for flaw in witness.lost(life))
+
+
+class OneContent:
+    """Of two contents under one name the one of smaller digest stays, whichever came first."""
+
+    name = "one-content"
+    moment = Moment.END
+    not_under = frozenset[str]()
+
+    def broken(self, scene: Scene) -> str | None:
+        """Look at what was given by sound packets, if other content came under its name."""
+        return (
+            None
+            if scene.is_selective
+            else _said(chain.from_iterable(map(scene.witness.kept_out, scene.lives.values())))
+        )
 
 
 class Past:

@@ -1,4 +1,4 @@
-"""Random strings and mutated packets thrown at a vehicle: `python tests/exchange/bad_packets.py 1000000`.
+"""Random strings and mutated packets of managers alone, thrown at a vehicle; `many_packets` throws those of missions.
 
 Everything goes the whole way: `receive`, and the merge of what it let pass. Nothing may be raised. A victim is
 made anew after some hundred packets, since without a checksum it believes most of what was damaged. First it hears
@@ -9,17 +9,16 @@ from __future__ import annotations
 
 import gc
 import random
-import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
 
 from storm_vehicles import creates, maker, maps, schedule_of, storm_of
+from tools.mangling import Way
 
-from exchange.policies import POLICIES
-from remoras.testing import LOST, Make, chances, flipped
+from remoras.testing import LOST, Make, chances
 from worldmodel import merge
 
 VICTIM = 3
@@ -65,57 +64,9 @@ def traffic(policy: str, payload_bytes: int, crc_bits: int = 0) -> tuple[tuple[i
     return tuple((aired.slot, aired.data) for aired in storm.aired if aired.sender.node != VICTIM)
 
 
-# Ways to make a packet bad ------------------------------------------------------------------------
-
-
-def noise(draws: random.Random, data: bytes, other: bytes) -> bytes:
-    """A random string, of any length that a modem may deliver."""
-    return draws.randbytes(draws.randrange(len(data) + 8))
-
-
-def noise_behind_the_head(draws: random.Random, data: bytes, other: bytes) -> bytes:
-    """The first bytes are those of a packet."""
-    kept = draws.choice([1, 2, 3, 4])
-    return data[:kept] + draws.randbytes(draws.randrange(max(1, 2 * len(data))))
-
-
-def a_few_flips(draws: random.Random, data: bytes, other: bytes) -> bytes:
-    """One to four bits turned."""
-    return flipped(data, [draws.randrange(8 * len(data)) for _ in range(draws.randint(1, 4))])
-
-
-def a_burst(draws: random.Random, data: bytes, other: bytes) -> bytes:
-    """Up to five bytes in a row are noise."""
-    start, length = draws.randrange(len(data)), draws.randint(1, 5)
-    return data[:start] + draws.randbytes(len(data[start : start + length])) + data[start + length :]
-
-
-def another_length(draws: random.Random, data: bytes, other: bytes) -> bytes:
-    """Cut short, or with bytes behind it."""
-    if draws.random() < 0.5:
-        return data[: draws.randrange(len(data))]
-    return data + draws.choice([b"\0", b"\xff", draws.randbytes(3)]) * draws.randint(1, 8)
-
-
-def spliced(draws: random.Random, data: bytes, other: bytes) -> bytes:
-    """The beginning of one packet and the end of another."""
-    return data[: draws.randrange(len(data))] + other[draws.randrange(len(other)) :]
-
-
-def runs(draws: random.Random, data: bytes, other: bytes) -> bytes:
-    """Bits of one kind from somewhere on: the largest and the smallest numbers that fields hold."""
-    start = draws.randrange(1, len(data))
-    length = draws.randint(1, len(data))
-    return data[:start] + draws.choice([b"\0", b"\xff"]) * length + data[start + length :]
-
-
-STRINGS = (noise, noise_behind_the_head)
-MUTATIONS = (a_few_flips, a_burst, another_length, spliced, runs)
-
-
 def throw(
     n: int,
-    ways: Sequence[Callable[[random.Random, bytes, bytes], bytes]],
+    ways: Sequence[Way],
     policy: str,
     payload_bytes: int = 64,
     crc_bits: int = 0,
@@ -150,7 +101,7 @@ def collections_put_off() -> Iterator[None]:
 
 def _thrown(
     n: int,
-    ways: Sequence[Callable[[random.Random, bytes, bytes], bytes]],
+    ways: Sequence[Way],
     packets: Sequence[tuple[int, bytes]],
     make: Make,
     seed: int,
@@ -181,20 +132,3 @@ def _thrown(
             if took_s > limit_s:
                 toll.slow.append((slot, bad))
     return toll
-
-
-def main(n: int) -> None:
-    """Throw so many strings, and as many mutations, at victims of every policy, and print what came of them."""
-    for name, ways in (("strings", STRINGS), ("mutations", MUTATIONS)):
-        for crc_bits in (0, 16):
-            for number, policy in enumerate(sorted(POLICIES)):
-                toll = throw(n // (2 * len(POLICIES)), ways, policy, (32, 64)[number % 2], crc_bits, number)
-                print(
-                    f"{name:10} crc {crc_bits:2} {policy:15} refused {toll.refused:7} taken {toll.taken:7} "
-                    f"worst {1e3 * toll.worst_s:6.2f} ms, over 10 ms {len(toll.slow)}, {toll.worst.hex()}",
-                    flush=True,
-                )
-
-
-if __name__ == "__main__":
-    main(int(sys.argv[1]))

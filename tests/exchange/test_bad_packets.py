@@ -1,7 +1,8 @@
 """No packet, however bad, raises anything or holds a vehicle up: a sample of what `bad_packets` throws."""
 
 import pytest
-from bad_packets import MUTATIONS, STRINGS, throw
+from bad_packets import throw
+from tools.mangling import MUTATIONS, STRINGS
 
 
 @pytest.mark.parametrize("ways", [STRINGS, MUTATIONS], ids=["strings", "mutations"])

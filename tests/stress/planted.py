@@ -9,20 +9,20 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import pytest
 from small_sea import small_plan
 
-from exchange.codec import Codec
+from exchange import listening, manager
 from exchange.holders import Holders
 from exchange.listening import Listener
-from exchange.packets import Fragment, Packet
 from exchange.peers import Peers
 from exchange.sealing import Checksum
 from missions.mapping.truth import MappingTruth
-from missions.runs import metrics
+from missions.meeting.meeting import Meeting
+from missions.runs import assembly, metrics
 from remoras import authority, radio, vehicle
 from remoras.functional.layer import FunctionalLayer
 from remoras.functional.sensing import Sensing
@@ -31,12 +31,16 @@ from remoras.radio import Radio
 from remoras.separation import Separation
 from remoras.social import consultation
 from remoras.social.consultation import Consultation
+from remoras.social.reigns import Reigns
 from remoras.social.standing import Standing
-from remoras.testing import Plan
+from remoras.testing import Outcome, Plan, judge, schedule_of
 from worldmodel.facts import Merged
 from worldmodel.store import Store
 
 Patch = pytest.MonkeyPatch
+
+
+MOST_SEEDS = 200
 
 
 @dataclass(frozen=True)
@@ -58,9 +62,26 @@ class Planted:
         """From what schedules are drawn; made before the fault is planted."""
         return small_plan(*self.kinds, settings=self.settings)
 
+    def found(self, patch: Patch, most_runs: int) -> Outcome | None:
+        """Plant it, and run the schedules of seeds from 1 on until the invariant names it; None if it does not.
+
+        Args:
+            patch: that takes the fault out again.
+            most_runs: after so many runs, or ``MOST_SEEDS`` seeds, it counts as not found.
+        """
+        plan = self.plan()
+        self.plant(patch)
+        drawn = (schedule_of(plan, seed) for seed in range(1, MOST_SEEDS + 1))
+        fitting = (one for one in drawn if not self.needs or not self.needs.isdisjoint(one.kinds))
+        for schedule in itertools.islice(fitting, most_runs):
+            outcome = judge(schedule, twice=self.invariant == "repeats")
+            if outcome.broken is not None and outcome.broken.invariant == self.invariant:
+                return outcome
+        return None
+
 
 CHECKED = ("communication.crc_bits=32",)
-REAL_MERGE, REAL_EMBODY = radio.merge, vehicle.embody
+REAL_MERGE, REAL_EMBODY, REAL_WORLD_MODEL = radio.merge, vehicle.embody, assembly.world_model
 N_CALLS = itertools.count()
 
 
@@ -104,19 +125,13 @@ def forget_at_a_restart(patch: Patch) -> None:
     patch.setattr(vehicle, "remember", remember)
 
 
-def believe_the_future(patch: Patch) -> None:
-    sound = Codec._decode
-
-    def decode(self: Codec, data: bytes, frame: int = 0, slot_start_s: float = 0.0) -> Packet:
-        packet = sound(self, data, frame, slot_start_s)
-        later = [
-            Fragment(f.origin, f.sequence, f.time_s + 60.0, f.facts, f.index, f.count, f.epoch)
-            for f in packet.fragments
-        ]
-        return replace(packet, fragments=tuple(later)) if frame % 16 == 5 else packet
-
-    patch.setattr(Codec, "_decode", decode)
+def take_the_future(patch: Patch) -> None:
+    patch.setattr(manager, "_refuse_future", lambda packet, now_s, model: None)
     patch.setattr(Store, "latest_time_s", lambda self, now_s: math.inf)
+
+
+def drop_other_content(patch: Patch) -> None:
+    patch.setattr(listening, "_contradiction", lambda *rest: None)
 
 
 def check_no_checksum(patch: Patch) -> None:
@@ -204,6 +219,19 @@ def keep_count_between_runs(patch: Patch) -> None:
     patch.setattr(Radio, "tidy", tidy)
 
 
+def count_the_first_claim_alone(patch: Patch) -> None:
+    patch.setattr(consultation, "playing", lambda organisation, *rest: organisation)
+    patch.setattr(Reigns, "has_claimed", lambda self, vehicle, age: False)
+
+
+def wait_for_who_is_elsewhere(patch: Patch) -> None:
+    patch.setattr(Meeting, "is_overdue", lambda self, *rest: False)
+
+
+def begin_anew_as_known(patch: Patch) -> None:
+    patch.setattr(assembly, "world_model", lambda setup, node, epoch=0: REAL_WORLD_MODEL(setup, node))
+
+
 def map_with_dead_sensors(patch: Patch) -> None:
     sound = Sensing.look
 
@@ -221,7 +249,8 @@ PLANTS = (
     Planted("recorded", shift_what_is_merged),
     Planted("whole-blocks", merge_all_facts_but_the_last),
     Planted("remembered", forget_at_a_restart, frozenset({"restarts"})),
-    Planted("past", believe_the_future, frozenset({"forged"})),
+    Planted("one-content", drop_other_content, frozenset({"bits", "forged"})),
+    Planted("past", take_the_future, frozenset({"forged"})),
     Planted("sound-packets", check_no_checksum, frozenset({"bits"}), CHECKED),
     Planted("agreement", never_catch_up, frozenset({"deaf", "partition", "restarts", "lost"})),
     Planted("rest", never_park, frozenset({"lost"})),
