@@ -56,7 +56,7 @@ class FailingDisk:
         self.fail_at(0)
 
     def _fails(self, name: str) -> bool:
-        """Count a call; True if only half of it is done, an error if nothing is."""
+        """Count a call, and raise what it fails with; True if half of it is done before that."""
         self.counts[name] += 1
         is_it = name == self._operation and self.counts[name] == self._fails_at
         if is_it and self._fault == "short":
@@ -73,7 +73,14 @@ class FailingDisk:
         def failing(*arguments: Any, **options: Any) -> Any:
             if name == "parquet" and (arguments[0].file_handle is None or not arguments[0].is_open):
                 return real(*arguments, **options)  # in memory, or closed before
-            if self._fails(name):
+            try:
+                is_half = self._fails(name)
+            except BaseException:
+                if real.__name__ == "close":  # as pyarrow: nothing is written later on
+                    arguments[0].is_open = False
+                    arguments[0].file_handle.close()
+                raise
+            if is_half:
                 return real(arguments[0], arguments[1][: len(arguments[1]) // 2])
             return real(*arguments, **options)
 

@@ -139,6 +139,7 @@ def test_a_power_cut_loses_nothing_that_was_finished(
 
 
 SOME = [(name, "error", 6) for name in ("write", "fsync", "replace", "rename", "mkdir")]
+SOME += [("parquet", "dead", 6)]
 """Operation, how it fails, and at how many of its calls at most; continuous integration tries these."""
 ALL = [(name, fault, None) for name in OPERATIONS for fault in FAULTS if fault != "short" or name == "write"]
 
@@ -154,13 +155,16 @@ def test_an_error_at_each_write_in_turn_loses_nothing(
     assert total or name in UNUSED
     for number in sorted({1 + total * one // (most or total) for one in range(most or total)}):
         out = tmp_path / f"out{number}"
+        told = ""
         disk.fail_at(number)
         try:
             sweep(study, out, executor=Remembering())
-        except (PartlyDoneError, OutputError, Killed):
+        except (PartlyDoneError, OutputError, Killed) as error:
+            told = str(error)
             disk.heal()
-            sweep(study, out, executor=Remembering())
+            sweep(study, out, executor=Remembering())  # while the error still holds what was open
         disk.heal()
+        assert "workers" not in told, "it is the disk that is at fault"
         assert outcome(out) == whole, number
         keys = Counter(line["key"] for line in map(json.loads, (out / LEDGER).read_text().splitlines()))
         assert set(keys.values()) == {1}, number
