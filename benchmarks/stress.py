@@ -23,7 +23,7 @@ from stress.shipped import invariants_of
 from stress.trial import run_trial
 
 SCENARIO = "mapping-rendezvous"
-SEEDS = range(1, 8)
+SEEDS = range(1, 10)
 TRIES = 3
 GOAL = 1.30
 

@@ -87,32 +87,32 @@ def kill_early(start: Callable[[], "subprocess.Popen[str]"], out: Path, total: i
 
 def kill_late(start: Callable[[], "subprocess.Popen[str]"], out: Path, total: int, n_kills: int) -> Counter[str]:
     """Kill parents after the last line of the ledger; returns how often at what."""
-    parts, tables = out / PARTS, out / TABLES
     draws, killed = random.Random(21), Counter[str]()
     while killed.total() < n_kills:
         at = "tables" if killed["tables"] <= killed["parts"] else "parts"
-        process = start()
+        began_ns, process = time.time_ns(), start()
         wait_for(total, out, process)
-        n_parts, n_merged = len(names_in(parts)), draws.randrange(10)
+        n_parts, n_written = len(files_in(out / PARTS)), draws.randint(1, 10)
         while process.poll() is None:
-            if at == "tables" and sum(not name.startswith(".") for name in names_in(tables)) >= n_merged:
+            if at == "tables" and sum(ns > began_ns for ns in files_in(out / TABLES)) >= n_written:
                 time.sleep(draws.uniform(0.0, 0.05))
                 break
-            if at == "parts" and len(names_in(parts)) < n_parts:
+            if at == "parts" and len(files_in(out / PARTS)) < n_parts:
                 break
             time.sleep(0.001)
         process.kill()
         if process.wait() == -signal.SIGKILL:
             assert ledger_length(out) == total
             killed[at] += 1
-        elif not parts.exists():
-            shutil.rmtree(tables)  # what is lost is made again
+        elif not (out / PARTS).exists():
+            shutil.rmtree(out / TABLES)  # what is lost is made again
     return killed
 
 
-def names_in(folder: Path) -> list[str]:
+def files_in(folder: Path) -> list[int]:
+    """When what is in a folder was changed last (ns)."""
     with suppress(FileNotFoundError):
-        return [path.name for path in folder.iterdir()]
+        return [path.stat().st_mtime_ns for path in folder.iterdir()]
     return []
 
 
@@ -132,7 +132,7 @@ def test_a_sweep_that_is_killed_again_and_again_loses_nothing(tmp_path: Path, n_
     late = kill_late(start, out, total, n_late)
     assert early["worker"] == n_kills // 2 == early["parent"] + late.total()
     assert min(late["tables"], late["parts"]) == n_late // 2
-    assert start().wait(60) == 0
+    assert start().wait(120) == 0
     assert_nothing_lost_or_doubled(out, uninterrupted(load_study(str(study_file)), tmp_path / "serial"))
 
 
