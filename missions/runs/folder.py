@@ -153,7 +153,11 @@ def _exchange(place: Path, draft: Path, of_older: Callable[[Set[str]], set[str]]
     if not _swapped(place, draft):
         before = _beside(place, "before")
         place.rename(before)
-        draft.rename(place)
+        try:
+            draft.rename(place)
+        except OSError:
+            before.rename(place)
+            raise
         shutil.rmtree(before, ignore_errors=True)
 
 

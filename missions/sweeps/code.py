@@ -71,9 +71,27 @@ def digests_in(folder: Path, top: Path) -> dict[str, str]:
 
 def code_digests(scenarios: Iterable[Mapping[str, Any]]) -> dict[str, str]:
     """Digests of the plug-ins that scenarios name as ``package.module:object``, and of what they import beside them."""
-    references = {text for scenario in scenarios for text in _texts(scenario) if _is_reference(text)}
+    return _digests_of(references(scenarios))
+
+
+def references(scenarios: Iterable[Mapping[str, Any]]) -> frozenset[str]:
+    """Texts of scenarios that may name an object of a plug-in."""
+    return frozenset(text for scenario in scenarios for text in _texts(scenario) if _is_reference(text))
+
+
+@cache
+def code_with(named: frozenset[str] = frozenset()) -> str:
+    """One digest of this program and of the plug-ins that references name, worked out once.
+
+    A process goes on with what it has loaded, whatever becomes of the files.
+    """
+    return short({**program(), **_digests_of(named)})
+
+
+def _digests_of(named: Iterable[str]) -> dict[str, str]:
+    """Digests of the plug-ins that references name, and of what they import beside them."""
     found: dict[str, str] = {}
-    for reference in sorted(references):
+    for reference in sorted(named):
         module = reference.partition(":")[0]
         if (file := _file_of(module)) is not None:
             depth = module.count(".") + (file.stem == "__init__")

@@ -17,7 +17,7 @@ from missions.errors import ClusterError
 from missions.runs.run import run
 from missions.runs.summary import identity, summary
 from missions.runs.tables import encoded
-from missions.sweeps.code import fingerprint, program, short
+from missions.sweeps.code import code_with, references
 from missions.sweeps.ledger import DONE, FAILED, FinishedRun
 from missions.sweeps.plan import RunTask, version
 from remoras.fleet import rare_collections
@@ -44,7 +44,7 @@ class Needed(NamedTuple):
     @classmethod
     def like_here(cls, memory_mb: int | None = None) -> Needed:
         """That a worker is as this process."""
-        return cls(version(), short(program()), memory_mb)
+        return cls(version(), code_with(), memory_mb)
 
 
 def run_chunk(needed: Needed, tasks: Sequence[RunTask]) -> list[FinishedRun]:
@@ -60,7 +60,7 @@ def run_chunk(needed: Needed, tasks: Sequence[RunTask]) -> list[FinishedRun]:
     where = f"worker {platform.node()}"
     if version() != needed.version:
         raise ClusterError(f"{where} has version {version()} of remoras, the sweep {needed.version}: install the same")
-    if short(program()) != needed.code:
+    if code_with() != needed.code:
         raise ClusterError(f"{where} has other sources, Python, Mesa or NumPy than the sweep: install the same")
     if needed.memory_mb is not None and resource is not None:
         limit = needed.memory_mb * 2**20
@@ -107,7 +107,7 @@ def _line(task: RunTask, found: Mapping[str, Any], error: str, machine: Mapping[
         "error": error,
         "replay": task.replay if error else "",
         "tables": task.keep_tables and not error,
-        "code": short(fingerprint([task.scenario.model_dump(mode="json")])),
+        "code": code_with(references([task.scenario.model_dump(mode="json")])),
         "machine": dict(machine),
     }
 

@@ -308,7 +308,8 @@ class SweepFolder:
     @property
     def lines(self) -> Mapping[str, Line]:
         """Lines of the ledger by key, without those of runs that are to be made again."""
-        return {key: line for key, line in self._ledger.lines.items() if key not in self._again}
+        known = self._ledger.lines
+        return {key: line for key, line in known.items() if key not in self._again} if self._again else known
 
     @property
     def summaries(self) -> dict[str, Mapping[str, Any]]:

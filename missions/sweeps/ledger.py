@@ -13,6 +13,7 @@ import os
 import sys
 import zlib
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -96,7 +97,8 @@ class RunLedger:
         """Add lines of runs that the ledger does not have; when this returns they are on the disk.
 
         Raises:
-            OutputError: the disk does not take them; the ledger is then as it was before.
+            OutputError: the disk does not take them; the ledger is then as it was before, at the latest when it is
+                opened again, but for lines that were whole.
         """
         new = [{**line, "study": self._study} for line in lines]
         size = os.fstat(self._file).st_size
@@ -106,7 +108,8 @@ class RunLedger:
                 content = content[os.write(self._file, content) :]
             os.fsync(self._file)
         except OSError as error:
-            os.ftruncate(self._file, size)
+            with suppress(OSError):
+                os.ftruncate(self._file, size)
             raise OutputError(f"{self._path}: cannot be written: {error.strerror}") from None
         self.lines.update((line["key"], line) for line in new)
 

@@ -1,21 +1,27 @@
 """A power cut takes what was not synced, and a disk may fail at any write: no run is lost, doubled or mixed."""
 
+import json
 import os
 import shutil
+from collections import Counter
 from collections.abc import Callable
+from concurrent.futures import Future
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
+from failing_disk import FAULTS, OPERATIONS, FailingDisk, Killed
 from sampling import sampled
 from sweeping import Serial, outcome, study_text, written
 
 from missions.errors import OutputError
 from missions.sweeps.driver import PartlyDoneError, sweep
-from missions.sweeps.ledger import LEDGER
+from missions.sweeps.ledger import LEDGER, FinishedRun
 from missions.sweeps.study import Study, load_study
 
 N_CUTS = 20
+UNUSED = ("ftruncate", "link")
+"""Operations that a sweep does not need where nothing fails."""
 
 
 class PowerCut(BaseException):
@@ -86,10 +92,23 @@ def small(tmp_path: Path) -> Study:
     return load_study(str(written(tmp_path, study_text(repeats=2, per="[0.1]", duration_s=5))))
 
 
+class Remembering(Serial):
+    """Makes each chunk once in all tests here: what becomes of runs is looked at, not the runs."""
+
+    made: ClassVar[dict[tuple[str, ...], list[FinishedRun]]] = {}
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        needed, tasks = args
+        keys = tuple(task.key for task in tasks)
+        if keys not in self.made:
+            self.made[keys] = fn(needed, tasks)
+        return super().submit(lambda: self.made[keys])
+
+
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Any:
     folder = tmp_path_factory.mktemp("whole")
-    sweep(small(folder), folder / "out", executor=Serial())
+    sweep(small(folder), folder / "out", executor=Remembering())
     return outcome(folder / "out")
 
 
@@ -106,45 +125,47 @@ def test_a_power_cut_loses_nothing_that_was_finished(
     out.mkdir()
     counting = Disk(tmp_path / "counted", None)
     monkeypatch.setattr(os, "fsync", counting.fsync)
-    sweep(study, tmp_path / "counted", executor=Serial())
+    sweep(study, tmp_path / "counted", executor=Remembering())
     disk = Disk(out, counting.n_syncs * number // N_CUTS)
     monkeypatch.setattr(os, "fsync", disk.fsync)
     with pytest.raises(PowerCut):
-        sweep(study, out, executor=Serial())
+        sweep(study, out, executor=Remembering())
     monkeypatch.undo()
     finished = lines_of(out)
     disk.restart(out)
     assert len(finished - lines_of(out)) <= 1, "only the line that was being written may be gone"
-    sweep(study, out, executor=Serial())
+    sweep(study, out, executor=Remembering())
     assert outcome(out) == whole
 
 
-FAILING = ("write", "fsync", "replace", "rename", "mkdir")
+SOME = [(name, "error", 6) for name in ("write", "fsync", "replace", "rename", "mkdir")]
+SOME += [("parquet", "dead", 6)]
+"""Operation, how it fails, and at how many of its calls at most; continuous integration tries these."""
+ALL = [(name, fault, None) for name in OPERATIONS for fault in FAULTS if fault != "short" or name == "write"]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", FAILING)
+@pytest.mark.parametrize(("name", "fault", "most"), sampled([*SOME, *ALL], *SOME))
 def test_an_error_at_each_write_in_turn_loses_nothing(
-    tmp_path: Path, whole: Any, monkeypatch: pytest.MonkeyPatch, name: str
+    tmp_path: Path, whole: Any, monkeypatch: pytest.MonkeyPatch, name: str, fault: str, most: int | None
 ) -> None:
-    study, real, count, fails_at = small(tmp_path), getattr(os, name), 0, -1
-
-    def failing(*arguments: Any, **options: Any) -> Any:
-        nonlocal count
-        count += 1
-        if count == fails_at:
-            raise OSError(5, "Input/output error")
-        return real(*arguments, **options)
-
-    monkeypatch.setattr(os, name, failing)
-    sweep(study, tmp_path / "counted", executor=Serial())
-    total = count
-    assert total
-    for number in sorted({1 + total * one // 6 for one in range(6)}):
+    study, disk = small(tmp_path), FailingDisk(monkeypatch, name, fault)
+    sweep(study, tmp_path / "counted", executor=Remembering())
+    total = disk.counts[name]
+    assert total or name in UNUSED
+    for number in sorted({1 + total * one // (most or total) for one in range(most or total)}):
         out = tmp_path / f"out{number}"
-        count, fails_at = 0, number
-        with pytest.raises((PartlyDoneError, OutputError)):
-            sweep(study, out, executor=Serial())
-        count, fails_at = 0, -1
-        sweep(study, out, executor=Serial())
-        assert outcome(out) == whole
+        told = ""
+        disk.fail_at(number)
+        try:
+            sweep(study, out, executor=Remembering())
+        except (PartlyDoneError, OutputError, Killed) as error:
+            told = str(error)
+            disk.heal()
+            sweep(study, out, executor=Remembering())  # while the error still holds what was open
+        disk.heal()
+        assert "workers" not in told, "it is the disk that is at fault"
+        assert outcome(out) == whole, number
+        keys = Counter(line["key"] for line in map(json.loads, (out / LEDGER).read_text().splitlines()))
+        assert set(keys.values()) == {1}, number
+        shutil.rmtree(out)

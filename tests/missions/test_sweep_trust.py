@@ -95,6 +95,25 @@ def test_what_a_plug_in_imports_from_its_project_counts_and_nothing_else(
     assert [name for name in found if found[name] != again[name]] == ["my_project/deeper.py"]
 
 
+def test_the_sources_of_a_plug_in_are_read_once_for_all_runs_of_a_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A project may have hundreds: to read them again with every run took longer than the run."""
+    (tmp_path / "own_and_read_once.py").write_text("from remoras.strategies.cbba import STRATEGY\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    study, n_read = tiny(tmp_path, "own_and_read_once:STRATEGY", repeats=3), 0
+    imports = code._with_imports
+
+    def counted(file: Path, top: Path) -> set[Path]:
+        nonlocal n_read
+        n_read += 1
+        return imports(file, top)
+
+    monkeypatch.setattr(code, "_with_imports", counted)
+    assert sweep(study, tmp_path / "out", executor=Serial()).done == 12
+    assert n_read == 2, "once for the folder, once for the runs"
+
+
 def test_code_that_changed_is_refused_by_name(tmp_path: Path, folder: Path) -> None:
     record = json.loads((folder / STUDY).read_text())
     record["code"]["remoras/motion.py"] = "0" * 12
