@@ -116,11 +116,9 @@ class OneContent:
 
     def broken(self, scene: Scene) -> str | None:
         """Look at what was given by sound packets, if other content came under its name."""
-        return (
-            None
-            if scene.is_selective
-            else _said(chain.from_iterable(map(scene.witness.kept_out, scene.lives.values())))
-        )
+        if scene.is_selective:
+            return None
+        return _said(chain.from_iterable(map(scene.witness.kept_out, scene.lives.values())))
 
 
 class Past:
