@@ -99,7 +99,7 @@ class VehicleView(Protocol):
 
     @property
     def is_in_contact(self) -> bool:
-        """True while it is alive and no fault keeps it from hearing or from being heard."""
+        """True while it is alive, hears and is heard; where the strategy uses no modem, whatever that does."""
 
     @property
     def will_return(self) -> bool:

@@ -52,9 +52,10 @@ class ReadOnlyVehicle:
 
     @property
     def is_in_contact(self) -> bool:
-        """True while it is alive, hears and is heard; under a strategy that is a bound, whatever its modem does."""
-        condition, is_bound = self._vehicle.condition, self._vehicle.radio.is_bound
-        return self._vehicle.is_alive and (is_bound or not (condition.is_mute or condition.is_deaf))
+        """True while it is alive, hears and is heard; where the strategy uses no modem, whatever that does."""
+        condition, radio = self._vehicle.condition, self._vehicle.radio
+        by_modem = radio.communicates and not radio.is_bound
+        return self._vehicle.is_alive and not (by_modem and (condition.is_mute or condition.is_deaf))
 
     @property
     def will_return(self) -> bool:

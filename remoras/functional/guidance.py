@@ -2,8 +2,9 @@
 
 What the decision guides the vehicle to gives a velocity. Signals of those who are near attract and repel, see
 ``remoras.attraction``: so far it is what the vehicle prefers. Keeping clear of neighbours has the last word, see
-``remoras.avoidance``. Where nobody is near, guidance is carried out as it is. Velocities are through the water, which
-may move itself, see ``remoras.current``: who is to stay heads into the current.
+``remoras.avoidance``; where that leaves a vehicle standing, it goes round them, see ``remoras.functional.detour``.
+Where nobody is near, guidance is carried out as it is. Velocities are through the water, which may move itself, see
+``remoras.current``: who is to stay heads into the current.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from remoras.avoidance import Bounds, HalfPlane, Neighbour, Velocity, clear_velo
 from remoras.behaviours import Reference
 from remoras.current import Current, through_water
 from remoras.database import VehicleData
+from remoras.functional.detour import Detour
 from remoras.motion import Motion, advance, follow
 from remoras.work import Point
 
@@ -51,6 +53,7 @@ class Guidance:
         self._bounds_m = bounds_m
         self._constants = constants
         self._current = current
+        self._detour = Detour(constants.separation_m)
         self._flow_mps = STILL
         self.error_m: Point = (0.0, 0.0)
         self._pulls = NO_PULLS
@@ -130,7 +133,8 @@ class Guidance:
         motion = self._motion
         if neighbours:
             goal = _velocity(motion, target_m, speed_mps, dt_s)
-            velocity = self._clear_of(neighbours, goal, positions_m)
+            velocity = self._clear_of(neighbours, self._detour.turned(goal), positions_m)
+            self._detour.note(goal, velocity, length(target_m[0] - motion.x_m, target_m[1] - motion.y_m), dt_s)
             if velocity is not goal:
                 follow(motion, self._data, velocity, dt_s)
                 return
