@@ -8,25 +8,43 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from remoras.vehicle import Vehicle
+from worldmodel import Block
+
+ShownS = Callable[[Vehicle], float]
+"""The time that the clock of a vehicle shows (s)."""
 
 
-def share_at_once(sender: Vehicle, vehicles: Sequence[Vehicle], shown_s: Callable[[Vehicle], float]) -> None:
-    """Let all vehicles know what one has told since the last time.
+class Bound:
+    """Shares what vehicles know without a packet.
 
-    Args:
-        sender: who has told it; vehicles: of the fleet.
-        shown_s: the time that the clock of a vehicle shows (s).
+    A block from the future of a clock that is behind does not count there yet: it is shared again until it does.
     """
-    if sender.radio.is_bound and (blocks := sender.radio.told()):
-        for vehicle in vehicles:
-            if vehicle is not sender:
-                vehicle.learn(sender.name, blocks, shown_s(vehicle))
 
+    def __init__(self) -> None:
+        self._early: dict[str, list[tuple[str, Block]]] = {}
 
-def share_all_with(anew: Vehicle, vehicles: Sequence[Vehicle], shown_s: Callable[[Vehicle], float]) -> None:
-    """Let a vehicle that begins anew know all that the others were told."""
-    for vehicle in vehicles if anew.radio.is_bound else ():
-        if vehicle is not anew:
-            model = vehicle.beliefs.model
-            blocks = [*(block for _, block in model.items() if block is not None), *model.statuses()]
-            anew.learn(vehicle.name, blocks, shown_s(anew))
+    def share(self, sender: Vehicle, vehicles: Sequence[Vehicle], shown_s: ShownS) -> None:
+        """Let all vehicles know what one has told since the last time."""
+        told = sender.radio.told() if sender.radio.is_bound else ()
+        for vehicle in vehicles if told or self._early else ():
+            for name, block in self._early.pop(vehicle.name, ()):
+                self._learn(vehicle, name, [block], shown_s)
+            if told and vehicle is not sender:
+                self._learn(vehicle, sender.name, told, shown_s)
+
+    def share_all(self, anew: Vehicle, vehicles: Sequence[Vehicle], shown_s: ShownS) -> None:
+        """Let a vehicle that begins anew know all that the others were told."""
+        for vehicle in vehicles if anew.radio.is_bound else ():
+            if vehicle is not anew:
+                model = vehicle.beliefs.model
+                blocks = [block for _, block in model.items() if block is not None]
+                self._learn(anew, vehicle.name, [*blocks, *model.statuses()], shown_s)
+
+    def _learn(self, vehicle: Vehicle, emitter: str, blocks: Sequence[Block], shown_s: ShownS) -> None:
+        if vehicle.functional.exhausted:
+            return
+        vehicle.learn(emitter, blocks, shown_s(vehicle))
+        model = vehicle.beliefs.model
+        early = [(emitter, one) for one in blocks if not (one.is_status or model.has_arrived(one.guid))]
+        if early:
+            self._early.setdefault(vehicle.name, []).extend(early)

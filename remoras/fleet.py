@@ -19,7 +19,7 @@ from exchange.schedule import TdmaSchedule
 from remoras.avoidance import SEPARATION_M
 from remoras.bans import Ban, word
 from remoras.beliefs import Beliefs, Fact
-from remoras.bound import share_all_with, share_at_once
+from remoras.bound import Bound
 from remoras.clock import Clock, Priority
 from remoras.faults import OVER, Condition, Fault, FaultKind
 from remoras.holders import HolderCount
@@ -194,6 +194,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
         self._separation = Separation(self.vehicles, separation_m)
         self._obligations = obligations
         self._make_anew = make_anew
+        self._bound = Bound()
         self._faults = tuple(faults)
         self._holding: dict[str, list[Fault]] = {vehicle.name: [] for vehicle in self.vehicles}
         for fault in self._faults:
@@ -341,7 +342,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
             holding.remove(fault)
             if fault.kind is FaultKind.RESTARTS and self._make_anew is not None and not vehicle.functional.exhausted:
                 vehicle = self._replace(vehicle, self._make_anew(self, vehicle, fault))
-                share_all_with(vehicle, self.vehicles, lambda one: self._clock_of(one).reads(now_s))
+                self._bound.share_all(vehicle, self.vehicles, lambda one: self._clock_of(one).reads(now_s))
         vehicle.suffer(Condition.under(holding))
         self.recorder.faults.append((now_s, fault.vehicle, fault.kind.value, fault.detail if begins else OVER))
 
@@ -361,7 +362,7 @@ class Fleet(mesa.Model):  # type: ignore[misc]  # Mesa is untyped
                     self.n_false_beliefs += 1
 
     def _share_at_once(self, sender: Vehicle, now_s: float) -> None:
-        share_at_once(sender, self.vehicles, lambda vehicle: self._clock_of(vehicle).reads(now_s))
+        self._bound.share(sender, self.vehicles, lambda vehicle: self._clock_of(vehicle).reads(now_s))
 
     # What is so ----------------------------------------------------------------------------------
 
