@@ -281,7 +281,7 @@ class SocialLayer:
             motion: of this vehicle.
             calls: how dissatisfied the vehicles are that call on this one, by name.
         """
-        stated = [(facts, True) for facts in self.standing.claims()]
+        stated = [(facts, True) for facts in (*self.standing.claims(), self.standing.correction()) if facts]
         if not (self._negotiation.takes_part or self.strategy.declaration.influences):
             return stated
         peers = self._picture.peers

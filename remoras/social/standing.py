@@ -93,6 +93,7 @@ class Standing:
         self._available = beliefs.model.tbox.attribute_named(AVAILABLE).uid
         self._available_since: dict[int, Age] = {}  # by origin
         self._is_out_of_reach = False  # it has said that it takes no jobs, since it is cut off
+        self._is_misjudged = False  # before it began anew it has said so
         self._given_up: set[Objective] = set()
         self.reports = Reports(beliefs, database, until_s)
         self.consultation = Consultation(beliefs, rules, organisation)
@@ -140,6 +141,9 @@ class Standing:
         for position, fact in enumerate(block.facts):
             age = *block.key, position
             if fact.attribute != self._available or fact.subject != block.origin:
+                continue
+            if self._beliefs.name(block.origin) == self._me and block.epoch != self._beliefs.model.epoch:
+                self._is_misjudged |= not fact.value
                 continue
             if age > self._available_since.get(block.origin, NEVER):
                 self._available_since[block.origin] = age
@@ -208,6 +212,13 @@ class Standing:
         if self.is_cut_off:
             return []
         return self._statements.claims(self.present, self.consultation.headship, self._unavailable)
+
+    def correction(self) -> list[Fact]:
+        """That this vehicle takes jobs, where others may hold what it said before it began anew; else nothing."""
+        if not self._is_misjudged or self.is_cut_off:
+            return []
+        self._is_misjudged = False
+        return [] if self._me in self._unavailable else [self._statements.available(True)]
 
     def in_place_of_the_absent(self, facts: Iterable[Fact]) -> list[Fact]:
         """The same facts, and before each that gives away a role held by the absent, that these leave it."""
