@@ -101,8 +101,14 @@ class Tenures:
             self._crowded.discard(place)
 
     def is_about(self, asked: Request) -> bool:
-        """True if something is asked on which it depends who holds a role with room for few."""
-        return asked.act in (Act.ASSIGN, Act.RELEASE) and self._room(asked.group, asked.role) < math.inf
+        """True if something is asked on which it depends who holds a role with room for few.
+
+        Nobody waits for the role of a head that is succeeded: after it has left, the first in order claims the group.
+        """
+        group = self._groups[asked.group]
+        is_claimed = asked.role == group.head_role and bool(group.succession)
+        is_of_holder = asked.act in (Act.ASSIGN, Act.RELEASE) and not is_claimed
+        return is_of_holder and self._room(asked.group, asked.role) < math.inf
 
     def yielding(self, asked: Request, age: Age, organisation: Organisation) -> frozenset[str]:
         """Holders of a role that have it from before the issuer led, and make room for whom it names."""
