@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from remoras.organisation import Organisation
 from remoras.recorder import ORGANISATION
+from remoras.vehicle import Vehicle
 from remoras.wellformed import Defect, faults_of
 from stress.invariants.seam import Moment, Scene
 
@@ -51,10 +52,23 @@ class Cardinality:
         ended_s = scene.fleet.ended_s
         if scene.is_silent or ended_s < scene.schedule.stress.heal_s + QUIET_LEASES * lease_s:
             return None
-        own = [a for v in scene.in_contact() for a in v.social.organisation.roles_of(v.name)]
+        own = [
+            one
+            for vehicle in scene.in_contact()
+            for one in vehicle.social.organisation.roles_of(vehicle.name)
+            if f"{one.group}.{one.role}" not in _kept_to_itself(vehicle)
+        ]
         groups = tuple(scene.setup.agreement.organisation.groups.values())
         wrong = (Defect.TOO_MANY, Defect.PLAYED_BY, Defect.INCOMPATIBLE)
         for one in faults_of(Organisation.of(groups, own)):
             if one.defect in wrong:
                 return f"{one.key}: {one.given}; allowed: {one.allowed}"
         return None
+
+
+def _kept_to_itself(vehicle: Vehicle) -> set[str]:
+    """Roles that a vehicle plays without telling anybody, as some strategies have it."""
+    beliefs = vehicle.beliefs
+    plays, me = beliefs.model.tbox.attribute_named("playsRole").uid, beliefs.uid(vehicle.name)
+    facts = [fact for block in beliefs.model.private_blocks() for fact in block.facts]
+    return {beliefs.name(fact.value) for fact in facts if (fact.subject, fact.attribute) == (me, plays)}  # type: ignore[arg-type]
