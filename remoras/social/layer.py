@@ -291,7 +291,8 @@ class SocialLayer:
         unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.standing.absent}
         for said in self._negotiation.negotiate(now_s, work, peers.heard_s, unheard, calls, self.missions, peers.links):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in said.facts)
-            facts = self.standing.in_place_of_the_absent(self._beliefs.fact(*fact) for fact in said.facts)
+            facts = self.standing.in_place_of_the_absent(own := [self._beliefs.fact(*fact) for fact in said.facts])
+            self._negotiation.note_added(now_s, [fact for fact in facts if fact not in own])
             facts += aims(said.facts, self.objectives.values(), self._founding, self._beliefs, self._mission)
             stated.append((facts, said.told and not (is_order and self.standing.is_cut_off)))
         return stated

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Mapping
 
 from exchange.links import PeerLinks
 from remoras.authority import Rules
-from remoras.beliefs import Beliefs
+from remoras.beliefs import Beliefs, Fact
 from remoras.organisation import Group, Organisation
 from remoras.social.agreed import Place
 from remoras.strategy import JOB_DONE, Heard, Negotiator, Situation, Statement, Strategy, ask, negotiator_of
@@ -15,7 +15,8 @@ from worldmodel import Block, Change, TBox
 
 LEG = 1.5
 """Who takes no part in the work expects the longest leg to last as much of one vehicle's share of all work."""
-ROLE_ATTRIBUTES = ("playsRole", "leftRole")
+LEFT_ROLE = "leftRole"
+ROLE_ATTRIBUTES = ("playsRole", LEFT_ROLE)
 
 
 def negotiated_attributes(strategy: Strategy, jobs: Mapping[str, Job], tbox: TBox) -> tuple[str, ...]:
@@ -70,6 +71,7 @@ class Negotiation:
             if organisation.is_member(me, group.name):
                 self._add(group)
         self._heard: list[Block] = []
+        self._added: list[Heard] = []
         self._unlawful: Collection[Place] = ()
         self._round = 0
         self.holding = frozenset(self._negotiators)
@@ -142,6 +144,13 @@ class Negotiation:
             if issuer != self._me and (attribute in self._of_all or issuer not in self._apart):
                 self._heard.append(block)
 
+    def note_added(self, now_s: float, left: Iterable[Fact]) -> None:
+        """Let the strategy hear in the next round which roles this vehicle said to be left, beside what it stated."""
+        name = self._beliefs.name
+        facts = tuple((name(one[0]), LEFT_ROLE, name(one[2])) for one in left if one[1] in self._attributes)
+        if facts:
+            self._added.append(Heard(self._me, self._beliefs.model.quantise_time(now_s), facts))
+
     def disregard(self, unlawful: Collection[Place]) -> None:
         """Leave out of what was heard in this round what the issuers had no right to state.
 
@@ -154,7 +163,7 @@ class Negotiation:
         """What was heard in this round."""
         blocks, self._heard = self._heard, []
         unlawful, self._unlawful = self._unlawful, ()
-        found = []
+        found, self._added = self._added, []
         for block in blocks:
             facts = tuple(
                 self._beliefs.by_name(fact)
