@@ -87,7 +87,8 @@ class Workload:
         if positions_m is not None:
             return self._works(at, positions_m, energy_j, from_s)
         if self._stale or self._asked != asked:
-            self._kept, self._asked = self._works(at, {}, energy_j, from_s), asked
+            self._kept = self._works(at, {}, energy_j, from_s)
+            self._asked = asked
         return self._kept
 
     def _works(
@@ -113,4 +114,4 @@ class Workload:
             f"mission {type(self._mission).__name__}", "is_enough", "true or false",
             lambda found: isinstance(found, bool), lambda: self._mission.is_enough(self._beliefs),
         )  # fmt: skip
-        self._stale = set()
+        self._stale, self._asked = set(), None  # what is kept rests on what was known before

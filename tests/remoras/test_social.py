@@ -449,3 +449,12 @@ def test_who_supervises_others_meets_after_them(fleet: Fleet, order: tuple[int, 
     performer = named(fleet, "AUV01")
     hear(performer, *([early, between, late][n] for n in order))
     assert performer.functional.picture.groups.gathered == {"Coordination", "Operational"}
+
+
+def test_what_is_left_is_the_same_with_positions_and_without(fleet: Fleet) -> None:
+    """What is kept for questions without positions is not kept beyond a fact that one with positions has seen first."""
+    heard = named(fleet, "AUV01")
+    assert "left" not in heard.social._work()["Operational"].done
+    hear(heard, say(named(fleet, "AUV02"), ("left", "areaDone", "AUV02")))
+    for positions_m in ({}, None):
+        assert "left" in heard.social._work(positions_m)["Operational"].done
