@@ -8,6 +8,8 @@ from sampling import sampled
 from small_mission import Raw, run_varied
 from tools.one_bit import flown
 
+from missions.runs.assembly import assemble
+from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.faults import FaultKind
 
@@ -76,3 +78,20 @@ def test_a_mission_ends_although_one_of_four_is_cut_off(tmp_path: Path, policy: 
     run = run_varied(tmp_path, strike, "channel.per=0.4", f"communication.policy={policy}")
     assert run.n_false_beliefs == 0
     assert run.completed, run.reason
+
+
+def test_who_begins_anew_takes_jobs_whatever_it_said_before() -> None:
+    """Cut off, it says that it takes none, which the others hear; then it begins anew, and says that it does."""
+    faults = (
+        '{kind="deaf",vehicle="AUV01",at_s=30,until_s=205}',
+        '{kind="restarts",vehicle="AUV01",at_s=180,until_s=200,memory="lost"}',
+    )
+    settings = [("--set", f"fault=[{','.join(faults)}]"), ("--set", "communication.lease_frames=10")]
+    fleet = assemble(resolved(load("mapping-rendezvous", settings)), seed=1)
+    found = []
+    for time_s in (170.0, 300.0):
+        while fleet.now_s < time_s:
+            fleet.step()
+        found.append([v.name for v in fleet.vehicles if "AUV01" in v.social.standing.takes_no_jobs])
+    fleet.close()
+    assert found == [["ASV00", "AUV00", "AUV02"], []]
