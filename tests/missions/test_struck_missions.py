@@ -11,9 +11,6 @@ from tools.one_bit import flown
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from remoras.faults import FaultKind
-
-RESTARTS = pytest.mark.skipif("restarts" not in set(FaultKind), reason="awaits the fault kind `restarts`")
 
 
 def held_up(policy: str, n: int, seed: int) -> list[str]:
@@ -41,7 +38,6 @@ def test_no_flipped_bit_holds_up_a_mission(policy: str):
     assert held_up(policy, 15, seed=3) == []
 
 
-@RESTARTS
 @pytest.mark.parametrize(
     ("memory", "policy", "vehicle"),
     [
