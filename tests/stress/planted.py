@@ -221,7 +221,7 @@ def keep_count_between_runs(patch: Patch) -> None:
 
 def count_the_first_claim_alone(patch: Patch) -> None:
     patch.setattr(consultation, "playing", lambda organisation, *rest: organisation)
-    patch.setattr(Reigns, "has_claimed", lambda self, vehicle, age: False)
+    patch.setattr(Reigns, "is_claim", lambda self, age: False)
 
 
 def wait_for_who_is_elsewhere(patch: Patch) -> None:
