@@ -26,7 +26,7 @@ DAMAGING = frozenset({"bits", "cut"})
 LEASES = 3
 """Leases of absence that the survivors may wait for after what is transient has healed."""
 SLACK = 1.5
-"""How many times as long as without faults the mission may take then; or so much longer as a head may wait."""
+"""How many times as long as without faults the mission may take then, beside what a head may wait at a meeting."""
 
 
 @dataclass(frozen=True)
@@ -136,10 +136,7 @@ def schedule_of(plan: Plan, seed: int) -> Schedule:
     bound_s = plan.usual_s
     if plan.completes:
         factor = min((one.factor or 1.0 for one in faults if one.is_permanent), default=1.0)
-        usual_s = plan.usual_s / factor
-        is_awaited = any(one.kind == "misplaced" for one in faults if one.is_permanent)
-        longest_s = SLACK * usual_s + plan.wait_s if is_awaited else max(SLACK * usual_s, usual_s + plan.wait_s)
-        bound_s = round(heal_s + longest_s + plan.grace_s, 1)
+        bound_s = round(heal_s + SLACK * plan.usual_s / factor + plan.wait_s + plan.grace_s, 1)
     about = About(
         version=VERSION,
         scenario=plan.scenario,

@@ -32,13 +32,21 @@ class Act:
     kind: str
 
 
-def forged_act(fault: StressFault, vehicle: Vehicle, mission: Mission, witness: Witness) -> Act | None:
-    """What a vehicle says under a fault of the mind; None where there is nothing that it could forge."""
+def forged_act(
+    fault: StressFault, vehicle: Vehicle, mission: Mission, witness: Witness, founded: Organisation
+) -> Act | None:
+    """What a vehicle says under a fault of the mind; None where there is nothing that it could forge.
+
+    Args:
+        fault: of the mind; vehicle: that says it.
+        mission: whose jobs there are; witness: what was said so far.
+        founded: the organisation as agreed before the mission.
+    """
     match fault.kind:
         case "forged-role":
             return _forged_role(vehicle)
         case "forged-objective":
-            return _forged_objective(vehicle, witness)
+            return _forged_objective(vehicle, witness, founded)
         case "forged-done":
             return _forged_done(vehicle, mission)
     return None
@@ -55,8 +63,11 @@ def _forged_role(vehicle: Vehicle) -> Act | None:
     return None
 
 
-def _forged_objective(vehicle: Vehicle, witness: Witness) -> Act | None:
-    """An objective that somebody has given a role, for a role of a group that the vehicle is no member of."""
+def _forged_objective(vehicle: Vehicle, witness: Witness, founded: Organisation) -> Act | None:
+    """An objective that somebody has given a role, for a role of a group of which the vehicle is no member.
+
+    Nor has it been one: others may not have heard that it has left.
+    """
     organisation, beliefs = vehicle.social.organisation, vehicle.beliefs
     tbox = beliefs.model.tbox
     attributes = {one.uid for one in tbox.attributes if one.name.startswith(OBJECTIVE) and one.name != OBJECTIVE}
@@ -65,7 +76,8 @@ def _forged_objective(vehicle: Vehicle, witness: Witness) -> Act | None:
         if fact.attribute in attributes
     ]  # fmt: skip
     for group in organisation.groups.values():
-        if given and not organisation.is_member(vehicle.name, group.name) and group.roles:
+        is_member = any(one.is_member(vehicle.name, group.name) for one in (organisation, founded))
+        if given and not is_member and group.roles:
             path = group.path(group.roles[0].name)
             fact: PropertyValue = given[0]
             return Act(((beliefs.uid(path), fact.attribute, fact.value),), vehicle.name, path, OBJECTIVE)

@@ -187,7 +187,9 @@ class _Trial:
             fleet.traffic.await_slot(vehicle.data.node)  # as after any setting of a clock
             self.happened["clock"] += 1
             return
-        act = forged_act(fault, vehicle, self.setup.mission, scene.witness) if vehicle.is_alive else None
+        if not vehicle.is_alive:
+            return
+        act = forged_act(fault, vehicle, self.setup.mission, scene.witness, self.setup.agreement.organisation)
         if act is not None:
             self.happened[fault.kind] += 1
             scene.forged.append((act.issuer, act.about, act.kind))
