@@ -133,8 +133,10 @@ class Guidance:
         motion = self._motion
         if neighbours:
             goal = _velocity(motion, target_m, speed_mps, dt_s)
-            velocity = self._clear_of(neighbours, self._detour.turned(goal), positions_m)
-            self._detour.note(goal, velocity, length(target_m[0] - motion.x_m, target_m[1] - motion.y_m), dt_s)
+            velocity = self._clear_of(neighbours, goal, positions_m)
+            if not self._pulls.equals:
+                to_go_m = length(target_m[0] - motion.x_m, target_m[1] - motion.y_m)
+                self._detour.note(goal, velocity, to_go_m, dt_s)
             if velocity is not goal:
                 follow(motion, self._data, velocity, dt_s)
                 return
@@ -149,6 +151,8 @@ class Guidance:
         if self._current is not None:
             walls = [one._replace(x=one.x - self._flow_mps[0], y=one.y - self._flow_mps[1]) for one in walls]
         preferred = goal
+        if self._detour.is_on and not pulls.equals:
+            preferred = within(walls, self._detour.turned(goal), most_mps)
         if pulls.answered and weights.attraction > 0.0:
             preferred = within(walls, attracted(goal, position_m, pulls, positions_m, weights.attraction), most_mps)
         clear = self._clear(preferred, neighbours, walls)

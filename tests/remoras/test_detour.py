@@ -9,7 +9,7 @@ from sample_vehicles import AUV
 
 from exchange.arithmetic import length
 from remoras.attraction import GuidanceConstants
-from remoras.avoidance import Neighbour
+from remoras.avoidance import Bounds, Neighbour
 from remoras.behaviours import Reference
 from remoras.functional import detour
 from remoras.functional.guidance import Guidance
@@ -22,13 +22,16 @@ POCKET_M = (1.1, 5.5), (5.6, -0.8)
 """Two that stand before one that heads north-east, as vehicles lay that had met."""
 
 
-def sails(to_m: Point, standing_m: tuple[Point, ...], ticks: int = 400) -> tuple[Motion, float]:
+def sails(
+    to_m: Point, standing_m: tuple[Point, ...], ticks: int = 400, bounds_m: Bounds = BOUNDS_M
+) -> tuple[Motion, float]:
     """Let a vehicle head from (0, 0) for a place, past others that stand; and how near it came to any (m)."""
     motion, nearest_m = Motion(0.0, 0.0), math.inf
-    guidance = Guidance(motion, AUV, BOUNDS_M, GuidanceConstants(SEPARATION_M))
+    guidance = Guidance(motion, AUV, bounds_m, GuidanceConstants(SEPARATION_M))
     for tick in range(ticks):
         seen = [Neighbour(x_m - motion.x_m, y_m - motion.y_m, 0.0, 0.0) for x_m, y_m in standing_m]
         guidance.move(Reference(to_m, 1.5), seen, {}, float(tick), 1.0)
+        assert bounds_m[1] - 1.0 < motion.y_m
         nearest_m = min([nearest_m, *(length(x_m - motion.x_m, y_m - motion.y_m) for x_m, y_m in standing_m)])
     return motion, nearest_m
 
@@ -59,12 +62,20 @@ def test_it_begins_where_nothing_is_left_of_a_long_way(to_go_m: float, left_mps:
     assert (way.turned(goal) == (0.0, -0.5)) is turns
 
 
-def test_the_next_detour_is_another() -> None:
+def test_each_detour_is_another_and_between_them_it_heads_for_its_target() -> None:
     way, found = detour.Detour(SEPARATION_M), []
-    for _ in range(80):
+    for _ in range(92):
         way.note((1.0, 0.0), (0.0, 0.0), 100.0, 1.0)
         found.append(way.turned((1.0, 0.0)))
-    assert found[19::20] == [(0.0, -0.5), (0.0, 0.5), (-0.5, 0.0), (0.0, -0.5)]
+    for first, turned in ((19, (0.0, -0.5)), (42, (0.0, 0.5)), (65, (-0.5, 0.0)), (88, (0.0, -0.5))):
+        assert found[first - 1 : first + 4] == [(1.0, 0.0), turned, turned, turned, (1.0, 0.0)]
+
+
+def test_it_stays_within_the_area_of_operations() -> None:
+    """It would go round by the right, where the border is; so it goes by the left."""
+    standing_m = tuple((x_m, y_m - 0.5) for x_m, y_m in POCKET_M)
+    motion, _ = sails((60.0, 60.0), standing_m, bounds_m=(-500.0, -2.0, 500.0, 500.0))
+    assert off_m(motion, (60.0, 60.0)) < 1.0
 
 
 @settings(max_examples=100, deadline=None)
