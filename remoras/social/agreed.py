@@ -24,8 +24,7 @@ class Agreed:
 
     Attributes:
         organisation: with all that was agreed.
-        absent: vehicles that make room for others; unavailable: those that take no jobs; blind: those that
-            take none for which they need their sensors.
+        absent: vehicles that make room for others; unavailable: those that take no jobs now.
         assigned, left: roles that vehicles took and left, in the order in which they did.
         formed, dissolved: names of groups, in the order in which they were.
         objectives: given to roles; missions: groups that were given one, and which.
@@ -36,7 +35,6 @@ class Agreed:
     organisation: Organisation
     absent: frozenset[str] = NOBODY
     unavailable: frozenset[str] = NOBODY
-    blind: frozenset[str] = NOBODY
     assigned: list[RoleAssignment] = field(default_factory=list)
     left: list[RoleAssignment] = field(default_factory=list)
     formed: list[str] = field(default_factory=list)

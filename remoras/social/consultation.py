@@ -20,10 +20,10 @@ from remoras.beliefs import Beliefs
 from remoras.organisation import Group, Organisation, Outcome
 from remoras.social.agreed import UNCHANGED, Agreed
 from remoras.social.alone import Alone
+from remoras.social.availability import Availability
 from remoras.social.formations import Formations
 from remoras.social.newest import Newest
-from remoras.social.reigns import AGREED_BEFORE, Age, Reigns
-from remoras.social.reports import takes_sensors
+from remoras.social.reigns import Age, Reigns
 from remoras.social.requests import Requests
 from remoras.social.succession import Headship, excluded_by_leading, playing, role_after, yielding_above
 from remoras.social.tenures import Tenures
@@ -42,8 +42,8 @@ MAY_COME = frozenset(
 """Refusals that rest on what may be heard of later."""
 FOR_ALL = frozenset({Act.SUCCEED, Act.CREATE, Act.DISSOLVE})
 """Acts of which nothing comes where a vehicle states them for itself alone."""
-TENABLE = frozenset({Outcome.SUCCESS, Outcome.NO_ROOM})
-"""Outcomes of what counts for who holds a role, now or once there is room."""
+TENABLE = frozenset({Outcome.SUCCESS, Outcome.NO_ROOM, Outcome.UNAVAILABLE})
+"""Outcomes of what counts for who holds a role, now, once there is room, or once the assignee takes jobs again."""
 LAWFUL = UNCHANGED | {Outcome.SUCCESS, Outcome.NO_ROOM, Outcome.UNAVAILABLE, Outcome.NOT_IN_GROUP}
 """Outcomes of requests that their issuers had the right to make."""
 
@@ -60,10 +60,12 @@ class Consultation:
         beliefs: of the vehicle.
         rules: of who may change what.
         organisation: as agreed before the mission.
+        availability: of all vehicles; it is read only, but for its news.
     """
 
-    def __init__(self, beliefs: Beliefs, rules: Rules, organisation: Organisation) -> None:
+    def __init__(self, beliefs: Beliefs, rules: Rules, organisation: Organisation, availability: Availability) -> None:
         self._rules = rules
+        self._availability = availability
         self._groups = {**organisation.groups, **rules.at_sea}
         self.requests = Requests(beliefs, self._groups)
         self._pending: list[Observation] = []
@@ -73,7 +75,7 @@ class Consultation:
         self._about: dict[str, dict[Age, Observation]] = {group: {} for group in rules.at_sea}  # heard of each
         self.alone = Alone()
         self._reigns = Reigns(organisation)
-        self._tenures = Tenures(rules, self._groups, organisation, self._newest, self._reigns)
+        self._tenures = Tenures(rules, self._groups, organisation, self._newest, self._reigns, availability)
         self.formations = Formations(rules, self._reigns)
         self.headship = Headship()
         self.missions: dict[str, tuple[str, ...]] = {}
@@ -104,6 +106,10 @@ class Consultation:
         pending, self._pending = sorted(self._pending, key=_age), []
         for observation in pending:
             self._count(observation, agreed)
+        for name in sorted(self._availability.news):
+            for group in agreed.organisation.groups:
+                self._renew(group, name, agreed)
+        self._availability.news.clear()
         is_due = agreed.organisation is not organisation or self._reigns.n_changes != n_changes
         while is_due:
             n_renewed = len(agreed.formed) + len(agreed.dissolved)
@@ -167,8 +173,7 @@ class Consultation:
             return agreed.organisation.is_member(vehicle, group) if alone else self._reigns.led(vehicle, group, age)
 
         yielding = agreed.absent | self._tenures.yielding(asked, age, agreed.organisation)
-        is_blind = asked.assignee in agreed.blind and takes_sensors(self._rules, self._groups[asked.group], asked)
-        unavailable = agreed.unavailable | ({asked.assignee} if is_blind else NOBODY)
+        takes = self._availability.takes(asked, self._groups[asked.group], age, agreed.unavailable if alone else None)
         organisation = agreed.organisation
         if asked.act is Act.SUCCEED:
             succession = self._groups[asked.group].succession
@@ -176,14 +181,14 @@ class Consultation:
             if not left and self._reigns.has_led(asked.issuer, asked.group, age):
                 left = [self._groups[asked.group].head_role or ""]
             organisation = playing(organisation, asked.issuer, asked.group, left)
-        outcome = may_assign(asked, organisation, self._rules, led, yielding, unavailable)
+        outcome = may_assign(asked, organisation, self._rules, led, yielding, NOBODY if takes else {asked.assignee})
         if outcome not in LAWFUL:
             self._refuse(asked, outcome, observation, agreed, not alone, again or is_old)
         elif asked.act is Act.SUCCEED:
             self._succeed(asked, observation, agreed)
         else:
             if is_tenure and outcome in TENABLE:
-                self._hold(asked, age, agreed)
+                self._hold(asked, outcome, age, agreed)
             if not alone and not is_old:
                 self._newest[asked.about] = age
             if not is_old and not (is_tenure and outcome in TENABLE):
@@ -223,7 +228,7 @@ class Consultation:
             if done is Outcome.SUCCESS and asked.role == self._groups[asked.group].head_role:
                 self._reigns.change(asked.group, asked.assignee, asked.act is Act.ASSIGN, age)
 
-    def _hold(self, asked: Request, age: Age, agreed: Agreed) -> None:
+    def _hold(self, asked: Request, outcome: Outcome, age: Age, agreed: Agreed) -> None:
         """Do what follows for a role with room for few."""
         follows, waits = self._tenures.settle(asked, age, agreed.organisation, agreed.absent)
         for one in follows:
@@ -233,6 +238,8 @@ class Consultation:
                 self._reigns.change(one.group, one.assignee, one.act is Act.ASSIGN, age)
         if waits:
             agreed.note(asked, Outcome.NO_ROOM)
+        elif outcome is Outcome.UNAVAILABLE:
+            agreed.note(asked, outcome)
         elif not follows and not agreed.organisation.is_member(asked.assignee, asked.group):
             agreed.note(asked, Outcome.NOT_IN_GROUP)
 
@@ -248,7 +255,7 @@ class Consultation:
         self._reigns.claim(group.name, vehicle, claim, age)
         if self.headship.take(group.name, claim):
             self._enthrone(asked, group, age, agreed)
-        self._take_back(group.name, vehicle, agreed)
+        self._renew(group.name, vehicle, agreed)
 
     def _enthrone(self, asked: Request, group: Group, age: Age, agreed: Agreed) -> None:
         """Let the issuer lead a group, and play what its role takes in the group above; whoever led steps down."""
@@ -269,17 +276,10 @@ class Consultation:
             if self._newest.take((one.group, one.role, one.vehicle), age):
                 agreed.leave(Request(vehicle, Act.RELEASE, one.group, one.role, vehicle))
 
-    def _take_back(self, group: str, issuer: str, agreed: Agreed) -> None:
-        """Where heads alone give out roles, let go of jobs whose giver, as is known now, led no more by then."""
-        if self._rules.authorities:
-            return
+    def _renew(self, group: str, issuer: str, agreed: Agreed) -> None:
+        """Let who holds the jobs of a group follow from all that was said of them, now that more is known."""
         for one in self._tenures.renew(group, issuer, agreed.organisation):
             (agreed.assign if one.act is Act.ASSIGN else agreed.leave)(one)
-        for role in [role for role in self._groups[group].roles if role.job is not None and role.maximum is None]:
-            for name in agreed.organisation.members(group, role.name):
-                given = self._newest.at(group, role.name, name)
-                if given != AGREED_BEFORE and not self._reigns.led(self.requests.name_of(given[1]), group, given):
-                    agreed.leave(Request(issuer, Act.RELEASE, group, role.name, name))
 
     def _hand_over(self, to: Request, holders: list[str] | tuple[str, ...], age: Age, agreed: Agreed) -> None:
         """Let holders leave a role for another, unless a newer word says something else of one of them."""

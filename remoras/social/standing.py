@@ -17,16 +17,14 @@ from remoras.authority import Act, Request, Rules
 from remoras.beliefs import Beliefs, Fact
 from remoras.organisation import Organisation
 from remoras.social.agreed import Agreed
+from remoras.social.availability import Availability
 from remoras.social.consultation import Consultation
 from remoras.social.membership import NO_CHANGES, Changes, Membership, acted_on
 from remoras.social.negotiation import ROLE_ATTRIBUTES
 from remoras.social.receivers import by_receiver
-from remoras.social.reigns import Age
 from remoras.social.reports import SENSORS_WORK, Reports, takes_sensors
-from remoras.social.statements import AVAILABLE, Statements
+from remoras.social.statements import Statements
 from worldmodel import Change
-
-NEVER: Age = (-1.0, 0, 0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,14 +87,11 @@ class Standing:
         self._beliefs = beliefs
         self._membership = Membership(me, database.names, lease_s, frame_s)
         self._statements = Statements(me, beliefs, database)
-        self._unavailable: frozenset[str] = frozenset()
-        self._available = beliefs.model.tbox.attribute_named(AVAILABLE).uid
-        self._available_since: dict[int, Age] = {}  # by origin
+        self._availability = Availability(me, beliefs, rules)
         self._is_out_of_reach = False  # it has said that it takes no jobs, since it is cut off
-        self._is_misjudged = False  # before it began anew it has said so
         self._given_up: set[Objective] = set()
         self.reports = Reports(beliefs, database, until_s)
-        self.consultation = Consultation(beliefs, rules, organisation)
+        self.consultation = Consultation(beliefs, rules, organisation, self._availability)
         self.organisation = organisation
         self.present = organisation
         self._renew(organisation)
@@ -116,7 +111,8 @@ class Standing:
     @property
     def takes_no_jobs(self) -> frozenset[str]:
         """Vehicles that take no jobs; one that is cut off still takes those that it gives itself."""
-        return self._unavailable - {self._me} if self._is_out_of_reach and self.is_cut_off else self._unavailable
+        unavailable = self._availability.unavailable
+        return unavailable - {self._me} if self._is_out_of_reach and self.is_cut_off else unavailable
 
     @property
     def footing(self) -> Footing:
@@ -135,21 +131,6 @@ class Standing:
         leads_alone = self._database[self._me].social_layer
         self.present = acted_on(organisation, self._me, self.absent, self.is_cut_off, leads_alone)
 
-    def _note_availability(self, change: Change) -> None:
-        """See who takes jobs, by what each vehicle says of itself: the newest counts."""
-        block = change.block
-        for position, fact in enumerate(block.facts):
-            age = *block.key, position
-            if fact.attribute != self._available or fact.subject != block.origin:
-                continue
-            if self._beliefs.name(block.origin) == self._me and block.epoch != self._beliefs.model.epoch:
-                self._is_misjudged |= not fact.value
-                continue
-            if age > self._available_since.get(block.origin, NEVER):
-                self._available_since[block.origin] = age
-                name = {self._beliefs.name(block.origin)}
-                self._unavailable = self._unavailable - name if fact.value else self._unavailable | name
-
     # The end of a round --------------------------------------------------------------------------
 
     def look_around(self, now_s: float, heard_s: Mapping[str, float]) -> Seen | None:
@@ -167,7 +148,7 @@ class Standing:
         undone = Agreed(self.organisation)
         if self.is_cut_off and not was_cut_off:
             facts = self._statements.stepping_down(self.organisation)
-            if self._me not in self._unavailable:
+            if self._me not in self._availability.unavailable:
                 self._is_out_of_reach = True
                 facts.append(self._statements.available(False))
         elif was_cut_off and not self.is_cut_off:
@@ -180,7 +161,7 @@ class Standing:
 
     def agree(self) -> Agreed:
         """End of a round: what was said in it counts from now on."""
-        so_far = Agreed(self.organisation, self.absent, self.takes_no_jobs, self.reports.blind)
+        so_far = Agreed(self.organisation, self.absent, self.takes_no_jobs)
         agreed = self.consultation.end(so_far)
         self._renew(agreed.organisation)
         return agreed
@@ -197,7 +178,7 @@ class Standing:
         """
         agreed, gives_mission = None, self.consultation.requests.gives_mission
         for change in changes:
-            self._note_availability(change)
+            self._availability.note(change)
             self.reports.note(change)
             self.consultation.note(change, alone)
             if any(map(gives_mission, change.block.facts)):
@@ -211,14 +192,14 @@ class Standing:
         """Claims to lead groups: without a head, where it is the first to succeed, or led by it in dispute."""
         if self.is_cut_off:
             return []
-        return self._statements.claims(self.present, self.consultation.headship, self._unavailable)
+        return self._statements.claims(self.present, self.consultation.headship, self._availability.unavailable)
 
     def correction(self) -> list[Fact]:
         """That this vehicle takes jobs, where others may hold what it said before it began anew; else nothing."""
-        if not self._is_misjudged or self.is_cut_off:
+        if not self._availability.is_misjudged or self.is_cut_off:
             return []
-        self._is_misjudged = False
-        return [] if self._me in self._unavailable else [self._statements.available(True)]
+        self._availability.is_misjudged = False
+        return [] if self._me in self._availability.unavailable else [self._statements.available(True)]
 
     def in_place_of_the_absent(self, facts: Iterable[Fact]) -> list[Fact]:
         """The same facts, and before each that gives away a role held by the absent, that these leave it."""

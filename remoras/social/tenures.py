@@ -1,4 +1,4 @@
-"""Tenures: who holds a role with room for few, by all that was said of it, whatever was heard first.
+"""Tenures: who holds a role with a job or with room for few, by all that was said of it, whatever was heard first.
 
 An assignment finds room or waits. When a holder leaves, the newest of those that wait is let in, for want of newer
 word: what is said later takes the room from it, and it waits again. Where heads alone give out jobs, holders that have
@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from remoras.authority import Act, Request, Rules
 from remoras.organisation import Group, Organisation
+from remoras.social.availability import Availability
 from remoras.social.newest import Newest
 from remoras.social.reigns import AGREED_BEFORE, Age, Reigns
 
@@ -70,7 +71,8 @@ class Tenures:
         rules: of who may change what.
         groups: specifications by name.
         organisation: as agreed before the mission.
-        newest: when the newest word of a role of a vehicle was said; reigns: who led when. They are read only.
+        newest: when the newest word of a role of a vehicle was said; reigns: who led when.
+        availability: who takes jobs. All three are read only.
     """
 
     def __init__(
@@ -80,7 +82,9 @@ class Tenures:
         organisation: Organisation,
         newest: Newest,
         reigns: Reigns,
+        availability: Availability,
     ) -> None:
+        self._availability = availability
         self._rules = rules
         self._groups = groups
         self._newest = newest
@@ -107,8 +111,10 @@ class Tenures:
         """
         group = self._groups[asked.group]
         is_claimed = asked.role == group.head_role and bool(group.succession)
-        is_of_holder = asked.act in (Act.ASSIGN, Act.RELEASE) and not is_claimed
-        return is_of_holder and self._room(asked.group, asked.role) < math.inf
+        if asked.act not in (Act.ASSIGN, Act.RELEASE) or is_claimed:
+            return False
+        role = group.role(asked.role)
+        return role is not None and (role.maximum is not None or role.job is not None)
 
     def yielding(self, asked: Request, age: Age, organisation: Organisation) -> frozenset[str]:
         """Holders of a role that have it from before the issuer led, and make room for whom it names."""
@@ -133,7 +139,7 @@ class Tenures:
         place, gives = (asked.group, asked.role), asked.act is Act.ASSIGN
         said = self._reconciled(place, organisation)
         held, room = self._held[place], self._room(*place)
-        if gives and len(held) >= room and asked.assignee not in held and held <= yielding:
+        if gives and self._counts(asked, age) and len(held) >= room and asked.assignee not in held and held <= yielding:
             said |= {Word(age, False, name): _release(asked, name) for name in held}
         said[Word(age, gives, asked.assignee)] = asked
         return self._follow(place, said, asked.issuer), asked.assignee in self._after(place, said)[1]
@@ -167,8 +173,10 @@ class Tenures:
         return holders_after(words, self._room(*place), lambda word: self._led_since(said[word], word.age))
 
     def _counts(self, asked: Request, age: Age) -> bool:
-        """True unless the issuer, as is known now, led no more by then."""
-        return not self._is_for_heads(asked) or self._reigns.led(asked.issuer, asked.group, age)
+        """True unless the issuer, as is known now, led no more by then, or the assignee took no jobs."""
+        if self._is_for_heads(asked) and not self._reigns.led(asked.issuer, asked.group, age):
+            return False
+        return asked.act is not Act.ASSIGN or self._availability.takes(asked, self._groups[asked.group], age)
 
     def _led_since(self, asked: Request, age: Age) -> Age | None:
         """Since when the issuer of an assignment has led, where heads alone give out the role; else None."""

@@ -181,22 +181,24 @@ def test_who_holds_a_role_does_not_depend_on_what_was_heard_first(words: list[tu
 AUVS = st.sampled_from(["AUV00", "AUV01", "AUV02"])
 ORDERS = st.tuples(AUVS, st.sampled_from(["playsRole", "leftRole"]), AUVS)
 CLAIMS = st.tuples(AUVS, st.sampled_from([1, 2, 3]))
+OWN = st.tuples(AUVS, st.sampled_from(["available", "sensorsWork"]), st.booleans())
 
 
-@settings(max_examples=60)
-@given(st.lists(ORDERS | CLAIMS, max_size=8), st.randoms())
+@settings(max_examples=100)
+@given(st.lists(ORDERS | CLAIMS | OWN, max_size=8), st.randoms())
 def test_nor_does_it_where_several_lead_one_after_another(words: list[tuple[Any, ...]], draws: Random) -> None:
-    """Vehicles claim to lead the group, and give and take a role, with authority or without."""
+    """Vehicles claim to lead the group, give and take a role, with authority or without, and say if they take jobs."""
     speaking, heads, holders = assemble(SETUP, seed=1), [], []
     blocks = []
-    for number, word in enumerate(words):
-        group = "Operational"
-        facts = (
-            [(word[2], word[1], LEFT[2])]
-            if len(word) > 2
-            else [(group, HEADED_BY, word[0]), (group, HEAD_TERM, word[1])]
-        )
-        blocks.append(say(named(speaking, word[0]), *facts, now_s=1.0 + number))
+    for number, (speaker, *word) in enumerate(words):
+        match word:
+            case [attribute, bool(value)]:
+                facts = [(speaker, attribute, value)]
+            case [attribute, str(assignee)]:
+                facts = [(assignee, attribute, LEFT[2])]
+            case [term]:
+                facts = [("Operational", HEADED_BY, speaker), ("Operational", HEAD_TERM, term)]
+        blocks.append(say(named(speaking, speaker), *facts, now_s=1.0 + number))
     speaking.close()
     for order in (blocks, draws.sample(blocks, len(blocks))):
         fleet = assemble(SETUP, seed=1)
