@@ -81,6 +81,7 @@ class Beliefs:
         self._collected: dict[tuple[int, int], _Collected] = {}  # by subject and attribute, where asked for
         self._by_key: dict[Key, _Collected] = {}  # the same
         self._bans = model.banned
+        self._from_s: dict[tuple[int, int], float] = {}  # by subject and attribute, where not all counts
         self.n_told = 0
         """It grows whenever what ``values`` gives changes."""
 
@@ -100,7 +101,23 @@ class Beliefs:
         """The latest value of a fact, or ``default`` if it is not known."""
         subject, attribute = self._slots.get(key) or self._slot(key)
         value = self.model.value(subject, attribute.uid)
-        return default if value is None else self._plain(attribute, value)
+        if value is None or (self._from_s and self._latest(key) is None):
+            return default
+        return self._plain(attribute, value)
+
+    def count_from(self, key: Key, from_s: float) -> None:
+        """Let no value of a fact count that was observed before; what was said of an earlier time is over."""
+        subject, attribute = self._slots.get(key) or self._slot(key)
+        slot = subject, attribute.uid
+        self._from_s[slot] = from_s
+        if slot in self._collected:
+            self._collected[slot].values = self._all(slot, attribute)
+            self.n_told += 1
+
+    def counts_from_s(self, key: Key) -> float:
+        """From when on values of a fact count; -inf if all do."""
+        subject, attribute = self._slots.get(key) or self._slot(key)
+        return self._from_s.get((subject, attribute.uid), -math.inf)
 
     def _slot(self, key: Key) -> tuple[int, Attribute]:
         """Instance and attribute of a key, which stay what they are."""
@@ -109,7 +126,7 @@ class Beliefs:
         return slot
 
     def values(self, key: Key) -> Set[Any]:
-        """Every value of a fact that was told by whom nobody bans: the same set, which grows, until bans change."""
+        """Every value of a fact that counts, told by whom nobody bans: the same set, which grows until that changes."""
         if (found := self._by_key.get(key)) is not None:
             return found.values
         subject, attribute = self._slot(key)
@@ -121,7 +138,8 @@ class Beliefs:
         return found.values
 
     def _all(self, slot: tuple[int, int], attribute: Attribute) -> set[Any]:
-        return {self._plain(attribute, one.value) for one in self.model.history(*slot)}
+        from_s = self._from_s.get(slot, -math.inf)
+        return {self._plain(attribute, one.value) for one in self.model.history(*slot) if one.time_s >= from_s}
 
     def note(self) -> None:
         """Bring ``values`` up to date with what was recorded or merged."""
@@ -132,8 +150,10 @@ class Beliefs:
                 one.values = self._all(slot, one.attribute)
             self.n_told += 1
             return
-        for one in self._collected.values():
+        for slot, one in self._collected.items():
             for observation in self.model.news(one.news):
+                if observation.time_s < self._from_s.get(slot, -math.inf):
+                    continue
                 one.values.add(self._plain(one.attribute, observation.value))
                 self.n_told += 1
 
@@ -174,7 +194,10 @@ class Beliefs:
 
     def _latest(self, key: Key) -> Latest | None:
         subject, attribute = self._slots.get(key) or self._slot(key)
-        return self.model.latest(subject, attribute.uid)
+        latest = self.model.latest(subject, attribute.uid)
+        if latest is not None and latest.time_s < self._from_s.get((subject, attribute.uid), -math.inf):
+            return None
+        return latest
 
     def is_a(self, name: str, of_class: str) -> bool:
         """True if an instance is seen to be of a class, by its types or by what follows from facts."""
@@ -261,28 +284,11 @@ class Beliefs:
         if not observation.found:
             return [self._fact(None, *fact) for fact in observation.facts]
         found = self._tbox.class_named(observation.found).uid
-        known = self._nearest(observation, found) if observation.within_m > 0.0 else None
+        known = _nearest(self.model, observation, found) if observation.within_m > 0.0 else None
         if known is not None:
             return [self._fact(known, *fact) for fact in observation.facts]
         uid = self.model.new_instance_uid()
         return [(uid, TYPE_UID, found), *(self._fact(uid, *fact) for fact in observation.facts)]
-
-    def _nearest(self, observation: Observation, class_uid: int) -> int | None:
-        """The instance of a class nearest to where something was found, if it is near enough; of two the first.
-
-        It is near to what any vehicle said of it last, even a banned one: a ban does not make another object of it.
-        """
-        points = [fact for fact in observation.facts if fact[0] == SELF and isinstance(fact[2], tuple)]
-        if not points:
-            return None
-        attribute, at_m = self._tbox.attribute_named(points[0][1]).uid, cast(Point, points[0][2])
-        near: list[tuple[float, int]] = []
-        for uid in self.model.instance_uids():
-            if self.model.class_mask(uid) >> class_uid & 1:
-                last = {one.origin: cast(Point, one.value) for one in self.model.facts_of(uid, attribute)}
-                near += [(distance(known_m, at_m), uid) for known_m in last.values()]
-        way_m, nearest = min(near, default=(math.inf, -1))
-        return nearest if way_m <= observation.within_m else None
 
     def _fact(
         self, found: int | None, subject: str, attribute: str, value: Any, uncertainty: float | None = None
@@ -303,3 +309,21 @@ class Beliefs:
         if value not in attribute.symbols:
             raise FactError(f"{attribute.name} is {value!r}; allowed: {', '.join(attribute.symbols)}")
         return attribute.symbols.index(value)
+
+
+def _nearest(model: WorldModel, observation: Observation, class_uid: int) -> int | None:
+    """The instance of a class nearest to where something was found, if it is near enough; of two the first.
+
+    It is near to what any vehicle said of it last, even a banned one: a ban does not make another object of it.
+    """
+    points = [fact for fact in observation.facts if fact[0] == SELF and isinstance(fact[2], tuple)]
+    if not points:
+        return None
+    attribute, at_m = model.tbox.attribute_named(points[0][1]).uid, cast(Point, points[0][2])
+    near: list[tuple[float, int]] = []
+    for uid in model.instance_uids():
+        if model.class_mask(uid) >> class_uid & 1:
+            last = {one.origin: cast(Point, one.value) for one in model.facts_of(uid, attribute)}
+            near += [(distance(known_m, at_m), uid) for known_m in last.values()]
+    way_m, nearest = min(near, default=(math.inf, -1))
+    return nearest if way_m <= observation.within_m else None

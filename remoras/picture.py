@@ -86,6 +86,13 @@ class Groups:
     idle_since_s: dict[str, float] = field(default_factory=dict)
     returned_s: dict[str, float] = field(default_factory=dict)
 
+    def note_work(self, group: str, is_left: bool, now_s: float) -> None:
+        """Note whether there is something left in a group that somebody present is to do."""
+        if is_left:
+            self.idle_since_s.pop(group, None)
+        else:
+            self.idle_since_s.setdefault(group, now_s)
+
 
 @dataclass(slots=True)
 class Picture:

@@ -156,6 +156,7 @@ class Work:
         energy_j: what vehicles have left at ``now_s``, as far as is known; who has enough for the mission is missing.
         now_s: time from which outlooks count.
         barred: (vehicle, role) of jobs that a vehicle is not to be given.
+        given_anew: jobs that were given anew although they were said to be done; who repeats that is not believed.
     """
 
     group: Group
@@ -169,6 +170,7 @@ class Work:
     energy_j: Mapping[str, float] = field(default_factory=dict)
     now_s: float = 0.0
     barred: frozenset[tuple[str, str]] = frozenset()
+    given_anew: frozenset[str] = frozenset()
 
     @cached_property
     def roles(self) -> tuple[RoleSpecification, ...]:
@@ -327,8 +329,9 @@ class Work:
         return left.pop(distances_m.index(min(distances_m)))
 
     def knowing(self, done: Collection[str]) -> Work:
-        """The same work where jobs ``done`` are known to be done too."""
-        return self if self.done.issuperset(done) else replace(self, done=self.done.union(done))
+        """The same work where jobs ``done`` are known to be done too, but for those given anew."""
+        more = frozenset(done) - self.done - self.given_anew
+        return replace(self, done=self.done | more) if more else self
 
     def assignment(self, role: RoleSpecification, vehicle: str) -> RoleAssignment:
         """``vehicle`` plays ``role`` of the group."""
@@ -349,10 +352,12 @@ def works(
     is_enough: bool = False,
     energy_j: Mapping[str, float] = ALL_HAVE_ENOUGH,
     now_s: float = 0.0,
+    given_anew: frozenset[str] = frozenset(),
 ) -> dict[str, Work]:
     """The work of every group, by its name; see ``Work`` for the arguments."""
+    known = positions_m, unavailable, is_enough, energy_j, now_s
     return {
-        name: Work(group, organisation, database, jobs, done, positions_m, unavailable, is_enough, energy_j, now_s)
+        name: Work(group, organisation, database, jobs, done, *known, given_anew=given_anew)
         for name, group in organisation.groups.items()
     }
 

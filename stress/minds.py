@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from remoras.beliefs import Key
 from remoras.database import AUVDatabase
 from remoras.mission import Mission
 from remoras.organisation import Group, Organisation, RoleAssignment
 from remoras.strategy import Declaration, Move, Negotiator, Situation, Strategy
 from remoras.vehicle import Vehicle
-from remoras.work import Work
+from remoras.work import Job, Work, share_left
 from stress.kinds import ENDING
 from stress.schedule import Schedule, StressFault
 from stress.witness import Witness
@@ -97,6 +98,38 @@ def _forged_done(vehicle: Vehicle, mission: Mission) -> Act | None:
                 if beliefs.model.may_record(fact):
                     return Act(((fact.subject, fact.attribute, fact.value),), vehicle.name, subject, "done")
     return None
+
+
+@dataclass(frozen=True)
+class _Said:
+    """What a vehicle knows that was told of jobs that they are done, and nothing else: a ``remoras.known.Known``."""
+
+    done: frozenset[Key]
+
+    def get(self, key: Key, default: Any = None, /) -> Any:
+        """Somebody has done it."""
+        return "somebody" if key in self.done else default
+
+    def values(self, key: Key) -> frozenset[Any]:
+        """The same."""
+        return frozenset({"somebody"} if key in self.done else ())
+
+    def instances(self, of_class: str, /) -> tuple[str, ...]:
+        """None."""
+        return ()
+
+    @property
+    def n_told(self) -> int:
+        """All at once."""
+        return len(self.done)
+
+
+def is_found_out(jobs: Collection[Job], declaration: Declaration) -> bool:
+    """True if a false word is: of every job it shows in other facts how much is left, and vehicles tell each other."""
+    said = _Said(frozenset(job.done for job in jobs))
+    left = [getattr(job, "left", lambda _: None)(said) for job in jobs]
+    is_told = declaration.communicates or declaration.is_bound
+    return is_told and all(one is not None and share_left(one) == 1.0 for one in left)
 
 
 class BrokenStrategy:

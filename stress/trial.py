@@ -27,7 +27,7 @@ from stress.forging import forger
 from stress.invariants.ending import Finishes, NoException, SameDigest
 from stress.invariants.seam import Heard, Invariant, Moment, Scene
 from stress.kinds import ENDING, KINDS
-from stress.minds import BrokenStrategy, forged_act
+from stress.minds import BrokenStrategy, forged_act, is_found_out
 from stress.rigging import Rigging
 from stress.schedule import Schedule, StressFault, overrides
 from stress.sea import RoughSea
@@ -252,13 +252,15 @@ def repeated(schedule: Schedule, invariants: Sequence[type[Invariant]]) -> Outco
 
 
 def effective_kinds(schedule: Schedule, setup: Setup) -> frozenset[str]:
-    """Kinds of a schedule and its scenario against which nothing protects packets."""
+    """Kinds of a schedule and its scenario against which nothing protects its packets, or finds out what is false."""
     communication = setup.scenario.communication
     kinds = set(schedule.kinds) | {table.kind for table in setup.scenario.fault}
     if communication.key_file:
         kinds -= {"bits", "cut", "forged"}
     if communication.crc_bits >= CHECKED_BITS:
         kinds -= {"bits", "cut"}
+    if is_found_out(setup.mission.jobs.values(), setup.strategy.declaration):
+        kinds -= {"forged-done"}
     return frozenset(kinds | {fault.kind + FOR_GOOD for fault in schedule.permanent})
 
 

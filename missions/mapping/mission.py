@@ -55,7 +55,7 @@ from missions.mapping.sensors import COVERAGE, Seabed, SeaObject, SwathSettings,
 from missions.mapping.survey import contains
 from missions.mapping.tasks import INSPECTION, MISSIONS, SUPERVISION, activity_domain, social_domain, waiting
 from missions.mapping.truth import GOAL, MappingTruth
-from missions.mapping.unfinished import AfterWork, Unfinished
+from missions.mapping.unfinished import AfterWork, Unfinished, given_anew, is_open_again
 from missions.meeting.meeting import OBJECTIVES, Meeting, importance_of
 from missions.metric import Metric
 from missions.scenarios.formation import FORMATION_WORDS
@@ -323,14 +323,16 @@ class MappingMission(Mission):
     ) -> Sequence[Finding]:
         """A head at the rally point that has lately heard all others there takes the group for gathered.
 
-        As long as a find is known that nobody has inspected, it waits, but not beyond the deadline. A group that was
-        formed to inspect does not meet.
+        As long as a find is known that nobody has inspected, or an area given anew is not done, it waits, but not
+        beyond the deadline. A group that was formed to inspect does not meet. After a meeting see ``given_anew``.
         """
         of = [one for one in self.groups.values() if group.name in (one.name, one.formed_by)]
-        is_left = any(waiting(beliefs, one, self._inspections) for one in of)
+        again = is_open_again(group, self._surveys, beliefs)
+        is_left = again or any(waiting(beliefs, one, self._inspections) for one in of)
         if group.formed_by is not None or (is_left and not self.meeting.is_overdue(group, beliefs, picture)):
             return ()
-        return self.meeting.findings(group, organisation, beliefs, picture, motion)
+        found = self.meeting.findings(group, organisation, beliefs, picture, motion)
+        return found or given_anew(group, self._surveys, self.meeting, beliefs, picture)
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
         """An area that is explored is done."""

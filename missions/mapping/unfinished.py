@@ -8,19 +8,61 @@ wait would call others off work that nobody else does.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+import math
+from collections.abc import Collection, Iterable, Mapping
 
 from missions.mapping.jobs import SurveyJob
+from missions.meeting.meeting import Meeting
 from remoras.behaviours import Behaviour, Perception, Reference
+from remoras.beliefs import Beliefs
 from remoras.htn import FactsLike
 from remoras.known import Known
+from remoras.mission import Finding
 from remoras.motion import Motion
+from remoras.organisation import Group
 from remoras.picture import Picture
+
+EXPLORING = "objectiveExploring"
+"""The fact that gives a role an area."""
 
 
 def is_to_be_inspected(facts: FactsLike, find: str) -> bool:
     """True while a find is known and not known to be inspected."""
     return facts.get(("foundAt", find)) is not None and facts.get(("inspectedBy", find)) is None
+
+
+def given_anew(
+    group: Group, surveys: Mapping[str, SurveyJob], meeting: Meeting, beliefs: Beliefs, picture: Picture
+) -> list[Finding]:
+    """Orders for the areas of a group that were said to be done although cells of them are not known to be mapped.
+
+    Whoever is done with an area knows all its cells, and tells them when it meets the others. So after half the
+    patience, once all have met in vain, the word counts no longer. What is said in spite of that is believed.
+
+    Args:
+        group: whose head asks.
+        surveys: of all areas, by name.
+        meeting: of all groups.
+        beliefs: of the head; picture: what else it knows.
+    """
+    met_s = meeting.met_s(beliefs, picture)
+    if met_s is None or picture.body.now_s - met_s < meeting.patience_s / 2.0:
+        return []
+    found = []
+    for role in group.roles:
+        job, given = surveys.get(role.job or ""), (EXPLORING, group.path(role.name))
+        if job is None or not beliefs.values(job.done) or (beliefs.observed_s(given) or 0.0) > met_s:
+            continue
+        if job.left(beliefs).bits and beliefs.counts_from_s(job.done) == -math.inf:
+            found.append(Finding(given[1], EXPLORING, job.name))
+    return found
+
+
+def is_open_again(group: Group, surveys: Mapping[str, SurveyJob], beliefs: Beliefs) -> bool:
+    """True while an area of a group that was given anew is not known to be done; arguments as of ``given_anew``."""
+    jobs = (surveys[role.job] for role in group.roles if role.job is not None and role.job in surveys)
+    again = (job for job in jobs if beliefs.counts_from_s(job.done) > -math.inf)
+    return any(not beliefs.values(job.done) and job.left(beliefs).bits for job in again)
 
 
 class Unfinished:
@@ -49,16 +91,11 @@ class Unfinished:
     def _is_work_left(self, facts: Known) -> bool:
         if any(facts.values(("foundAt", find)) and not facts.values(("inspectedBy", find)) for find in self._finds):
             return True
-        n_left, done = 0, []
+        n_left = 0
         for job in self._surveys:
-            if facts.values(job.done):
-                done.append(job)
-                continue
-            n_left += job.left(facts).bits.bit_count()
+            n_left += 0 if facts.values(job.done) else job.left(facts).bits.bit_count()
             if n_left > self._n_spared:
                 break
-        for job in done:
-            self._surveys.remove(job)
         return n_left > self._n_spared
 
 

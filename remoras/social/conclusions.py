@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from remoras.activities import Objective
-from remoras.beliefs import Beliefs, Fact
+from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import VehicleData
 from remoras.mission import Finding, SocialPart
 from remoras.motion import Motion
 from remoras.organisation import Organisation
 from remoras.picture import Picture
 from remoras.plugins import answer, broken_promise
+from remoras.social.gatherings import GATHERED_AT, Gatherings
+from remoras.social.negotiation import Negotiation
+from remoras.social.requests import OBJECTIVE_PREFIX
+from remoras.social.workload import Workload
 
 
 class Conclusions:
@@ -31,6 +35,37 @@ class Conclusions:
 
     def completion(self, objective: Objective) -> list[Fact]:
         """What to make known when all has been done for ``objective``; often nothing."""
+        return self._facts_of(self._completing(objective))
+
+    def _ends(self, objective: Objective) -> set[Key]:
+        """Facts of which it is known that all has been done for ``objective``; often none."""
+        return {(one.attribute, one.subject) for one in self._completing(objective)}
+
+    def taken_back(
+        self, given: Iterable[Objective], gatherings: Gatherings, workload: Workload, negotiation: Negotiation
+    ) -> set[Key]:
+        """Facts that count no longer as they were told, since objectives were given after their group had gathered.
+
+        A head gives an objective then that was not reached, whoever said so: that it was, and that the group has
+        gathered, is over, and so is how the group's jobs were divided.
+
+        Args:
+            given: objectives that count now.
+            gatherings, workload, negotiation: of the vehicle; they take note of it.
+        """
+        over: set[Key] = set()
+        met_s = {one: self._beliefs.observed_s((GATHERED_AT, one.group)) for one in given}
+        for one, before_s in met_s.items():
+            said_s = self._beliefs.observed_s((OBJECTIVE_PREFIX + one.name, f"{one.group}.{one.role}"))
+            if before_s is not None and said_s is not None and before_s < said_s and (ends := self._ends(one)):
+                over |= ends | gatherings.begin(one.group, said_s)
+                for key in ends:
+                    self._beliefs.count_from(key, said_s)
+                workload.give_anew(ends)
+                negotiation.begin(one.group)
+        return over
+
+    def _completing(self, objective: Objective) -> Sequence[Finding]:
         finding = answer(
             self._mission_name,
             "completion",
@@ -38,7 +73,7 @@ class Conclusions:
             lambda found: found is None or isinstance(found, Finding),
             lambda: self._mission.completion(objective, self._me),
         )
-        return [] if finding is None else self._facts_of([finding])
+        return () if finding is None else (finding,)
 
     def of_head(self, name: str, organisation: Organisation, picture: Picture, motion: Motion) -> list[Fact]:
         """What a head concludes about its group.

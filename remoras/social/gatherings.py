@@ -25,14 +25,17 @@ class Gatherings:
         self._beliefs = beliefs
         self._groups = tuple(groups)
         self._meets_after = meets_after
-        self._formed_s: dict[str, float] = {}
         self._alone_s: dict[str, float] = {}  # when a group was taken for gathered while cut off
         self.keys = frozenset((GATHERED_AT, group) for group in self._groups)
         """Facts that say of a group that it is gathered."""
 
-    def begin(self, group: str, now_s: float) -> None:
-        """A group is formed: its meetings before do not count."""
-        self._formed_s[group] = now_s
+    def begin(self, group: str, from_s: float) -> frozenset[Key]:
+        """A group begins anew: its meetings before do not count, nor do those that follow them. Return their keys."""
+        follow = (other for other, before in self._meets_after.items() if group in before)
+        found = frozenset((GATHERED_AT, one) for one in (group, *follow))
+        for key in found:
+            self._beliefs.count_from(key, from_s)
+        return found
 
     def note_alone(self, keys: Iterable[Key], now_s: float) -> None:
         """These facts were concluded while the vehicle is cut off."""
@@ -44,11 +47,7 @@ class Gatherings:
         return {(GATHERED_AT, group) for group in self._alone_s}
 
     def is_undone(self, key: Key, cut_off: bool) -> bool:
-        """True if a fact was concluded before its group was formed, or by a vehicle cut off that is so no longer."""
-        if key in self.keys and key[1] in self._formed_s:
-            met_s = self._beliefs.observed_s(key)
-            if met_s is not None and met_s < self._formed_s[key[1]]:
-                return True
+        """True if a fact was concluded by the vehicle while it was cut off, and it is so no longer."""
         if cut_off or not self._alone_s or key not in self.keys or key[1] not in self._alone_s:
             return False
         return self._beliefs.observed_s(key) == self._alone_s[key[1]]

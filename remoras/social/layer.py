@@ -266,11 +266,14 @@ class SocialLayer:
             self._negotiation.begin(group)
             self._gatherings.begin(group, self._picture.body.now_s)
         self.objectives = agreed.objectives_after(self.objectives, self._founding)
+        over = self.conclusions.taken_back(agreed.objectives, self._gatherings, self._workload, self._negotiation)
+        self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
         self._renew_leads()
         self.planner.end_round(agreed.left, self.facts)
-        self.planner.reconsider(agreed.keys, self._led, self.facts)
+        self.planner.reconsider(agreed.keys | over, self._led, self.facts)
         self.planner.lose((one for one in agreed.left if one.group in self._led), self.present)
-        stale = self.pursuit.let_go({("members", f"{a.group}.{a.role}") for a in [*agreed.assigned, *agreed.left]})
+        members = {("members", f"{one.group}.{one.role}") for one in [*agreed.assigned, *agreed.left]}
+        stale = self.pursuit.let_go(members | over)
         own = agreed.of(self.me)
         return Consulted(*own, rulings, bool(agreed.objectives or stale or any(own)))
 
@@ -311,12 +314,9 @@ class SocialLayer:
     def findings(self, motion: Motion) -> list[Fact]:
         """What this vehicle concludes as the leader of its groups, as facts."""
         facts: list[Fact] = []
-        idle_since_s, work = self._picture.groups.idle_since_s, self._work() if self._led else {}
+        work = self._work() if self._led else {}
         for name in self._led:
-            if work[name].has_something_left:
-                idle_since_s.pop(name, None)
-            else:
-                idle_since_s.setdefault(name, self._picture.body.now_s)
+            self._picture.groups.note_work(name, work[name].has_something_left, self._picture.body.now_s)
             if not self._holds(work[name]):
                 facts += self.conclusions.of_head(name, self.present, self._picture, motion)
         return facts

@@ -67,6 +67,7 @@ class Negotiation:
         self._negotiators: dict[str, Negotiator] = {}
         self._rally_m: dict[str, Point | None] = {}
         self._rallies_m, self._at_sea, self._of = rally_points_m, rules.at_sea, strategy
+        self._groups = {**organisation.groups, **rules.at_sea}
         for group in organisation.groups.values():
             if organisation.is_member(me, group.name):
                 self._add(group)
@@ -93,9 +94,9 @@ class Negotiation:
                 self._rally_m[group.name] = self._rallies_m.get(group.rally_point or "")
 
     def begin(self, group: str) -> None:
-        """A group was formed or dissolved at sea: nothing is known of how its jobs were divided before."""
-        self._negotiators.pop(group, None)
-        self._add(self._at_sea[group])
+        """A group begins anew: nothing is known of how its jobs were divided before."""
+        if self._negotiators.pop(group, None) is not None or group in self._at_sea:
+            self._add(self._groups[group])
 
     @property
     def takes_part(self) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
 from remoras.authority import Rules
-from remoras.beliefs import Beliefs, Fact
+from remoras.beliefs import Beliefs, Fact, Key
 from remoras.mission import SocialPart
 from remoras.organisation import Organisation
 from remoras.picture import Picture
@@ -44,6 +44,7 @@ class Workload:
         self._stale = set(jobs)
         self._left: dict[str, Job] = {}
         self._done: frozenset[str] = frozenset()
+        self._given_anew: frozenset[str] = frozenset()
         self._is_enough = False
         self._asked: tuple[Organisation, frozenset[str], bool, frozenset[str]] | None = None
         self._kept: dict[str, Work] = {}
@@ -54,6 +55,12 @@ class Workload:
             for fact in change.block.facts:
                 if fact.subject in self._about:
                     self._stale |= self._about[fact.subject]
+
+    def give_anew(self, ends: Collection[Key]) -> None:
+        """The facts by which jobs end count no longer as they were told: these jobs were given anew."""
+        again = {name for name, job in self._jobs.items() if job.done in ends}
+        self._stale |= again
+        self._given_anew |= again
 
     def told_by(self, vehicles: Collection[str]) -> list[Fact]:
         """That jobs are done, where these vehicles were the last to say so.
@@ -97,8 +104,9 @@ class Workload:
         self._work_out()
         no_jobs, database = at.takes_no_jobs | self._apart, self._reports.database
         found = works(
-            at.present, database, self._left, self._done, positions_m, no_jobs, self._is_enough, energy_j, from_s
-        )
+            at.present, database, self._left, self._done, positions_m, no_jobs, self._is_enough, energy_j, from_s,
+            self._given_anew,
+        )  # fmt: skip
         if at.is_cut_off and any(work.held_by(self._me) for work in found.values()):  # its own jobs come first
             return {name: replace(one, unavailable=one.unavailable | {self._me}) for name, one in found.items()}
         return found

@@ -64,7 +64,7 @@ class Scene:
         setup: the scenario resolved; schedule: what befalls the fleet; fleet: as it is now.
         witness: what was recorded and given to whom.
         lives: present life of each vehicle, by name.
-        effective: kinds of the schedule against which nothing protects the packets of this scenario.
+        effective: kinds of the schedule against which nothing in this scenario protects the fleet.
         forged: (vehicle, group or subject, what) of each act that a fault of the mind has forged.
         heard: of the moment EVENT: the packet.
         finished: of the moment END: the run; summary: its figures.

@@ -1,5 +1,7 @@
 """Beliefs: facts by name, out of the world model."""
 
+import math
+
 import pytest
 
 from remoras.beliefs import Beliefs
@@ -109,3 +111,21 @@ def test_an_unknown_symbol_is_refused_with_those_that_are_allowed() -> None:
 def test_a_name_like_that_of_something_found_is_none(name: str) -> None:
     with pytest.raises(UnknownNameError):
         beliefs(n_found=2).uid(name)
+
+
+def test_what_was_said_of_an_earlier_time_may_count_no_longer() -> None:
+    held, key = beliefs(), ("hasMission", "Operational")
+    fact = held.fact("Operational", "hasMission", "AreaMapping")
+    held.model.record([fact], 1.0)
+    assert held.values(key) == {"AreaMapping"}
+    before = held.n_told
+    held.count_from(key, 2.0)
+    assert (held.get(key), held.observed_s(key), held.origin(key), held.values(key)) == (None, None, None, set())
+    assert held.n_told > before
+    assert (held.counts_from_s(key), held.counts_from_s(("batteryFraction", "AUV00"))) == (2.0, -math.inf)
+    held.model.record([fact], 1.5)
+    held.note()
+    assert held.values(key) == set()
+    held.model.record([fact], 2.0)
+    held.note()
+    assert (held.get(key), held.observed_s(key), held.values(key)) == ("AreaMapping", 2.0, {"AreaMapping"})

@@ -1,0 +1,73 @@
+"""A job that is said to be done and is not: the fleet meets in vain, finds that out, and does it."""
+
+from dataclasses import replace
+
+import pytest
+from small_sea import SMALL, small_plan
+
+from missions.mapping import mission
+from missions.runs.setup import resolved
+from missions.scenarios import load
+from remoras.testing import Outcome, StressFault, judge, plan_of, schedule_of
+from remoras.work import Work
+from stress.minds import is_found_out
+from stress.schedule import overrides
+
+TALKING = (
+    "remoras", "remoras-planned", "central", "plan-and-dispatch", "contract-net", "status-broadcast", "cbba",
+    "rendezvous-sync", "oracle",
+)  # fmt: skip
+LIES = (
+    StressFault(kind="forged-done", vehicle="AUV02", at_s=31.0),  # of areas that others are at
+    StressFault(kind="forged-done", vehicle="AUV00", at_s=51.0),
+)
+NEAR_RALLY = 'rally_point."coordination rally".position_m=[240,200]'
+
+
+def outcome(strategy: str, *faults: StressFault) -> Outcome:
+    schedule = schedule_of(small_plan("forged-done", strategy=strategy), 1)
+    return judge(schedule.with_faults(faults))
+
+
+@pytest.mark.parametrize("strategy", TALKING)
+def test_what_is_said_to_be_done_and_is_not_is_done_after_all(strategy: str) -> None:
+    found = outcome(strategy, *LIES)
+    assert found.happened == {"forged-done": 2}
+    assert "finishes" in found.judged
+    assert found.completed, found.broken
+
+
+@pytest.mark.parametrize("strategy", ["remoras", "contract-net"])
+def test_it_is_not_if_nobody_asks_what_shows_of_it(strategy: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mission, "given_anew", lambda *args: [])
+    assert not outcome(strategy, *LIES).completed
+
+
+def test_nor_if_what_others_repeat_of_it_counts_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Under this strategy everybody repeats again and again which jobs are done."""
+    nearer = (*(one for one in SMALL if "coordination" not in one), NEAR_RALLY)
+    schedule = schedule_of(plan_of("mapping-rendezvous", "status-broadcast", nearer, ["forged-done"]), 1)
+    assert judge(schedule).completed
+    monkeypatch.setattr(Work, "knowing", lambda self, done: replace(self, done=self.done.union(done)))
+    assert not judge(schedule).completed
+
+
+def test_without_a_lie_nothing_is_given_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    honest = outcome("remoras")
+    monkeypatch.setattr(mission, "given_anew", lambda *args: [])
+    assert outcome("remoras").digest == honest.digest
+    assert honest.completed
+
+
+@pytest.mark.parametrize(
+    ("scenario", "strategy", "is_so"),
+    [
+        ("mapping-rendezvous", "remoras", True),
+        ("mapping-rendezvous", "fixed-partition", False),  # nobody tells anybody
+        ("mapping-inspection", "remoras", False),  # that a find was inspected only the word tells
+        ("trident-intervention", "remoras", False),
+    ],
+)
+def test_a_lie_is_found_out_where_the_work_shows(scenario: str, strategy: str, is_so: bool) -> None:
+    setup = resolved(load(scenario, overrides(strategy, ())))
+    assert is_found_out(setup.mission.jobs.values(), setup.strategy.declaration) is is_so
