@@ -107,9 +107,9 @@ class Bidder:
         whose, attribute, at = heard.facts[0]
         if attribute != "claimsOf":
             return
+        if int(at) < self._news.get(whose, -1):
+            self._unsaid.add(whose)  # the issuer has not heard the latest
         if whose == self._me or int(at) < self._news.get(whose, -1):
-            if int(at) < self._news.get(whose, -1):
-                self._unsaid.add(whose)  # the issuer has not heard the latest
             return
         strengths = {
             role: int(strength)
@@ -137,6 +137,9 @@ class Bidder:
         """Roles that another vehicle has begun too are left; the statements, and the roles that stay."""
         said: list[Statement] = []
         held = situation.work.held_by(self._me)
+        begun = claims.made_before(situation.round, self._me, BEGUN)  # some, while it was cut off, only for itself
+        gone = [one.name for one in situation.work.unfinished if one.name in begun and one not in held]
+        self._release(gone, situation.round, claims)
         for role in held:
             if claims.winner(role.name) != self._me:
                 said.append(Statement(((self._me, "leftRole", self._group.path(role.name)),), told=False))
@@ -155,10 +158,9 @@ class Bidder:
         self._drop(set(names))
 
     def _drop(self, names: set[str]) -> None:
-        if names:
-            self._bundle = [name for name in self._bundle if name not in names]
-            self._path = [name for name in self._path if name not in names]
-            self._bid_anew = True
+        self._bundle = [name for name in self._bundle if name not in names]
+        self._path = [name for name in self._path if name not in names]
+        self._bid_anew |= bool(names)
 
     def _claim(self, role: str, strength: int, now: int, claims: Claims) -> None:
         if claims.take(role, self._me, Claim(now, strength)):
@@ -270,10 +272,8 @@ class Bidder:
 
     def _next(self, now: int) -> str | None:
         """The job to begin now: the first of the path, once its claim has stood."""
-        for name in self._path[:1]:
-            if now - self._since.get(name, now) >= self._with.settle_rounds:
-                return name
-        return None
+        stood = (name for name in self._path[:1] if now - self._since.get(name, now) >= self._with.settle_rounds)
+        return next(stood, None)
 
     # Saying
 

@@ -76,6 +76,11 @@ class Claims:
         """True if a claim of that strength stands."""
         return any(claim.strength == strength for claim in self.standing(role).values())
 
+    def made_before(self, at: int, vehicle: str, strength: int) -> set[str]:
+        """Roles that a vehicle has claimed with that strength since before ``at``."""
+        latest = ((role, claims.get(vehicle)) for role, claims in self._of.items())
+        return {role for role, claim in latest if claim is not None and claim.strength == strength and claim.at < at}
+
     def winner(self, role: str) -> str | None:
         """Who has the strongest claim."""
         if role not in self._winners:
