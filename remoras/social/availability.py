@@ -7,8 +7,6 @@ a function of what was said, whatever was heard first: the order, or that its as
 
 from __future__ import annotations
 
-from collections.abc import Collection
-
 from remoras.authority import Request, Rules
 from remoras.beliefs import Beliefs
 from remoras.organisation import Group
@@ -73,18 +71,17 @@ class Availability:
             self._since[name] = since
         self.unavailable = frozenset(self._since)
 
-    def takes(self, asked: Request, group: Group, age: Age, unavailable: Collection[str] | None = None) -> bool:
+    def takes(self, asked: Request, group: Group, age: Age) -> bool:
         """True if the assignee takes a role of a group that was given to it at ``age``; anybody takes one without job.
 
         Args:
             asked: gives the role.
             group: specification.
             age: when it was given.
-            unavailable: vehicles that take no jobs, whatever was said when; None if it depends on that.
         """
         role = group.role(asked.role)
         if role is None or role.job is None:
             return True
-        if asked.assignee in unavailable if unavailable is not None else self._since.get(asked.assignee, age) < age:
+        if self._since.get(asked.assignee, age) < age:
             return False
         return self._blind_since.get(asked.assignee, age) >= age or not takes_sensors(self._rules, group, asked)

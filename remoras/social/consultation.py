@@ -42,8 +42,8 @@ MAY_COME = frozenset(
 """Refusals that rest on what may be heard of later."""
 FOR_ALL = frozenset({Act.SUCCEED, Act.CREATE, Act.DISSOLVE})
 """Acts of which nothing comes where a vehicle states them for itself alone."""
-TENABLE = frozenset({Outcome.SUCCESS, Outcome.NO_ROOM, Outcome.UNAVAILABLE})
-"""Outcomes of what counts for who holds a role, now, once there is room, or once the assignee takes jobs again."""
+TENABLE = frozenset({Outcome.SUCCESS, Outcome.NO_ROOM})
+"""Outcomes of what counts for who holds a role, now or once there is room."""
 LAWFUL = UNCHANGED | {Outcome.SUCCESS, Outcome.NO_ROOM, Outcome.UNAVAILABLE, Outcome.NOT_IN_GROUP}
 """Outcomes of requests that their issuers had the right to make."""
 
@@ -173,7 +173,7 @@ class Consultation:
             return agreed.organisation.is_member(vehicle, group) if alone else self._reigns.led(vehicle, group, age)
 
         yielding = agreed.absent | self._tenures.yielding(asked, age, agreed.organisation)
-        takes = self._availability.takes(asked, self._groups[asked.group], age, agreed.unavailable if alone else None)
+        unavailable = NOBODY if is_tenure else agreed.unavailable  # tenures know who took jobs when
         organisation = agreed.organisation
         if asked.act is Act.SUCCEED:
             succession = self._groups[asked.group].succession
@@ -181,14 +181,14 @@ class Consultation:
             if not left and self._reigns.has_led(asked.issuer, asked.group, age):
                 left = [self._groups[asked.group].head_role or ""]
             organisation = playing(organisation, asked.issuer, asked.group, left)
-        outcome = may_assign(asked, organisation, self._rules, led, yielding, NOBODY if takes else {asked.assignee})
+        outcome = may_assign(asked, organisation, self._rules, led, yielding, unavailable)
         if outcome not in LAWFUL:
             self._refuse(asked, outcome, observation, agreed, not alone, again or is_old)
         elif asked.act is Act.SUCCEED:
             self._succeed(asked, observation, agreed)
         else:
             if is_tenure and outcome in TENABLE:
-                self._hold(asked, outcome, age, agreed)
+                self._hold(asked, age, agreed)
             if not alone and not is_old:
                 self._newest[asked.about] = age
             if not is_old and not (is_tenure and outcome in TENABLE):
@@ -228,18 +228,16 @@ class Consultation:
             if done is Outcome.SUCCESS and asked.role == self._groups[asked.group].head_role:
                 self._reigns.change(asked.group, asked.assignee, asked.act is Act.ASSIGN, age)
 
-    def _hold(self, asked: Request, outcome: Outcome, age: Age, agreed: Agreed) -> None:
+    def _hold(self, asked: Request, age: Age, agreed: Agreed) -> None:
         """Do what follows for a role with room for few."""
-        follows, waits = self._tenures.settle(asked, age, agreed.organisation, agreed.absent)
+        follows, refused = self._tenures.settle(asked, age, agreed.organisation, agreed.absent)
         for one in follows:
             done = agreed.assign(one) if one.act is Act.ASSIGN else agreed.leave(one)
             is_head = one.role == self._groups[one.group].head_role
             if done is Outcome.SUCCESS and is_head and one.about == asked.about:
                 self._reigns.change(one.group, one.assignee, one.act is Act.ASSIGN, age)
-        if waits:
-            agreed.note(asked, Outcome.NO_ROOM)
-        elif outcome is Outcome.UNAVAILABLE:
-            agreed.note(asked, outcome)
+        if refused is not None:
+            agreed.note(asked, refused)
         elif not follows and not agreed.organisation.is_member(asked.assignee, asked.group):
             agreed.note(asked, Outcome.NOT_IN_GROUP)
 

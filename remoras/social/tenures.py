@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
 from remoras.authority import Act, Request, Rules
-from remoras.organisation import Group, Organisation
+from remoras.organisation import Group, Organisation, Outcome
 from remoras.social.availability import Availability
 from remoras.social.newest import Newest
 from remoras.social.reigns import AGREED_BEFORE, Age, Reigns
@@ -124,7 +124,7 @@ class Tenures:
 
     def settle(
         self, asked: Request, age: Age, organisation: Organisation, yielding: frozenset[str]
-    ) -> tuple[list[Request], bool]:
+    ) -> tuple[list[Request], Outcome | None]:
         """What follows if what is ``asked`` at ``age`` counts among all that was said of the role.
 
         Args:
@@ -134,15 +134,18 @@ class Tenures:
             yielding: holders that make room, if they all do.
 
         Returns:
-            Releases and assignments that follow, in this order, and whether the vehicle in question waits for room.
+            Releases and assignments that follow, in this order, and why the vehicle in question does not get the role
+            for now, if so: it waits for room, or takes no jobs.
         """
         place, gives = (asked.group, asked.role), asked.act is Act.ASSIGN
         said = self._reconciled(place, organisation)
         held, room = self._held[place], self._room(*place)
-        if gives and self._counts(asked, age) and len(held) >= room and asked.assignee not in held and held <= yielding:
+        refused = None if self._counts(asked, age) else Outcome.UNAVAILABLE
+        if gives and refused is None and len(held) >= room and asked.assignee not in held and held <= yielding:
             said |= {Word(age, False, name): _release(asked, name) for name in held}
         said[Word(age, gives, asked.assignee)] = asked
-        return self._follow(place, said, asked.issuer), asked.assignee in self._after(place, said)[1]
+        follows = self._follow(place, said, asked.issuer)
+        return follows, Outcome.NO_ROOM if asked.assignee in self._after(place, said)[1] else refused
 
     def renew(self, group: str, issuer: str, organisation: Organisation) -> list[Request]:
         """What follows for the jobs of a group now that ``issuer`` has claimed it, so that more is known of who led."""
