@@ -12,8 +12,6 @@ from worldmodel.facts import Guid
 MAX_FRAGMENTS = 16
 HALF_BLOCKS = 64
 """Blocks of one origin of which parts lack that are put together at one time."""
-ASK_FRAMES = 8
-"""TDMA frames after which the parts that lack of a block are asked for."""
 
 
 def fragments_of(block: Block, capacity_bits: int, size_bits: Callable[[Fragment], int]) -> tuple[Fragment, ...]:
@@ -52,23 +50,21 @@ def fragments_of(block: Block, capacity_bits: int, size_bits: Callable[[Fragment
 class Assembly:
     """Caches the fragments of each block until the whole block is there.
 
-    A block of which parts lack has an age, and of one origin ``HALF_BLOCKS`` are kept; of one dropped the parts are
-    still in the ledger, from where ``add`` takes them.
+    Of one origin ``HALF_BLOCKS`` are kept; of one dropped the parts are still in the ledger, from where ``add`` takes
+    them. Nobody asks for parts that lack: who told a block repeats each part until it is acknowledged.
     """
 
     def __init__(self) -> None:
         self._parts: dict[tuple[Guid, int], dict[int, Fragment]] = {}  # by block and count, in order of age
-        self._since: dict[tuple[Guid, int], int] = {}  # frame
 
     def __len__(self) -> int:
         return len(self._parts)
 
-    def add(self, fragment: Fragment, frame: int = 0, known: Iterable[Fragment] = ()) -> Block | None:
+    def add(self, fragment: Fragment, known: Iterable[Fragment] = ()) -> Block | None:
         """The whole block if this fragment completes it, else None.
 
         Args:
             fragment: new part of a block.
-            frame: TDMA frame in which it came.
             known: parts of the block heard before.
         """
         if fragment.count == 1:
@@ -77,32 +73,21 @@ class Assembly:
         if name not in self._parts:
             self._make_room(fragment.origin)
             self._parts[name] = {part.index: part for part in known if part.count == fragment.count}
-            self._since[name] = frame
         parts = self._parts[name]
         parts[fragment.index] = fragment
         if len(parts) < fragment.count:
             return None
-        self._drop(name)
+        del self._parts[name]
         return whole([parts[index] for index in range(fragment.count)])
 
     def lacking(self) -> list[Guid]:
         """Blocks of which parts lack."""
         return [guid for guid, _ in self._parts]
 
-    def overdue(self, frame: int) -> list[Guid]:
-        """Blocks of which parts have lacked for ``ASK_FRAMES``; they are overdue again after as many more."""
-        late = [name for name, since in self._since.items() if frame - since >= ASK_FRAMES]
-        for name in late:
-            self._since[name] = frame
-        return [guid for guid, _ in late]
-
     def _make_room(self, origin: int) -> None:
         of_origin = [name for name in self._parts if name[0][0] == origin]
         if len(of_origin) >= HALF_BLOCKS:
-            self._drop(of_origin[0])
-
-    def _drop(self, name: tuple[Guid, int]) -> None:
-        del self._parts[name], self._since[name]
+            del self._parts[of_origin[0]]
 
 
 def whole(parts: Sequence[Fragment]) -> Block:

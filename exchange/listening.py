@@ -17,13 +17,13 @@ from exchange.policies import AckPolicy, may_send
 from worldmodel import Block, WorldModel
 
 
-def _contradiction(fragment: Fragment, ledger: Ledger, assembly: Assembly, frame: int) -> Block | None:
+def _contradiction(fragment: Fragment, ledger: Ledger, assembly: Assembly) -> Block | None:
     """The block by which a known item has other content than before, if it has and the block is whole."""
     known = ledger.fragment(fragment.uid)
     if known is None or known == fragment:
         return None
     if fragment.count != known.count:
-        return assembly.add(fragment, frame)
+        return assembly.add(fragment)
     found = [ledger.fragment(fragment.uid._replace(part=part)) for part in range(fragment.count)]
     found[fragment.index] = fragment
     parts = [part for part in found if part is not None]
@@ -114,7 +114,7 @@ class Listener:
         for node, epoch in begun:
             self._holders.begin(node, epoch)
         before = [state.believes[peer] for peer in range(self._n_nodes)]
-        taken = self._take_in(packet, frame, now_s)
+        taken = self._take_in(packet, now_s)
         lacked: list[int] = []
         if taken.is_ambiguous or self._peers.is_doubted(sender, frame):  # neither acknowledged nor heeded
             state.believes[self._me] |= taken.content
@@ -184,7 +184,7 @@ class Listener:
                 told[one.origin] = one.epoch
         return [(node, epoch) for node, epoch in told.items() if epoch != self._peers.epochs[node]]
 
-    def _take_in(self, packet: Packet, frame: int, now_s: float) -> _Taken:
+    def _take_in(self, packet: Packet, now_s: float) -> _Taken:
         """Take in the fragments of a packet."""
         taken, silenced = _Taken(), self._holders.telling.silenced
         for fragment in packet.fragments:
@@ -199,7 +199,7 @@ class Listener:
             if column is None:
                 column = self.register(Entry(fragment, fragment.facts), now_s)
                 known = [self._ledger.entries[part].fragment for part in self._ledger.parts_of(guid)]
-                block = self.assembly.add(fragment, frame, known)
+                block = self.assembly.add(fragment, known)
                 if block is not None:
                     self._holders.complete(guid)
                 if block is not None and not self._interests.keeps(block, uid):
@@ -212,7 +212,7 @@ class Listener:
                 taken.content |= 1 << column
             elif guid[:2] in silenced and self._ledger.fragment(uid) != fragment:
                 taken.is_ambiguous = True
-            elif (other := _contradiction(fragment, self._ledger, self.assembly, frame)) is not None:
+            elif (other := _contradiction(fragment, self._ledger, self.assembly)) is not None:
                 is_in = self._model.arrived(other.guid) is not None
                 taken.blocks += [other] if is_in or self._interests.keeps(other, uid) else []
             elif self._ledger.fragment(uid) == fragment:

@@ -268,8 +268,6 @@ class ExchangeManager:
         if self._ledger.away != self._peers.away:
             self._ledger.away = self._peers.away
             self._listener.settle() if parked else self._listener.reopen(now_s)
-        for origin, epoch, _ in self._listener.assembly.overdue(frame):
-            self._holders.telling.urge((origin, epoch))
         telling, size_of = self._holders.telling, self._codec.summary_bits
         summary = telling.urgent(self._room_bits // SUMMARY_SHARE) if self._upkeep.summaries else ()
         spared_bits = self._codec.header.largest_bits - self._codec.header.size_bits(self._me, frame)

@@ -218,7 +218,7 @@ def test_a_clock_that_is_wrong_costs_no_reception(offset_s: float):
 # Half a block -------------------------------------------------------------------------------------
 
 
-def test_half_a_block_is_given_up_and_asked_for_again():
+def test_half_a_block_becomes_whole_when_its_origin_is_back():
     """Only the first part of a block comes through before its origin falls silent for long."""
     storm = storm_of(3, "ack", payload_bytes=24)
     maps(storm, 0, *range(8))
@@ -226,7 +226,9 @@ def test_half_a_block_is_given_up_and_asked_for_again():
     storm.die(0)
     storm.run_frames(200)
     storm.start(0, keeps=True)
+    assert [len(storm.lives[node].manager.half_blocks()) for node in (1, 2)] == [1, 1]
     storm.calm(80)
+    assert [len(storm.lives[node].manager.half_blocks()) for node in (1, 2)] == [0, 0]
     storm.check_agreement()
     storm.check_rest()
 
