@@ -1,0 +1,63 @@
+"""When a mission of jobs is over: once all groups have met, and nobody is to return."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from missions.arrows.detectors import CONTACTS
+from missions.arrows.truth import IDENTIFIED, ArrowsTruth
+from missions.meeting import Meeting
+from missions.meeting.truth import JOBS, JobTruth
+from missions.pandora.sensors import LOOKS, TURNS
+from missions.pandora.truth import MET, SERVICED, PandoraTruth
+from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
+from remoras.recorder import Recorder
+
+TEAM = Group("Team", (RoleSpecification("Head", 1, 1, head=True, founding=True),), "jetty", "Surveying")
+JETTY_M = (100.0, 100.0)
+MEETING = Meeting({"Team": TEAM}, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, 900.0, {})
+ALONE = Organisation.of([TEAM], (RoleAssignment("Team", "Head", "A"),))
+UNASKED: Any = None
+
+
+def seen(name: str) -> Any:
+    """A vehicle far from the jetty, which has planned and has nothing to do."""
+    return SimpleNamespace(
+        name=name, position_m=(0.0, 0.0), is_alive=True, is_in_contact=True, will_return=False, organisation=ALONE,
+        issued=(), issued_objectives=(), finished=(), sensing=(), has_planned=lambda group: True,
+        leads=lambda group: name == "A", gives_out=lambda group: False, has_met=lambda group: False,
+        can_play=lambda group, role: True,
+    )  # fmt: skip
+
+
+def arrows() -> JobTruth:
+    """The truth of a seafloor on which nothing lies."""
+    empty: Any = SimpleNamespace(things={})
+    return ArrowsTruth(MEETING, UNASKED, Recorder([JOBS, CONTACTS, IDENTIFIED]), empty, UNASKED, ("A", "B"))
+
+
+def pandora() -> JobTruth:
+    """The truth of a structure without parts."""
+    empty: Any = SimpleNamespace(things=())
+    return PandoraTruth(MEETING, "Servicing", Recorder([JOBS, LOOKS, TURNS, SERVICED, MET]), empty, {})
+
+
+@pytest.mark.parametrize("truth", [arrows, pandora])
+def test_a_mission_of_jobs_waits_for_who_will_be_back(truth: Callable[[], JobTruth]) -> None:
+    """A meets alone while B is out of contact: B may do what is left once it is back."""
+    watching, a, b = truth(), seen("A"), seen("B")
+    fleet: Any = SimpleNamespace(vehicles=(a, b))
+    b.is_in_contact, b.will_return = False, True
+    watching.observe(fleet, 10.0)
+    assert not watching.is_over
+    a.position_m = JETTY_M
+    watching.observe(fleet, 20.0)
+    assert "gathered" in [milestone.name for milestone in watching.milestones]
+    assert not watching.is_over
+    b.will_return = False
+    watching.observe(fleet, 30.0)
+    assert watching.is_over
