@@ -77,6 +77,7 @@ def replayed(outcome: Outcome) -> dict[str, Any]:
         "happened": dict(sorted(outcome.happened.items())),
         "recovered": dict(sorted(outcome.recovered.items())),
         "judged": list(outcome.judged),
+        "not_promised": list(outcome.not_promised),
         "broken": None if outcome.broken is None else _broken(outcome, outcome.broken),
     }
 
@@ -113,6 +114,7 @@ def replay_lines(outcome: Outcome) -> Iterator[str]:
     yield f"digest {outcome.digest}"
     if outcome.broken is None:
         yield f"held: {', '.join(outcome.judged)}"
+        yield f"not promised under these faults: {', '.join(outcome.not_promised) or 'none'}"
     else:
         yield f"broken: {outcome.broken.invariant} at {outcome.broken.time_s:.1f} s: {outcome.broken.text}"
         yield from _before(outcome.broken)

@@ -65,7 +65,7 @@ class Outcome:
     Attributes:
         schedule: that was run.
         broken: the first invariant that did not hold; None if all that are promised did.
-        judged: names of the invariants that are promised under the schedule.
+        judged: names of the invariants that are promised under the schedule; not_promised: of the others.
         happened: how often each kind of its faults has changed anything.
         recovered: how often vehicles went each way of recovery.
         completed: the mission is complete; end_s: when the run ended.
@@ -82,6 +82,7 @@ class Outcome:
     end_s: float
     digest: str
     wall_s: float
+    not_promised: tuple[str, ...] = ()
 
     @property
     def seed(self) -> int:
@@ -113,13 +114,16 @@ class _Trial:
         self.fleet, self.setup = fleet, setup
         effective = effective_kinds(self.schedule, setup)
         self.scene = Scene(setup, self.schedule, fleet, Witness(), {}, effective)
-        promised = [one for one in self.invariants if one.not_under.isdisjoint(effective)]
+        asked = [one for one in self.invariants if one.name != Finishes.name or self.schedule.stress.must_finish]
+        promised = [one for one in asked if one.not_under.isdisjoint(effective)]
         self.of = {moment: [one for one in promised if one.moment == moment] for moment in Moment}
         self.rigging = Rigging(self.scene, self._listen, self.happened)
         self.sudden = sorted(_moments(self.schedule), key=lambda one: one[0])
         with rare_collections():
             self._sail()
-        return self._outcome([one.name for one in promised if one.name != SameDigest.name], began)
+        outcome = self._outcome([one.name for one in promised if one.name != SameDigest.name], began)
+        names = [one.name for one in self.invariants if one.name not in (*outcome.judged, SameDigest.name)]
+        return replace(outcome, not_promised=tuple(names))
 
     def _sail(self) -> None:
         """Step the fleet to its end, and let it rest."""
@@ -231,7 +235,7 @@ def run_trial(schedule: Schedule, invariants: Sequence[type[Invariant]]) -> Outc
     if alone.broken is None and _always_completes(about.scenario, about.strategy, about.settings):
         return outcome
     judged = tuple(name for name in outcome.judged if name != Finishes.name)
-    return replace(outcome, broken=None, judged=judged)
+    return replace(outcome, broken=None, judged=judged, not_promised=(*outcome.not_promised, Finishes.name))
 
 
 @lru_cache(maxsize=32)

@@ -56,6 +56,7 @@ from missions.mapping.survey import contains
 from missions.mapping.tasks import INSPECTION, MISSIONS, SUPERVISION, activity_domain, social_domain, waiting
 from missions.mapping.truth import GOAL, MappingTruth
 from missions.mapping.unfinished import AfterWork, Unfinished, given_anew, is_open_again
+from missions.meeting.invariants import TrueMeeting
 from missions.meeting.meeting import OBJECTIVES, Meeting, importance_of
 from missions.metric import Metric
 from missions.scenarios.formation import FORMATION_WORDS
@@ -126,7 +127,7 @@ class MappingMission(Mission):
     tables = (COVERAGE, GOAL)
     metrics: ClassVar[tuple[Metric, ...]] = METRICS
     figures: ClassVar[tuple[Declared, ...]] = FIGURES
-    invariants: ClassVar[tuple[type, ...]] = (TrueCoverage,)
+    invariants: ClassVar[tuple[type, ...]] = (TrueCoverage, TrueMeeting)
 
     def __init__(
         self,

@@ -26,6 +26,7 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import Field, field_validator
 
 from missions.figure import Place
+from missions.meeting.invariants import TrueMeeting
 from missions.meeting.meeting import (
     GATHERING,
     MEET,
@@ -98,6 +99,7 @@ class JobMission(Mission):
     Scenario: ClassVar[type[Any]] = JobScenario
     needs = NEEDS
     tables: ClassVar[tuple[Table, ...]] = (JOBS,)
+    invariants: ClassVar[tuple[type, ...]] = (TrueMeeting,)
     objective: ClassVar[str]
     """Objective of every role with a job, and its activity; ``objective`` + this is an attribute from Role to Job."""
     kind: ClassVar[str] = "Job"

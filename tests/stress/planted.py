@@ -22,6 +22,7 @@ from exchange.peers import Peers
 from exchange.sealing import Checksum
 from missions.mapping.truth import MappingTruth
 from missions.meeting.meeting import Meeting
+from missions.meeting.truth import MeetingTruth
 from missions.runs import assembly, metrics
 from remoras import authority, radio, vehicle
 from remoras.functional.layer import FunctionalLayer
@@ -232,6 +233,10 @@ def begin_anew_as_known(patch: Patch) -> None:
     patch.setattr(assembly, "world_model", lambda setup, node, epoch=0: REAL_WORLD_MODEL(setup, node))
 
 
+def meet_without_who_is_away(patch: Patch) -> None:
+    patch.setattr(MeetingTruth, "_has_come", lambda self, vehicle, group: True)
+
+
 def map_with_dead_sensors(patch: Patch) -> None:
     sound = Sensing.look
 
@@ -265,5 +270,6 @@ PLANTS = (
     Planted("summary", count_bytes_twice, frozenset({"cut", "bits", "late", "twice"})),
     Planted("finishes", claim_nothing, frozenset({"lost"})),
     Planted("repeats", keep_count_between_runs),
+    Planted("meetings", meet_without_who_is_away, frozenset({"loss"})),
     Planted("ground", map_with_dead_sensors, frozenset({"sensor"})),
 )

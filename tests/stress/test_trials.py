@@ -89,8 +89,14 @@ def test_a_checksum_makes_promises_hold_under_damage() -> None:
     assert "exceptions" in without
     assert checked - without == {
         "beliefs", "recorded", "whole-blocks", "remembered", "sound-packets", "agreement", "rest", "authority",
-        "cardinality", "finishes",
+        "cardinality",
     }  # fmt: skip
+
+
+def test_who_is_not_asked_to_finish_is_not_said_to_have_held_that() -> None:
+    lenient, strict = (judge(with_faults(must_finish=asked)) for asked in (False, True))
+    assert ("finishes" in lenient.judged, "finishes" in lenient.not_promised) == (False, True)
+    assert ("finishes" in strict.judged, "finishes" in strict.not_promised) == (True, False)
 
 
 def test_who_would_not_finish_without_faults_either_is_not_asked() -> None:
