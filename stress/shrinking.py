@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from missions.errors import ConfigurationError
 from stress.schedule import Schedule, StressFault
 from stress.trial import Broken, Outcome
 
@@ -40,7 +41,10 @@ class _Search:
         if self.n_runs >= MOST_RUNS or schedule == self.best:
             return False
         self.n_runs += 1
-        outcome = self._trial(schedule)
+        try:
+            outcome = self._trial(schedule)
+        except ConfigurationError:
+            return False  # the scenario declares faults that come later than it would end
         if outcome.broken is None or outcome.broken.invariant != self.broken.invariant:
             return False
         self.best, self.broken, self.digest = schedule, outcome.broken, outcome.digest

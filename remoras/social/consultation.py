@@ -4,11 +4,11 @@ In a frame every vehicle has had its say, so vehicles that hear their assignment
 together, and none acts on half a discussion. What was said counts in the world model's order of facts, whatever the
 order in which it was heard, and only if ``remoras.authority`` grants it to its issuer. For the role of a vehicle, for
 an objective of a role and for the mission of a group the newest statement counts. Refused for now is what rests on news
-that may still come: that the issuer led the group, or that the assignee is a member. Who holds a role with room for few
-follows from all that was said of it, see ``remoras.social.tenures``. Holders that are absent make room. Of claims to
-lead a group the greatest counts, see ``remoras.social.succession``. The mission of a group counts at once: to plan it
-takes the rest of the frame. Of what is said of a group formed at sea its newest formation counts, see
-``remoras.social.formations``.
+that may still come: that the issuer led the group, or that the assignee is a member. Who holds a job, or a role with
+room for few, follows from all that was said of it, see ``remoras.social.tenures``; of a head's role holders that are
+absent make room. Of claims to lead a group the greatest counts, see ``remoras.social.succession``. The mission of a
+group counts at once: to plan it takes the rest of the frame. Of what is said of a group formed at sea its newest
+formation counts, see ``remoras.social.formations``.
 
 What a vehicle states while it is cut off counts for itself alone; ``remoras.social.alone`` undoes it.
 """
@@ -230,7 +230,7 @@ class Consultation:
 
     def _hold(self, asked: Request, age: Age, agreed: Agreed) -> None:
         """Do what follows for a role with room for few."""
-        follows, refused = self._tenures.settle(asked, age, agreed.organisation, agreed.absent)
+        follows, refused = self._tenures.settle(asked, age, agreed.organisation)
         for one in follows:
             done = agreed.assign(one) if one.act is Act.ASSIGN else agreed.leave(one)
             is_head = one.role == self._groups[one.group].head_role

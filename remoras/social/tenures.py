@@ -122,28 +122,22 @@ class Tenures:
         holders = organisation.members(asked.group, asked.role)
         return frozenset(name for name in holders if self._newest.at(asked.group, asked.role, name) < since)
 
-    def settle(
-        self, asked: Request, age: Age, organisation: Organisation, yielding: frozenset[str]
-    ) -> tuple[list[Request], Outcome | None]:
+    def settle(self, asked: Request, age: Age, organisation: Organisation) -> tuple[list[Request], Outcome | None]:
         """What follows if what is ``asked`` at ``age`` counts among all that was said of the role.
 
         Args:
             asked: an assignment or a release.
             age: when.
             organisation: as agreed so far.
-            yielding: holders that make room, if they all do.
 
         Returns:
             Releases and assignments that follow, in this order, and why the vehicle in question does not get the role
             for now, if so: it waits for room, or takes no jobs.
         """
-        place, gives = (asked.group, asked.role), asked.act is Act.ASSIGN
+        place = asked.group, asked.role
         said = self._reconciled(place, organisation)
-        held, room = self._held[place], self._room(*place)
+        said[Word(age, asked.act is Act.ASSIGN, asked.assignee)] = asked
         refused = None if self._counts(asked, age) else Outcome.UNAVAILABLE
-        if gives and refused is None and len(held) >= room and asked.assignee not in held and held <= yielding:
-            said |= {Word(age, False, name): _release(asked, name) for name in held}
-        said[Word(age, gives, asked.assignee)] = asked
         follows = self._follow(place, said, asked.issuer)
         return follows, Outcome.NO_ROOM if asked.assignee in self._after(place, said)[1] else refused
 
@@ -163,11 +157,12 @@ class Tenures:
         return follows + [_last_given(said, name) for name in sorted(holders - held)]
 
     def waiting(self, organisation: Organisation) -> list[Request]:
-        """Assignments that wait for room, the newest of each role first: holders may have left by other ways."""
+        """Assignments for which there is room now, the newest of each role first: holders may have left otherwise."""
         found = []
         for place in sorted(self._crowded):
             said = self._reconciled(place, organisation)
-            found += [_last_given(said, name) for name in self._after(place, said)[1]]
+            n_free, waiting = self._room(*place) - len(self._held[place]), self._after(place, said)[1]
+            found += [_last_given(said, name) for number, name in enumerate(waiting) if number < n_free]
         return found
 
     def _after(self, place: tuple[str, str], said: Mapping[Word, Request]) -> tuple[set[str], list[str]]:
@@ -208,10 +203,6 @@ class Tenures:
                 said.setdefault(Word(age, True, name), Request("", Act.ASSIGN, *place, name))
         self._held[place] = now
         return said
-
-
-def _release(asked: Request, name: str) -> Request:
-    return Request(asked.issuer, Act.RELEASE, asked.group, asked.role, name)
 
 
 def _last_given(said: Mapping[Word, Request], name: str) -> Request:
