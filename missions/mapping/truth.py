@@ -74,7 +74,7 @@ class MappingTruth(MeetingTruth):
         self._n_gone = 0
         self._beside_m = seabed.box_m
         self._patience_s = meeting.patience_s
-        self._met: set[tuple[str, str]] = set()  # head and group, once it took it for gathered
+        self._meeting = tuple(group.name for group in self._apart)
         self._met_s: float | None = None
         self._now_s = 0.0
         self._goal_fraction = 0.0 if seabed.cells else 1.0
@@ -107,17 +107,16 @@ class MappingTruth(MeetingTruth):
             self._judge(left, now_s)
         is_complete = super().observe(fleet, now_s)
         at_work = any(self._is_at_work(vehicle) for vehicle in fleet.vehicles if vehicle.name in left)
-        if self._apart or self._is_awaited or at_work or self._is_called_back(fleet):
+        if self._apart or self._is_open(fleet) or self._is_awaited or at_work:
             self._met_s = None
         elif self._met_s is None:
             self._met_s = now_s
         return is_complete
 
-    def _is_called_back(self, fleet: FleetView) -> bool:
-        """True while a head that has taken its group for gathered does so no longer: it has given work anew."""
-        heads = [(v, group) for v in fleet.vehicles if v.is_alive for group in v.organisation.groups if v.leads(group)]
-        self._met |= {(head.name, group) for head, group in heads if head.has_met(group)}
-        return any((head.name, group) in self._met and not head.has_met(group) for head, group in heads)
+    def _is_open(self, fleet: FleetView) -> bool:
+        """True while a head does not take its group for gathered: it waits for somebody, or has given work anew."""
+        heads = ((v, group) for v in fleet.vehicles if v.is_alive for group in self._meeting if v.leads(group))
+        return any(not head.has_met(group) for head, group in heads)
 
     def _is_at_work(self, vehicle: VehicleView) -> bool:
         return self._exploring.get(vehicle.name, False) or "Inspecting" in vehicle.performed

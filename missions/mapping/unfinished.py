@@ -34,10 +34,11 @@ def is_to_be_inspected(facts: FactsLike, find: str) -> bool:
 def given_anew(
     group: Group, surveys: Mapping[str, SurveyJob], meeting: Meeting, beliefs: Beliefs, picture: Picture
 ) -> list[Finding]:
-    """Orders for the areas of a group that were said to be done although cells of them are not known to be mapped.
+    """Orders for the areas of a group of which not all cells are known to be mapped, though all groups have met.
 
-    Whoever is done with an area knows all its cells, and tells them when it meets the others. So after half the
-    patience, once all have met in vain, the word counts no longer. What is said in spite of that is believed.
+    Whoever is done with an area knows all its cells, and tells them when it meets the others. So half the patience
+    after a meeting in vain, that an area is done counts no longer, whoever has heard it. What is said in spite of that
+    is believed.
 
     Args:
         group: whose head asks.
@@ -51,7 +52,7 @@ def given_anew(
     found = []
     for role in group.roles:
         job, given = surveys.get(role.job or ""), (EXPLORING, group.path(role.name))
-        if job is None or not beliefs.values(job.done) or (beliefs.observed_s(given) or 0.0) > met_s:
+        if job is None or (beliefs.observed_s(given) or 0.0) > met_s:
             continue
         if job.left(beliefs).bits and beliefs.counts_from_s(job.done) == -math.inf:
             found.append(Finding(given[1], EXPLORING, job.name))

@@ -230,7 +230,7 @@ class Consultation:
 
     def _hold(self, asked: Request, age: Age, agreed: Agreed) -> None:
         """Do what follows for a role with room for few."""
-        follows, refused = self._tenures.settle(asked, age, agreed.organisation)
+        follows, refused = self._tenures.settle(asked, age, agreed.organisation, agreed.absent)
         for one in follows:
             done = agreed.assign(one) if one.act is Act.ASSIGN else agreed.leave(one)
             is_head = one.role == self._groups[one.group].head_role

@@ -2,8 +2,8 @@
 
 An assignment finds room or waits. When a holder leaves, the newest of those that wait is let in, for want of newer
 word: what is said later takes the room from it, and it waits again. Where heads alone give out jobs, holders that have
-theirs from before a head led make room for whom it names: it may know nothing of what a lost one told few, and nobody
-would do what it gives out again. So this is a function of what was said and of no order.
+theirs from before a head led, or began anew, make room for whom it names: it may know nothing of what was told before,
+and nobody would do what it gives out again. So this is a function of what was said and of no order.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
-from remoras.authority import Act, Request, Rules
+from remoras.authority import NOBODY, Act, Request, Rules
 from remoras.organisation import Group, Organisation, Outcome
 from remoras.social.availability import Availability
 from remoras.social.newest import Newest
@@ -53,7 +53,9 @@ def holders_after(
                 del holders[let_in[0]]
                 waiting[let_in[0]] = given[let_in[0]]
                 holders[name] = False
-            elif since is not None and all(given[one] < since for one in holders):
+            elif since is not None and all(
+                given[one] < since or is_of_earlier_life(given[one], age) for one in holders
+            ):
                 holders = {name: False}
             else:
                 waiting[name] = age
@@ -62,6 +64,11 @@ def holders_after(
             del waiting[newest]
             holders[newest] = True
     return set(holders), sorted(waiting, key=lambda one: waiting[one], reverse=True)
+
+
+def is_of_earlier_life(one: Age, other: Age) -> bool:
+    """True if whoever said the other said the one before it began anew, and may know nothing of it."""
+    return one[1] == other[1] and one[2] < other[2]
 
 
 class Tenures:
@@ -122,13 +129,16 @@ class Tenures:
         holders = organisation.members(asked.group, asked.role)
         return frozenset(name for name in holders if self._newest.at(asked.group, asked.role, name) < since)
 
-    def settle(self, asked: Request, age: Age, organisation: Organisation) -> tuple[list[Request], Outcome | None]:
+    def settle(
+        self, asked: Request, age: Age, organisation: Organisation, absent: frozenset[str]
+    ) -> tuple[list[Request], Outcome | None]:
         """What follows if what is ``asked`` at ``age`` counts among all that was said of the role.
 
         Args:
             asked: an assignment or a release.
             age: when.
             organisation: as agreed so far.
+            absent: holders that make room if all do; where heads alone give out jobs they say so.
 
         Returns:
             Releases and assignments that follow, in this order, and why the vehicle in question does not get the role
@@ -136,8 +146,12 @@ class Tenures:
         """
         place = asked.group, asked.role
         said = self._reconciled(place, organisation)
-        said[Word(age, asked.act is Act.ASSIGN, asked.assignee)] = asked
+        held, gives = self._held[place], asked.act is Act.ASSIGN
         refused = None if self._counts(asked, age) else Outcome.UNAVAILABLE
+        if gives and refused is None and len(held) >= self._room(*place) and asked.assignee not in held:
+            yielding = absent if self._rules.authorities else NOBODY
+            said |= {Word(age, False, name): _release(asked, name) for name in held if held <= yielding}
+        said[Word(age, gives, asked.assignee)] = asked
         follows = self._follow(place, said, asked.issuer)
         return follows, Outcome.NO_ROOM if asked.assignee in self._after(place, said)[1] else refused
 
@@ -157,11 +171,15 @@ class Tenures:
         return follows + [_last_given(said, name) for name in sorted(holders - held)]
 
     def waiting(self, organisation: Organisation) -> list[Request]:
-        """Assignments for which there is room now, the newest of each role first: holders may have left otherwise."""
+        """Assignments for which there is room now, the newest of each role first: holders may have left otherwise.
+
+        Where vehicles divide jobs among themselves, holders that are absent may make room.
+        """
         found = []
         for place in sorted(self._crowded):
             said = self._reconciled(place, organisation)
             n_free, waiting = self._room(*place) - len(self._held[place]), self._after(place, said)[1]
+            n_free = math.inf if self._rules.authorities else n_free
             found += [_last_given(said, name) for number, name in enumerate(waiting) if number < n_free]
         return found
 
@@ -203,6 +221,10 @@ class Tenures:
                 said.setdefault(Word(age, True, name), Request("", Act.ASSIGN, *place, name))
         self._held[place] = now
         return said
+
+
+def _release(asked: Request, name: str) -> Request:
+    return Request(asked.issuer, Act.RELEASE, asked.group, asked.role, name)
 
 
 def _last_given(said: Mapping[Word, Request], name: str) -> Request:

@@ -246,6 +246,8 @@ def test_being_together_is_not_enough() -> None:
     watching, fleet = truth(seabed=BANK, goal=0.8), Fleet()
     sweep(watching, fleet, 212.5, 237.5)
     fleet.a.position_m = fleet.b.position_m = JETTY_M
+    watching.observe(fleet, 5.0)
+    fleet.a.met = True
     assert not watching.observe(fleet, 10.0)
     assert not watching.is_over
     watching.observe(fleet, 70.0)
@@ -256,10 +258,25 @@ def test_being_together_is_not_enough() -> None:
     assert "mission_complete" not in names(watching)
 
 
+def test_a_head_that_does_not_take_its_group_for_gathered_is_given_the_time() -> None:
+    """It waits for somebody, or has given work anew: the 60 s of patience begin when it has met again."""
+    watching, fleet = truth(seabed=BANK, goal=0.8), Fleet()
+    fleet.a.position_m = fleet.b.position_m = JETTY_M
+    for now_s, has_met, is_over in (
+        (10.0, True, False),
+        (60.0, False, False),
+        (500.0, True, False),
+        (561.0, True, True),
+    ):
+        fleet.a.met = has_met
+        watching.observe(fleet, now_s)
+        assert watching.is_over is is_over
+
+
 def test_who_will_be_back_is_given_the_time_too() -> None:
     """A vehicle that is deaf, or has yet to join, may do the rest; the 60 s of patience begin when it is back."""
     watching, fleet = truth(seabed=BANK, goal=0.8), Fleet()
-    fleet.a.position_m = JETTY_M
+    fleet.a.position_m, fleet.a.met = JETTY_M, True
     fleet.b.is_in_contact, fleet.b.will_return = False, True
     for now_s in (10.0, 500.0):
         watching.observe(fleet, now_s)
